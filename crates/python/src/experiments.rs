@@ -268,8 +268,8 @@ fn samples<'py>(py: Python<'py>, n: usize, series: &[Vec<f64>]) -> PyResult<Boun
 /// - rate: Sample rate of the file to play and of the log, Hz [default: 200.0]
 /// - limits: YAML with tighter limits: `coordinates: {NAME: {position: [LOW, HIGH], velocity, acceleration, jerk,
 ///   effort, power, locked: POSITION, slowed: FACTOR}}`; `all:` has them for every coordinate; `space:` has the
-///   room of the bodies in the base frame, m: `{floor: Z, walls: [{point, normal, links}], boxes: [{low, high,
-///   links}], distance: 0.01, own_links: true, ignored_pairs: [[A, B]]}`
+///   room of the bodies in the base frame, m: `{floor: Z or none, walls: [{point, normal, links}], boxes: [{low,
+///   high, links}], distance: 0.01, own_links: true, accept: [[LINK, LINK, REASON]]}`
 /// - effort_share: Share of the limits of effort and power that the torque of the description may use [default:
 ///   0.9]
 /// - friction: Friction columns a joint that the identification will have, as of `rist identify`, or none
@@ -297,7 +297,10 @@ pub fn excite(py: Python<'_>, model: &Model, options: Option<&Bound<'_, PyDict>>
 ///
 /// Options:
 /// - limits: Limits of your own that the motion must keep too, as for `rist excite limits=`; those that the file
-///   lacks are not assumed
+///   lacks are not assumed. What a motion may leave out, `space: {floor: none, accept: ..}`, counts in this file
+///   alone
+/// - after: An estimate of this model: efforts and powers are proved with its torques instead of the
+///   description's
 #[pyfunction]
 #[pyo3(signature = (model, motion, **options), text_signature = "(model, motion, *, limits=None, after=None)")]
 pub fn check(

@@ -13,6 +13,7 @@ pub mod gap_proof;
 pub mod held_limits;
 pub mod ledger;
 pub mod left_out;
+mod limit_kind;
 pub mod limits;
 pub mod motion;
 pub mod no_motion;
