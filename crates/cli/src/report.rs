@@ -93,12 +93,18 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
     });
     inputs.extend(estimate.iter().flat_map(|e| &e.logs).map(Path::new));
     if let Some(directory) = &files.svg {
-        make_directory(directory)?;
-        for (name, svg) in &pictures {
-            write_file(&directory.join(name), svg, &inputs)?;
-        }
+        write_pictures(directory, &pictures, &inputs)?;
     }
     Ok(write_file(&arguments.out, &page, &inputs)?)
+}
+
+/// Writes the charts, by their names, into a directory that is made where there is none.
+fn write_pictures(directory: &Path, pictures: &[(String, String)], inputs: &[&Path]) -> Result<(), Failure> {
+    make_directory(directory)?;
+    for (name, svg) in pictures {
+        write_file(&directory.join(name), svg, inputs)?;
+    }
+    Ok(())
 }
 
 /// The page of an estimate, with what it makes of logs and of those that it is validated on.
