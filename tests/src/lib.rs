@@ -8,6 +8,7 @@
 pub mod benchmark;
 pub mod dense_samples;
 pub mod faults;
+pub mod formula_text;
 pub mod joint_log;
 pub mod known_arms;
 pub mod lagrangian;

@@ -140,15 +140,6 @@ fn a_file_over_four_hundred_lines_says_why() {
     assert!(stale.is_empty(), "no longer long: {stale:?}; take them out of tests/data/long_files.yaml");
 }
 
-/// Whoever opens the library sees the steps, and looks into a module for the rest.
-#[test]
-fn the_root_of_the_library_has_twenty_names() {
-    let text = std::fs::read_to_string(workspace().join("crates/rist/src/lib.rs")).unwrap();
-    let names = |line: &str| line.rsplit("::").next().map_or(0, |last| last.split(',').count());
-    let count: usize = text.lines().filter(|l| l.starts_with("pub use")).map(names).sum();
-    assert!((15..=20).contains(&count), "{count} names stand at the root of rist");
-}
-
 #[test]
 fn lines_end_where_they_end() {
     let files = files();

@@ -52,14 +52,14 @@ impl<E: Into<rist::Error>> From<E> for Failure {
 }
 
 /// Bytes of a file in which its line is looked for.
-const SEARCHED: usize = 1 << 20;
+const SEARCHED_BYTES: usize = 1 << 20;
 /// Characters of the line that are shown.
-const SHOWN: usize = 100;
+const SHOWN_CHARACTERS: usize = 100;
 
 /// The line of a text, and a mark below the column where it is known; `None` where no such line can be shown, as that
 /// of a pipe, which was read and is gone.
 fn excerpt(place: &Place) -> Option<String> {
-    let text = rist::gate::source::glance(Path::new(&place.file), SEARCHED)?;
+    let text = rist::gate::source::glance(Path::new(&place.file), SEARCHED_BYTES)?;
     let line = text.split(|&b| b == b'\n').nth(place.line.checked_sub(1)?)?;
     Some(marked(std::str::from_utf8(line).ok()?, place))
 }
@@ -68,8 +68,8 @@ fn marked(line: &str, place: &Place) -> String {
     let plain = |c: char| if rist::gate::shown::is_hidden(c) { ' ' } else { c };
     let line: Vec<char> = line.trim_end().chars().map(plain).collect();
     // The column in sight, with what stands before it.
-    let first = if place.column > SHOWN { place.column - SHOWN / 2 } else { 0 };
-    let shown: String = line.iter().skip(first).take(SHOWN).collect();
+    let first = if place.column > SHOWN_CHARACTERS { place.column - SHOWN_CHARACTERS / 2 } else { 0 };
+    let shown: String = line.iter().skip(first).take(SHOWN_CHARACTERS).collect();
     let number = place.line.to_string();
     let margin = " ".repeat(number.len());
     let mut text = format!(" {number} | {shown}\n");

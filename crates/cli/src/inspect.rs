@@ -11,9 +11,9 @@ use crate::model::ModelArguments;
 use crate::terminal::{at_work, is_json, print};
 
 /// Columns of a text that goes into no terminal.
-const PIPE: usize = 80;
+const PIPE_COLUMNS: usize = 80;
 /// .. and at most: longer lines are hard to read.
-const WIDEST: usize = 120;
+const WIDEST_COLUMNS: usize = 120;
 
 /// Show a robot's base parameters, regrouping rules, operation counts and rank evidence
 ///
@@ -46,5 +46,5 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
 fn width() -> usize {
     let out = std::io::stdout();
     let found = out.is_terminal().then(|| terminal_size::terminal_size_of(&out)).flatten();
-    found.map_or(PIPE, |(width, _)| usize::from(width.0).clamp(PIPE / 2, WIDEST))
+    found.map_or(PIPE_COLUMNS, |(width, _)| usize::from(width.0).clamp(PIPE_COLUMNS / 2, WIDEST_COLUMNS))
 }

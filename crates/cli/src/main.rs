@@ -5,6 +5,7 @@ mod artefact;
 mod check;
 mod compare;
 mod convert;
+mod derive;
 mod doctor;
 mod evaluate;
 mod excite;
@@ -52,6 +53,7 @@ enum Command {
     Lint(lint::Arguments),
     Evaluate(evaluate::Arguments),
     Generate(generate::Arguments),
+    Derive(derive::Arguments),
     Plan(plan::Arguments),
     Excite(excite::Arguments),
     Check(check::Arguments),
@@ -76,6 +78,7 @@ impl Command {
             Command::Convert(_) => Some("convert writes a description, or CSV"),
             Command::Evaluate(_) => Some("evaluate writes CSV"),
             Command::Generate(_) => Some("generate writes source"),
+            Command::Derive(_) => Some("derive writes formulas"),
             Command::Report(_) => Some("report writes a page"),
             Command::Completions(_) => Some("completions are for a shell"),
             Command::Man(_) => Some("man writes pages of the manual"),
@@ -85,12 +88,12 @@ impl Command {
 }
 
 /// Bytes up to which glibc lets a freed piece decide what stays with the process: 32 MiB, less the piece's own head.
-const KEPT: usize = (32 << 20) - (64 << 10);
+const LARGEST_KEPT_BYTES: usize = (32 << 20) - (64 << 10);
 
 /// Keeps memory that is freed for the next who asks: glibc's threshold follows the largest piece that was ever freed
 /// (mallopt(3), `M_MMAP_THRESHOLD`), and of a long log sixty thousand pages need not be cleared again.
 fn keep_freed_memory() {
-    drop(std::hint::black_box(Vec::<u8>::with_capacity(KEPT)));
+    drop(std::hint::black_box(Vec::<u8>::with_capacity(LARGEST_KEPT_BYTES)));
 }
 
 fn main() -> ExitCode {
@@ -118,6 +121,7 @@ fn run(command: Command) -> Result<(), Failure> {
         Command::Lint(arguments) => lint::run(&arguments),
         Command::Evaluate(arguments) => evaluate::run(&arguments),
         Command::Generate(arguments) => generate::run(&arguments),
+        Command::Derive(arguments) => derive::run(&arguments),
         Command::Plan(arguments) => plan::run(&arguments),
         Command::Excite(arguments) => excite::run(&arguments),
         Command::Check(arguments) => check::run(&arguments),

@@ -109,7 +109,7 @@ pub(crate) fn complain(text: &str) {
 }
 
 /// Words at the start of a line that stand out.
-const WORDS: [(&str, AnsiColor); 5] = [
+const COLOURED_WORDS: [(&str, AnsiColor); 5] = [
     ("trust: yes", AnsiColor::Green),
     ("trust: with care", AnsiColor::Yellow),
     ("trust: no", AnsiColor::Red),
@@ -119,7 +119,7 @@ const WORDS: [(&str, AnsiColor); 5] = [
 
 /// The text with its words in colours, which a stream that is no terminal leaves out.
 fn coloured(text: &str) -> String {
-    let line = |line: &str| match WORDS.iter().find(|(word, _)| line.starts_with(word)) {
+    let line = |line: &str| match COLOURED_WORDS.iter().find(|(word, _)| line.starts_with(word)) {
         Some((word, color)) => {
             let style = Style::new().bold().fg_color(Some((*color).into()));
             format!("{style}{word}{style:#}{}", &line[word.len()..])
@@ -140,10 +140,10 @@ struct At {
 static AT: Mutex<Option<At>> = Mutex::new(None);
 
 /// A second of silence is what a person takes for granted.
-const SILENCE: Duration = Duration::from_secs(1);
-const TICK: Duration = Duration::from_millis(250);
+const LONGEST_SILENCE: Duration = Duration::from_secs(1);
+const WATCH_INTERVAL: Duration = Duration::from_millis(250);
 /// Back to the start of the line, and the line away.
-const AWAY: &str = "\r\x1b[K";
+const ERASE_LINE: &str = "\r\x1b[K";
 
 fn at() -> MutexGuard<'static, Option<At>> {
     AT.lock().unwrap_or_else(PoisonError::into_inner)
@@ -154,7 +154,7 @@ fn took_away() -> MutexGuard<'static, Option<At>> {
     let mut now = at();
     if let Some(at) = now.as_mut().filter(|at| at.shown) {
         at.shown = false;
-        let _ = io::stderr().write_all(AWAY.as_bytes());
+        let _ = io::stderr().write_all(ERASE_LINE.as_bytes());
     }
     now
 }
@@ -182,10 +182,10 @@ pub(crate) fn rest() {
 /// Ends with the program.
 fn watch() {
     loop {
-        thread::sleep(TICK);
-        if let Some(at) = at().as_mut().filter(|at| at.since.elapsed() > SILENCE) {
+        thread::sleep(WATCH_INTERVAL);
+        if let Some(at) = at().as_mut().filter(|at| at.since.elapsed() > LONGEST_SILENCE) {
             at.shown = true;
-            let line = format!("{AWAY}{}, {} s", shown::line(&at.what), at.since.elapsed().as_secs());
+            let line = format!("{ERASE_LINE}{}, {} s", shown::line(&at.what), at.since.elapsed().as_secs());
             let _ = io::stderr().write_all(line.as_bytes());
         }
     }

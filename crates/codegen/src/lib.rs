@@ -1,12 +1,14 @@
-//! A Module of Functions as source: one Rust file that needs no other, or a C99 header and source.
+//! A Module of Functions as source: one Rust file that needs no other, or a C99 header and source; and as formulas.
 
 #![warn(missing_docs)]
 
 mod c;
+mod formula;
 mod numbers;
 mod rust_file;
 mod rust_function;
 mod steps;
 
 pub use c::{CFiles, c_files};
+pub use formula::{FormulaLanguage, Formulas, Place, TooLong, formula_file, output_name, printed_symbols};
 pub use rust_file::{index_file, rust_file};

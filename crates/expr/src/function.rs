@@ -109,6 +109,38 @@ impl Function {
         })
     }
 
+    /// The same function with every named constant replaced by its value but those whose name is kept.
+    pub fn bound_except(&self, is_kept: &dyn Fn(&str) -> bool) -> Function {
+        self.outline().rebuilt(&self.graph, &|s| match &self.graph.symbols()[s.0 as usize] {
+            (name, SymbolKind::Constant(x)) if !is_kept(name) => Some(*x),
+            _ => None,
+        })
+    }
+
+    /// The named constants that are still symbols, in the order they were made, each with its value.
+    pub fn constants(&self) -> Vec<(Expr, String, f64)> {
+        let nodes = self.graph.nodes().iter().enumerate();
+        let mut found: Vec<(Symbol, (Expr, String, f64))> = nodes
+            .filter_map(|(n, node)| match node {
+                Node::Symbol(s) => match &self.graph.symbols()[s.0 as usize] {
+                    (name, SymbolKind::Constant(x)) => Some((*s, (Expr::new(n, false), name.clone(), *x))),
+                    _ => None,
+                },
+                _ => None,
+            })
+            .collect();
+        found.sort_by_key(|(symbol, _)| *symbol);
+        found.into_iter().map(|(_, constant)| constant).collect()
+    }
+
+    /// The same function with the entries at these places of one output alone, in one column; the other outputs are gone.
+    pub fn with_entries(&self, output: usize, places: &[(usize, usize)]) -> Function {
+        let o = &self.outputs[output];
+        let entries: Vec<Expr> = places.iter().map(|(row, column)| o.entries[row * o.columns + column]).collect();
+        let kept = Output { name: o.name.clone(), rows: entries.len(), columns: 1, entries };
+        Function { outputs: vec![kept], ..self.outline() }.rebuilt(&self.graph, &|_| None)
+    }
+
     /// The function with an input set to zero. The input and everything that depends on it alone are removed.
     pub fn without(&self, name: &str, input: &str) -> Function {
         let mut outline = self.outline();
@@ -165,6 +197,9 @@ impl Function {
     /// gives a number. Symbols and inputs keep their places even where nothing reads them.
     fn rebuilt(mut self, old: &Graph, value: &dyn Fn(Symbol) -> Option<f64>) -> Function {
         let mut new = Graph::with_symbols(old.symbols().to_vec());
+        if old.keeps_names() {
+            new = new.with_names();
+        }
         let mut map = vec![Expr::ZERO; old.nodes().len()];
         for n in self.schedule(old) {
             let node = old.nodes()[n];
@@ -183,6 +218,9 @@ impl Function {
                 Node::Sqrt(a) => new.sqrt(m(a)),
             };
             map[n] = made;
+            if let Some((name, negative)) = old.name_of(n) {
+                new.name(Graph::negate_if(made, negative), || name.to_string());
+            }
         }
         let mapped = |e: &Expr| Graph::negate_if(map[e.node()], e.is_negative());
         for i in &mut self.inputs {

@@ -99,6 +99,8 @@ pub struct Graph {
     varies: Vec<bool>,
     symbols: Vec<(String, SymbolKind)>,
     known: FxHashMap<Key, u32>,
+    /// What readers of formulas call a node, and whether the name is that of its negative; `None` where nobody reads.
+    names: Option<FxHashMap<u32, (String, bool)>>,
 }
 
 /// A node with its f64 as bits, so that it can be hashed.
@@ -131,10 +133,37 @@ impl Graph {
 
     /// An empty graph that knows these symbols.
     pub fn with_symbols(symbols: Vec<(String, SymbolKind)>) -> Graph {
-        let mut g = Graph { nodes: Vec::new(), varies: Vec::new(), symbols, known: FxHashMap::default() };
+        let mut g = Graph { nodes: Vec::new(), varies: Vec::new(), symbols, known: FxHashMap::default(), names: None };
         g.intern(Node::Constant(0.0));
         g.intern(Node::Constant(1.0));
         g
+    }
+
+    /// The same graph, which from now on keeps the names of its nodes.
+    pub fn with_names(self) -> Graph {
+        Graph { names: Some(self.names.unwrap_or_default()), ..self }
+    }
+
+    /// Whether names of nodes are kept.
+    pub fn keeps_names(&self) -> bool {
+        self.names.is_some()
+    }
+
+    /// Calls an expression by a name, where names are kept and its node has none yet. Numbers and symbols have no
+    /// need of one.
+    pub fn name(&mut self, e: Expr, name: impl FnOnce() -> String) {
+        if matches!(self.node(e), Node::Constant(_) | Node::Symbol(_)) {
+            return;
+        }
+        if let Some(names) = &mut self.names {
+            names.entry(e.node() as u32).or_insert_with(|| (name(), e.is_negative()));
+        }
+    }
+
+    /// The name of a node, and whether it is that of its negative.
+    pub fn name_of(&self, node: usize) -> Option<(&str, bool)> {
+        let (name, negative) = self.names.as_ref()?.get(&(node as u32))?;
+        Some((name, *negative))
     }
 
     /// All nodes, each after its operands.

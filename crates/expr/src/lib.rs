@@ -2,13 +2,14 @@
 //!
 //! A [`Graph`] holds every subexpression once. An [`Expr`] is a handle with a sign, so that -x costs
 //! nothing and x - y and y - x share a node. A [`Function`] is named inputs -> named outputs: the
-//! unit of evaluation ([`Tape`]), of differentiation ([`Adjoint`]), of evaluation in another algebra
+//! unit of evaluation ([`Tape`]), of differentiation ([`Adjoint`], [`Graph::derivatives`]), of evaluation in another algebra
 //! ([`Function::evaluate_in`]), of counting ([`Function::count`]) and of code generation, where a [`Module`] of functions
 //! makes a file. [`Fusion`] says which products are fused into sums: the tape and generated code perform the same operations. Nothing here knows robots.
 
 #![warn(missing_docs)]
 
 mod adjoint;
+mod forward;
 mod function;
 mod fusion;
 mod graph;

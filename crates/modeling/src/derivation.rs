@@ -41,7 +41,15 @@ impl<'a> Derivation<'a> {
     /// Derives the motion of every link. Fails when the robot has passive coordinates and no
     /// configuration was found in which its loops close.
     pub fn new(robot: &'a Robot) -> Result<Derivation<'a>, NeverCloses> {
-        let mut graph = Graph::new();
+        Derivation::in_graph(robot, Graph::new())
+    }
+
+    /// As [`Derivation::new`]; intermediate results keep the names that formulas call them by.
+    pub fn with_names(robot: &'a Robot) -> Result<Derivation<'a>, NeverCloses> {
+        Derivation::in_graph(robot, Graph::new().with_names())
+    }
+
+    fn in_graph(robot: &'a Robot, mut graph: Graph) -> Result<Derivation<'a>, NeverCloses> {
         let mut constants = Constants::new(robot);
         let mut motion = Motion::new(&mut graph, robot);
         let implicit = if robot.passive.is_empty() {
@@ -65,14 +73,20 @@ impl<'a> Derivation<'a> {
         self.implicit.as_ref().map(|i| i.function.clone())
     }
 
-    /// Link motions at ddq = 0.
-    pub(crate) fn coasting_links(&mut self) -> Vec<LinkMotion> {
+    /// The motion at ddq = 0.
+    pub(crate) fn coasting(&self) -> Motion {
         let mut still = self.motion.clone();
         still.ddq.fill(Expr::ZERO);
         if let Some(implicit) = &self.implicit {
             let n = self.robot.n_coordinates();
             still.ddq[n..].copy_from_slice(&implicit.coast);
         }
+        still
+    }
+
+    /// Link motions at ddq = 0.
+    pub(crate) fn coasting_links(&mut self) -> Vec<LinkMotion> {
+        let still = self.coasting();
         link_motions(&mut self.graph, self.robot, &mut self.constants, &still)
     }
 }

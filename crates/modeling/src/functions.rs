@@ -9,13 +9,17 @@ use crate::base::base_parameters::{BaseParameters, base_parameters};
 use crate::base::unclear_rank::UnclearRank;
 use crate::derivation::Derivation;
 use crate::dynamics::energy::energy;
-use crate::dynamics::forward_dynamics::forward_dynamics;
+use crate::dynamics::forward_dynamics::{forward_dynamics, inverse_inertia_matrix};
 use crate::dynamics::friction::friction;
 use crate::dynamics::inertia_matrix::inertia_matrix;
+use crate::dynamics::link_frame::LinkFrame;
 use crate::dynamics::parameter_inputs::ParameterInputs;
-use crate::dynamics::pose::{self, LinkFrame};
+use crate::dynamics::pose;
+use crate::dynamics::reference_frame::ReferenceFrame;
 use crate::dynamics::regressor;
+use crate::dynamics::slotine_li::slotine_li_regressor;
 use crate::dynamics::torque::torque;
+use crate::dynamics::{derivatives, determinant, frame_motion, mass_centre, momentum};
 
 impl Derivation<'_> {
     /// The regressor of the standard parameters, tau = D X: inputs `q`, `dq`, `ddq` (n each), output
@@ -84,7 +88,100 @@ impl Derivation<'_> {
     /// Jacobian of a link or of a frame fixed to it: input `q`, output `j` (6 x n): velocity of O_j, then angular velocity, in
     /// that frame, per unit of each coordinate's rate.
     pub fn jacobian(&mut self, frame: impl Into<LinkFrame>) -> Function {
-        pose::jacobian(self, &frame.into())
+        pose::jacobian(self, &frame.into(), None)
+    }
+
+    /// Derivatives of the torques: inputs `q`, `dq`, `ddq`, `x` (X_base), outputs `dtau_by_q`, `dtau_by_dq` (n x n).
+    pub fn inverse_dynamics_derivatives(&mut self, base: &BaseParameters) -> Function {
+        let x = ParameterInputs::base(self, base);
+        derivatives::inverse_dynamics_derivatives(self, &x)
+    }
+
+    /// Derivatives of the accelerations: inputs `q`, `dq`, `tau`, `x` (X_base), outputs `ddq_by_q`, `ddq_by_dq`,
+    /// `ddq_by_tau` (n x n).
+    pub fn forward_dynamics_derivatives(&mut self, base: &BaseParameters) -> Function {
+        let x = ParameterInputs::base(self, base);
+        derivatives::forward_dynamics_derivatives(self, &x)
+    }
+
+    /// Christoffel's C: inputs `q`, `dq`, `x` (X_base), output `c` (n x n); C dq is the bias less gravity, and
+    /// dA/dt - 2 C is skew-symmetric.
+    pub fn coriolis_matrix(&mut self, base: &BaseParameters) -> Function {
+        let x = ParameterInputs::base(self, base);
+        derivatives::coriolis_matrix(self, &x)
+    }
+
+    /// The inverse of the inertia matrix: inputs `q`, `x` (X_base), output `inverse` (n x n).
+    pub fn inverse_inertia_matrix(&mut self, base: &BaseParameters) -> Function {
+        let x = ParameterInputs::base(self, base);
+        inverse_inertia_matrix(self, &x)
+    }
+
+    /// A ddq_r + C dq_r + g per unit of each base parameter: inputs `q`, `dq`, `dq_r`, `ddq_r`, output `y` (n x p).
+    pub fn slotine_li_regressor(&mut self, base: &BaseParameters) -> Function {
+        slotine_li_regressor(self, base)
+    }
+
+    /// The generalised momentum A dq: inputs `q`, `dq`, `x` (X_base), output `p` (n).
+    pub fn momentum(&mut self, base: &BaseParameters) -> Function {
+        let x = ParameterInputs::base(self, base);
+        momentum::momentum(self, &x)
+    }
+
+    /// A dq per unit of each base parameter: inputs `q`, `dq`, output `y` (n x p).
+    pub fn momentum_regressor(&mut self, base: &BaseParameters) -> Function {
+        momentum::momentum_regressor(self, base)
+    }
+
+    /// The centre of mass of the moving links: inputs `q`, `x` (the standard parameters), outputs `p` (3), m, in the base
+    /// frame, and its Jacobian `j` (3 x n).
+    pub fn centre_of_mass(&mut self) -> Function {
+        let x = ParameterInputs::standard(self);
+        mass_centre::centre_of_mass(self, &x)
+    }
+
+    /// Momentum, and angular momentum about the centre of mass: inputs `q`, `dq`, `x` (the standard parameters), outputs
+    /// `h` (6), in the axes of the base, and `map` (6 x n) with h = map dq.
+    pub fn centroidal_momentum(&mut self) -> Function {
+        let x = ParameterInputs::standard(self);
+        mass_centre::centroidal_momentum(self, &x)
+    }
+
+    /// Pose of a frame in another: input `q`, output `t` (3 x 4).
+    pub fn pose_in(&mut self, frame: impl Into<LinkFrame>, reference: &ReferenceFrame) -> Function {
+        pose::pose_in(self, &frame.into(), reference)
+    }
+
+    /// Jacobian of a frame in the axes of another: input `q`, output `j` (6 x n).
+    pub fn jacobian_in(&mut self, frame: impl Into<LinkFrame>, reference: &ReferenceFrame) -> Function {
+        pose::jacobian(self, &frame.into(), Some(reference))
+    }
+
+    /// Jacobian of a point fixed to a frame, in its axes or those of another: inputs `q`, `point` (3, m, in the frame),
+    /// output `j` (6 x n).
+    pub fn point_jacobian(&mut self, frame: impl Into<LinkFrame>, reference: Option<&ReferenceFrame>) -> Function {
+        pose::point_jacobian(self, &frame.into(), reference)
+    }
+
+    /// Velocity of a frame's origin, then its angular velocity: inputs `q`, `dq`, output `v` (6), in its axes or those of
+    /// another.
+    pub fn velocity(&mut self, frame: impl Into<LinkFrame>, reference: Option<&ReferenceFrame>) -> Function {
+        frame_motion::velocity(self, &frame.into(), reference)
+    }
+
+    /// Acceleration of a frame's origin, then its angular acceleration: inputs `q`, `dq`, `ddq`, output `a` (6).
+    pub fn acceleration(&mut self, frame: impl Into<LinkFrame>, reference: Option<&ReferenceFrame>) -> Function {
+        frame_motion::acceleration(self, &frame.into(), reference)
+    }
+
+    /// The acceleration at ddq = 0, which is (dJ/dt) dq for J in the axes of the base: inputs `q`, `dq`, output `a` (6).
+    pub fn jacobian_rate(&mut self, frame: impl Into<LinkFrame>, reference: Option<&ReferenceFrame>) -> Function {
+        frame_motion::jacobian_rate(self, &frame.into(), reference)
+    }
+
+    /// Determinant of the Jacobian of a link with six coordinates, else that of J^T J or J J^T: input `q`, output `det`.
+    pub fn jacobian_determinant(&mut self, frame: impl Into<LinkFrame>) -> Function {
+        determinant::jacobian_determinant(self, &frame.into())
     }
 
     /// Torques of a wrench: inputs `q`, `wrench` (force, then moment at O_j, that the link exerts on

@@ -4,7 +4,8 @@ use expr::Function;
 
 use crate::base::base_parameters::BaseParameters;
 use crate::derivation::Derivation;
-use crate::dynamics::pose::LinkFrame;
+use crate::dynamics::link_frame::LinkFrame;
+use crate::dynamics::reference_frame::ReferenceFrame;
 
 /// A function of a robot that a file may hold.
 #[derive(Clone, Debug, PartialEq)]
@@ -14,7 +15,7 @@ pub struct RobotFunction(Row);
 #[derive(Clone, Debug, PartialEq)]
 enum Row {
     OfRobot(usize),
-    OfLink(usize, LinkFrame),
+    OfLink(usize, LinkFrame, Option<ReferenceFrame>),
 }
 
 /// What is derived once for all functions of a file.
@@ -34,27 +35,123 @@ const FUNCTIONS_OF_ROBOT: &[OfRobot] = &[
     ("power-regressor", "dq^T D: the power per unit of each standard parameter, W.", |of, _| of.power_regressor()),
     ("energy", "Kinetic and potential energy per unit of each standard parameter, J.", |of, _| of.energy()),
     ("inverse-dynamics", "The torques from the base parameters x, N m (N).", |of, d| of.inverse_dynamics(d.base)),
+    ("torque", "The torques from the standard parameters x, N m (N).", |of, _| of.torque()),
     ("inertia-matrix", "The inertia matrix from the base parameters x, kg m^2.", |of, d| of.inertia_matrix(d.base)),
     ("bias", "Coriolis, centrifugal and gravity torques from the base parameters x.", |of, d| of.bias(d.base)),
     ("gravity", "Gravity torques from the base parameters x.", |of, d| of.gravity(d.base)),
     ("forward-dynamics", "The accelerations from the torques and x.", |of, d| of.forward_dynamics(d.base)),
+    ("inverse-inertia-matrix", "The inverse of the inertia matrix from the base parameters x.", |of, d| {
+        of.inverse_inertia_matrix(d.base)
+    }),
+    (
+        "coriolis-matrix",
+        "C of Christoffel from the base parameters x: C dq is the bias less gravity, dA/dt - 2 C is skew-symmetric.",
+        |of, d| of.coriolis_matrix(d.base),
+    ),
+    (
+        "inverse-dynamics-derivatives",
+        "Derivatives of the torques by q and dq, from the base parameters x; that by ddq is the inertia matrix.",
+        |of, d| of.inverse_dynamics_derivatives(d.base),
+    ),
+    (
+        "forward-dynamics-derivatives",
+        "Derivatives of the accelerations by q, dq and the torques, from the base parameters x.",
+        |of, d| of.forward_dynamics_derivatives(d.base),
+    ),
+    ("slotine-li-regressor", "A ddq_r + C dq_r + g per unit of each base parameter, with Christoffel's C.", |of, d| {
+        of.slotine_li_regressor(d.base)
+    }),
+    ("momentum", "The generalised momentum A dq from the base parameters x, kg m^2/s (kg m/s).", |of, d| {
+        of.momentum(d.base)
+    }),
+    ("momentum-regressor", "The generalised momentum A dq per unit of each base parameter.", |of, d| {
+        of.momentum_regressor(d.base)
+    }),
+    (
+        "centre-of-mass",
+        "Centre of mass of the moving links, m, and its Jacobian, in the base frame, from the standard parameters x.",
+        |of, _| of.centre_of_mass(),
+    ),
+    (
+        "centroidal-momentum",
+        "Momentum, then angular momentum about the centre of mass, and map with h = map dq, from the standard parameters x.",
+        |of, _| of.centroidal_momentum(),
+    ),
     ("friction", "Friction torques: f is FV FS OFF of each coordinate.", |of, _| of.friction()),
 ];
 
-/// Word, what stands before and behind the name of the link in the sentence, derivation.
-type OfLink = (&'static str, [&'static str; 2], fn(&mut Derivation, LinkFrame) -> Function);
+/// A function of one link.
+struct OfLink {
+    word: &'static str,
+    /// What stands before and behind the name of the link in the sentence.
+    sentence: [&'static str; 2],
+    /// In the axes of the frame itself, or of another where `has_reference`.
+    derive: fn(&mut Derivation, LinkFrame, Option<&ReferenceFrame>) -> Function,
+    has_reference: bool,
+}
 
 /// Functions of one link.
 const FUNCTIONS_OF_LINK: &[OfLink] = &[
-    ("pose", ["Orientation and position of ", " in the base frame"], |of, frame| of.pose(frame)),
-    ("jacobian", ["Velocity of the origin of ", ", then its angular velocity, in its frame"], |of, frame| {
-        of.jacobian(frame)
-    }),
-    (
-        "external-torque",
-        ["", ": what to add to the torques when it exerts this force and moment, in its frame"],
-        |of, frame| of.external_torque(frame),
-    ),
+    OfLink {
+        word: "pose",
+        sentence: ["Orientation and position of ", ""],
+        derive: |of, frame, reference| match reference {
+            None => of.pose(frame),
+            Some(reference) => of.pose_in(frame, reference),
+        },
+        has_reference: true,
+    },
+    OfLink {
+        word: "jacobian",
+        sentence: ["Velocity of the origin of ", ", then its angular velocity, per unit of each coordinate's rate"],
+        derive: |of, frame, reference| match reference {
+            None => of.jacobian(frame),
+            Some(reference) => of.jacobian_in(frame, reference),
+        },
+        has_reference: true,
+    },
+    OfLink {
+        word: "point-jacobian",
+        sentence: [
+            "Velocity of a point fixed to ",
+            " and given in its frame, then its angular velocity, per unit of each coordinate's rate",
+        ],
+        derive: |of, frame, reference| of.point_jacobian(frame, reference),
+        has_reference: true,
+    },
+    OfLink {
+        word: "velocity",
+        sentence: ["Velocity of the origin of ", ", then its angular velocity"],
+        derive: |of, frame, reference| of.velocity(frame, reference),
+        has_reference: true,
+    },
+    OfLink {
+        word: "acceleration",
+        sentence: ["Acceleration of the origin of ", " without gravity, then its angular acceleration"],
+        derive: |of, frame, reference| of.acceleration(frame, reference),
+        has_reference: true,
+    },
+    OfLink {
+        word: "jdot-dq",
+        sentence: [
+            "Acceleration of the origin of ",
+            " at ddq = 0, then its angular acceleration: (dJ/dt) dq of the Jacobian in the axes of the base",
+        ],
+        derive: |of, frame, reference| of.jacobian_rate(frame, reference),
+        has_reference: true,
+    },
+    OfLink {
+        word: "jacobian-determinant",
+        sentence: ["Determinant of the Jacobian of ", ", with other than six coordinates that of J^T J or J J^T"],
+        derive: |of, frame, _| of.jacobian_determinant(frame),
+        has_reference: false,
+    },
+    OfLink {
+        word: "external-torque",
+        sentence: ["", ": what to add to the torques when it exerts this force and moment, in its frame"],
+        derive: |of, frame, _| of.external_torque(frame),
+        has_reference: false,
+    },
 ];
 
 impl RobotFunction {
@@ -65,13 +162,23 @@ impl RobotFunction {
 
     /// A function of one link by its word, `pose`; `None` where there is none.
     pub fn of_link(word: &str) -> Option<impl Fn(LinkFrame) -> RobotFunction> {
-        let i = FUNCTIONS_OF_LINK.iter().position(|row| row.0 == word)?;
-        Some(move |frame| RobotFunction(Row::OfLink(i, frame)))
+        let i = FUNCTIONS_OF_LINK.iter().position(|row| row.word == word)?;
+        Some(move |frame| RobotFunction(Row::OfLink(i, frame, None)))
+    }
+
+    /// The same function expressed in another frame; `None` where it is not of a link or has no axes.
+    pub fn expressed_in(self, reference: ReferenceFrame) -> Option<RobotFunction> {
+        match self.0 {
+            Row::OfLink(i, frame, _) if FUNCTIONS_OF_LINK[i].has_reference => {
+                Some(RobotFunction(Row::OfLink(i, frame, Some(reference))))
+            }
+            _ => None,
+        }
     }
 
     /// All words, each with whether it is of a link.
     pub fn words() -> impl Iterator<Item = (&'static str, bool)> {
-        FUNCTIONS_OF_ROBOT.iter().map(|row| (row.0, false)).chain(FUNCTIONS_OF_LINK.iter().map(|row| (row.0, true)))
+        FUNCTIONS_OF_ROBOT.iter().map(|row| (row.0, false)).chain(FUNCTIONS_OF_LINK.iter().map(|row| (row.word, true)))
     }
 
     /// Whether it is the base regressor, which every file holds.
@@ -83,9 +190,16 @@ impl RobotFunction {
     pub(crate) fn derive(&self, derivation: &mut Derivation, derived: &Derived) -> (String, Function) {
         match &self.0 {
             Row::OfRobot(i) => (FUNCTIONS_OF_ROBOT[*i].1.to_string(), FUNCTIONS_OF_ROBOT[*i].2(derivation, derived)),
-            Row::OfLink(i, frame) => {
-                let (_, [before, behind], derive) = &FUNCTIONS_OF_LINK[*i];
-                (format!("{before}{}{behind}: {}.", frame.name, frame.meaning()), derive(derivation, frame.clone()))
+            Row::OfLink(i, frame, reference) => {
+                let OfLink { sentence: [before, behind], derive, has_reference, .. } = &FUNCTIONS_OF_LINK[*i];
+                let place = match (reference, has_reference) {
+                    (Some(reference), _) => format!(" in the axes of {}", reference.name()),
+                    (None, true) if FUNCTIONS_OF_LINK[*i].word == "pose" => " in the base frame".into(),
+                    (None, true) => " in its frame".into(),
+                    (None, false) => String::new(),
+                };
+                let sentence = format!("{before}{}{behind}{place}: {}.", frame.name, frame.meaning());
+                (sentence, derive(derivation, frame.clone(), reference.as_ref()))
             }
         }
     }

@@ -118,7 +118,7 @@ fn values(standard: &Function) -> Vec<String> {
     read.into_iter().filter_map(value).collect()
 }
 
-fn wrapped(text: &str, width: usize) -> Vec<String> {
+pub(crate) fn wrapped(text: &str, width: usize) -> Vec<String> {
     let mut lines = vec![String::new()];
     for word in text.split_whitespace() {
         let last = lines.len() - 1;

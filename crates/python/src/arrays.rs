@@ -17,7 +17,9 @@ impl<'py> Rows<'py> {
     /// Takes anything that NumPy reads as an array of numbers. It is copied only if it is not float64, row by row.
     pub fn new(name: &str, x: &Bound<'py, PyAny>) -> PyResult<Rows<'py>> {
         if has_masked(x)? {
-            return Err(error(format_args!("{name}: some of its values are masked; fill them, or leave their rows out")));
+            return Err(error(format_args!(
+                "{name}: some of its values are masked; fill them, or leave their rows out"
+            )));
         }
         Rows::without_mask(name, x)
     }

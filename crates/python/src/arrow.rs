@@ -211,14 +211,7 @@ impl Kind {
     }
 
     /// Appends `length` numbers of a column from `first` on. A null becomes NaN. `origin` is the first instant.
-    unsafe fn append(
-        self,
-        column: &Batch,
-        first: i64,
-        length: i64,
-        numbers: &mut Vec<f64>,
-        origin: &mut Option<i64>,
-    ) {
+    unsafe fn append(self, column: &Batch, first: i64, length: i64, numbers: &mut Vec<f64>, origin: &mut Option<i64>) {
         let (first, length) = (column.offset.saturating_add(first).max(0) as usize, length.max(0) as usize);
         if length == 0 {
             return;
@@ -230,12 +223,13 @@ impl Kind {
         let is_null = |k: usize| !validity.is_null() && unsafe { *validity.add(k / 8) } >> (k % 8) & 1 == 0;
         macro_rules! take {
             ($t:ty) => {
-                take!($t, |x| x as f64)
+                take!($t, |x: $t| x as f64)
             };
             ($t:ty, $number:expr) => {{
                 let (values, number) = (values.cast::<$t>(), &mut $number as &mut dyn FnMut($t) -> f64);
                 // SAFETY: as above; a buffer may be unaligned.
-                let mut cell = |k| if is_null(k) { f64::NAN } else { number(unsafe { values.add(k).read_unaligned() }) };
+                let mut cell =
+                    |k: usize| if is_null(k) { f64::NAN } else { number(unsafe { values.add(k).read_unaligned() }) };
                 numbers.extend((first..first + length).map(&mut cell));
             }};
         }

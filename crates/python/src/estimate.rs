@@ -3,15 +3,15 @@
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use rist::{Identified, Status};
 use numpy::PyArrayDyn;
 use pyo3::prelude::*;
 use pyo3::types::{PyCapsule, PyDict, PyTuple};
+use rist::LinkId;
 use rist::page::{Origin, PageRequest};
 use rist::request::spelling::{Reader, spelled};
 use rist::samples::Bodies;
 use rist::verdict::Trust;
-use rist::LinkId;
+use rist::{Identified, Status};
 
 use crate::arrays::array;
 use crate::arrow_export::{Content, stream};

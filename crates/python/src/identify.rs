@@ -2,9 +2,9 @@
 
 use std::path::PathBuf;
 
-use rist::ClosedLoop;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
+use rist::ClosedLoop;
 use rist::closed_loop::identify_experiments_in_loop;
 use rist::doctor::DoctorRequest;
 use rist::experiments::{ExperimentLogs, identify_gains_of_rows, identify_paper_rows};
@@ -50,7 +50,7 @@ use crate::work::work;
 /// - ripple: Estimate ripple of torque and gain with so many periods a turn, of a coordinate or of all
 /// - elastic: Estimate the springs of these coordinates, or of all; the encoders are at the motors. The equations
 ///   end at 10 Hz then, unless cutoff= says otherwise [default: False]
-/// - play: Estimate the play of these joints, or of all, as elastic= does springs [default: False]
+/// - backlash: Estimate the backlash of these joints, or of all, as elastic= does springs [default: False]
 /// - method: The equations to solve; all but ls and essential need the plan behind the logs [default: 'ls']
 /// - loaded: Logs with a load on the last link, which is identified too
 /// - validate: Logs that are predicted, not fitted, for the verdict
@@ -63,7 +63,7 @@ use crate::work::work;
 ///
 /// Ctrl-C ends it. Raises rist.Error with the message of the program.
 #[pyfunction]
-#[pyo3(signature = (model, logs, **options), text_signature = "(model, logs, *, consistent=False, gain=None, covariance=False, loaded_link=None, friction=None, weights=None, cutoff=None, order=None, decimate=None, delay=None, options=None, load=None, ripple=None, elastic=False, play=False, method='ls', loaded=(), validate=(), plan=None)")]
+#[pyo3(signature = (model, logs, **options), text_signature = "(model, logs, *, consistent=False, gain=None, covariance=False, loaded_link=None, friction=None, weights=None, cutoff=None, order=None, decimate=None, delay=None, options=None, load=None, ripple=None, elastic=False, backlash=False, method='ls', loaded=(), validate=(), plan=None)")]
 pub fn identify(
     py: Python<'_>,
     model: &Bound<'_, Model>,
@@ -76,7 +76,9 @@ pub fn identify(
     call.check_method(method)?;
     match method {
         Method::Ls | Method::Essential => identify_samples(py, model, logs, &call, method),
-        Method::Rist | Method::Tls | Method::RistMh | Method::Iv | Method::Didim => identify_plan(py, model, logs, &call, method),
+        Method::Rist | Method::Tls | Method::RistMh | Method::Iv | Method::Didim => {
+            identify_plan(py, model, logs, &call, method)
+        }
     }
 }
 

@@ -2,9 +2,9 @@
 
 use std::path::{Path, PathBuf};
 
-use rist::{Array, ColumnNames, LogSource, Table};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList, PyTuple};
+use rist::{Array, ColumnNames, LogSource, Table};
 
 use crate::arrays::{Rows, seconds};
 use crate::arrow;

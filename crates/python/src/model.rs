@@ -21,7 +21,7 @@ use crate::html;
 use crate::work::alone;
 
 /// States that are evaluated between two looks for signals.
-const TOGETHER: usize = 1 << 14;
+const STATES_PER_PASS: usize = 1 << 14;
 
 /// A robot and what follows from it: base parameters, regressors, torques, source.
 ///
@@ -115,9 +115,9 @@ impl Model {
         let filled = filled.as_slice_mut().map_err(error)?;
         let ([q, dq, ddq], n) = (states.numbers()?, self.inner.robot.n_coordinates());
         for (first, outputs) in
-            (0..states.count).step_by(TOGETHER).zip(filled.chunks_mut((TOGETHER * rows * columns).max(1)))
+            (0..states.count).step_by(STATES_PER_PASS).zip(filled.chunks_mut((STATES_PER_PASS * rows * columns).max(1)))
         {
-            let end = states.count.min(first + TOGETHER);
+            let end = states.count.min(first + STATES_PER_PASS);
             let cut = |x: &[f64]| -> std::ops::Range<usize> { (first * n).min(x.len())..(end * n).min(x.len()) };
             let some = ManyStates { q: &q[cut(q)], dq: &dq[cut(dq)], ddq: &ddq[cut(ddq)], parameters: &parameters };
             alone(py, || evaluation.fill(&self.inner, &some, outputs))?.or_error()?;

@@ -14,10 +14,10 @@ use rist::exciting::Interruption;
 use crate::error::{OrError, error};
 
 /// Time between two checks for signals.
-const PATIENCE: Duration = Duration::from_millis(50);
+const SIGNAL_CHECK_INTERVAL: Duration = Duration::from_millis(50);
 
 /// Stack of the thread, as large as that of a main thread, because derivations recurse.
-const STACK: usize = 8 << 20;
+const WORKER_STACK_BYTES: usize = 8 << 20;
 
 /// Progress of the work: parts done, parts in all, and the best result so far, in words.
 pub struct Progress {
@@ -47,12 +47,12 @@ pub fn work<T: Send>(
     std::thread::scope(|scope| {
         let flag = interruption.clone();
         let of_task = move || flag.during(|| task(&Reporter(send)));
-        let thread = std::thread::Builder::new().stack_size(STACK).spawn_scoped(scope, of_task)?;
+        let thread = std::thread::Builder::new().stack_size(WORKER_STACK_BYTES).spawn_scoped(scope, of_task)?;
         let mut raised = Ok(());
         loop {
             let message;
             (receive, message) = py.detach(move || {
-                let message = receive.recv_timeout(PATIENCE);
+                let message = receive.recv_timeout(SIGNAL_CHECK_INTERVAL);
                 (receive, message)
             });
             let looked = match message {

@@ -17,7 +17,6 @@ use identification::rows::observation::Observation;
 use identification::signals::records::SourceRecords;
 use identification::signals::signal_options::Velocity;
 use linear_model::description_options::{DescriptionOptions, RotorInertias};
-use linear_model::linear_model::Model as LinearModel;
 use logs::{Effort, LogSource};
 use robot::RotorInertia;
 
@@ -207,8 +206,7 @@ fn late(
         return Ok(None);
     }
     let error = |options: &Options| -> Result<f64, Error> {
-        let couplings = options.transmission.coupled();
-        let linear = LinearModel::new(model.regressor(), &options.friction, &couplings);
+        let linear = options.linear_model(model.regressor());
         let records = SourceRecords::new(model.regressor(), logs, &options.preparation())?;
         let observation = Observation::of_records(&linear, &records, None)?;
         Ok(cross_validate(&linear, &observation, options.weights).total)

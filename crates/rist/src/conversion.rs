@@ -34,7 +34,7 @@ pub fn convert(robot: &Robot, format: DescriptionFormat) -> Result<Converted, Er
 }
 
 /// Relative difference of torques that rounding explains: a URDF has other frames and its angles as decimals.
-const ROUNDING: f64 = 1e-9;
+const TORQUE_ROUNDING: f64 = 1e-9;
 
 /// What of the robot is not in the text, by reading it. Fails where it cannot be read: then nothing is written.
 fn read_back(robot: &Robot, text: &str, format: DescriptionFormat) -> Result<Vec<String>, Error> {
@@ -71,7 +71,7 @@ fn read_back(robot: &Robot, text: &str, format: DescriptionFormat) -> Result<Vec
         let starts: Vec<String> = robot.passive.iter().map(start).collect();
         differences.push(format!("where the search for passive joints starts is not carried: {}", starts.join(", ")));
     }
-    if let Some(x) = torque_difference(robot, &read).filter(|x| *x > ROUNDING) {
+    if let Some(x) = torque_difference(robot, &read).filter(|x| *x > TORQUE_ROUNDING) {
         differences.push(format!("the result is another robot: its torques differ by {x:.1e} of the largest"));
     }
     Ok(differences)

@@ -94,12 +94,12 @@ fn identify_by(
 
 /// Scatter of a position, relative to its swing, above which the periods count as unlike. In logs that repeat, noise
 /// makes the periods scatter by less than a hundredth. A drive that saturates makes the scatter one.
-const UNLIKE: f64 = 0.05;
+const UNLIKE_PERIODS_SCATTER: f64 = 0.05;
 
 /// A sentence on an experiment whose motion does not repeat.
 fn unlike(model: &Model, file: &str, experiment: &SpectralExperiment) -> Option<String> {
     let (joint, scatter) = experiment.scatter()?;
-    (scatter > UNLIKE).then(|| {
+    (scatter > UNLIKE_PERIODS_SCATTER).then(|| {
         format!(
             "{file}: the motion of {} does not repeat, its periods scatter by {:.0} % of the swing: a drive saturates, \
              or the controller does not hold it; the mean of unlike periods is no motion, and no interval shows that",

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use expr::Value;
 use linear_model::parameter::{FrictionParameter, ParameterId};
-use modeling::{LinkFrame, RobotFunction};
+use modeling::{LinkFrame, ReferenceFrame, RobotFunction};
 use robot::Robot;
 
 use crate::Estimate;
@@ -38,7 +38,8 @@ pub struct Source {
 }
 
 /// A function by its name: `inertia-matrix`, `pose=5`. A link is given by its name, its joint or its label. A link of a
-/// URDF may also be fixed to a moving one. Functions of a link are in the frame that its file gives it.
+/// URDF may also be fixed to a moving one. Functions of a link are in the frame that its file gives it, `jacobian=5:base` and
+/// `pose=5:2` in that of the base or of another link.
 ///
 /// Fails with the names there are.
 pub fn function_named(robot: &Robot, text: &str) -> Result<RobotFunction, Error> {
@@ -52,10 +53,18 @@ pub fn function_named(robot: &Robot, text: &str) -> Result<RobotFunction, Error>
     let Some(wanted) = link else {
         return Err(Error::new(format_args!("`{name}` needs its link: `{name}=LINK`")));
     };
-    LinkFrame::named(robot, wanted).map(make).ok_or_else(|| {
+    let absent = |wanted: &str| {
         let names = LinkFrame::names(robot).join(", ");
         Error::new(format_args!("{} has no moving link `{wanted}`; it has {names}", robot.name))
-    })
+    };
+    if let Some(frame) = LinkFrame::named(robot, wanted) {
+        return Ok(make(frame));
+    }
+    let Some((link, reference)) = wanted.rsplit_once(':') else { return Err(absent(wanted)) };
+    let frame = LinkFrame::named(robot, link).ok_or_else(|| absent(link))?;
+    let reference = ReferenceFrame::named(robot, reference).ok_or_else(|| absent(reference))?;
+    let function = make(frame).expressed_in(reference);
+    function.ok_or_else(|| Error::new(format_args!("`{name}` is not expressed in a frame: `{name}={link}`")))
 }
 
 /// The numbers of an estimate for a file of source.

@@ -48,8 +48,7 @@ pub struct Predicted {
 /// where the estimate lacks a parameter.
 pub fn predictions(model: &Model, estimate: &Estimate, logs: &[LogSource]) -> Result<Vec<Predicted>, Error> {
     let Some(options) = &estimate.options else { return Ok(Vec::new()) };
-    let couplings = options.transmission.coupled();
-    let linear = LinearModel::new(model.regressor(), &options.friction, &couplings);
+    let linear = options.linear_model(model.regressor());
     let x = values_of(&linear, estimate)?;
     let described = model.described_parameters();
     let predict = |log: &LogSource| {
@@ -71,8 +70,7 @@ pub fn predictions(model: &Model, estimate: &Estimate, logs: &[LogSource]) -> Re
 /// Fails where a log cannot be read, and where the estimate lacks a parameter.
 pub fn portrait(model: &Model, estimate: &Estimate, logs: &[LogSource]) -> Result<Option<Portrait>, Error> {
     let Some(options) = &estimate.options else { return Ok(None) };
-    let couplings = options.transmission.coupled();
-    let linear = LinearModel::new(model.regressor(), &options.friction, &couplings);
+    let linear = options.linear_model(model.regressor());
     let x = values_of(&linear, estimate)?;
     Ok(Some(identification::portrait::portrait(&linear, &x, options, logs)?))
 }
@@ -84,8 +82,7 @@ pub fn predicted_torques(model: &Model, estimate: &Estimate, logs: &[LogSource])
     let Some(options) = &estimate.options else {
         return Err(Error::new("an estimate of experiments has no series of samples; one of logs has"));
     };
-    let couplings = options.transmission.coupled();
-    let linear = LinearModel::new(model.regressor(), &options.friction, &couplings);
+    let linear = options.linear_model(model.regressor());
     let x = values_of(&linear, estimate)?;
     Ok(series(&linear, &x, options, logs)?)
 }

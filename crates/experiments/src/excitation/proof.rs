@@ -158,7 +158,7 @@ fn over_pieces(motion: &Motion, of: impl Fn(Piece, Interval) -> Vec<Range>) -> V
 }
 
 /// The rows of torques and powers of the coordinates that have a limit of effort, or of power.
-pub(crate) fn prove_torque(
+pub fn prove_torque(
     motion: &Motion,
     limits: &[CoordinateLimits],
     names: &[String],

@@ -78,8 +78,7 @@ pub fn identify_consistent(
     if !(consistency.prior_weight > 0.0 && consistency.prior_weight.is_finite()) {
         return Err(Error::new(format!("prior_weight is {}; a positive number is needed", consistency.prior_weight)));
     }
-    let couplings = options.transmission.coupled();
-    let model = Model::new(regressor, &options.friction, &couplings);
+    let model = options.linear_model(regressor);
     let joints = fit.observation.joints(|_| true);
     let mut weights = fit.weights.clone();
     if options.weights == Weights::None {

@@ -5,7 +5,6 @@
 //! deviation to believe of a parameter that stays is the white deviation in the smaller model, times the ratio of the
 //! deviation to believe to the white one in the whole model.
 
-use linear_model::linear_model::Model;
 use linear_model::regressor::Regressor;
 
 use crate::estimate::held_out::residuals;
@@ -22,8 +21,7 @@ const SIGNIFICANT_CHI_SQUARE: f64 = 3.84;
 
 /// The fit with only the essential parameters; the others are zero, with the deviation that they had.
 pub fn keep_essential(regressor: &dyn Regressor, fit: &mut Fit, options: &Options) {
-    let couplings = options.transmission.coupled();
-    let model = Model::new(regressor, &options.friction, &couplings);
+    let model = options.linear_model(regressor);
     let joints = fit.observation.joints(|_| true);
     let triangle = weighted(&joints, &fit.weights);
     // The norm grows by half the relative growth of its square.

@@ -8,7 +8,7 @@
 //!
 //! | who | clusters | k |
 //! |---|---|---|
-//! | `replicate_deviation`, `drive_gains::replicates` | parts of a record; bands of speed | 19/20; 1/2 |
+//! | `replicate_deviation`, `drive_gains::replicates` | parts of a record; bands of speed and of position | 19/20; 1/2 |
 //! | `block_deviation` | logs, or blocks of one | 1 |
 //! | `spectrum::rist_mh::misfit` | the rows of one joint in one experiment | 19/20 |
 

@@ -181,7 +181,6 @@ fn with_harmonics(
 ) -> Result<(), Error> {
     let mut data = HarmonicData::new(experiments, regressor, gain, noise, &options.band);
     let found = data.estimate(options).ok_or_else(|| Error::new("the experiments give no equation"))?;
-    let p = found.parameters;
     let mut push = |parameter: Parameter, i: usize| {
         let white = found.solution.inverse[(i, i)].max(0.0).sqrt();
         let one = identified(parameter, found.solution.x[i], white, found.solution.determined[i]);
@@ -195,7 +194,7 @@ fn with_harmonics(
     for (j, coordinate) in regressor.coordinates().iter().enumerate() {
         for (c, term) in found.shape.parameters().into_iter().enumerate() {
             let parameter = of_joint(regressor, j, ParameterId::friction(term, coordinate));
-            push(parameter, p + j * found.shape.columns() + c);
+            push(parameter, found.layout.friction(j).start + c);
         }
     }
     estimate.rank = estimate.parameters.iter().filter(|p| p.value.is_some()).count();
@@ -240,7 +239,7 @@ fn widen_with_gains(estimate: &mut Estimate, found: &HarmonicEstimate) {
     if found.misfit.by_experiment.is_empty() {
         return;
     }
-    let lacked = (0..found.parameters).map(|i| found.lacked(i));
+    let lacked = found.layout.parameters().map(|i| found.lacked(i));
     let all = lacked.chain(found.misfit.gains_by_experiment.iter().copied());
     let parameters = std::mem::take(&mut estimate.parameters);
     estimate.parameters = parameters.into_iter().zip(all).map(|(p, lacked)| p.widened_beyond_white(lacked)).collect();

@@ -9,8 +9,8 @@
 use crate::random::SplitMix;
 
 /// 2^61 less this is P.
-const BELOW: u64 = 465;
-pub(crate) const P: u64 = (1 << 61) - BELOW;
+const PRIME_OFFSET: u64 = 465;
+pub(crate) const P: u64 = (1 << 61) - PRIME_OFFSET;
 /// The roots of two and three modulo P.
 const ROOT_2: Residue = Residue(1_986_480_468_971_546_878);
 const ROOT_3: Residue = Residue(1_111_797_624_405_771_273);
@@ -124,15 +124,15 @@ impl std::ops::Sub for Residue {
 impl std::ops::Mul for Residue {
     type Output = Residue;
     fn mul(self, b: Residue) -> Residue {
-        // 2^61 is BELOW. The second time, less than 2^10 stands above the 61 bits.
+        // 2^61 is PRIME_OFFSET. The second time, less than 2^10 stands above the 61 bits.
         let product = u128::from(self.0) * u128::from(b.0);
-        let folded = (product >> 61) * u128::from(BELOW) + (product & u128::from(LOW));
-        let sum = (folded >> 61) as u64 * BELOW + (folded as u64 & LOW);
+        let folded = (product >> 61) * u128::from(PRIME_OFFSET) + (product & u128::from(LOW_BITS));
+        let sum = (folded >> 61) as u64 * PRIME_OFFSET + (folded as u64 & LOW_BITS);
         Residue(if sum >= P { sum - P } else { sum })
     }
 }
 
-const LOW: u64 = (1 << 61) - 1;
+const LOW_BITS: u64 = (1 << 61) - 1;
 
 /// Denominators of ratios that count as small: those of decimals with six digits.
 const MAX_DENOMINATOR: i64 = 1_000_000;

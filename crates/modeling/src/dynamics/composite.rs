@@ -36,28 +36,24 @@ impl Body {
     }
 
     /// The same body in axes turned back about z.
-    fn unturned(self, g: &mut Graph, turn: Turn) -> Body {
+    pub(crate) fn unturned(self, g: &mut Graph, turn: Turn) -> Body {
         let [xx, xy, xz, yy, yz, zz] = self.inertia;
-        // k = s (xx - yy) + 2 c xy; xx' = xx - s k, yy' = yy + s k, xy' = c k - xy
-        let (k, sk, ck);
-        if turn.sin.is_zero() {
-            (sk, ck) = (Expr::ZERO, {
-                let two = g.constant(2.0);
-                g.mul(two, xy)
-            });
+        // k = s (xx - yy) + 2 c xy; xx' = xx - s k, yy' = yy + s k, xy' = c k - xy. A half turn and a quarter turn only
+        // exchange entries.
+        let (xx, xy, yy) = if turn.sin.is_zero() {
+            (xx, xy, yy)
+        } else if turn.cos.is_zero() {
+            (yy, -xy, xx)
         } else {
             let two = g.constant(2.0);
             let (difference, twice) = (g.sub(xx, yy), g.mul(two, xy));
             let (a, b) = (g.mul(turn.sin, difference), g.mul(turn.cos, twice));
-            k = g.add(a, b);
-            (sk, ck) = (g.mul(turn.sin, k), g.mul(turn.cos, k));
-        }
+            let k = g.add(a, b);
+            let (sk, ck) = (g.mul(turn.sin, k), g.mul(turn.cos, k));
+            (g.sub(xx, sk), g.sub(ck, xy), g.add(yy, sk))
+        };
         let [xz, yz, _] = turn.unturned(g, [xz, yz, Expr::ZERO]);
-        Body {
-            inertia: [g.sub(xx, sk), g.sub(ck, xy), xz, g.add(yy, sk), yz, zz],
-            first_moment: turn.unturned(g, self.first_moment),
-            mass: self.mass,
-        }
+        Body { inertia: [xx, xy, xz, yy, yz, zz], first_moment: turn.unturned(g, self.first_moment), mass: self.mass }
     }
 
     /// The same body in axes turned back about x: the turn about z after a cyclic permutation of the axes.
@@ -99,6 +95,17 @@ impl Body {
         Body { inertia: [xx, xy, xz, yy, yz, zz], first_moment: shifted, mass: m }
     }
 
+    /// Khalil's names of a composite body: XXP3, MXP3, MP3.
+    fn name(&self, g: &mut Graph, label: &str) {
+        for (&e, letters) in self.inertia.iter().zip(["XX", "XY", "XZ", "YY", "YZ", "ZZ"]) {
+            g.name(e, || format!("{letters}P{label}"));
+        }
+        for (&e, letters) in self.first_moment.iter().zip(["MX", "MY", "MZ"]) {
+            g.name(e, || format!("{letters}P{label}"));
+        }
+        g.name(self.mass, || format!("MP{label}"));
+    }
+
     /// J v.
     pub(crate) fn times(self, g: &mut Graph, v: Vector) -> Vector {
         let [xx, xy, xz, yy, yz, zz] = self.inertia;
@@ -110,6 +117,7 @@ impl Body {
 pub(crate) fn composites(g: &mut Graph, robot: &Robot, links: &[LinkMotion], x: &ParameterInputs) -> Vec<Body> {
     let mut bodies: Vec<Body> = robot.link_ids().map(|j| Body::new(x.body(j))).collect();
     for j in robot.link_ids().rev() {
+        bodies[j.0].name(g, &robot.link(j).label);
         if let Some(i) = robot.link(j).antecedent {
             let placement = &links[j.0].placement;
             let body = bodies[j.0].unturned(g, placement.theta);

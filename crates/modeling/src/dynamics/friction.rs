@@ -9,17 +9,19 @@ use expr::{Expr, Function, Input, Output, SymbolKind};
 
 use crate::derivation::Derivation;
 use crate::kinematics::links::MotionInput;
+use crate::kinematics::names::coordinate_labels;
 use crate::kinematics::vector::sum;
 
 /// Inputs `dq`, `sign_dq` (n each) and `f` (FV FS OFF a coordinate); output `tau`, N m (N).
 pub(crate) fn friction(derivation: &mut Derivation) -> Function {
     let n = derivation.robot.n_coordinates();
+    let labels = coordinate_labels(derivation.robot);
     let g = &mut derivation.graph;
-    let mut inputs = |name: &str, count: usize| -> Input {
-        let entries = (0..count).map(|i| g.symbol(&format!("{name}[{i}]"), SymbolKind::Input)).collect();
-        Input { name: name.into(), entries }
+    let mut inputs = |name: &str, letters: &[&str]| -> Input {
+        let names = labels.iter().flat_map(|label| letters.iter().map(move |letters| format!("{letters}{label}")));
+        Input { name: name.into(), entries: names.map(|name| g.symbol(&name, SymbolKind::Input)).collect() }
     };
-    let (sign, f) = (inputs("sign_dq", n), inputs("f", 3 * n));
+    let (sign, f) = (inputs("sign_dq", &["sign_dq"]), inputs("f", &["FV", "FS", "OFF"]));
     let dq = derivation.motion.input(MotionInput::Dq);
     let entries: Vec<Expr> = (0..n)
         .map(|k| {

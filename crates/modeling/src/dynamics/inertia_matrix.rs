@@ -82,7 +82,7 @@ fn accumulate(g: &mut Graph, robot: &Robot, a: &mut [Expr], (k, j): (LinkId, Lin
 }
 
 /// Force and moment at O_j of a body that its own joint accelerates by one.
-fn unit_wrench(g: &mut Graph, body: Body, kind: JointKind) -> (Vector, Vector) {
+pub(crate) fn unit_wrench(g: &mut Graph, body: Body, kind: JointKind) -> (Vector, Vector) {
     let [mx, my, _] = body.first_moment;
     match kind {
         JointKind::Revolute => ([-my, mx, Expr::ZERO], body.times(g, [Expr::ZERO, Expr::ZERO, Expr::ONE])),

@@ -1,11 +1,21 @@
 //! The functions of a robot in which its inertial parameters act, one per file.
 
 pub(crate) mod composite;
+pub(crate) mod derivatives;
+pub(crate) mod determinant;
 pub(crate) mod energy;
+pub(crate) mod factor;
 pub(crate) mod forward_dynamics;
+pub(crate) mod frame_motion;
 pub(crate) mod friction;
 pub(crate) mod inertia_matrix;
+pub(crate) mod link_frame;
+pub(crate) mod mass_centre;
+pub(crate) mod momenta;
+pub(crate) mod momentum;
 pub(crate) mod parameter_inputs;
 pub(crate) mod pose;
+pub(crate) mod reference_frame;
 pub(crate) mod regressor;
+pub(crate) mod slotine_li;
 pub(crate) mod torque;

@@ -17,17 +17,21 @@ pub(crate) struct ParameterInputs {
 
 impl ParameterInputs {
     pub(crate) fn standard(derivation: &mut Derivation) -> ParameterInputs {
-        ParameterInputs::of(derivation, StandardParameter::all(derivation.robot))
+        let parameters = StandardParameter::all(derivation.robot);
+        let name = |p: &StandardParameter| p.display(derivation.robot).to_string();
+        let names: Vec<String> = parameters.iter().map(name).collect();
+        ParameterInputs::of(derivation, parameters, &names)
     }
 
     /// A base parameter stands in the place of the standard one it is named after.
     pub(crate) fn base(derivation: &mut Derivation, base: &BaseParameters) -> ParameterInputs {
-        ParameterInputs::of(derivation, base.base.iter().map(|b| base.standard[b.column]).collect())
+        let names: Vec<String> = base.base.iter().map(|b| b.name.clone()).collect();
+        ParameterInputs::of(derivation, base.base.iter().map(|b| base.standard[b.column]).collect(), &names)
     }
 
-    fn of(derivation: &mut Derivation, parameters: Vec<StandardParameter>) -> ParameterInputs {
+    fn of(derivation: &mut Derivation, parameters: Vec<StandardParameter>, names: &[String]) -> ParameterInputs {
         let g = &mut derivation.graph;
-        let x = (0..parameters.len()).map(|c| g.symbol(&format!("x[{c}]"), SymbolKind::Input)).collect();
+        let x = names.iter().map(|name| g.symbol(name, SymbolKind::Input)).collect();
         ParameterInputs { x, parameters }
     }
 

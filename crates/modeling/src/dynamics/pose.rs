@@ -8,76 +8,13 @@
 //! Of a frame f fixed to link j, with R = R_jf and p = p_jf: T_0f = T_0j T_jf, v_f = R^T (v_j + w_j x p), w_f = R^T w_j.
 
 use expr::{Expr, Function, Input, Output, SymbolKind};
-use robot::{LinkId, Pose, Robot};
 
 use crate::derivation::Derivation;
+use crate::dynamics::link_frame::LinkFrame;
+use crate::dynamics::reference_frame::{ReferenceFrame, at_place_of, constants, in_axes_of, suffix, turned_to};
 use crate::kinematics::implicit::reduced;
 use crate::kinematics::links::Twist;
-use crate::kinematics::vector::{NULL, Vector, add, cross, dot};
-
-/// A frame fixed to a link, by which functions say where they speak of.
-#[derive(Clone, Debug, PartialEq)]
-pub struct LinkFrame {
-    /// The link.
-    pub link: LinkId,
-    /// The frame in the frame of the link.
-    pub pose: Pose,
-    /// What functions of it are called after; empty for a frame without a name.
-    pub name: String,
-    /// Whether it is a frame of the robot's file, and not Khalil's frame of the link.
-    pub is_files: bool,
-}
-
-impl From<LinkId> for LinkFrame {
-    fn from(link: LinkId) -> LinkFrame {
-        LinkFrame { link, pose: Pose::IDENTITY, name: String::new(), is_files: false }
-    }
-}
-
-impl LinkFrame {
-    /// The frame that is called so: a link of a URDF in the frame the URDF gives it, fixed ones among them, a link of
-    /// another file by its name, its joint's name or its label. `None` where the robot has none of that name.
-    pub fn named(robot: &Robot, name: &str) -> Option<LinkFrame> {
-        let of_file = robot.link_ids().find_map(|link| {
-            let (_, pose) = robot.link(link).frames.iter().find(|(frame, _)| frame == name)?;
-            Some(LinkFrame { link, pose: *pose, name: name.into(), is_files: true })
-        });
-        of_file.or_else(|| {
-            let is = |&j: &LinkId| {
-                let link = robot.link(j);
-                link.name == name || link.joint.name == name || link.label == name
-            };
-            let link = robot.link_ids().find(is)?;
-            // A joint of a URDF stands for the link it moves.
-            let own = robot.link(link).frames.first();
-            let pose = own.map_or(Pose::IDENTITY, |frame| frame.1);
-            Some(LinkFrame { link, pose, name: name.into(), is_files: own.is_some() })
-        })
-    }
-
-    /// Names of all frames that [`LinkFrame::named`] knows.
-    pub fn names(robot: &Robot) -> Vec<String> {
-        let of = |link: &robot::Link| match link.frames.is_empty() {
-            true => vec![link.name.clone()],
-            false => link.frames.iter().map(|frame| frame.0.clone()).collect(),
-        };
-        robot.links.iter().flat_map(of).collect()
-    }
-
-    /// What the frame is, for the reader of a generated file.
-    pub(crate) fn meaning(&self) -> &'static str {
-        match self.is_files {
-            true => "the frame is that of the robot's file",
-            false => "the frame is Khalil's, its z along the joint axis",
-        }
-    }
-
-    fn function(&self, kind: &str) -> String {
-        let word: String =
-            self.name.chars().map(|c| if c.is_ascii_alphanumeric() { c.to_ascii_lowercase() } else { '_' }).collect();
-        if word.is_empty() { kind.into() } else { format!("{kind}_{word}") }
-    }
-}
+use crate::kinematics::vector::{NULL, Vector, add, cross, plus_dot};
 
 /// Input `q`; output `t`, 3 x 4: orientation and position of a frame in the base frame.
 pub(crate) fn pose(derivation: &mut Derivation, frame: &LinkFrame) -> Function {
@@ -98,21 +35,59 @@ pub(crate) fn pose(derivation: &mut Derivation, frame: &LinkFrame) -> Function {
     Function::new(&frame.function("pose"), g, motion.configuration(), vec![output])
 }
 
+/// Input `q`; output `t`, 3 x 4: orientation and position of a frame in another.
+pub(crate) fn pose_in(derivation: &mut Derivation, frame: &LinkFrame, reference: &ReferenceFrame) -> Function {
+    let Derivation { robot, graph: g, motion, links, .. } = derivation;
+    let axes = transposed(&frame.pose.rotation).map(|axis| constants(g, axis));
+    let p = constants(g, frame.pose.position);
+    let axes = axes.map(|axis| in_axes_of(g, robot, links, axis, frame.link, reference));
+    let p = at_place_of(g, robot, links, p, frame.link, reference);
+    let columns = [axes[0], axes[1], axes[2], p];
+    let entries = (0..3).flat_map(|r| columns.map(|c| c[r])).collect();
+    let output = Output { name: "t".into(), rows: 3, columns: 4, entries };
+    let name = frame.function("pose") + &suffix(Some(reference));
+    Function::new(&name, g, motion.configuration(), vec![output])
+}
+
 /// Input `q`; output `j`, 6 x n.
-pub(crate) fn jacobian(derivation: &mut Derivation, frame: &LinkFrame) -> Function {
-    let rows = jacobian_rows(derivation, frame);
+pub(crate) fn jacobian(derivation: &mut Derivation, frame: &LinkFrame, reference: Option<&ReferenceFrame>) -> Function {
+    let p = constants(&mut derivation.graph, frame.pose.position);
+    let rows = jacobian_rows(derivation, frame, reference, p);
     let n = derivation.robot.n_coordinates();
     let output = Output { name: "j".into(), rows: 6, columns: n, entries: rows.concat() };
-    Function::new(&frame.function("jacobian"), &derivation.graph, derivation.motion.configuration(), vec![output])
+    let name = frame.function("jacobian") + &suffix(reference);
+    Function::new(&name, &derivation.graph, derivation.motion.configuration(), vec![output])
+}
+
+/// Inputs `q`, `point` (3, m, in the frame); output `j`, 6 x n: velocity of the point that is fixed to the frame there.
+pub(crate) fn point_jacobian(
+    derivation: &mut Derivation,
+    frame: &LinkFrame,
+    reference: Option<&ReferenceFrame>,
+) -> Function {
+    let g = &mut derivation.graph;
+    let point = ["px", "py", "pz"].map(|name| g.symbol(name, SymbolKind::Input));
+    let p = [0, 1, 2].map(|r| {
+        let (row, origin) = (frame.pose.rotation[r].map(|x| g.constant(x)), g.constant(frame.pose.position[r]));
+        plus_dot(g, origin, row, point)
+    });
+    let rows = jacobian_rows(derivation, frame, reference, p);
+    let n = derivation.robot.n_coordinates();
+    let output = Output { name: "j".into(), rows: 6, columns: n, entries: rows.concat() };
+    let mut inputs = derivation.motion.configuration();
+    inputs.push(Input { name: "point".into(), entries: point.to_vec() });
+    let name = frame.function("point_jacobian") + &suffix(reference);
+    Function::new(&name, &derivation.graph, inputs, vec![output])
 }
 
 /// Inputs `q`, `wrench` (6); output `tau` (n): what to add to the torques when the link exerts the wrench,
 /// which is given in the frame and about its origin.
 pub(crate) fn external_torque(derivation: &mut Derivation, frame: &LinkFrame) -> Function {
-    let rows = jacobian_rows(derivation, frame);
+    let p = constants(&mut derivation.graph, frame.pose.position);
+    let rows = jacobian_rows(derivation, frame, None, p);
     let n = derivation.robot.n_coordinates();
     let g = &mut derivation.graph;
-    let wrench: Vec<Expr> = (0..6).map(|i| g.symbol(&format!("wrench[{i}]"), SymbolKind::Input)).collect();
+    let wrench: Vec<Expr> = ["fx", "fy", "fz", "nx", "ny", "nz"].map(|name| g.symbol(name, SymbolKind::Input)).to_vec();
     let mut tau = vec![Expr::ZERO; n];
     for (k, tau) in tau.iter_mut().enumerate() {
         for (row, &component) in rows.iter().zip(&wrench) {
@@ -126,17 +101,26 @@ pub(crate) fn external_torque(derivation: &mut Derivation, frame: &LinkFrame) ->
     Function::new(&frame.function("external_torque"), &derivation.graph, inputs, vec![output])
 }
 
-fn jacobian_rows(derivation: &mut Derivation, frame: &LinkFrame) -> Vec<Vec<Expr>> {
-    let g = &mut derivation.graph;
-    let axes = transposed(&frame.pose.rotation).map(|axis| axis.map(|x| g.constant(x)));
-    let p = frame.pose.position.map(|x| g.constant(x));
+/// Velocity of the point p of the link, given in the link's frame, and angular velocity: in the axes of the frame, or of
+/// the reference, per unit of each coordinate's rate.
+pub(crate) fn jacobian_rows(
+    derivation: &mut Derivation,
+    frame: &LinkFrame,
+    reference: Option<&ReferenceFrame>,
+    p: Vector,
+) -> Vec<Vec<Expr>> {
+    let Derivation { robot, graph: g, links, .. } = derivation;
     let mut column = |t: &Option<Twist>| -> Vec<Expr> {
         let (v, w) = t.map_or((NULL, NULL), |t| (t.d, t.z));
         let lever = cross(g, w, p);
         let v = add(g, v, lever);
-        [v, w].into_iter().flat_map(|part| axes.map(|axis| dot(g, axis, part))).collect()
+        let turned = [v, w].map(|part| match reference {
+            None => turned_to(g, &frame.pose, part),
+            Some(reference) => in_axes_of(g, robot, links, part, frame.link, reference),
+        });
+        turned.concat()
     };
-    let columns: Vec<Vec<Expr>> = derivation.links[frame.link.0].jacobian.iter().map(&mut column).collect();
+    let columns: Vec<Vec<Expr>> = links[frame.link.0].jacobian.iter().map(&mut column).collect();
     let columns = match &derivation.implicit {
         None => columns,
         Some(implicit) => reduced(&mut derivation.graph, &implicit.G, &columns),

@@ -45,7 +45,15 @@ pub(crate) fn power_regressor(derivation: &mut Derivation) -> Function {
 }
 
 fn entries(derivation: &mut Derivation) -> Vec<Expr> {
-    let Derivation { robot, graph: g, links, implicit, .. } = derivation;
+    let links = std::mem::take(&mut derivation.links);
+    let entries = entries_of(derivation, &links);
+    derivation.links = links;
+    entries
+}
+
+/// The entries of D for these link motions.
+pub(crate) fn entries_of(derivation: &mut Derivation, links: &[LinkMotion]) -> Vec<Expr> {
+    let Derivation { robot, graph: g, implicit, .. } = derivation;
     let parameters = StandardParameter::all(robot);
     let n = robot.n_variables();
     let mut entries = vec![Expr::ZERO; n * parameters.len()];
@@ -82,22 +90,18 @@ struct Wrench {
 }
 
 fn unit_wrench(g: &mut Graph, j: &LinkMotion, parameter: Inertial) -> Wrench {
-    let [wx, wy, wz] = j.w;
     let [dwx, dwy, dwz] = j.dw;
-    let U = &j.U;
+    let (U, ww) = (&j.U, &j.ww);
     let column = |c: usize| [U[0][c], U[1][c], U[2][c]];
     let axis = |c: usize| std::array::from_fn(|i| if i == c { Expr::ONE } else { Expr::ZERO });
-    let mut difference_of_squares = |a: Expr, b: Expr| {
-        let (aa, bb) = (g.mul(a, a), g.mul(b, b));
-        g.sub(aa, bb)
-    };
+    let mut difference_of_squares = |a: usize, b: usize| g.sub(ww[a][a], ww[b][b]);
     let n = match parameter {
-        Inertial::Xx => [dwx, g.mul(wx, wz), -g.mul(wx, wy)],
-        Inertial::Xy => [-U[2][0], U[2][1], difference_of_squares(wx, wy)],
-        Inertial::Xz => [U[1][0], difference_of_squares(wz, wx), -U[1][2]],
-        Inertial::Yy => [-g.mul(wy, wz), dwy, g.mul(wx, wy)],
-        Inertial::Yz => [difference_of_squares(wy, wz), -U[0][1], U[0][2]],
-        Inertial::Zz => [g.mul(wy, wz), -g.mul(wx, wz), dwz],
+        Inertial::Xx => [dwx, ww[0][2], -ww[0][1]],
+        Inertial::Xy => [-U[2][0], U[2][1], difference_of_squares(0, 1)],
+        Inertial::Xz => [U[1][0], difference_of_squares(2, 0), -U[1][2]],
+        Inertial::Yy => [-ww[1][2], dwy, ww[0][1]],
+        Inertial::Yz => [difference_of_squares(1, 2), -U[0][1], U[0][2]],
+        Inertial::Zz => [ww[1][2], -ww[0][2], dwz],
         Inertial::Mx => cross(g, axis(0), j.a),
         Inertial::My => cross(g, axis(1), j.a),
         Inertial::Mz => cross(g, axis(2), j.a),

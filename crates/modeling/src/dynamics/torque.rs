@@ -10,13 +10,13 @@
 //! share the link motions and nothing else.
 
 use expr::{Expr, Function, Graph, Output};
-use robot::{Inertial, JointKind};
+use robot::{Inertial, JointKind, Robot};
 
 use crate::derivation::Derivation;
 use crate::dynamics::parameter_inputs::ParameterInputs;
 use crate::kinematics::implicit::reduced;
 use crate::kinematics::links::LinkMotion;
-use crate::kinematics::vector::{NULL, Vector, add, cross, dot, sum};
+use crate::kinematics::vector::{NULL, Vector, add, cross, dot, name_vector, sum};
 
 /// tau(q, dq, ddq, x).
 pub(crate) fn torque(derivation: &mut Derivation, name: &str, x: &ParameterInputs) -> Function {
@@ -33,13 +33,10 @@ pub(crate) fn torque(derivation: &mut Derivation, name: &str, x: &ParameterInput
 pub(crate) fn entries(derivation: &mut Derivation, links: &[LinkMotion], x: &ParameterInputs) -> Vec<Expr> {
     let Derivation { robot, graph: g, implicit, .. } = derivation;
     let mut tau = vec![Expr::ZERO; robot.n_variables()];
-    let mut from_children = vec![(NULL, NULL); robot.links.len()];
+    let wrenches = wrenches(g, robot, links, x);
     for j in robot.link_ids().rev() {
         let link = robot.link(j);
-        let (own_f, own_n) = wrench(g, &links[j.0], x.body(j));
-        let (child_f, child_n) = from_children[j.0];
-        let (f, n) = (add(g, own_f, child_f), add(g, own_n, child_n));
-
+        let (f, n) = wrenches[j.0];
         let along = match link.joint.kind {
             JointKind::Revolute => n[2],
             JointKind::Prismatic => f[2],
@@ -52,14 +49,6 @@ pub(crate) fn entries(derivation: &mut Derivation, links: &[LinkMotion], x: &Par
             let term = g.mul(c, along);
             tau[k.0] = g.add(tau[k.0], term);
         }
-        if let Some(i) = link.antecedent {
-            let placement = &links[j.0].placement;
-            let (f, n) = (placement.to_antecedent(g, f), placement.to_antecedent(g, n));
-            let lever = cross(g, placement.p, f);
-            let n = add(g, n, lever);
-            let (sum_f, sum_n) = from_children[i.0];
-            from_children[i.0] = (add(g, sum_f, f), add(g, sum_n, n));
-        }
     }
     match implicit {
         None => tau,
@@ -67,12 +56,39 @@ pub(crate) fn entries(derivation: &mut Derivation, links: &[LinkMotion], x: &Par
     }
 }
 
+/// Force and moment at O_j that move each link and all it carries, in frame j.
+pub(crate) fn wrenches(
+    g: &mut Graph,
+    robot: &Robot,
+    links: &[LinkMotion],
+    x: &ParameterInputs,
+) -> Vec<(Vector, Vector)> {
+    let mut wrenches = vec![(NULL, NULL); robot.links.len()];
+    for j in robot.link_ids().rev() {
+        let link = robot.link(j);
+        let (own_f, own_n) = wrench(g, &links[j.0], x.body(j));
+        let (child_f, child_n) = wrenches[j.0];
+        let (f, n) = (add(g, own_f, child_f), add(g, own_n, child_n));
+        name_vector(g, f, || format!("f{}", link.label));
+        name_vector(g, n, || format!("n{}", link.label));
+        wrenches[j.0] = (f, n);
+        if let Some(i) = link.antecedent {
+            let placement = &links[j.0].placement;
+            let (f, n) = (placement.to_antecedent(g, f), placement.to_antecedent(g, n));
+            let lever = cross(g, placement.p, f);
+            let n = add(g, n, lever);
+            let (sum_f, sum_n) = wrenches[i.0];
+            wrenches[i.0] = (add(g, sum_f, f), add(g, sum_n, n));
+        }
+    }
+    wrenches
+}
+
 /// Force and moment at O_j that move link j, from its ten parameters: f = M a + U MS,
 /// n = J dw + w x (J w) + MS x a. The terms of J are gathered by parameter, so that U serves both.
 fn wrench(g: &mut Graph, j: &LinkMotion, body: [Expr; 10]) -> (Vector, Vector) {
     let [xx, xy, xz, yy, yz, zz, mx, my, mz, m] = body;
-    let (U, first_moment) = (&j.U, [mx, my, mz]);
-    let [wx, wy, wz] = j.w;
+    let (U, ww, first_moment) = (&j.U, &j.ww, [mx, my, mz]);
     let [dwx, dwy, dwz] = j.dw;
 
     let ma = j.a.map(|a| g.mul(m, a));
@@ -82,41 +98,40 @@ fn wrench(g: &mut Graph, j: &LinkMotion, body: [Expr; 10]) -> (Vector, Vector) {
     // n_x = XX dw_x + (ZZ - YY) w_y w_z - XY U_zx + XZ U_yx + YZ (w_y^2 - w_z^2)
     let terms_x = [
         g.mul(xx, dwx),
-        gyroscopic(g, (zz, yy), (wy, wz)),
+        gyroscopic(g, (zz, yy), ww[1][2]),
         g.mul(xy, -U[2][0]),
         g.mul(xz, U[1][0]),
-        centrifugal(g, yz, (wy, wz)),
+        centrifugal(g, yz, (ww, 1, 2)),
     ];
     // n_y = YY dw_y + (XX - ZZ) w_x w_z + XY U_zy - YZ U_xy + XZ (w_z^2 - w_x^2)
     let terms_y = [
         g.mul(yy, dwy),
-        gyroscopic(g, (xx, zz), (wx, wz)),
+        gyroscopic(g, (xx, zz), ww[0][2]),
         g.mul(xy, U[2][1]),
         g.mul(yz, -U[0][1]),
-        centrifugal(g, xz, (wz, wx)),
+        centrifugal(g, xz, (ww, 2, 0)),
     ];
     // n_z = ZZ dw_z + (YY - XX) w_x w_y - XZ U_yz + YZ U_xz + XY (w_x^2 - w_y^2)
     let terms_z = [
         g.mul(zz, dwz),
-        gyroscopic(g, (yy, xx), (wx, wy)),
+        gyroscopic(g, (yy, xx), ww[0][1]),
         g.mul(xz, -U[1][2]),
         g.mul(yz, U[0][2]),
-        centrifugal(g, xy, (wx, wy)),
+        centrifugal(g, xy, (ww, 0, 1)),
     ];
     let of_inertia = [sum(g, &terms_x), sum(g, &terms_y), sum(g, &terms_z)];
     let of_first_moment = cross(g, first_moment, j.a);
     (f, add(g, of_inertia, of_first_moment))
 }
 
-/// (plus - minus) a b.
-fn gyroscopic(g: &mut Graph, (plus, minus): (Expr, Expr), (a, b): (Expr, Expr)) -> Expr {
-    let (difference, product) = (g.sub(plus, minus), g.mul(a, b));
+/// (plus - minus) w_a w_b.
+fn gyroscopic(g: &mut Graph, (plus, minus): (Expr, Expr), product: Expr) -> Expr {
+    let difference = g.sub(plus, minus);
     g.mul(difference, product)
 }
 
-/// inertia (a^2 - b^2).
-fn centrifugal(g: &mut Graph, inertia: Expr, (a, b): (Expr, Expr)) -> Expr {
-    let (aa, bb) = (g.mul(a, a), g.mul(b, b));
-    let squares = g.sub(aa, bb);
+/// inertia (w_a^2 - w_b^2).
+fn centrifugal(g: &mut Graph, inertia: Expr, (ww, a, b): (&[Vector; 3], usize, usize)) -> Expr {
+    let squares = g.sub(ww[a][a], ww[b][b]);
     g.mul(inertia, squares)
 }

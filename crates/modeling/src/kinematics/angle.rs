@@ -4,7 +4,7 @@
 //! share what they can, an angle of q3 - DEL with a constant DEL costs two products, and the same
 //! graph can be evaluated where a sine is not a function (a finite field).
 
-use expr::{Expr, Graph};
+use expr::{Expr, Graph, Node};
 
 use crate::kinematics::vector::Turn;
 
@@ -63,14 +63,41 @@ impl Angle {
             2 => Turn { cos: -Expr::ONE, sin: Expr::ZERO },
             _ => Turn { cos: Expr::ZERO, sin: -Expr::ONE },
         };
+        let mut name = String::new();
         for &(symbol, n) in &self.terms {
             let (cos, sin) = (g.cos(symbol), g.sin(symbol));
             let step = Turn { cos, sin: if n < 0 { -sin } else { sin } };
             for _ in 0..n.unsigned_abs() {
                 turn = sum(g, turn, step);
+                name_turn(g, turn, self.quarter_turns, (symbol, n), &mut name);
             }
         }
         turn
+    }
+}
+
+/// Calls cosine and sine of q2 + q3 C23 and S23, those of q2 - q3 C2m3, whatever quarter turns are added to them.
+/// `name` is what stands behind the letter so far.
+fn name_turn(g: &mut Graph, turn: Turn, quarter_turns: i64, (symbol, n): (Expr, i64), name: &mut String) {
+    if !g.keeps_names() {
+        return;
+    }
+    let symbol_name = match g.node(symbol) {
+        Node::Symbol(s) => g.symbols()[s.0 as usize].0.clone(),
+        _ => format!("q_{}_", symbol.node()),
+    };
+    *name += if n < 0 { "m" } else { "" };
+    *name += &symbol_name.strip_prefix('q').map_or_else(|| format!("_{symbol_name}_"), str::to_string);
+    let (cos, sin) = match quarter_turns.rem_euclid(4) {
+        0 => (turn.cos, turn.sin),
+        1 => (turn.sin, -turn.cos),
+        2 => (-turn.cos, -turn.sin),
+        _ => (-turn.sin, turn.cos),
+    };
+    for (letter, e) in [("C", cos), ("S", sin)] {
+        if !matches!(g.node(e), Node::Cos(_) | Node::Sin(_)) {
+            g.name(e, || format!("{letter}{name}"));
+        }
     }
 }
 

@@ -20,7 +20,8 @@ use robot::{JointKind, Link, Robot};
 
 use crate::kinematics::angle::Angle;
 use crate::kinematics::constants::Constants;
-use crate::kinematics::vector::{NULL, Turn, Vector, add, cross, dot};
+use crate::kinematics::names::{coordinate_labels, name_motion, name_twists};
+use crate::kinematics::vector::{NULL, Turn, Vector, acceleration_matrix, add, cross, dot, products};
 
 /// Every joint variable and its rates: n coordinates, then the passive ones, whose rates follow from
 /// the coordinates'.
@@ -44,13 +45,14 @@ pub(crate) enum MotionInput {
 
 impl Motion {
     pub(crate) fn new(g: &mut Graph, robot: &Robot) -> Motion {
-        let n = robot.n_coordinates();
-        let mut inputs = |prefix: &str, count: usize| -> Vec<Expr> {
-            let name = |k: usize| format!("{prefix}[{k}]");
-            (0..count).map(|k| g.symbol(&name(k), SymbolKind::Input)).collect()
+        let labels = coordinate_labels(robot);
+        let mut inputs = |prefix: &str, labels: &[String]| -> Vec<Expr> {
+            labels.iter().map(|label| g.symbol(&format!("{prefix}{label}"), SymbolKind::Input)).collect()
         };
-        let (mut q, mut dq, mut ddq) = (inputs("q", n), inputs("dq", n), inputs("ddq", n));
-        q.extend(inputs("passive", robot.passive.len()));
+        let (mut q, mut dq, mut ddq) = (inputs("q", &labels), inputs("dq", &labels), inputs("ddq", &labels));
+        let n = q.len();
+        let passive: Vec<String> = (1..=robot.passive.len()).map(|p| p.to_string()).collect();
+        q.extend(inputs("passive", &passive));
         dq.resize(q.len(), Expr::ZERO);
         ddq.resize(q.len(), Expr::ZERO);
         Motion { q, dq, ddq, n }
@@ -95,6 +97,8 @@ pub(crate) struct Twist {
 #[derive(Clone, Debug)]
 pub(crate) struct LinkMotion {
     pub w: Vector,
+    /// w w^T, row by row.
+    pub ww: [Vector; 3],
     pub dw: Vector,
     pub a: Vector,
     /// [dw]x + [w]x^2, row by row.
@@ -104,7 +108,7 @@ pub(crate) struct LinkMotion {
     /// The joint's own acceleration, rad/s^2 or m/s^2.
     pub joint_acceleration: Expr,
     pub placement: Placement,
-    parallel: Parallel,
+    pub parallel: Parallel,
 }
 
 /// Where a link stands in its antecedent's frame.
@@ -124,7 +128,7 @@ impl Placement {
         self.theta.turned(g, v)
     }
 
-    fn to_link_before_theta(&self, g: &mut Graph, v: Vector) -> Vector {
+    pub(crate) fn to_link_before_theta(&self, g: &mut Graph, v: Vector) -> Vector {
         let v = self.gamma.turned(g, v);
         self.alpha.turned_about_x(g, v)
     }
@@ -139,14 +143,14 @@ impl Placement {
 
 /// A run of links on parallel axes: rates before any of its turns, and the turn added up so far.
 #[derive(Clone, Debug)]
-struct Parallel {
+pub(crate) struct Parallel {
     w: Vector,
     dw: Vector,
     /// Angular part of the twist per coordinate.
     z: Vec<Vector>,
-    turn: Angle,
-    rate: Expr,
-    acceleration: Expr,
+    pub turn: Angle,
+    pub rate: Expr,
+    pub acceleration: Expr,
     /// Rate per unit of each coordinate's.
     rates: Vec<f64>,
 }
@@ -157,6 +161,18 @@ pub(crate) fn link_motions(
     robot: &Robot,
     constants: &mut Constants,
     motion: &Motion,
+) -> Vec<LinkMotion> {
+    let weight = constants.weight(g);
+    link_motions_under(g, robot, constants, motion, weight)
+}
+
+/// The same where the base seems to accelerate by `weight`.
+pub(crate) fn link_motions_under(
+    g: &mut Graph,
+    robot: &Robot,
+    constants: &mut Constants,
+    motion: &Motion,
+    weight: Vector,
 ) -> Vec<LinkMotion> {
     let n = robot.n_variables();
     let at_rest = Parallel {
@@ -171,8 +187,9 @@ pub(crate) fn link_motions(
     let unturned = Turn { cos: Expr::ONE, sin: Expr::ZERO };
     let base = LinkMotion {
         w: NULL,
+        ww: [NULL; 3],
         dw: NULL,
-        a: constants.weight(g),
+        a: weight,
         U: [NULL; 3],
         jacobian: vec![None; n],
         joint_acceleration: Expr::ZERO,
@@ -199,8 +216,14 @@ fn carried(g: &mut Graph, constants: &mut Constants, motion: &Motion, link: &Lin
     let turn = parallel.turn.turn(g);
     let (w, dw, a) = rates(g, link, i, &placement, &parallel, turn, rate, acceleration);
     let jacobian = jacobian(g, link, i, &placement, &parallel, turn);
-    let U = acceleration_matrix(g, w, dw);
-    LinkMotion { w, dw, a, U, jacobian, joint_acceleration: acceleration, placement, parallel }
+    let ww = products(g, w);
+    let U = acceleration_matrix(g, &ww, dw);
+    if g.keeps_names() {
+        name_motion(g, &link.label, [w, dw, a], [&ww, &U]);
+        let twists = jacobian.iter().map(|t| t.map(|t: Twist| [t.z, t.d]));
+        name_twists(g, &link.label, twists, &motion.q);
+    }
+    LinkMotion { w, ww, dw, a, U, jacobian, joint_acceleration: acceleration, placement, parallel }
 }
 
 /// gamma, b, alpha, d, theta, r of a link as expressions.
@@ -375,7 +398,7 @@ fn jacobian(
 }
 
 /// q_j, or its rate or acceleration: sum_k c_k x_k.
-fn joint_variable(g: &mut Graph, link: &Link, x: &[Expr]) -> Expr {
+pub(crate) fn joint_variable(g: &mut Graph, link: &Link, x: &[Expr]) -> Expr {
     let mut sum = Expr::ZERO;
     for &(k, c) in &link.joint.variable.terms {
         let c = g.constant(c);
@@ -383,15 +406,4 @@ fn joint_variable(g: &mut Graph, link: &Link, x: &[Expr]) -> Expr {
         sum = g.add(sum, term);
     }
     sum
-}
-
-/// U = [dw]x + [w]x^2.
-fn acceleration_matrix(g: &mut Graph, w: Vector, dw: Vector) -> [Vector; 3] {
-    let [xx, yy, zz] = w.map(|x| g.mul(x, x));
-    let (xy, xz, yz) = (g.mul(w[0], w[1]), g.mul(w[0], w[2]), g.mul(w[1], w[2]));
-    [
-        [-g.add(yy, zz), g.sub(xy, dw[2]), g.add(xz, dw[1])],
-        [g.add(xy, dw[2]), -g.add(xx, zz), g.sub(yz, dw[0])],
-        [g.sub(xz, dw[1]), g.add(yz, dw[0]), -g.add(xx, yy)],
-    ]
 }

@@ -32,6 +32,30 @@ pub(crate) fn sum(g: &mut Graph, terms: &[Expr]) -> Expr {
     terms.iter().fold(Expr::ZERO, |s, &t| g.add(s, t))
 }
 
+/// w w^T.
+pub(crate) fn products(g: &mut Graph, w: Vector) -> [Vector; 3] {
+    let [xx, yy, zz] = w.map(|x| g.mul(x, x));
+    let (xy, xz, yz) = (g.mul(w[0], w[1]), g.mul(w[0], w[2]), g.mul(w[1], w[2]));
+    [[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]]
+}
+
+/// U = [dw]x + [w]x^2, of ww = w w^T.
+pub(crate) fn acceleration_matrix(g: &mut Graph, ww: &[Vector; 3], dw: Vector) -> [Vector; 3] {
+    let [[xx, xy, xz], [_, yy, yz], [_, _, zz]] = *ww;
+    [
+        [-g.add(yy, zz), g.sub(xy, dw[2]), g.add(xz, dw[1])],
+        [g.add(xy, dw[2]), -g.add(xx, zz), g.sub(yz, dw[0])],
+        [g.sub(xz, dw[1]), g.add(yz, dw[0]), -g.add(xx, yy)],
+    ]
+}
+
+/// Calls the components of a vector NAME_x, NAME_y, NAME_z where names are kept.
+pub(crate) fn name_vector(g: &mut Graph, v: Vector, name: impl Fn() -> String) {
+    for (component, axis) in v.into_iter().zip(["x", "y", "z"]) {
+        g.name(component, || format!("{}_{axis}", name()));
+    }
+}
+
 /// A rotation about z by the angle with this cosine and sine, and its transpose.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Turn {

@@ -21,6 +21,7 @@
 //!
 //! Not here: what needs a model, such as whether there is a coordinate of a name.
 
+mod derive;
 mod describe;
 mod effect;
 mod examine;
@@ -44,6 +45,7 @@ mod table;
 mod types;
 mod words;
 
+pub use derive::DeriveRequest;
 pub use describe::{ConvertRequest, DescriptionFormat, EvaluateRequest, InspectRequest, SheetFormat, StateQuantity};
 pub use effect::{Delay, Whose};
 pub use examine::{CheckRequest, CompareRequest, DoctorRequest, ValidateRequest};
@@ -76,6 +78,7 @@ pub fn requests() -> Vec<(String, Vec<Field>)> {
         ("convert", ConvertRequest::fields()),
         ("evaluate", EvaluateRequest::fields()),
         ("generate", GenerateRequest::fields()),
+        ("derive", DeriveRequest::fields()),
         ("plan", PlanRequest::fields()),
         ("excite", ExciteRequest::fields()),
         ("simulate", SimulateRequest::fields()),

@@ -10,6 +10,7 @@ use numerics::triangle::{Triangle, TriangleBuilder};
 use crate::estimators::drive_gains::likelihood::Gain;
 use crate::spectrum::harmonics::JointSpectrum;
 use crate::spectrum::rist_mh::data::{HarmonicData, HarmonicOptions};
+use crate::spectrum::rist_mh::layout::Layout;
 
 /// Steps of the evidence iteration, which contracts by about half each time. The last steps change nothing.
 const DRIFT_ITERATIONS: usize = 12;
@@ -44,6 +45,8 @@ pub(crate) struct Fit {
     friction: Vec<Vec<Vec<f64>>>,
     pub deviation: Vec<Vec<f64>>,
     pub x: Vec<f64>,
+    /// Where the unknowns of `x` stand.
+    pub layout: Layout,
     drift: Vec<f64>,
     spread: f64,
     /// Weighted squares of the residual of each spectrum.
@@ -68,6 +71,7 @@ impl Fit {
             friction,
             deviation,
             x: vec![],
+            layout: Layout::default(),
             drift: vec![0.0; data.spectra.len()],
             spread: 0.0,
             squares: vec![],
@@ -145,21 +149,18 @@ impl Fit {
         options: &HarmonicOptions,
         deviation: &[Vec<f64>],
     ) -> Vec<Vec<f64>> {
-        let (p, m) = (data.p, self.shape.columns());
-        let unknowns = self.unknowns(data, options);
-        let first_effect = unknowns - data.effect_columns();
-        let first_end = first_effect.saturating_sub(2 * data.spectra.len());
+        let at = self.layout;
         let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
         let of = |(e, s): (usize, &JointSpectrum)| {
-            let friction = &self.x[p + s.joint * m..p + (s.joint + 1) * m];
+            let friction = &self.x[at.friction(s.joint)];
             let ends = s.end_columns();
             let residual = |r: usize| {
-                let mut model = s.known[r] + dot(&s.rows[r], &self.x[..p]);
+                let mut model = s.known[r] + dot(&s.rows[r], &self.x[at.parameters()]);
                 model += (1.0 + self.drift[e]) * dot(&self.friction[e][r], friction);
                 if options.ends {
-                    model += dot(&ends[r], &self.x[first_end + 2 * e..first_end + 2 * e + 2]);
+                    model += dot(&ends[r], &self.x[at.ends(e)]);
                 }
-                model += data.effect_rows.get(e).map_or(0.0, |rows| dot(&rows[r], &self.x[first_effect..]));
+                model += data.effect_rows.get(e).map_or(0.0, |rows| dot(&rows[r], &self.x[at.effects()]));
                 (data.gain[s.joint] * s.current[r] - model) / deviation[e][r]
             };
             (0..s.rows.len()).map(residual).collect()
@@ -167,16 +168,21 @@ impl Fit {
         data.spectra.iter().enumerate().map(of).collect()
     }
 
-    fn unknowns(&self, data: &HarmonicData, options: &HarmonicOptions) -> usize {
-        let drifts = if self.has_drift() { self.drift.len() } else { 0 };
-        let ends = if options.ends { 2 * data.spectra.len() } else { 0 };
-        data.p + data.n * self.shape.columns() + drifts + ends + data.effect_columns()
+    /// Where the unknowns of the present fit stand.
+    pub(crate) fn layout_of(&self, data: &HarmonicData, options: &HarmonicOptions) -> Layout {
+        Layout {
+            base: data.p,
+            joints: data.n,
+            friction_of_joint: self.shape.columns(),
+            drift_count: if self.has_drift() { self.drift.len() } else { 0 },
+            ended_spectra: if options.ends { data.spectra.len() } else { 0 },
+            effect_columns: data.effect_columns(),
+        }
     }
 
     /// The linearised, weighted rows about the present friction and drift.
     pub(crate) fn triangle(&self, data: &HarmonicData, options: &HarmonicOptions) -> Triangle {
-        let unknowns = self.unknowns(data, options);
-        let mut block = TriangleBuilder::new(unknowns);
+        let mut block = TriangleBuilder::new(self.layout_of(data, options).unknowns());
         self.each_equation(data, options, |_, row, known, y| {
             block.push(row, y - known);
         });
@@ -190,50 +196,50 @@ impl Fit {
         options: &HarmonicOptions,
         mut take: impl FnMut(Owner, &[f64], f64, f64),
     ) {
-        let (p, m) = (data.p, self.shape.columns());
-        let unknowns = self.unknowns(data, options);
-        let (first_drift, first_effect) = (p + data.n * m, unknowns - data.effect_columns());
-        let mut row = vec![0.0; unknowns];
+        let at = self.layout_of(data, options);
+        let first_drift = at.drifts().start;
+        let mut row = vec![0.0; at.unknowns()];
         let mut push = |owner: Owner, row: &mut Vec<f64>, known: f64, y: f64| {
             take(owner, row, known, y);
             row.fill(0.0);
         };
+        // tau + u C f = D X + (1 + u) C f' + (C f) u' + ends + effects, of each harmonic of each spectrum.
         for (e, s) in data.spectra.iter().enumerate() {
             let gain = data.gain[s.joint];
-            let first = p + s.joint * m;
+            let of_joint = at.friction(s.joint);
             let ends = s.end_columns();
             for r in 0..s.rows.len() {
                 let w = 1.0 / self.deviation[e][r];
                 let c = &self.friction[e][r];
                 let mut y = gain * s.current[r];
-                row[..p].iter_mut().zip(&s.rows[r]).for_each(|(x, d)| *x = w * d);
+                row[at.parameters()].iter_mut().zip(&s.rows[r]).for_each(|(x, d)| *x = w * d);
                 let scale = 1.0 + self.drift[e];
-                row[first..first + m].iter_mut().zip(c).for_each(|(x, c)| *x = w * scale * c);
+                row[of_joint.clone()].iter_mut().zip(c).for_each(|(x, c)| *x = w * scale * c);
                 if self.has_drift() && !self.x.is_empty() {
-                    let now: f64 = c.iter().zip(&self.x[first..first + m]).map(|(c, f)| c * f).sum();
+                    let now: f64 = c.iter().zip(&self.x[of_joint.clone()]).map(|(c, f)| c * f).sum();
                     row[first_drift + e] = w * now;
                     y += self.drift[e] * now;
                 }
                 if options.ends {
-                    let first = first_effect - 2 * data.spectra.len() + 2 * e;
-                    row[first] = w * ends[r][0];
-                    row[first + 1] = w * ends[r][1];
+                    row[at.ends(e)].iter_mut().zip(&ends[r]).for_each(|(x, end)| *x = w * end);
                 }
                 if let Some(rows) = data.effect_rows.get(e) {
-                    row[first_effect..].iter_mut().zip(&rows[r]).for_each(|(x, c)| *x = w * c);
+                    row[at.effects()].iter_mut().zip(&rows[r]).for_each(|(x, c)| *x = w * c);
                 }
                 push(Owner { joint: s.joint, cluster: e }, &mut row, w * s.known[r], w * y);
             }
         }
+        // The rows of gravity, which have no friction.
         for (k, sweep) in data.sweeps.iter().enumerate() {
             for (i, d) in sweep.rows.iter().enumerate() {
                 let (joint, gain) = (sweep.joint[i], data.gain[sweep.joint[i]]);
                 let w = 1.0 / (gain * sweep.deviation[i]);
-                row[..p].iter_mut().zip(d).for_each(|(x, d)| *x = w * d);
+                row[at.parameters()].iter_mut().zip(d).for_each(|(x, d)| *x = w * d);
                 let owner = Owner { joint, cluster: data.spectra.len() + k };
                 push(owner, &mut row, w * sweep.known[i], w * gain * sweep.right[i]);
             }
         }
+        // u' / s = 0 holds each drift to zero.
         if self.has_drift() {
             for (e, s) in data.spectra.iter().enumerate() {
                 row[first_drift + e] = 1.0 / self.spread;
@@ -284,6 +290,7 @@ impl Fit {
     }
 
     fn step(&mut self, data: &HarmonicData, options: &HarmonicOptions) {
+        let at = self.layout_of(data, options);
         let triangle = self.triangle(data, options);
         let unknowns = triangle.columns();
         let x = triangle.solution();
@@ -291,8 +298,7 @@ impl Fit {
         self.rows = triangle.rows;
         self.effective = unknowns as f64 + if self.shape.stribeck.is_some() { 1.0 } else { 0.0 };
         if self.has_drift() {
-            let first = data.p + data.n * self.shape.columns();
-            let drifts = first..first + self.drift.len();
+            let drifts = at.drifts();
             let variances = triangle.inverse_products(drifts.clone());
             let decided: f64 = variances.iter().map(|v| 1.0 - v / self.spread.powi(2)).sum();
             self.drift.copy_from_slice(&x[drifts]);
@@ -302,6 +308,7 @@ impl Fit {
             self.spread = (squares / decided.max(1e-3)).sqrt();
         }
         self.x = x;
+        self.layout = at;
         self.squares = self.squares_by(data, options, &self.deviation);
     }
 }

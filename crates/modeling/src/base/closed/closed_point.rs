@@ -31,9 +31,9 @@ use crate::kinematics::loop_chain::{LoopChains, PLACEMENT};
 use crate::random::SplitMix;
 
 /// Draws of all constants before it is given up: with k equations of the second degree, one of 2^k draws has a point.
-const DRAWS: usize = 400;
+const DRAWS_OF_CONSTANTS: usize = 400;
 /// Draws that end for another reason than a root before it is given up: roots that meet leave equations of another form.
-const FAILURES: usize = 24;
+const MAX_FAILED_DRAWS: usize = 24;
 /// The same where angles are drawn first, which meet nowhere.
 const FAILURES_OF_ANGLES: usize = 4;
 /// Draws of all variables, the constants as they are.
@@ -86,7 +86,7 @@ impl ClosedPoints {
     /// A closed point by random draws of constants, variables and roots; with `other_roots`, of the other root of each
     /// equation as long as the draws are the same.
     pub(crate) fn point(&self, random: &mut SplitMix, other_roots: bool) -> Result<ClosedPoint, NoCertificate> {
-        let first = self.attempts(FAILURES, random, |random| self.constants_first(random, other_roots));
+        let first = self.attempts(MAX_FAILED_DRAWS, random, |random| self.constants_first(random, other_roots));
         first.or_else(|_| self.attempts(FAILURES_OF_ANGLES, random, |random| self.angles_first(random, other_roots)))
     }
 
@@ -98,7 +98,7 @@ impl ClosedPoints {
     ) -> Result<ClosedPoint, NoCertificate> {
         let mut failures = 0;
         let mut reason = NoCertificate::OtherForm;
-        for _ in 0..DRAWS {
+        for _ in 0..DRAWS_OF_CONSTANTS {
             match draw(random) {
                 // Whatever way it was found, all equations must hold.
                 Ok(Some(point)) if self.is_closed(&point) => return Ok(point),

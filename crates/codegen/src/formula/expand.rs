@@ -1,0 +1,233 @@
+//! Entries expanded to sums of products of symbols, sines and cosines.
+//!
+//! sin^2 becomes 1 - cos^2, so that what cancels does. The sine and the cosine of a sum of angles that has a name (C23)
+//! is one factor, as people write it.
+
+use std::collections::BTreeMap;
+
+use expr::{Expr, Function, Node};
+
+use crate::formula::listing::{Listing, Names, Place, Reader, Term, sum};
+
+/// Factor (a node) and power, in the order of the nodes.
+type Monomial = Vec<(usize, u32)>;
+/// Coefficient, and the size of what it was added up from.
+type Polynomial = BTreeMap<Monomial, (f64, f64)>;
+
+/// More terms than anybody reads.
+const MOST_TERMS: usize = 20_000;
+
+/// Why an expansion is not written.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum TooLong {
+    /// It has more terms than this.
+    Terms(usize),
+    /// It has a quotient or a root, which no sum of products is.
+    Quotient,
+}
+
+impl std::fmt::Display for TooLong {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            TooLong::Terms(n) => {
+                write!(f, "expanded it has more than {n} terms: leave [expand] out, or name one [entry]")
+            }
+            TooLong::Quotient => f.write_str("it has quotients, which are no sums of products: leave [expand] out"),
+        }
+    }
+}
+
+impl std::error::Error for TooLong {}
+
+/// The function, or one entry of it, expanded.
+pub(crate) fn expanded(function: &Function, place: Option<Place>) -> Result<Listing, TooLong> {
+    let mut expansion = Expansion { function, squares: squares(function), of_node: BTreeMap::new() };
+    let graph = function.graph();
+    let mut names = Names::of(function);
+    let mut values = BTreeMap::new();
+    for (i, output) in function.outputs.iter().enumerate() {
+        for (k, &e) in output.entries.iter().enumerate() {
+            if place.is_none_or(|(o, r, c)| (o, r * output.columns + c) == (i, k)) {
+                values.insert((i, k), expansion.of(e)?);
+            }
+        }
+    }
+    // The factors that are read, and those behind them.
+    let mut read = vec![false; graph.nodes().len()];
+    for (factor, _) in values.values().flat_map(BTreeMap::keys).flatten() {
+        read[*factor] = true;
+    }
+    for n in (0..read.len()).rev().filter(|&n| is_factor(function, n)) {
+        if read[n] {
+            mark(function, n, &mut read);
+        }
+    }
+    let mut assignments = Vec::new();
+    for n in (0..read.len()).filter(|&n| read[n]) {
+        if is_factor(function, n) && !matches!(graph.nodes()[n], Node::Symbol(_)) {
+            let value = Reader { function, names: &names }.node(n);
+            names.give_to_variable(function, n);
+            if let Some((name, negative)) = names.name(n) {
+                let value = if *negative { crate::formula::listing::negated(value) } else { value };
+                assignments.push((name.clone(), value));
+            }
+        }
+    }
+    Ok(Listing::around(function, function, &names, assignments, place, |i, k| term(&values[&(i, k)], &names)))
+}
+
+/// Marks the factors that the node n is made of.
+fn mark(function: &Function, n: usize, read: &mut [bool]) {
+    for e in expr::operands(function.graph().nodes()[n]) {
+        if is_factor(function, e.node()) {
+            read[e.node()] = true;
+        } else {
+            mark(function, e.node(), read);
+        }
+    }
+}
+
+/// Whether a node is kept whole: a symbol, a sine or a cosine, also of a sum of angles.
+fn is_factor(function: &Function, n: usize) -> bool {
+    let of_sum =
+        |name: &str| name.starts_with(['C', 'S']) && name[1..].starts_with(|c: char| c.is_ascii_digit() || c == 'm');
+    match function.graph().nodes()[n] {
+        Node::Symbol(_) | Node::Sin(_) | Node::Cos(_) => true,
+        Node::Add(..) => function.graph().name_of(n).is_some_and(|(name, _)| of_sum(name)),
+        _ => false,
+    }
+}
+
+/// Node of a sine -> node of the cosine of the same angle.
+fn squares(function: &Function) -> BTreeMap<usize, usize> {
+    let graph = function.graph();
+    let place = |wanted: Node| graph.nodes().iter().position(|node| *node == wanted);
+    let called =
+        |wanted: &str| (0..graph.nodes().len()).find(|&n| graph.name_of(n).is_some_and(|(name, _)| name == wanted));
+    let cosine = |n: usize| match (graph.nodes()[n], graph.name_of(n)) {
+        (Node::Sin(a), _) => place(Node::Cos(a)),
+        (Node::Add(..), Some((name, _))) if is_factor(function, n) => called(&format!("C{}", name.strip_prefix('S')?)),
+        _ => None,
+    };
+    (0..graph.nodes().len()).filter_map(|n| Some((n, cosine(n)?))).collect()
+}
+
+struct Expansion<'a> {
+    function: &'a Function,
+    squares: BTreeMap<usize, usize>,
+    of_node: BTreeMap<usize, Polynomial>,
+}
+
+impl Expansion<'_> {
+    fn of(&mut self, e: Expr) -> Result<Polynomial, TooLong> {
+        let mut needed = vec![e.node()];
+        while let Some(&n) = needed.last() {
+            let node = self.function.graph().nodes()[n];
+            let below: Vec<usize> =
+                if is_factor(self.function, n) { Vec::new() } else { expr::operands(node).map(Expr::node).collect() };
+            let missing: Vec<usize> = below.into_iter().filter(|m| !self.of_node.contains_key(m)).collect();
+            if missing.is_empty() {
+                needed.pop();
+                if !self.of_node.contains_key(&n) {
+                    let value = self.node(n, node)?;
+                    self.of_node.insert(n, value);
+                }
+            } else {
+                needed.extend(missing);
+            }
+        }
+        Ok(scaled(&self.of_node[&e.node()], if e.is_negative() { -1.0 } else { 1.0 }))
+    }
+
+    fn node(&self, n: usize, node: Node) -> Result<Polynomial, TooLong> {
+        if is_factor(self.function, n) {
+            return Ok(BTreeMap::from([(vec![(n, 1)], (1.0, 1.0))]));
+        }
+        let at = |e: Expr| scaled(&self.of_node[&e.node()], if e.is_negative() { -1.0 } else { 1.0 });
+        let mut value = match node {
+            Node::Constant(x) => BTreeMap::from([(Vec::new(), (x, x))]),
+            Node::Add(a, b) => {
+                let mut value = at(a);
+                at(b).into_iter().for_each(|(monomial, x)| accumulate(&mut value, monomial, x));
+                value
+            }
+            Node::Mul(a, b) => self.product(&at(a), &at(b))?,
+            Node::Div(a, b) => match self.function.graph().as_constant(b) {
+                Some(x) => scaled(&at(a), 1.0 / x),
+                None => return Err(TooLong::Quotient),
+            },
+            _ => return Err(TooLong::Quotient),
+        };
+        // What cancels but for rounding is gone.
+        value.retain(|_, (x, size)| x.abs() > 1e-14 * *size);
+        if value.len() > MOST_TERMS { Err(TooLong::Terms(MOST_TERMS)) } else { Ok(value) }
+    }
+
+    fn product(&self, a: &Polynomial, b: &Polynomial) -> Result<Polynomial, TooLong> {
+        let mut product = Polynomial::new();
+        for (m, x) in a {
+            for (n, y) in b {
+                let mut powers: BTreeMap<usize, u32> = m.iter().copied().collect();
+                n.iter().for_each(|(factor, power)| *powers.entry(*factor).or_insert(0) += power);
+                self.reduced(powers, (x.0 * y.0, x.1 * y.1), &mut product);
+            }
+            if product.len() > MOST_TERMS {
+                return Err(TooLong::Terms(MOST_TERMS));
+            }
+        }
+        Ok(product)
+    }
+
+    /// Adds a product, sin^2 in it written as 1 - cos^2.
+    fn reduced(&self, mut powers: BTreeMap<usize, u32>, (x, size): (f64, f64), sum: &mut Polynomial) {
+        let square =
+            powers.iter().find(|(factor, power)| **power >= 2 && self.squares.contains_key(factor)).map(|p| *p.0);
+        let Some(sine) = square else {
+            return accumulate(sum, powers.into_iter().collect(), (x, size));
+        };
+        match powers.get(&sine) {
+            Some(2) => powers.remove(&sine),
+            Some(&power) => powers.insert(sine, power - 2),
+            None => None,
+        };
+        self.reduced(powers.clone(), (x, size), sum);
+        *powers.entry(self.squares[&sine]).or_insert(0) += 2;
+        self.reduced(powers, (-x, size), sum);
+    }
+}
+
+fn accumulate(sum: &mut Polynomial, monomial: Monomial, (x, size): (f64, f64)) {
+    let entry = sum.entry(monomial).or_insert((0.0, 0.0));
+    *entry = (entry.0 + x, entry.1 + size);
+}
+
+fn scaled(a: &Polynomial, factor: f64) -> Polynomial {
+    a.iter().map(|(m, (x, size))| (m.clone(), (factor * x, factor.abs() * size))).collect()
+}
+
+/// The polynomial in the names of its factors.
+fn term(polynomial: &Polynomial, names: &Names) -> Term {
+    let product = |(monomial, (x, _)): (&Monomial, &(f64, f64))| {
+        let mut negative = *x < 0.0;
+        let mut factors = Vec::new();
+        if x.abs() != 1.0 || monomial.is_empty() {
+            factors.push((Term::Number(x.abs()), 1));
+        }
+        for &(factor, power) in monomial {
+            if let Some((name, is_negative)) = names.name(factor) {
+                negative ^= *is_negative && power % 2 == 1;
+                factors.push((Term::Variable(name.clone()), power));
+            }
+        }
+        match &factors[..] {
+            [(single, 1)] => (negative, single.clone()),
+            _ => (negative, Term::Product(factors)),
+        }
+    };
+    let terms: Vec<(bool, Term)> = polynomial.iter().map(product).collect();
+    match &terms[..] {
+        [] => Term::Number(0.0),
+        [(false, single)] => single.clone(),
+        _ => sum(terms),
+    }
+}

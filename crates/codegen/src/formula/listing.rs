@@ -1,0 +1,362 @@
+//! A Function as assignments that people read: a name for what has one or is read more than once, all else in its place.
+//!
+//! The operations are those of the graph. A variable is called as [`expr::Graph::name`] says, sine and cosine of `q2` are
+//! `S2` and `C2`, and what has no name is `t1`, `t2`. A name stands for the value that was named: where the node holds
+//! its negative, the assignment and all who read it change the sign.
+
+use std::collections::HashSet;
+
+use expr::{Expr, Function, Node, operands};
+
+/// An expression in variables and numbers.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) enum Term {
+    /// Not negative.
+    Number(f64),
+    Variable(String),
+    /// Whether each summand is subtracted; the first is not unless all are.
+    Sum(Vec<(bool, Term)>),
+    /// Factors with their powers, a number first.
+    Product(Vec<(Term, u32)>),
+    Quotient(Box<Term>, Box<Term>),
+    Root(Box<Term>),
+    Sine(Box<Term>),
+    Cosine(Box<Term>),
+}
+
+/// One output of a listing.
+pub(crate) struct ListedOutput {
+    pub name: String,
+    pub rows: usize,
+    pub columns: usize,
+    /// Row, column and value of the entries that are not zero for all inputs, row by row.
+    pub entries: Vec<(usize, usize, Term)>,
+    /// Whether all entries are listed, or chosen ones alone.
+    pub is_whole: bool,
+}
+
+/// Assignments and what they end in.
+pub(crate) struct Listing {
+    /// Name and names of the entries.
+    pub inputs: Vec<(String, Vec<String>)>,
+    /// Named constants that are symbols.
+    pub constants: Vec<String>,
+    pub assignments: Vec<(String, Term)>,
+    pub outputs: Vec<ListedOutput>,
+}
+
+/// An entry of an output: the output's number, row and column, from 0.
+pub type Place = (usize, usize, usize);
+
+/// The names of a listing, one per node that has one, and whether it is that of the negative.
+pub(crate) struct Names {
+    of_node: Vec<Option<(String, bool)>>,
+    taken: HashSet<String>,
+    unnamed: usize,
+}
+
+/// Words that no variable may be called in one of the languages.
+const RESERVED: &[&str] = &[
+    "and",
+    "as",
+    "assert",
+    "break",
+    "case",
+    "catch",
+    "class",
+    "continue",
+    "cos",
+    "def",
+    "del",
+    "elif",
+    "else",
+    "end",
+    "except",
+    "finally",
+    "for",
+    "from",
+    "function",
+    "global",
+    "if",
+    "import",
+    "in",
+    "is",
+    "lambda",
+    "Matrix",
+    "not",
+    "or",
+    "otherwise",
+    "parfor",
+    "pass",
+    "persistent",
+    "pi",
+    "raise",
+    "return",
+    "sin",
+    "spmd",
+    "sqrt",
+    "switch",
+    "symbols",
+    "try",
+    "while",
+    "with",
+    "yield",
+    "zeros",
+];
+
+impl Names {
+    /// The names of inputs and constants; outputs are called as `output_name` says.
+    pub(super) fn of(function: &Function) -> Names {
+        let graph = function.graph();
+        let taken = RESERVED.iter().map(|w| w.to_string()).chain(function.outputs.iter().map(|o| output_name(&o.name)));
+        let mut names = Names { of_node: vec![None; graph.nodes().len()], taken: taken.collect(), unnamed: 0 };
+        let inputs = function.inputs.iter().flat_map(|i| &i.entries).copied();
+        for e in inputs.chain(function.constants().into_iter().map(|c| c.0)) {
+            if let Node::Symbol(s) = graph.node(e) {
+                names.give(e.node(), &graph.symbols()[s.0 as usize].0.clone(), false);
+            }
+        }
+        names
+    }
+
+    /// Calls a node so, or with an underscore behind where the name is taken.
+    fn give(&mut self, node: usize, wanted: &str, negative: bool) {
+        if self.of_node[node].is_some() {
+            return;
+        }
+        let mut name: String = wanted.chars().map(|c| if c.is_ascii_alphanumeric() { c } else { '_' }).collect();
+        if !name.starts_with(|c: char| c.is_ascii_alphabetic()) {
+            name.insert(0, 'v');
+        }
+        while !self.taken.insert(name.clone()) {
+            name.push('_');
+        }
+        self.of_node[node] = Some((name, negative));
+    }
+
+    /// Calls a node that becomes a variable.
+    pub(super) fn give_to_variable(&mut self, function: &Function, node: usize) {
+        let graph = function.graph();
+        match (graph.nodes()[node], graph.name_of(node)) {
+            (Node::Sin(a), _) => self.give(node, &format!("S{}", self.angle(a)), false),
+            (Node::Cos(a), _) => self.give(node, &format!("C{}", self.angle(a)), false),
+            (_, Some((name, negative))) => self.give(node, &name.to_string(), negative),
+            _ => {
+                self.unnamed += 1;
+                self.give(node, &format!("t{}", self.unnamed), false);
+            }
+        }
+    }
+
+    /// `2` of `q2`; another variable in full.
+    fn angle(&self, a: Expr) -> String {
+        let name = self.of_node[a.node()].as_ref().map_or("", |(name, _)| name.as_str());
+        match name.strip_prefix('q').filter(|rest| !rest.is_empty()) {
+            Some(rest) => rest.to_string(),
+            None => format!("_{name}"),
+        }
+    }
+
+    pub(super) fn name(&self, node: usize) -> Option<&(String, bool)> {
+        self.of_node[node].as_ref()
+    }
+
+    /// The names of these expressions.
+    fn texts(&self, entries: &[Expr]) -> Vec<String> {
+        entries.iter().map(|e| self.name(e.node()).map_or(String::new(), |(name, _)| name.clone())).collect()
+    }
+}
+
+/// What an output is called: `A` of a matrix `a`, `tau` as it is.
+pub fn output_name(name: &str) -> String {
+    if name.len() == 1 { name.to_uppercase() } else { name.to_string() }
+}
+
+impl Listing {
+    /// All of `function`, or one entry of it.
+    pub(super) fn of(function: &Function, place: Option<Place>) -> Listing {
+        let only = place.map(|(output, row, column)| function.with_entries(output, &[(row, column)]));
+        let shown = only.as_ref().unwrap_or(function);
+        let mut names = Names::of(shown);
+        let mut assignments = Vec::new();
+        let is_variable = variables(shown);
+        for n in 0..shown.graph().nodes().len() {
+            if is_variable[n] {
+                let value = Reader { function: shown, names: &names }.node(n);
+                names.give_to_variable(shown, n);
+                if let Some((name, negative)) = names.name(n) {
+                    assignments.push((name.clone(), if *negative { negated(value) } else { value }));
+                }
+            }
+        }
+        let entry = |e: Expr| Reader { function: shown, names: &names }.signed(e);
+        Listing::around(function, shown, &names, assignments, place, |i, k| {
+            if only.is_some() { entry(shown.outputs[0].entries[0]) } else { entry(shown.outputs[i].entries[k]) }
+        })
+    }
+
+    /// A listing of these assignments, the entries of whose outputs `value` gives by output and place. `names` are of
+    /// `shown`, the part of `function` that is listed.
+    pub(super) fn around(
+        function: &Function,
+        shown: &Function,
+        names: &Names,
+        assignments: Vec<(String, Term)>,
+        place: Option<Place>,
+        value: impl Fn(usize, usize) -> Term,
+    ) -> Listing {
+        let outputs =
+            function.outputs.iter().enumerate().filter(|(i, _)| place.is_none_or(|(output, ..)| output == *i));
+        let output = |(i, o): (usize, &expr::Output)| {
+            let is_listed = |k: usize| match place {
+                Some((_, row, column)) => k == row * o.columns + column,
+                None => !o.entries[k].is_zero(),
+            };
+            let entries = (0..o.entries.len()).filter(|&k| is_listed(k));
+            ListedOutput {
+                name: output_name(&o.name),
+                rows: o.rows,
+                columns: o.columns,
+                entries: entries.map(|k| (k / o.columns, k % o.columns, value(i, k))).collect(),
+                is_whole: place.is_none(),
+            }
+        };
+        let mut listing = Listing {
+            inputs: shown.inputs.iter().map(|i| (i.name.clone(), names.texts(&i.entries))).collect(),
+            constants: shown.constants().into_iter().map(|(e, ..)| names.texts(&[e]).concat()).collect(),
+            outputs: outputs.map(output).collect(),
+            assignments,
+        };
+        // An expansion may have lost a constant.
+        let mut read = HashSet::new();
+        let entries = listing.outputs.iter().flat_map(|o| o.entries.iter().map(|(_, _, term)| term));
+        listing.assignments.iter().map(|(_, term)| term).chain(entries).for_each(|term| collect(term, &mut read));
+        listing.constants.retain(|name| read.contains(name));
+        listing
+    }
+}
+
+fn collect(term: &Term, read: &mut HashSet<String>) {
+    match term {
+        Term::Number(_) => {}
+        Term::Variable(name) => {
+            read.insert(name.clone());
+        }
+        Term::Sum(terms) => terms.iter().for_each(|(_, term)| collect(term, read)),
+        Term::Product(factors) => factors.iter().for_each(|(factor, _)| collect(factor, read)),
+        Term::Quotient(a, b) => {
+            collect(a, read);
+            collect(b, read);
+        }
+        Term::Root(a) | Term::Sine(a) | Term::Cosine(a) => collect(a, read),
+    }
+}
+
+/// Which nodes get a variable: sines and cosines, what is read more than once, and what has a name, unless an output
+/// alone reads it.
+fn variables(function: &Function) -> Vec<bool> {
+    let graph = function.graph();
+    let mut reads = vec![0_usize; graph.nodes().len()];
+    let mut by_output = vec![false; graph.nodes().len()];
+    for e in graph.nodes().iter().flat_map(|node| operands(*node)) {
+        reads[e.node()] += 1;
+    }
+    for e in function.outputs.iter().flat_map(|o| &o.entries) {
+        reads[e.node()] += 1;
+        by_output[e.node()] = true;
+    }
+    let is_variable = |(n, node): (usize, &Node)| match node {
+        Node::Constant(_) | Node::Symbol(_) => false,
+        Node::Sin(_) | Node::Cos(_) => reads[n] > 0,
+        _ => reads[n] > 1 || (graph.name_of(n).is_some() && !by_output[n]),
+    };
+    graph.nodes().iter().enumerate().map(is_variable).collect()
+}
+
+/// Nodes as terms: of variables by their names, of others in full.
+pub(crate) struct Reader<'a> {
+    pub function: &'a Function,
+    pub names: &'a Names,
+}
+
+impl Reader<'_> {
+    pub(super) fn signed(&self, e: Expr) -> Term {
+        let (negative, term) = self.operand(e);
+        if negative { negated(term) } else { term }
+    }
+
+    /// The term of an expression, and whether it is to be subtracted.
+    fn operand(&self, e: Expr) -> (bool, Term) {
+        match self.names.name(e.node()) {
+            Some((name, negative)) => (e.is_negative() ^ negative, Term::Variable(name.clone())),
+            None => match self.node(e.node()) {
+                Term::Sum(terms) if terms.len() == 1 => (e.is_negative() ^ terms[0].0, terms[0].1.clone()),
+                term => (e.is_negative(), term),
+            },
+        }
+    }
+
+    /// What a node computes.
+    pub(super) fn node(&self, n: usize) -> Term {
+        match self.function.graph().nodes()[n] {
+            Node::Constant(x) => Term::Number(x),
+            Node::Symbol(_) => self.names.name(n).map_or(Term::Number(0.0), |(name, _)| Term::Variable(name.clone())),
+            Node::Add(a, b) => sum([a, b].map(|e| self.operand(e)).to_vec()),
+            Node::Mul(a, b) => self.product([a, b]),
+            Node::Div(a, b) => {
+                let ((x, a), (y, b)) = (self.operand(a), self.operand(b));
+                let quotient = Term::Quotient(Box::new(a), Box::new(b));
+                if x ^ y { negated(quotient) } else { quotient }
+            }
+            Node::Sqrt(a) => Term::Root(Box::new(self.signed(a))),
+            Node::Sin(a) => Term::Sine(Box::new(self.signed(a))),
+            Node::Cos(a) => Term::Cosine(Box::new(self.signed(a))),
+        }
+    }
+
+    fn product(&self, factors: [Expr; 2]) -> Term {
+        let (mut negative, mut number, mut powers) = (false, 1.0, Vec::<(Term, u32)>::new());
+        for e in factors {
+            let (is_subtracted, term) = self.operand(e);
+            negative ^= is_subtracted;
+            let inner = if let Term::Product(inner) = term { inner } else { vec![(term, 1)] };
+            for (factor, power) in inner {
+                match (factor, powers.last_mut()) {
+                    (Term::Number(x), _) => number *= x.powi(power as i32),
+                    (factor, Some((last, n))) if *last == factor => *n += power,
+                    (factor, _) => powers.push((factor, power)),
+                }
+            }
+        }
+        if number != 1.0 || powers.is_empty() {
+            powers.insert(0, (Term::Number(number), 1));
+        }
+        let product = if powers.len() == 1 && powers[0].1 == 1 { powers.remove(0).0 } else { Term::Product(powers) };
+        if negative { negated(product) } else { product }
+    }
+}
+
+/// A sum, sums in it taken apart; a positive summand first, where there is one.
+pub(crate) fn sum(terms: Vec<(bool, Term)>) -> Term {
+    let mut flat = Vec::new();
+    for (negative, term) in terms {
+        match term {
+            Term::Sum(inner) => flat.extend(inner.into_iter().map(|(n, t)| (n ^ negative, t))),
+            term => flat.push((negative, term)),
+        }
+    }
+    if let Some(first) = flat.iter().position(|(negative, _)| !negative) {
+        flat[..=first].rotate_right(1);
+    }
+    Term::Sum(flat)
+}
+
+pub(crate) fn negated(term: Term) -> Term {
+    match term {
+        Term::Sum(terms) if terms.len() == 1 && terms[0].0 => {
+            terms.into_iter().next().map_or(Term::Number(0.0), |t| t.1)
+        }
+        Term::Sum(terms) => sum(terms.into_iter().map(|(negative, term)| (!negative, term)).collect()),
+        term => Term::Sum(vec![(true, term)]),
+    }
+}

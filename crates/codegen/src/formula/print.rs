@@ -1,0 +1,82 @@
+//! Terms as text, by what sets one language apart from another.
+
+use crate::formula::listing::Term;
+
+/// How a language writes an expression.
+pub(crate) struct Grammar {
+    pub times: &'static str,
+    /// Before and behind an exponent.
+    pub power: [&'static str; 2],
+    /// Before a numerator, between the two, behind the denominator.
+    pub quotient: [&'static str; 3],
+    /// Whether numerator and denominator need brackets where they are no single thing.
+    pub quotient_brackets: bool,
+    pub root: [&'static str; 2],
+    pub sine: [&'static str; 2],
+    pub cosine: [&'static str; 2],
+    pub brackets: [&'static str; 2],
+    pub variable: fn(&str) -> String,
+}
+
+/// How tightly a term holds together.
+#[derive(Clone, Copy, PartialEq, PartialOrd)]
+enum Bond {
+    Sum,
+    Product,
+    Single,
+}
+
+impl Grammar {
+    /// The term.
+    pub(super) fn text(&self, term: &Term) -> String {
+        self.parts(term).concat()
+    }
+
+    /// The term, cut before each sign of its sum: where a line may be broken.
+    pub(super) fn parts(&self, term: &Term) -> Vec<String> {
+        let Term::Sum(terms) = term else { return vec![self.bonded(term).0] };
+        let part = |(k, (negative, term)): (usize, &(bool, Term))| {
+            let text = self.within(term, Bond::Product);
+            match (k, negative) {
+                (0, false) => text,
+                (0, true) => format!("-{text}"),
+                (_, false) => format!(" + {text}"),
+                (_, true) => format!(" - {text}"),
+            }
+        };
+        terms.iter().enumerate().map(part).collect()
+    }
+
+    /// In brackets, unless it holds together as tightly as is asked for.
+    fn within(&self, term: &Term, bond: Bond) -> String {
+        let (text, own) = self.bonded(term);
+        if own >= bond { text } else { self.enclosed(&self.brackets, &text) }
+    }
+
+    fn enclosed(&self, [before, behind]: &[&str; 2], text: &str) -> String {
+        format!("{before}{text}{behind}")
+    }
+
+    fn bonded(&self, term: &Term) -> (String, Bond) {
+        match term {
+            Term::Number(x) => (x.to_string(), Bond::Single),
+            Term::Variable(name) => ((self.variable)(name), Bond::Single),
+            Term::Sum(_) => (self.text(term), Bond::Sum),
+            Term::Product(factors) => {
+                let factor = |(factor, power): &(Term, u32)| {
+                    let text = self.within(factor, if *power > 1 { Bond::Single } else { Bond::Product });
+                    if *power > 1 { format!("{text}{}{power}{}", self.power[0], self.power[1]) } else { text }
+                };
+                (factors.iter().map(factor).collect::<Vec<_>>().join(self.times), Bond::Product)
+            }
+            Term::Quotient(a, b) => {
+                let bond = if self.quotient_brackets { Bond::Single } else { Bond::Sum };
+                let [before, between, behind] = self.quotient;
+                (format!("{before}{}{between}{}{behind}", self.within(a, bond), self.within(b, bond)), Bond::Product)
+            }
+            Term::Root(a) => (self.enclosed(&self.root, &self.text(a)), Bond::Single),
+            Term::Sine(a) => (self.enclosed(&self.sine, &self.text(a)), Bond::Single),
+            Term::Cosine(a) => (self.enclosed(&self.cosine, &self.text(a)), Bond::Single),
+        }
+    }
+}

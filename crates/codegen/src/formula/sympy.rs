@@ -1,0 +1,65 @@
+//! Formulas as Python: a function each, which takes symbols of SymPy or numbers and returns matrices of SymPy.
+
+use crate::formula::listing::{ListedOutput, Term};
+use crate::formula::print::Grammar;
+use crate::formula::shown::Shown;
+
+const GRAMMAR: Grammar = Grammar {
+    times: "*",
+    power: ["**", ""],
+    quotient: ["", "/", ""],
+    quotient_brackets: true,
+    root: ["sqrt(", ")"],
+    sine: ["sin(", ")"],
+    cosine: ["cos(", ")"],
+    brackets: ["(", ")"],
+    variable: str::to_string,
+};
+
+/// The file.
+pub(crate) fn file(head: &[String], functions: &[Shown]) -> String {
+    let mut text: String = head.iter().map(|line| format!("# {line}").trim_end().to_string() + "\n").collect();
+    text += "\nfrom sympy import Matrix, cos, sin, sqrt, symbols\n";
+    for Shown { name, doc, listing } in functions {
+        let input = |(input, entries): &(String, Vec<String>)| format!("{input}={}", symbols(entries));
+        let constant = |name: &String| format!("{name}=symbols(\"{name}\")");
+        let arguments: Vec<String> =
+            listing.inputs.iter().map(input).chain(listing.constants.iter().map(constant)).collect();
+        text += &format!("\n\ndef {name}({}):\n", arguments.join(", "));
+        let doc: Vec<String> = doc.iter().map(|line| line.replace('\\', r"\\").replace('"', "'")).collect();
+        text += &format!("    \"\"\"{}\"\"\"\n", doc.join("\n    "));
+        for (input, entries) in listing.inputs.iter().filter(|(_, entries)| !entries.is_empty()) {
+            let comma = if entries.len() == 1 { "," } else { "" };
+            text += &format!("    {}{comma} = {input}\n", entries.join(", "));
+        }
+        for (name, term) in &listing.assignments {
+            text += &format!("    {name} = {}\n", GRAMMAR.text(term));
+        }
+        for output in &listing.outputs {
+            text += &assignment(output);
+        }
+        let names: Vec<&str> = listing.outputs.iter().map(|o| o.name.as_str()).collect();
+        text += &format!("    return {}\n", names.join(", "));
+    }
+    text
+}
+
+/// A tuple of symbols, as a default.
+fn symbols(entries: &[String]) -> String {
+    if entries.is_empty() { "()".into() } else { format!("symbols(\"{}\", seq=True)", entries.join(" ")) }
+}
+
+fn assignment(output: &ListedOutput) -> String {
+    let name = &output.name;
+    match (&output.entries[..], output.is_whole) {
+        ([(_, _, term)], false) => format!("    {name} = {}\n", GRAMMAR.text(term)),
+        (entries, _) => {
+            let mut text = format!("    {name} = Matrix.zeros({}, {})\n", output.rows, output.columns);
+            let line = |(row, column, term): &(usize, usize, Term)| {
+                format!("    {name}[{row}, {column}] = {}\n", GRAMMAR.text(term))
+            };
+            text.extend(entries.iter().map(line));
+            text
+        }
+    }
+}

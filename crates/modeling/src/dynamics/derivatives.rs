@@ -1,0 +1,266 @@
+//! The derivatives of the torques by q and dq, and Christoffel's matrix C, by one recursion.
+//!
+//! Turn joint i by dq_i: what it carries sees the link before it turned back, with w, dw, a of that link changed by
+//! -z x w, -z x dw, -z x a. Its acceleration field changes by a field a_0 + A x r + 2 W x v(r),
+//!
+//! ```text
+//! by q_i    W = w x z   A = U z   a_0 = a x z + 2 v x (w x z)      revolute; prismatic W = A = 0, a_0 = U z
+//! by dq_i   W = z       A = 2 w x z   a_0 = 2 v x z                revolute; prismatic W = A = 0, a_0 = 2 w x z
+//! ```
+//! at O_i in frame i, and force and moment on the composite body of link j by I_j (A, a_0) + 2 B_j(W)
+//! ([`crate::dynamics::momenta`]). For j = i this is a wrench that is carried inward to every k before i; by q_i the
+//! force and moment that link i already has are turned with it. For j behind i only the part along z_j is wanted:
+//! the row of I_j along z_j, which is the unit wrench of the inertia matrix, is carried inward to i, and the row of B_j with
+//! it. The same result as [Singh, Russell, Wensing 2022], with classical accelerations.
+//!
+//! C(q, dq) is half of the derivative by dq: the torques are quadratic in dq, and C is the symmetric form behind them, so
+//! that dA/dt - 2 C is skew-symmetric.
+//!
+//! Where loops are solved numerically, the graph of the torques is differentiated instead.
+
+use expr::{Expr, Function, Graph, Input, Output, SymbolKind};
+use robot::{JointKind, LinkId};
+
+use crate::derivation::Derivation;
+use crate::dynamics::composite::{Body, composites};
+use crate::dynamics::factor::Factor;
+use crate::dynamics::inertia_matrix::{self, unit_wrench};
+use crate::dynamics::momenta::{Momenta, composite_momenta, velocities};
+use crate::dynamics::parameter_inputs::ParameterInputs;
+use crate::dynamics::torque::{self, wrenches};
+use crate::kinematics::links::{LinkMotion, Motion, MotionInput, Placement, link_motions};
+use crate::kinematics::names::coordinate_labels;
+use crate::kinematics::vector::{NULL, Vector, add, cross, dot, plus_dot};
+
+/// n x n derivatives, row by row: of the torques by q, and by dq.
+struct Derivatives {
+    by_q: Vec<Expr>,
+    by_dq: Vec<Expr>,
+}
+
+/// Inputs `q`, `dq`, `ddq`, `x`; outputs `dtau_by_q`, `dtau_by_dq` (n x n). That by ddq is the inertia matrix.
+pub(crate) fn inverse_dynamics_derivatives(derivation: &mut Derivation, x: &ParameterInputs) -> Function {
+    let links = derivation.links.clone();
+    let Derivatives { by_q, by_dq } = derivatives(derivation, &links, x);
+    let mut inputs = derivation.motion.inputs();
+    inputs.push(x.input());
+    let outputs = vec![square("dtau_by_q", by_q), square("dtau_by_dq", by_dq)];
+    Function::new("inverse_dynamics_derivatives", &derivation.graph, inputs, outputs)
+}
+
+/// C(q, dq): inputs `q`, `dq`, `x`; output `c` (n x n).
+pub(crate) fn coriolis_matrix(derivation: &mut Derivation, x: &ParameterInputs) -> Function {
+    let links = derivation.coasting_links();
+    let by_dq = derivatives(derivation, &links, x).by_dq;
+    let g = &mut derivation.graph;
+    let half = g.constant(0.5);
+    let c = by_dq.into_iter().map(|entry| g.mul(half, entry)).collect();
+    let motion = &derivation.motion;
+    let mut inputs = motion.configuration();
+    inputs.extend([motion.input(MotionInput::Dq), x.input()]);
+    Function::new("coriolis_matrix", &derivation.graph, inputs, vec![square("c", c)])
+}
+
+/// Inputs `q`, `dq`, `tau`, `x`; outputs `ddq_by_q`, `ddq_by_dq`, `ddq_by_tau` (n x n): with ddq = A^-1 (tau - h),
+/// -A^-1 dtau_by_q, -A^-1 dtau_by_dq and A^-1.
+pub(crate) fn forward_dynamics_derivatives(derivation: &mut Derivation, x: &ParameterInputs) -> Function {
+    let n = derivation.robot.n_coordinates();
+    let a = inertia_matrix::entries(derivation, x);
+    let coasting = derivation.coasting_links();
+    let bias = torque::entries(derivation, &coasting, x);
+    let labels = coordinate_labels(derivation.robot);
+    let Derivation { robot, graph: g, constants, motion, implicit, .. } = derivation;
+    let tau: Vec<Expr> = labels.iter().map(|k| g.symbol(&format!("tau{k}"), SymbolKind::Input)).collect();
+    let factor = Factor::new(g, a, n);
+    let right = (0..n).map(|k| g.sub(tau[k], bias[k])).collect();
+    let ddq = factor.solve(g, right);
+    let (by_q, by_dq) = if implicit.is_some() {
+        (by_each(derivation, &ddq, MotionInput::Q), by_each(derivation, &ddq, MotionInput::Dq))
+    } else {
+        let links = link_motions(g, robot, constants, &Motion { ddq: ddq.clone(), ..motion.clone() });
+        let found = derivatives(derivation, &links, x);
+        let g = &mut derivation.graph;
+        let [by_q, by_dq] = [found.by_q, found.by_dq].map(|rows| factor.solve_columns(g, &rows));
+        (by_q.into_iter().map(|x| -x).collect(), by_dq.into_iter().map(|x| -x).collect())
+    };
+    let by_tau = factor.inverse(&mut derivation.graph);
+    let outputs = vec![square("ddq_by_q", by_q), square("ddq_by_dq", by_dq), square("ddq_by_tau", by_tau)];
+    let motion = &derivation.motion;
+    let mut inputs = motion.configuration();
+    inputs.extend([motion.input(MotionInput::Dq), Input { name: "tau".into(), entries: tau }, x.input()]);
+    Function::new("forward_dynamics_derivatives", &derivation.graph, inputs, outputs)
+}
+
+fn square(name: &str, entries: Vec<Expr>) -> Output {
+    let n = entries.len().isqrt();
+    Output { name: name.into(), rows: n, columns: n, entries }
+}
+
+/// The derivatives of some entries by each coordinate, or by its rate, row by row. Passive coordinates follow by G.
+fn by_each(derivation: &mut Derivation, entries: &[Expr], by: MotionInput) -> Vec<Expr> {
+    let Derivation { robot, graph: g, motion, implicit, .. } = derivation;
+    let n = robot.n_coordinates();
+    let columns: Vec<Vec<Expr>> = (0..n)
+        .map(|k| {
+            let mut seeds = vec![(motion.input(by).entries[k], Expr::ONE)];
+            if let (MotionInput::Q, Some(implicit)) = (by, implicit.as_ref()) {
+                seeds.extend(implicit.G.iter().enumerate().map(|(p, row)| (motion.q[n + p], row[k])));
+            }
+            g.derivatives(entries, &seeds)
+        })
+        .collect();
+    (0..entries.len()).flat_map(|r| columns.iter().map(move |column| column[r])).collect()
+}
+
+fn derivatives(derivation: &mut Derivation, links: &[LinkMotion], x: &ParameterInputs) -> Derivatives {
+    if derivation.implicit.is_some() {
+        let tau = torque::entries(derivation, links, x);
+        return Derivatives {
+            by_q: by_each(derivation, &tau, MotionInput::Q),
+            by_dq: by_each(derivation, &tau, MotionInput::Dq),
+        };
+    }
+    let Derivation { robot, graph: g, motion, .. } = derivation;
+    let bodies = composites(g, robot, links, x);
+    let v = velocities(g, robot, links, &motion.dq);
+    let momenta = composite_momenta(g, robot, links, &v, x);
+    let wrenches = wrenches(g, robot, links, x);
+    let n = robot.n_coordinates();
+    let mut found = Derivatives { by_q: vec![Expr::ZERO; n * n], by_dq: vec![Expr::ZERO; n * n] };
+    let changes: Vec<Change> =
+        robot.link_ids().map(|i| Change::new(g, robot.link(i).joint.kind, &links[i.0], v[i.0])).collect();
+    for j in robot.link_ids() {
+        let kind = robot.link(j).joint.kind;
+        if robot.link(j).joint.variable.terms.is_empty() || kind == JointKind::Fixed {
+            continue;
+        }
+        let (body, of_link) = (bodies[j.0], &momenta[j.0]);
+        // What a change of joint j does to all before it.
+        let mut by_q = changes[j.0].by_q.wrench(g, body, of_link);
+        let turned = turned_with(kind, wrenches[j.0]);
+        by_q = [add(g, by_q[0], turned[0]), add(g, by_q[1], turned[1])];
+        let mut by_dq = changes[j.0].by_dq.wrench(g, body, of_link);
+        // What a change of a joint before j does to joint j.
+        let (f, moment) = unit_wrench(g, body, kind);
+        let mut row = [f, moment];
+        let along = of_link.along_z(g, kind == JointKind::Prismatic);
+        let mut of_momenta = along.map(|u| {
+            let two = g.constant(2.0);
+            g.mul(two, u)
+        });
+        let mut at = j;
+        loop {
+            let own = |wrench: [Vector; 2]| match robot.link(at).joint.kind {
+                JointKind::Revolute => wrench[1][2],
+                JointKind::Prismatic => wrench[0][2],
+                JointKind::Fixed => Expr::ZERO,
+            };
+            for (sum, entry) in [(&mut found.by_q, own(by_q)), (&mut found.by_dq, own(by_dq))] {
+                accumulate(g, robot, sum, (at, j), entry);
+            }
+            if at != j {
+                let change = &changes[at.0];
+                for (sum, change) in [(&mut found.by_q, &change.by_q), (&mut found.by_dq, &change.by_dq)] {
+                    let entry = change.along(g, row, of_momenta);
+                    accumulate(g, robot, sum, (j, at), entry);
+                }
+            }
+            let Some(i) = robot.link(at).antecedent else { break };
+            let placement = &links[at.0].placement;
+            by_q = carried(g, placement, by_q);
+            by_dq = carried(g, placement, by_dq);
+            row = carried(g, placement, row);
+            of_momenta = placement.to_antecedent(g, of_momenta);
+            at = i;
+        }
+    }
+    found
+}
+
+/// The part of `entry` = d(joint row)/d(joint column) that coordinates see.
+fn accumulate(g: &mut Graph, robot: &robot::Robot, sum: &mut [Expr], (row, column): (LinkId, LinkId), entry: Expr) {
+    let n = robot.n_coordinates();
+    for &(r, rc) in &robot.link(row).joint.variable.terms {
+        for &(c, cc) in &robot.link(column).joint.variable.terms {
+            let factor = g.constant(rc * cc);
+            let term = g.mul(factor, entry);
+            sum[r.0 * n + c.0] = g.add(sum[r.0 * n + c.0], term);
+        }
+    }
+}
+
+/// Force and moment at O_i from those at O_j, in frame i.
+fn carried(g: &mut Graph, placement: &Placement, [f, n]: [Vector; 2]) -> [Vector; 2] {
+    let (f, n) = (placement.to_antecedent(g, f), placement.to_antecedent(g, n));
+    let lever = cross(g, placement.p, f);
+    [f, add(g, n, lever)]
+}
+
+/// The change of a wrench that is carried along by its joint: z x f and z x n; of a joint that slides z x f as a moment.
+fn turned_with(kind: JointKind, (f, n): (Vector, Vector)) -> [Vector; 2] {
+    let across = |v: Vector| [-v[1], v[0], Expr::ZERO];
+    match kind {
+        JointKind::Revolute => [across(f), across(n)],
+        JointKind::Prismatic => [NULL, across(f)],
+        JointKind::Fixed => [NULL, NULL],
+    }
+}
+
+/// How the acceleration field of what a joint carries changes: a_0 + A x r + 2 W x v(r).
+struct Field {
+    W: Vector,
+    A: Vector,
+    a_0: Vector,
+}
+
+/// By the coordinate of a joint, and by its rate.
+struct Change {
+    by_q: Field,
+    by_dq: Field,
+}
+
+impl Change {
+    fn new(g: &mut Graph, kind: JointKind, link: &LinkMotion, v: Vector) -> Change {
+        let [wx, wy, _] = link.w;
+        let u_z = link.U.map(|row| row[2]);
+        let e = [wy, -wx, Expr::ZERO];
+        let two = g.constant(2.0);
+        let twice_e = e.map(|x| g.mul(two, x));
+        match kind {
+            JointKind::Revolute => {
+                let lift = cross(g, v, twice_e);
+                let a_0 = add(g, [link.a[1], -link.a[0], Expr::ZERO], lift);
+                let twice_v = [g.mul(two, v[1]), -g.mul(two, v[0]), Expr::ZERO];
+                let z = [Expr::ZERO, Expr::ZERO, Expr::ONE];
+                Change { by_q: Field { W: e, A: u_z, a_0 }, by_dq: Field { W: z, A: twice_e, a_0: twice_v } }
+            }
+            JointKind::Prismatic => {
+                Change { by_q: Field { W: NULL, A: NULL, a_0: u_z }, by_dq: Field { W: NULL, A: NULL, a_0: twice_e } }
+            }
+            JointKind::Fixed => {
+                let still = || Field { W: NULL, A: NULL, a_0: NULL };
+                Change { by_q: still(), by_dq: still() }
+            }
+        }
+    }
+}
+
+impl Field {
+    /// Force and moment on a body: I (A, a_0) + 2 B(W).
+    fn wrench(&self, g: &mut Graph, body: Body, momenta: &Momenta) -> [Vector; 2] {
+        let (across, moved) = (cross(g, self.A, body.first_moment), self.a_0.map(|a| g.mul(body.mass, a)));
+        let (turned, lever) = (body.times(g, self.A), cross(g, body.first_moment, self.a_0));
+        let two = g.constant(2.0);
+        let (f, n) = momenta.times(g, self.W);
+        let [f, n] = [f, n].map(|v| v.map(|x| g.mul(two, x)));
+        let (moved, turned) = (add(g, moved, across), add(g, turned, lever));
+        [add(g, moved, f), add(g, turned, n)]
+    }
+
+    /// The work of a unit wrench, and of the row of 2 B, along the field.
+    fn along(&self, g: &mut Graph, [f, n]: [Vector; 2], of_momenta: Vector) -> Expr {
+        let sum = dot(g, f, self.a_0);
+        let sum = plus_dot(g, sum, n, self.A);
+        plus_dot(g, sum, of_momenta, self.W)
+    }
+}

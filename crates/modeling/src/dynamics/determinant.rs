@@ -1,0 +1,160 @@
+//! The determinant of the Jacobian of a link.
+//!
+//! It does not depend on the axes and on the point of the link that velocities are of. Those are taken in which it costs
+//! least: for an arm with a spherical wrist the point where the axes meet, which makes it a product of the wrist's and the
+//! arm's. With other than six coordinates it is that of J^T J, or J J^T, the square of the manipulability
+//! [Yoshikawa 1985], in the link's frame.
+
+use std::collections::HashMap;
+
+use expr::{Expr, Function, Graph, Output};
+use robot::LinkId;
+
+use crate::derivation::Derivation;
+use crate::dynamics::link_frame::LinkFrame;
+use crate::dynamics::pose::jacobian_rows;
+use crate::dynamics::reference_frame::{ReferenceFrame, at_place_of, in_axes_of};
+use crate::kinematics::vector::{NULL, add, cross};
+
+/// Input `q`; output `det` (1).
+pub(crate) fn jacobian_determinant(derivation: &mut Derivation, frame: &LinkFrame) -> Function {
+    let n = derivation.robot.n_coordinates();
+    let inputs = derivation.motion.configuration();
+    let made = |derivation: &Derivation, entry: Expr| {
+        let output = Output { name: "det".into(), rows: 1, columns: 1, entries: vec![entry] };
+        let name = frame.function("jacobian_determinant");
+        Function::new(&name, &derivation.graph, inputs.clone(), vec![output])
+    };
+    if n != 6 || derivation.implicit.is_some() {
+        let rows = jacobian_rows(derivation, frame, None, NULL);
+        let g = &mut derivation.graph;
+        let square = if n == 6 { rows } else { product(g, &rows, n < 6) };
+        let entry = Determinant::of(g, square);
+        return made(derivation, entry);
+    }
+    let chain = std::iter::successors(Some(frame.link), |j| derivation.robot.link(*j).antecedent).collect::<Vec<_>>();
+    let functions = chain.into_iter().map(|at| {
+        let rows = seen_from(derivation, frame.link, at);
+        let entry = Determinant::of(&mut derivation.graph, rows);
+        let function = made(derivation, entry);
+        let count = function.bound().count();
+        (count.mul + count.add, function)
+    });
+    let least = functions.reduce(|a, b| if b.0 < a.0 { b } else { a });
+    least.map_or_else(|| made(derivation, Expr::ONE), |(_, function)| function)
+}
+
+/// The Jacobian of a link in the axes of another that carries it, of the point of the link that is at the other's origin.
+fn seen_from(derivation: &mut Derivation, link: LinkId, at: LinkId) -> Vec<Vec<Expr>> {
+    let reference = ReferenceFrame::Link(LinkFrame::from(at));
+    let Derivation { robot, graph: g, links, .. } = derivation;
+    let origin = at_place_of(g, robot, links, NULL, link, &reference);
+    let columns: Vec<Vec<Expr>> = (0..robot.n_variables())
+        .map(|k| {
+            if let Some(twist) = links[at.0].jacobian[k] {
+                // What moves the other moves the link alike, unless the coordinate moves joints between them too.
+                let between = std::iter::successors(Some(link), |j| robot.link(*j).antecedent).take_while(|j| *j != at);
+                if between.into_iter().all(|j| robot.link(j).joint.variable.terms.iter().all(|t| t.0.0 != k)) {
+                    return [twist.d, twist.z].concat();
+                }
+            }
+            let Some(twist) = links[link.0].jacobian[k] else { return vec![Expr::ZERO; 6] };
+            let z = in_axes_of(g, robot, links, twist.z, link, &reference);
+            let d = in_axes_of(g, robot, links, twist.d, link, &reference);
+            // From O of the link to O of the other.
+            let lever = cross(g, z, origin.map(|x| -x));
+            [add(g, d, lever), z].concat()
+        })
+        .collect();
+    (0..6).map(|r| columns.iter().map(|column| column[r]).collect()).collect()
+}
+
+/// J^T J, or J J^T.
+fn product(g: &mut Graph, rows: &[Vec<Expr>], columns_first: bool) -> Vec<Vec<Expr>> {
+    let columns: Vec<Vec<Expr>> =
+        (0..rows.first().map_or(0, Vec::len)).map(|c| rows.iter().map(|row| row[c]).collect()).collect();
+    let vectors = if columns_first { &columns } else { rows };
+    let mut dot = |a: &[Expr], b: &[Expr]| {
+        a.iter().zip(b).fold(Expr::ZERO, |sum, (&x, &y)| {
+            let term = g.mul(x, y);
+            g.add(sum, term)
+        })
+    };
+    vectors.iter().map(|a| vectors.iter().map(|b| dot(a, b)).collect()).collect()
+}
+
+/// The determinant of a matrix by blocks where it has zeros for that, else along its emptiest row; each minor once.
+struct Determinant<'a> {
+    g: &'a mut Graph,
+    rows: Vec<Vec<Expr>>,
+    known: HashMap<(u32, u32), Expr>,
+}
+
+impl Determinant<'_> {
+    fn of(g: &mut Graph, rows: Vec<Vec<Expr>>) -> Expr {
+        let all = (1_u32 << rows.len()) - 1;
+        Determinant { g, rows, known: HashMap::new() }.minor(all, all)
+    }
+
+    fn minor(&mut self, rows: u32, columns: u32) -> Expr {
+        if rows == 0 {
+            return Expr::ONE;
+        }
+        if let Some(known) = self.known.get(&(rows, columns)) {
+            return *known;
+        }
+        let found = match self.block(rows, columns) {
+            Some((r, c)) => {
+                let sign = (places(r, rows) + places(c, columns)) % 2 == 1;
+                let (a, b) = (self.minor(r, c), self.minor(rows & !r, columns & !c));
+                let product = self.g.mul(a, b);
+                if sign { -product } else { product }
+            }
+            None => self.along_a_row(rows, columns),
+        };
+        self.known.insert((rows, columns), found);
+        found
+    }
+
+    /// Rows and as many columns outside which these rows are zero.
+    fn block(&self, rows: u32, columns: u32) -> Option<(u32, u32)> {
+        let mut subset = (rows - 1) & rows;
+        while subset != 0 {
+            let read = bits(subset).fold(0, |read, r| read | self.read(r, columns));
+            if read.count_ones() <= subset.count_ones() {
+                // Fewer columns than rows: the determinant is zero, and any columns do.
+                let missing = bits(columns & !read).take((subset.count_ones() - read.count_ones()) as usize);
+                return Some((subset, missing.fold(read, |read, c| read | 1 << c)));
+            }
+            subset = (subset - 1) & rows;
+        }
+        None
+    }
+
+    /// The columns in which a row is not zero.
+    fn read(&self, row: usize, columns: u32) -> u32 {
+        bits(columns).filter(|&c| !self.rows[row][c].is_zero()).fold(0, |read, c| read | 1 << c)
+    }
+
+    fn along_a_row(&mut self, rows: u32, columns: u32) -> Expr {
+        let row = bits(rows).min_by_key(|&r| self.read(r, columns).count_ones()).unwrap_or(0);
+        let mut sum = Expr::ZERO;
+        for c in bits(self.read(row, columns)) {
+            let sign = (places(1 << row, rows) + places(1 << c, columns)) % 2 == 1;
+            let minor = self.minor(rows & !(1 << row), columns & !(1 << c));
+            let term = self.g.mul(self.rows[row][c], minor);
+            sum = self.g.add(sum, if sign { -term } else { term });
+        }
+        sum
+    }
+}
+
+fn bits(set: u32) -> impl Iterator<Item = usize> {
+    (0..32).filter(move |k| set >> k & 1 == 1)
+}
+
+/// How many exchanges bring a subset to the front of a set, up to an even number.
+fn places(subset: u32, set: u32) -> usize {
+    let place = |k: usize| (set & ((1 << k) - 1)).count_ones() as usize;
+    bits(subset).enumerate().map(|(front, k)| place(k) - front).sum()
+}

@@ -1,0 +1,83 @@
+//! L D L^T of a symmetric matrix, written out [Cholesky]; the inertia matrix is positive definite for physical
+//! parameters, so that no pivot vanishes.
+
+use expr::{Expr, Graph};
+
+/// A factored matrix.
+pub(crate) struct Factor {
+    n: usize,
+    /// L below the diagonal, L^T above it, D on it.
+    a: Vec<Expr>,
+}
+
+impl Factor {
+    /// Factors `a`, n x n, row by row.
+    pub(crate) fn new(g: &mut Graph, mut a: Vec<Expr>, n: usize) -> Factor {
+        // Column by column, L^T takes the place of A above the diagonal, and D on it.
+        for c in 0..n {
+            for r in c + 1..n {
+                let scaled = a[r * n + c];
+                if scaled.is_zero() {
+                    continue;
+                }
+                let l = g.div(scaled, a[c * n + c]);
+                for k in c + 1..=r {
+                    let product = g.mul(l, a[k * n + c]);
+                    a[r * n + k] = g.sub(a[r * n + k], product);
+                }
+            }
+            for r in c + 1..n {
+                let l = if a[r * n + c].is_zero() { Expr::ZERO } else { g.div(a[r * n + c], a[c * n + c]) };
+                a[c * n + r] = l;
+            }
+        }
+        Factor { n, a }
+    }
+
+    /// L^T at (c, r) with c < r, which is L at (r, c).
+    fn l(&self, r: usize, c: usize) -> Expr {
+        self.a[c * self.n + r]
+    }
+
+    /// x with A x = right.
+    pub(crate) fn solve(&self, g: &mut Graph, mut right: Vec<Expr>) -> Vec<Expr> {
+        let n = self.n;
+        for c in 0..n {
+            for r in c + 1..n {
+                let carried = g.mul(self.l(r, c), right[c]);
+                right[r] = g.sub(right[r], carried);
+            }
+        }
+        for r in (0..n).rev() {
+            let mut value = if right[r].is_zero() { Expr::ZERO } else { g.div(right[r], self.a[r * n + r]) };
+            for k in r + 1..n {
+                let product = g.mul(self.l(k, r), right[k]);
+                value = g.sub(value, product);
+            }
+            right[r] = value;
+        }
+        right
+    }
+
+    /// A^-1 B, B row by row.
+    pub(crate) fn solve_columns(&self, g: &mut Graph, b: &[Expr]) -> Vec<Expr> {
+        let n = self.n;
+        let columns: Vec<Vec<Expr>> = (0..n).map(|c| self.solve(g, (0..n).map(|r| b[r * n + c]).collect())).collect();
+        (0..n * n).map(|k| columns[k % n][k / n]).collect()
+    }
+
+    /// A^-1 = L^-T D^-1 L^-1, each entry once.
+    pub(crate) fn inverse(&self, g: &mut Graph) -> Vec<Expr> {
+        let n = self.n;
+        let mut inverse = vec![Expr::ZERO; n * n];
+        for c in (0..n).rev() {
+            let unit = (0..n).map(|r| if r == c { Expr::ONE } else { Expr::ZERO }).collect();
+            let column = self.solve(g, unit);
+            for r in c..n {
+                inverse[r * n + c] = column[r];
+                inverse[c * n + r] = column[r];
+            }
+        }
+        inverse
+    }
+}

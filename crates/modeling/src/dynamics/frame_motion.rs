@@ -1,0 +1,90 @@
+//! Velocity and acceleration of a frame fixed to a link.
+//!
+//! ```text
+//! v_f = v_j + w_j x p,   a_f = a_j + U_j p        p = p_jf, without gravity
+//! ```
+//! in the axes of the frame itself, of the base, or of another link. The part of the acceleration that is there at ddq = 0 is
+//! (dJ/dt) dq for the Jacobian in the axes of the base; in other axes the components of the same vector.
+
+use expr::{Expr, Function, Output};
+
+use crate::derivation::Derivation;
+use crate::dynamics::link_frame::LinkFrame;
+use crate::dynamics::momenta::velocities;
+use crate::dynamics::reference_frame::{ReferenceFrame, constants, in_axes_of, suffix, turned_to};
+use crate::kinematics::links::{Motion, MotionInput, link_motions_under};
+use crate::kinematics::vector::{NULL, Vector, add, cross, dot};
+
+/// Inputs `q`, `dq`; output `v` (6): velocity of the frame's origin, then angular velocity.
+pub(crate) fn velocity(derivation: &mut Derivation, frame: &LinkFrame, reference: Option<&ReferenceFrame>) -> Function {
+    let Derivation { robot, graph: g, motion, links, .. } = derivation;
+    let v = velocities(g, robot, links, &motion.dq)[frame.link.0];
+    let p = constants(g, frame.pose.position);
+    let w = links[frame.link.0].w;
+    let lever = cross(g, w, p);
+    let v = add(g, v, lever);
+    let mut inputs = motion.configuration();
+    inputs.push(motion.input(MotionInput::Dq));
+    let entries = expressed(derivation, [v, w], frame, reference);
+    let output = Output { name: "v".into(), rows: 6, columns: 1, entries };
+    Function::new(&(frame.function("velocity") + &suffix(reference)), &derivation.graph, inputs, vec![output])
+}
+
+/// Inputs `q`, `dq`, `ddq`; output `a` (6): acceleration of the frame's origin, then angular acceleration.
+pub(crate) fn acceleration(
+    derivation: &mut Derivation,
+    frame: &LinkFrame,
+    reference: Option<&ReferenceFrame>,
+) -> Function {
+    let moving = derivation.motion.clone();
+    let entries = accelerations(derivation, &moving, frame, reference);
+    let output = Output { name: "a".into(), rows: 6, columns: 1, entries };
+    let inputs = derivation.motion.inputs();
+    Function::new(&(frame.function("acceleration") + &suffix(reference)), &derivation.graph, inputs, vec![output])
+}
+
+/// Inputs `q`, `dq`; output `a` (6): the acceleration at ddq = 0.
+pub(crate) fn jacobian_rate(
+    derivation: &mut Derivation,
+    frame: &LinkFrame,
+    reference: Option<&ReferenceFrame>,
+) -> Function {
+    let coasting = derivation.coasting();
+    let entries = accelerations(derivation, &coasting, frame, reference);
+    let output = Output { name: "a".into(), rows: 6, columns: 1, entries };
+    let motion = &derivation.motion;
+    let mut inputs = motion.configuration();
+    inputs.push(motion.input(MotionInput::Dq));
+    Function::new(&(frame.function("jdot_dq") + &suffix(reference)), &derivation.graph, inputs, vec![output])
+}
+
+fn accelerations(
+    derivation: &mut Derivation,
+    moving: &Motion,
+    frame: &LinkFrame,
+    reference: Option<&ReferenceFrame>,
+) -> Vec<Expr> {
+    let Derivation { robot, graph: g, constants: of_robot, .. } = derivation;
+    let links = link_motions_under(g, robot, of_robot, moving, NULL);
+    let link = &links[frame.link.0];
+    let p = constants(g, frame.pose.position);
+    let offset = link.U.map(|row| dot(g, row, p));
+    let a = add(g, link.a, offset);
+    let dw = link.dw;
+    expressed(derivation, [a, dw], frame, reference)
+}
+
+/// Two vectors of the link's axes in those asked for.
+fn expressed(
+    derivation: &mut Derivation,
+    vectors: [Vector; 2],
+    frame: &LinkFrame,
+    reference: Option<&ReferenceFrame>,
+) -> Vec<Expr> {
+    let Derivation { robot, graph: g, links, .. } = derivation;
+    let turned = vectors.map(|v| match reference {
+        None => turned_to(g, &frame.pose, v),
+        Some(reference) => in_axes_of(g, robot, links, v, frame.link, reference),
+    });
+    turned.concat()
+}

@@ -1,0 +1,67 @@
+//! A frame fixed to a link, by the name that its file gives it.
+
+use robot::{LinkId, Pose, Robot};
+
+/// A frame fixed to a link, by which functions say where they speak of.
+#[derive(Clone, Debug, PartialEq)]
+pub struct LinkFrame {
+    /// The link.
+    pub link: LinkId,
+    /// The frame in the frame of the link.
+    pub pose: Pose,
+    /// What functions of it are called after; empty for a frame without a name.
+    pub name: String,
+    /// Whether it is a frame of the robot's file, and not Khalil's frame of the link.
+    pub is_files: bool,
+}
+
+impl From<LinkId> for LinkFrame {
+    fn from(link: LinkId) -> LinkFrame {
+        LinkFrame { link, pose: Pose::IDENTITY, name: String::new(), is_files: false }
+    }
+}
+
+impl LinkFrame {
+    /// The frame that is called so: a link of a URDF in the frame the URDF gives it, fixed ones among them, a link of
+    /// another file by its name, its joint's name or its label. `None` where the robot has none of that name.
+    pub fn named(robot: &Robot, name: &str) -> Option<LinkFrame> {
+        let of_file = robot.link_ids().find_map(|link| {
+            let (_, pose) = robot.link(link).frames.iter().find(|(frame, _)| frame == name)?;
+            Some(LinkFrame { link, pose: *pose, name: name.into(), is_files: true })
+        });
+        of_file.or_else(|| {
+            let is = |&j: &LinkId| {
+                let link = robot.link(j);
+                link.name == name || link.joint.name == name || link.label == name
+            };
+            let link = robot.link_ids().find(is)?;
+            // A joint of a URDF stands for the link it moves.
+            let own = robot.link(link).frames.first();
+            let pose = own.map_or(Pose::IDENTITY, |frame| frame.1);
+            Some(LinkFrame { link, pose, name: name.into(), is_files: own.is_some() })
+        })
+    }
+
+    /// Names of all frames that [`LinkFrame::named`] knows.
+    pub fn names(robot: &Robot) -> Vec<String> {
+        let of = |link: &robot::Link| match link.frames.is_empty() {
+            true => vec![link.name.clone()],
+            false => link.frames.iter().map(|frame| frame.0.clone()).collect(),
+        };
+        robot.links.iter().flat_map(of).collect()
+    }
+
+    /// What the frame is, for the reader of a generated file.
+    pub(crate) fn meaning(&self) -> &'static str {
+        match self.is_files {
+            true => "the frame is that of the robot's file",
+            false => "the frame is Khalil's, its z along the joint axis",
+        }
+    }
+
+    pub(crate) fn function(&self, kind: &str) -> String {
+        let word: String =
+            self.name.chars().map(|c| if c.is_ascii_alphanumeric() { c.to_ascii_lowercase() } else { '_' }).collect();
+        if word.is_empty() { kind.into() } else { format!("{kind}_{word}") }
+    }
+}

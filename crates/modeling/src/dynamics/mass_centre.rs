@@ -1,0 +1,108 @@
+//! The centre of mass of the moving links, its Jacobian, and the momentum about it.
+//!
+//! ```text
+//! c = MS_0 / M_0,   dc/dq_k = f_k / M_0,   h = sum_k (f_k, n_k - c x f_k) dq_k
+//! ```
+//! MS_0 and M_0 are those of all links together about the base origin; (f_k, n_k) is the momentum per unit of dq_k of what
+//! coordinate k moves, about the same point: the unit wrench of [`crate::dynamics::inertia_matrix`]. All in the axes of the
+//! base. The masses of all links are needed, which torques do not tell; the base itself and rotors are not counted.
+
+use expr::{Expr, Function, Graph, Output};
+
+use crate::derivation::Derivation;
+use crate::dynamics::composite::{Body, composites};
+use crate::dynamics::inertia_matrix::unit_wrench;
+use crate::dynamics::parameter_inputs::ParameterInputs;
+use crate::kinematics::implicit::reduced;
+use crate::kinematics::links::MotionInput;
+use crate::kinematics::vector::{NULL, Vector, add, cross};
+
+/// Inputs `q`, `x` (the standard parameters); outputs `p` (3), m, and `j` (3 x n).
+pub(crate) fn centre_of_mass(derivation: &mut Derivation, x: &ParameterInputs) -> Function {
+    let Whole { mass, centre, momenta } = whole(derivation, x);
+    let g = &mut derivation.graph;
+    let rows: Vec<Vec<Expr>> = (0..3).map(|r| momenta.iter().map(|k| g.div(k[r], mass)).collect()).collect();
+    let mut inputs = derivation.motion.configuration();
+    inputs.push(x.input());
+    let output = |name: &str, columns, entries| Output { name: name.into(), rows: 3, columns, entries };
+    let outputs = vec![output("p", 1, centre.to_vec()), output("j", momenta.len(), rows.concat())];
+    Function::new("centre_of_mass", &derivation.graph, inputs, outputs)
+}
+
+/// Inputs `q`, `dq`, `x` (the standard parameters); outputs `h` (6): momentum, and angular momentum about the centre of
+/// mass, and `map` (6 x n): h = map dq.
+pub(crate) fn centroidal_momentum(derivation: &mut Derivation, x: &ParameterInputs) -> Function {
+    let Whole { centre, momenta, .. } = whole(derivation, x);
+    let Derivation { graph: g, motion, .. } = derivation;
+    let mut about_centre = |k: &Vec<Expr>| {
+        let (f, n) = ([k[0], k[1], k[2]], [k[3], k[4], k[5]]);
+        let lever = cross(g, centre, f);
+        let n: Vector = std::array::from_fn(|i| g.sub(n[i], lever[i]));
+        [f, n].concat()
+    };
+    let columns: Vec<Vec<Expr>> = momenta.iter().map(&mut about_centre).collect();
+    let rows: Vec<Vec<Expr>> = (0..6).map(|r| columns.iter().map(|k| k[r]).collect()).collect();
+    let sum = |row: &Vec<Expr>| {
+        row.iter().zip(&motion.dq).fold(Expr::ZERO, |sum, (&a, &b)| {
+            let term = g.mul(a, b);
+            g.add(sum, term)
+        })
+    };
+    let h: Vec<Expr> = rows.iter().map(sum).collect();
+    let mut inputs = motion.configuration();
+    inputs.extend([motion.input(MotionInput::Dq), x.input()]);
+    let output = |name: &str, columns, entries| Output { name: name.into(), rows: 6, columns, entries };
+    let outputs = vec![output("h", 1, h), output("map", columns.len(), rows.concat())];
+    Function::new("centroidal_momentum", g, inputs, outputs)
+}
+
+/// All links together.
+struct Whole {
+    mass: Expr,
+    /// In the base frame.
+    centre: Vector,
+    /// Momentum, and angular momentum about the base's origin, per unit of the rate of each coordinate.
+    momenta: Vec<Vec<Expr>>,
+}
+
+fn whole(derivation: &mut Derivation, x: &ParameterInputs) -> Whole {
+    let Derivation { robot, graph: g, links, implicit, .. } = derivation;
+    let bodies = composites(g, robot, links, x);
+    let (mut mass, mut moment) = (Expr::ZERO, NULL);
+    let mut momenta = vec![vec![Expr::ZERO; 6]; robot.n_variables()];
+    for j in robot.link_ids() {
+        let link = robot.link(j);
+        if link.antecedent.is_none() {
+            let carried = carried_first_moment(g, bodies[j.0], &links[j.0].placement);
+            moment = add(g, moment, carried);
+            mass = g.add(mass, bodies[j.0].mass);
+        }
+        let (mut f, mut n) = unit_wrench(g, bodies[j.0], link.joint.kind);
+        let mut at = Some(j);
+        while let Some(k) = at {
+            let placement = &links[k.0].placement;
+            (f, n) = (placement.to_antecedent(g, f), placement.to_antecedent(g, n));
+            let lever = cross(g, placement.p, f);
+            n = add(g, n, lever);
+            at = robot.link(k).antecedent;
+        }
+        for &(k, c) in &link.joint.variable.terms {
+            let c = g.constant(c);
+            for (sum, e) in momenta[k.0].iter_mut().zip([f, n].concat()) {
+                let term = g.mul(c, e);
+                *sum = g.add(*sum, term);
+            }
+        }
+    }
+    if let Some(implicit) = implicit {
+        momenta = reduced(g, &implicit.G, &momenta);
+    }
+    let centre = moment.map(|s| if mass.is_zero() { s } else { g.div(s, mass) });
+    Whole { mass, centre, momenta }
+}
+
+fn carried_first_moment(g: &mut Graph, body: Body, placement: &crate::kinematics::links::Placement) -> Vector {
+    let turned = placement.to_antecedent(g, body.first_moment);
+    let moved = placement.p.map(|p| g.mul(body.mass, p));
+    add(g, turned, moved)
+}

@@ -1,0 +1,153 @@
+//! What a rigid body's velocities do when its motion changes: first moments of momentum.
+//!
+//! With r from O_j to a point of mass m and v its velocity, sums over a body,
+//!
+//! ```text
+//! h = sum m v,   E = sum m r v^T = MS v_O^T + [w x S_a]_a,   S = 1/2 tr(J) 1 - J   (row a of S is S_a)
+//! ```
+//! A change of angular velocity by W adds 2 B(W) to force and moment, where
+//!
+//! ```text
+//! B(W) = (sum m W x v, sum m r x (W x v)) = (W x h, tr(E) W - E^T W)
+//! ```
+//! B is the factor of [Echeandia, Wensing 2021] in nine numbers and three, instead of a matrix of 36.
+
+use expr::{Expr, Graph};
+use robot::Robot;
+
+use crate::dynamics::composite::Body;
+use crate::dynamics::parameter_inputs::ParameterInputs;
+use crate::kinematics::links::{LinkMotion, Placement};
+use crate::kinematics::vector::{NULL, Turn, Vector, add, cross};
+
+/// Momentum h and its first moment E about a point.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Momenta {
+    pub h: Vector,
+    /// Row by row.
+    pub E: [Vector; 3],
+}
+
+impl Momenta {
+    /// Of a body that turns by w and whose origin moves by v.
+    fn new(g: &mut Graph, body: Body, w: Vector, v: Vector) -> Momenta {
+        let [xx, xy, xz, yy, yz, zz] = body.inertia;
+        let half = g.constant(0.5);
+        let mut second = |a: Expr, b: Expr, c: Expr| {
+            let sum = g.add(a, b);
+            let sum = g.sub(sum, c);
+            g.mul(half, sum)
+        };
+        let (sx, sy, sz) = (second(yy, zz, xx), second(xx, zz, yy), second(xx, yy, zz));
+        let rows = [[sx, -xy, -xz], [-xy, sy, -yz], [-xz, -yz, sz]];
+        let E = [0, 1, 2].map(|a| {
+            let (turned, moved) = (cross(g, w, rows[a]), v.map(|v| g.mul(body.first_moment[a], v)));
+            add(g, moved, turned)
+        });
+        let (turned, moved) = (cross(g, w, body.first_moment), v.map(|v| g.mul(body.mass, v)));
+        Momenta { h: add(g, moved, turned), E }
+    }
+
+    /// In axes turned back about z.
+    fn unturned(self, g: &mut Graph, turn: Turn) -> Momenta {
+        let [[xx, xy, xz], [yx, yy, yz], [zx, zy, zz]] = self.E;
+        // k = s (xx - yy) + c (xy + yx); xx' = xx - s k, yy' = yy + s k, xy' = c k - yx, yx' = c k - xy
+        let (xx, xy, yx, yy) = if turn.sin.is_zero() {
+            (xx, xy, yx, yy)
+        } else if turn.cos.is_zero() {
+            (yy, -yx, -xy, xx)
+        } else {
+            let (difference, sum) = (g.sub(xx, yy), g.add(xy, yx));
+            let (a, b) = (g.mul(turn.sin, difference), g.mul(turn.cos, sum));
+            let k = g.add(a, b);
+            let (sk, ck) = (g.mul(turn.sin, k), g.mul(turn.cos, k));
+            (g.sub(xx, sk), g.sub(ck, yx), g.sub(ck, xy), g.add(yy, sk))
+        };
+        let [xz, yz, _] = turn.unturned(g, [xz, yz, Expr::ZERO]);
+        let [zx, zy, _] = turn.unturned(g, [zx, zy, Expr::ZERO]);
+        Momenta { h: turn.unturned(g, self.h), E: [[xx, xy, xz], [yx, yy, yz], [zx, zy, zz]] }
+    }
+
+    /// In axes turned back about x: about z after a cyclic exchange of the axes.
+    fn unturned_about_x(self, g: &mut Graph, turn: Turn) -> Momenta {
+        let next = |v: Vector| [v[1], v[2], v[0]];
+        let back = |v: Vector| [v[2], v[0], v[1]];
+        let [x, y, z] = self.E.map(next);
+        let turned = Momenta { h: next(self.h), E: [y, z, x] }.unturned(g, turn);
+        let [y, z, x] = turned.E.map(back);
+        Momenta { h: back(turned.h), E: [x, y, z] }
+    }
+
+    /// In the frame of the antecedent, about its origin: E + p h^T.
+    fn carried(self, g: &mut Graph, placement: &Placement) -> Momenta {
+        let turned = self.unturned(g, placement.theta);
+        let turned = turned.unturned_about_x(g, placement.alpha);
+        let turned = turned.unturned(g, placement.gamma);
+        let moved = [0, 1, 2].map(|a| {
+            let lever = turned.h.map(|h| g.mul(placement.p[a], h));
+            add(g, turned.E[a], lever)
+        });
+        Momenta { h: turned.h, E: moved }
+    }
+
+    /// B(W): force and moment.
+    pub(crate) fn times(&self, g: &mut Graph, W: Vector) -> (Vector, Vector) {
+        let E = &self.E;
+        let n = [0, 1, 2].map(|a| {
+            let (b, c) = ((a + 1) % 3, (a + 2) % 3);
+            let trace = g.add(E[b][b], E[c][c]);
+            let terms = [g.mul(trace, W[a]), -g.mul(E[b][a], W[b]), -g.mul(E[c][a], W[c])];
+            let sum = g.add(terms[0], terms[1]);
+            g.add(sum, terms[2])
+        });
+        (cross(g, W, self.h), n)
+    }
+
+    /// The row u with u . W the moment of B(W) about z; `is_force`: its force along z.
+    pub(crate) fn along_z(&self, g: &mut Graph, is_force: bool) -> Vector {
+        let E = &self.E;
+        if is_force { [self.h[1], -self.h[0], Expr::ZERO] } else { [-E[0][2], -E[1][2], g.add(E[0][0], E[1][1])] }
+    }
+}
+
+/// The velocity of every O_j in frame j.
+pub(crate) fn velocities(g: &mut Graph, robot: &Robot, links: &[LinkMotion], dq: &[Expr]) -> Vec<Vector> {
+    let mut velocities: Vec<Vector> = Vec::new();
+    for (link, at) in robot.links.iter().zip(links) {
+        let mut v = match link.antecedent {
+            Some(i) => {
+                let lever = cross(g, links[i.0].w, at.placement.p);
+                let v = add(g, velocities[i.0], lever);
+                at.placement.to_link(g, v)
+            }
+            None => NULL,
+        };
+        if link.joint.kind == robot::JointKind::Prismatic {
+            let rate = crate::kinematics::links::joint_variable(g, link, dq);
+            v[2] = g.add(v[2], rate);
+        }
+        velocities.push(v);
+    }
+    velocities
+}
+
+/// The momenta of every link with all it carries, about its origin.
+pub(crate) fn composite_momenta(
+    g: &mut Graph,
+    robot: &Robot,
+    links: &[LinkMotion],
+    velocities: &[Vector],
+    x: &ParameterInputs,
+) -> Vec<Momenta> {
+    let of_link = |j: robot::LinkId| Momenta::new(g, Body::new(x.body(j)), links[j.0].w, velocities[j.0]);
+    let mut momenta: Vec<Momenta> = robot.link_ids().map(of_link).collect();
+    for j in robot.link_ids().rev() {
+        if let Some(i) = robot.link(j).antecedent {
+            let carried = momenta[j.0].carried(g, &links[j.0].placement);
+            let own = momenta[i.0];
+            momenta[i.0] =
+                Momenta { h: add(g, own.h, carried.h), E: [0, 1, 2].map(|a| add(g, own.E[a], carried.E[a])) };
+        }
+    }
+    momenta
+}

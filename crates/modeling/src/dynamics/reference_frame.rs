@@ -1,0 +1,122 @@
+//! In whose axes a function of a link speaks: the base's, or those of another link.
+
+use expr::{Expr, Graph};
+use robot::{LinkId, Pose, Robot};
+
+use crate::dynamics::link_frame::LinkFrame;
+use crate::kinematics::links::LinkMotion;
+use crate::kinematics::vector::{Vector, add, dot};
+
+/// A frame in which a function of a link is expressed.
+#[derive(Clone, Debug, PartialEq)]
+pub enum ReferenceFrame {
+    /// That of the base.
+    Base,
+    /// One fixed to a link.
+    Link(LinkFrame),
+}
+
+impl ReferenceFrame {
+    /// The frame that is called so; `base` is that of the base.
+    pub fn named(robot: &Robot, name: &str) -> Option<ReferenceFrame> {
+        match LinkFrame::named(robot, name) {
+            Some(frame) => Some(ReferenceFrame::Link(frame)),
+            None => (name == "base").then_some(ReferenceFrame::Base),
+        }
+    }
+
+    /// What it is called.
+    pub(crate) fn name(&self) -> &str {
+        match self {
+            ReferenceFrame::Base => "base",
+            ReferenceFrame::Link(frame) => &frame.name,
+        }
+    }
+
+    fn link(&self) -> Option<LinkId> {
+        match self {
+            ReferenceFrame::Base => None,
+            ReferenceFrame::Link(frame) => Some(frame.link),
+        }
+    }
+
+    fn pose(&self) -> Pose {
+        match self {
+            ReferenceFrame::Base => Pose::IDENTITY,
+            ReferenceFrame::Link(frame) => frame.pose,
+        }
+    }
+}
+
+/// A vector given in frame `from`, in the axes of the reference.
+pub(crate) fn in_axes_of(
+    g: &mut Graph,
+    robot: &Robot,
+    links: &[LinkMotion],
+    v: Vector,
+    from: LinkId,
+    reference: &ReferenceFrame,
+) -> Vector {
+    let (up, down) = path(robot, from, reference.link());
+    let v = up.iter().fold(v, |v, j| links[j.0].placement.to_antecedent(g, v));
+    let v = down.iter().fold(v, |v, j| links[j.0].placement.to_link(g, v));
+    turned_to(g, &reference.pose(), v)
+}
+
+/// A point given in frame `from`, in the reference frame.
+pub(crate) fn at_place_of(
+    g: &mut Graph,
+    robot: &Robot,
+    links: &[LinkMotion],
+    p: Vector,
+    from: LinkId,
+    reference: &ReferenceFrame,
+) -> Vector {
+    let (up, down) = path(robot, from, reference.link());
+    let p = up.iter().fold(p, |p, j| {
+        let turned = links[j.0].placement.to_antecedent(g, p);
+        add(g, turned, links[j.0].placement.p)
+    });
+    let p = down.iter().fold(p, |p, j| {
+        let apart = std::array::from_fn(|i| g.sub(p[i], links[j.0].placement.p[i]));
+        links[j.0].placement.to_link(g, apart)
+    });
+    let pose = reference.pose();
+    let origin = pose.position.map(|x| g.constant(x));
+    let apart = std::array::from_fn(|i| g.sub(p[i], origin[i]));
+    turned_to(g, &pose, apart)
+}
+
+/// Components in the axes of a frame of a vector given in the axes of its link: R^T v.
+pub(crate) fn turned_to(g: &mut Graph, pose: &Pose, v: Vector) -> Vector {
+    [0, 1, 2].map(|c| {
+        let axis = [0, 1, 2].map(|r| g.constant(pose.rotation[r][c]));
+        dot(g, axis, v)
+    })
+}
+
+/// The links whose placements lead from one inward to the last that carries both, and outward to the other.
+fn path(robot: &Robot, from: LinkId, to: Option<LinkId>) -> (Vec<LinkId>, Vec<LinkId>) {
+    let to_base = |link: Option<LinkId>| {
+        let next = |j: &LinkId| robot.link(*j).antecedent;
+        std::iter::successors(link, next).collect::<Vec<LinkId>>()
+    };
+    let (up, mut down) = (to_base(Some(from)), to_base(to));
+    let is_shared = |j: &LinkId| down.contains(j);
+    let up: Vec<LinkId> = up.iter().copied().take_while(|j| !is_shared(j)).collect();
+    let carries_both = up.last().map_or(Some(from), |j| robot.link(*j).antecedent);
+    down = down.into_iter().take_while(|j| Some(*j) != carries_both).collect();
+    down.reverse();
+    (up, down)
+}
+
+/// What stands behind the name of a function: `_in_base`.
+pub(crate) fn suffix(reference: Option<&ReferenceFrame>) -> String {
+    let word = |c: char| if c.is_ascii_alphanumeric() { c.to_ascii_lowercase() } else { '_' };
+    reference.map_or(String::new(), |r| format!("_in_{}", r.name().chars().map(word).collect::<String>()))
+}
+
+/// Zero of a vector in constants.
+pub(crate) fn constants(g: &mut Graph, v: [f64; 3]) -> Vector {
+    v.map(|x| -> Expr { g.constant(x) })
+}

@@ -1,0 +1,65 @@
+//! The regressor of adaptive control: A(q) ddq_r + C(q, dq) dq_r + g(q) = Y(q, dq, dq_r, ddq_r) X [Slotine, Li 1987], with
+//! Christoffel's C.
+//!
+//! The regressor of the torques, of the motion with polarised products ([`crate::kinematics::polar`]). Where loops are
+//! solved numerically, half of the derivative of D(q, dq, 0) along dq_r takes their place.
+
+use expr::{Expr, Function, Input, Output, SymbolKind};
+
+use crate::base::base_parameters::BaseParameters;
+use crate::derivation::Derivation;
+use crate::dynamics::regressor::entries_of;
+use crate::kinematics::links::{Motion, MotionInput, link_motions};
+use crate::kinematics::names::coordinate_labels;
+use crate::kinematics::polar::polarised;
+
+/// Inputs `q`, `dq`, `dq_r`, `ddq_r`; output `y` (n x p of the base parameters).
+pub(crate) fn slotine_li_regressor(derivation: &mut Derivation, base: &BaseParameters) -> Function {
+    let n = derivation.robot.n_coordinates();
+    let labels = coordinate_labels(derivation.robot);
+    let g = &mut derivation.graph;
+    let mut symbols = |letters: &str| -> Vec<Expr> {
+        labels.iter().map(|label| g.symbol(&format!("{letters}{label}"), SymbolKind::Input)).collect()
+    };
+    let (dq_r, ddq_r) = (symbols("dqr"), symbols("ddqr"));
+    let half = g.constant(0.5);
+    let halves: Vec<Expr> = dq_r.iter().map(|&rate| g.mul(half, rate)).collect();
+    let entries = if derivation.implicit.is_some() {
+        by_differentiation(derivation, &halves, &ddq_r)
+    } else {
+        let Derivation { robot, graph: g, constants, motion, links, .. } = derivation;
+        let reference = Motion { dq: halves, ddq: ddq_r.clone(), ..motion.clone() };
+        let polar = polarised(g, robot, constants, links, &reference, motion);
+        entries_of(derivation, &polar)
+    };
+    let p = entries.len().checked_div(n).unwrap_or(0);
+    let kept = (0..n).flat_map(|r| base.base.iter().map(move |b| r * p + b.column));
+    let output = Output { name: "y".into(), rows: n, columns: base.len(), entries: kept.map(|k| entries[k]).collect() };
+    let motion = &derivation.motion;
+    let mut inputs = motion.configuration();
+    let input = |name: &str, entries: Vec<Expr>| Input { name: name.into(), entries };
+    inputs.extend([motion.input(MotionInput::Dq), input("dq_r", dq_r), input("ddq_r", ddq_r)]);
+    Function::new("slotine_li_regressor", &derivation.graph, inputs, vec![output])
+}
+
+/// D(q, 0, ddq_r), and the derivative of D(q, dq, 0) by dq along half of dq_r.
+fn by_differentiation(derivation: &mut Derivation, halves: &[Expr], ddq_r: &[Expr]) -> Vec<Expr> {
+    let n = derivation.robot.n_coordinates();
+    let coasting = derivation.coasting_links();
+    let of_rates = entries_of(derivation, &coasting);
+    let Derivation { robot, graph: g, constants, motion, implicit, .. } = derivation;
+    let seeds: Vec<(Expr, Expr)> = motion.dq[..n].iter().copied().zip(halves.iter().copied()).collect();
+    let of_rates = g.derivatives(&of_rates, &seeds);
+    let mut ddq = ddq_r.to_vec();
+    for row in implicit.iter().flat_map(|i| &i.G) {
+        let driven = row.iter().zip(ddq_r).fold(Expr::ZERO, |sum, (&a, &b)| {
+            let term = g.mul(a, b);
+            g.add(sum, term)
+        });
+        ddq.push(driven);
+    }
+    let starting = Motion { dq: vec![Expr::ZERO; motion.dq.len()], ddq, ..motion.clone() };
+    let links = link_motions(g, robot, constants, &starting);
+    let at_rest = entries_of(derivation, &links);
+    at_rest.into_iter().zip(of_rates).map(|(a, b)| derivation.graph.add(a, b)).collect()
+}
