@@ -5,7 +5,6 @@
 //! definitions. The colours are those of Okabe and Ito, which everybody can tell apart. Lines differ in their dashes
 //! too.
 
-use gate::shown;
 use std::fmt::Write;
 
 use identification::portrait::envelope::Envelope;
@@ -357,7 +356,7 @@ fn broken(envelope: &Envelope) -> Vec<Vec<(f64, f64)>> {
 
 /// The text, escaped for text and attributes of XML and HTML.
 pub fn escaped(text: &str) -> String {
-    shown::line(text).replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
+    gate::shown::line(text).replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
 }
 
 #[cfg(test)]
