@@ -82,6 +82,19 @@ fn segments([turn, lift, bend]: Point) -> [[Point; 2]; 2] {
     [upper, [place(elbow_x, 0.02, elbow_z), place(tip_x, 0.02, tip_z)]]
 }
 
+/// What is proven, what is assumed and what nobody looked at; no more.
+fn the_last_line_tells_all(out: &str) {
+    let last = out.trim_end().lines().last().unwrap();
+    let said = [
+        "proven, between samples too: position of 3, ",
+        "distance of 4, floor of upper at the floor and of fore at the floor, region of ",
+        "; floor at z = 0.05 m, lowest point 0.0",
+        "; assumed: distance of upper and column and of fore and upper; NOT looked at: approach and return",
+    ];
+    said.iter().for_each(|said| assert!(last.contains(said), "`{said}` is not in {last}"));
+    assert!(!last.contains("BROKEN") && !out.contains("every limit"), "{out}");
+}
+
 #[test]
 fn bodies_keep_their_distance_between_samples_too() {
     let folder = folder("bodies");
@@ -91,15 +104,7 @@ fn bodies_keep_their_distance_between_samples_too() {
         ["excite", "arm.urdf", "--limits", "limits.yaml", "--period", "6", "--repetitions", "1", "--starts", "2"];
     let found = run(&folder, &[&excite[..], &["--iterations", "15", "--out", "motion.yaml"]].concat());
     assert_eq!(found.code, Some(0), "{}{}", found.out, found.err);
-    let last = found.out.trim_end().lines().last().unwrap();
-    let said = [
-        "proven, between samples too: position of 3, ",
-        "distance of 4, floor of upper at the floor and of fore at the floor, region of ",
-        "; floor at z = 0.05 m, lowest point 0.0",
-        "; assumed: distance of upper and column and of fore and upper; NOT looked at: approach and return",
-    ];
-    said.iter().for_each(|said| assert!(last.contains(said), "`{said}` is not in {last}"));
-    assert!(!last.contains("BROKEN") && !found.out.contains("every limit"), "{}", found.out);
+    the_last_line_tells_all(&found.out);
     let joined = "distance of upper and column, fore and upper: assumed by default: they touch in 99 % of 1000 poses";
     assert!(found.out.contains(joined), "{}", found.out);
     assert!(found.err.contains(" m above the "), "{}", found.err);

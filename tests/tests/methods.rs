@@ -150,6 +150,16 @@ fn with_value(flag: &str) -> Option<Vec<&str>> {
     Some(vec![flag, value])
 }
 
+/// Logs that a method takes, and what it needs with them.
+fn logs_of(method: &str) -> &'static [&'static str] {
+    match method {
+        // It estimates gains: the logs hold currents.
+        "tls" => &["currents", "--plan", "plan.yaml", "--gain", "q2=1.5"],
+        "ls" | "essential" => &["logs/v02.csv"],
+        _ => &["logs", "--plan", "plan.yaml"],
+    }
+}
+
 /// No flag is passed over in silence: it is refused by its name, with the methods that use it, or the outcome is another.
 #[test]
 fn every_method_heeds_or_refuses_every_flag() {
@@ -167,19 +177,7 @@ fn every_method_heeds_or_refuses_every_flag() {
     // Flag -> methods that refuse it, and the methods that a refusal names.
     let mut refusals: BTreeMap<String, (Vec<&str>, Vec<String>)> = BTreeMap::new();
     for method in methods {
-        let is_of_samples = ["ls", "essential"].contains(&method);
-        let logs: &[&str] = match method {
-            // It estimates gains: the logs hold currents.
-            "tls" => &["currents", "--plan", "plan.yaml", "--gain", "q2=1.5"],
-            _ if is_of_samples => &["logs/v02.csv"],
-            _ => &["logs", "--plan", "plan.yaml"],
-        };
-        let base: Vec<&str> = ["identify", "arm.yaml"]
-            .iter()
-            .chain(logs)
-            .copied()
-            .chain(["--method", method, "--out", "e.yaml"])
-            .collect();
+        let base = [&["identify", "arm.yaml", "--method", method, "--out", "e.yaml"], logs_of(method)].concat();
         let plain = rist(&here, &base);
         assert_eq!(plain.code, Some(0), "{base:?}: {}", plain.err);
         let estimate = || std::fs::read(here.join("e.yaml")).unwrap_or_default();

@@ -63,9 +63,9 @@ pub(crate) fn series_text(out: &Path, series: &[TorqueSeries], coordinates: &[St
 /// What `rist simulate` can simulate.
 pub(crate) enum MotionFile {
     /// Of `rist plan`.
-    Plan(ExperimentPlan),
+    Plan(Box<ExperimentPlan>),
     /// Of `rist excite`.
-    Motion(ExcitingMotion),
+    Motion(Box<ExcitingMotion>),
 }
 
 /// Reads a plan or a motion; refuses one that was made with another model.
@@ -75,12 +75,12 @@ pub(crate) fn read_motions(path: &Path, model: &Model) -> Result<MotionFile, Fai
     let is_motion =
         Kind::of(&text).map_or(text.lines().any(|line| line.starts_with("period_s:")), |kind| kind == Kind::Motion);
     if !is_motion {
-        return Ok(MotionFile::Plan(read_plan(path, model)?));
+        return Ok(MotionFile::Plan(Box::new(read_plan(path, model)?)));
     }
     let motion = ExcitingMotion::from_yaml(&file, &text)?;
     model.check(path, &motion.model)?;
     motion.motion(&file)?;
-    Ok(MotionFile::Motion(motion))
+    Ok(MotionFile::Motion(Box::new(motion)))
 }
 
 /// Refuses outputs over inputs or over each other.

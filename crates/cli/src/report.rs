@@ -38,7 +38,6 @@ pub(crate) struct Arguments {
 
 pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let files: ReportFiles = arguments.files.read()?;
-    let name = |path: &PathBuf| path.display().to_string();
     let shown = [&files.plan, &files.motion, &files.estimate, &files.validation];
     if shown.iter().all(|file| file.is_none()) {
         return Err(Failure::new(
@@ -51,18 +50,9 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let of_user = shown.into_iter().chain([&files.model]);
     let mut inputs: Vec<&Path> = of_user.flatten().chain(&files.log).map(PathBuf::as_path).collect();
     check_output(&arguments.out, &inputs)?;
-    let plan = match &files.plan {
-        Some(path) => Some(ExperimentPlan::from_yaml(&name(path), &read_text(path)?)?),
-        None => None,
-    };
-    let estimate = match &files.estimate {
-        Some(path) => Some(Estimate::from_yaml(&name(path), &read_text(path)?)?),
-        None => None,
-    };
-    let validation = match &files.validation {
-        Some(path) => Some(Validation::from_yaml(&name(path), &read_text(path)?)?),
-        None => None,
-    };
+    let plan = artefact(&files.plan, ExperimentPlan::from_yaml)?;
+    let estimate = artefact(&files.estimate, Estimate::from_yaml)?;
+    let validation = artefact(&files.validation, Validation::from_yaml)?;
     let model = match &files.model {
         Some(path) => Some(read_model(path, &files, estimate.as_ref())?),
         None => None,
@@ -93,18 +83,21 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
     });
     inputs.extend(estimate.iter().flat_map(|e| &e.logs).map(Path::new));
     if let Some(directory) = &files.svg {
-        write_pictures(directory, &pictures, &inputs)?;
+        make_directory(directory)?;
+        for (name, svg) in &pictures {
+            write_file(&directory.join(name), svg, &inputs)?;
+        }
     }
     Ok(write_file(&arguments.out, &page, &inputs)?)
 }
 
-/// Writes the charts, by their names, into a directory that is made where there is none.
-fn write_pictures(directory: &Path, pictures: &[(String, String)], inputs: &[&Path]) -> Result<(), Failure> {
-    make_directory(directory)?;
-    for (name, svg) in pictures {
-        write_file(&directory.join(name), svg, inputs)?;
-    }
-    Ok(())
+/// The artefact of a file, where one is given.
+fn artefact<T, E: Into<rist::Error>>(
+    file: &Option<PathBuf>,
+    read: fn(&str, &str) -> Result<T, E>,
+) -> Result<Option<T>, Failure> {
+    let Some(path) = file else { return Ok(None) };
+    Ok(Some(read(&path.display().to_string(), &read_text(path)?)?))
 }
 
 /// The page of an estimate, with what it makes of logs and of those that it is validated on.

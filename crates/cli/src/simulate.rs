@@ -47,8 +47,8 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
     make_directory(&arguments.out)?;
     let coordinates = model.regressor().coordinates();
     let (motions, count) = match &file {
-        MotionFile::Plan(plan) => (Motions::from(plan), format!("{} experiments", plan.experiments.len())),
-        MotionFile::Motion(motion) => (Motions::from(motion), "1 motion".into()),
+        MotionFile::Plan(plan) => (Motions::from(plan.as_ref()), format!("{} experiments", plan.experiments.len())),
+        MotionFile::Motion(motion) => (Motions::from(motion.as_ref()), "1 motion".into()),
     };
     let effort = request.effort(&model);
     let mut written = Vec::new();

@@ -3,7 +3,7 @@
 //! A regular file is read to the length that it had when it was opened: what a recorder appends meanwhile is not read.
 //! A file that was written over meanwhile is refused at its end, because what was read is a mixture. These tell the
 //! two apart: a file that has become shorter was written over; so was one of the same length whose time of modification
-//! is another; of one that has become longer the first and the last [`COMPARED_BYTES`] are read again and compared.
+//! is another; of one that has become longer the first and the last `COMPARED_BYTES` are read again and compared.
 //! A pipe has no length and is read to its end, within the cap of its reader.
 
 use std::fs::{File, Metadata};

@@ -2,11 +2,11 @@
 //!
 //! Coordinates are whole tenths of a pixel and relative to the point before, which takes a third of the space of
 //! decimals. Colours are classes, so that a page defines them for light and dark; [`Chart::alone`] includes
-//! definitions. The colours are those of Okabe and Ito, which everybody can tell apart. Lines differ in their dashes
-//! too.
+//! definitions. The colours are those of Okabe and Ito, which everybody can tell apart, and lines differ in dashes.
 
 use std::fmt::Write;
 
+use gate::shown;
 use identification::portrait::envelope::Envelope;
 
 use crate::scale::Scale;

@@ -60,7 +60,8 @@ pub(crate) fn torque_left_out(
         let would_tell = "inertial parameters in the description, or an estimate ([after=ESTIMATE])";
         out(matter, of, "the description has no inertial parameters", would_tell, is_asked)
     };
-    let (effort, power): (fn(&AskedLimits) -> _, fn(&AskedLimits) -> _) = (|l| l.effort, |l| l.power);
+    let effort = |l: &AskedLimits| l.effort;
+    let power = |l: &AskedLimits| l.power;
     let all = match is_known {
         true => {
             let unlimited = of(&|_, l| l.effort.is_none());

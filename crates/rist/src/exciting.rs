@@ -62,10 +62,9 @@ pub fn excite(model: &Model, request: &ExciteRequest, progress: &ExciteProgress)
 
     // Known torques.
     let known = KnownTorque::new(model, identified.as_ref());
-    known.check_power(&names, &limits).map_err(|what| Error::new(format_args!("{}: {what}", model.path.display())))?;
-    known
-        .check_friction(&names, &limits, request.effort_share)
-        .map_err(|what| Error::new(format_args!("{}: {what}", model.path.display())))?;
+    let of_model = |what| Error::new(format_args!("{}: {what}", model.path.display()));
+    known.check_power(&names, &limits).map_err(of_model)?;
+    known.check_friction(&names, &limits, request.effort_share).map_err(of_model)?;
     let torque = known.described(request.effort_share, &limits);
     let wall = known.wall(request.effort_share).filter(|_| torque.is_some());
 
@@ -271,8 +270,7 @@ pub(crate) fn identified_torque(
     names: &[String],
     estimate: &Estimate,
 ) -> Result<IdentifiedTorque, Error> {
-    let made_with = estimate.made_with();
-    model.check(Path::new("the earlier estimate"), &made_with)?;
+    model.check(Path::new("the earlier estimate"), &estimate.made_with())?;
     let described = described_friction(model);
     let friction = names.iter().zip(described).map(|(name, own)| identified_friction(estimate, name, own)).collect();
     Ok(IdentifiedTorque { parameters: model.values(estimate)?, friction })

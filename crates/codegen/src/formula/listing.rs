@@ -140,7 +140,7 @@ impl Names {
         match (graph.nodes()[node], graph.name_of(node)) {
             (Node::Sin(a), _) => self.give(node, &format!("S{}", self.angle(a)), false),
             (Node::Cos(a), _) => self.give(node, &format!("C{}", self.angle(a)), false),
-            (_, Some((name, negative))) => self.give(node, &name.to_string(), negative),
+            (_, Some((name, negative))) => self.give(node, name, negative),
             _ => {
                 self.unnamed += 1;
                 self.give(node, &format!("t{}", self.unnamed), false);

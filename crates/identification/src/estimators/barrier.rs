@@ -11,7 +11,7 @@
 //!
 //! chi^2(y)/2 - chi^2(x)/2 <= gamma (4 bodies + rotors + t(x) - t(y)) + w sum_i y_i (x_i - y_i) / sd_i^2
 //!
-//! [Boyd, Vandenberghe 2004, 3.1.3 and 11.2]. `slack` is this bound for every x up to [`LARGEST_BOUNDED_RATIO`] times
+//! [Boyd, Vandenberghe 2004, 3.1.3 and 11.2]. `slack` is this bound for every x up to `LARGEST_BOUNDED_RATIO` times
 //! as large. `consistent` says what stands in A and where the references come from.
 //!
 //! chi^2 is computed from the residual and not as 1/2 y'A'A y - z'A y + c. With torques a thousand times their noise,
@@ -60,7 +60,7 @@ impl Problem {
     }
 
     /// Nats by which 1/2 chi^2 of the solution for a share of the prior can at most exceed that of any x up to
-    /// [`LARGEST_BOUNDED_RATIO`] times as large: the bound in the head.
+    /// `LARGEST_BOUNDED_RATIO` times as large: the bound in the head.
     pub(crate) fn slack(&self, y: &DVector<f64>, share: f64) -> f64 {
         let traces = self.bodies.iter().map(|&first| self.body(y, first).trace());
         let size: f64 = traces.chain(self.rotors.iter().map(|&c| y[c])).sum();

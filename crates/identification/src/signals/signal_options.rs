@@ -37,7 +37,7 @@ pub struct Signal {
     /// Make the columns of dry friction of a velocity with a cut-off of its own, and pass them through the filter of
     /// the torques. The filter then rounds their jumps at reversals as it rounds those of the torques.
     pub filtered_sign: bool,
-    /// Cut-off of that velocity, Hz; by default [`REVERSAL_CUTOFF_RATIO`] times that of the torques.
+    /// Cut-off of that velocity, Hz; by default `REVERSAL_CUTOFF_RATIO` times that of the torques.
     pub reversal_cutoff: Option<f64>,
 }
 

@@ -34,6 +34,17 @@ pub enum SpectralMethod {
     Harmonic,
 }
 
+impl SpectralMethod {
+    /// How it estimates, in words.
+    fn sentence(self) -> &'static str {
+        match self {
+            SpectralMethod::Paper => "rist: rows of Sp, weighted by their noise",
+            SpectralMethod::TotalLeastSquares => "tls: rows of Sp, drive gains by total least squares",
+            SpectralMethod::Harmonic => "rist-mh: all harmonics, friction as nuisance",
+        }
+    }
+}
+
 /// The parameters from the experiments of one robot.
 ///
 /// `gains`: one a coordinate, N m per unit of the records; known gains of one where the records are torques. Fails
@@ -52,11 +63,7 @@ pub fn identify_spectrum(
     let mut estimate = Estimate {
         model: model.name.clone(),
         fingerprint: Some(model.fingerprint.clone()),
-        method: match method {
-            SpectralMethod::Paper => "rist: rows of Sp, weighted by their noise".into(),
-            SpectralMethod::TotalLeastSquares => "tls: rows of Sp, drive gains by total least squares".into(),
-            SpectralMethod::Harmonic => "rist-mh: all harmonics, friction as nuisance".into(),
-        },
+        method: method.sentence().into(),
         rows: 0,
         cutoff: Some(options.band.equations),
         ..Estimate::default()
@@ -82,11 +89,7 @@ pub fn identify_spectrum(
             let mut found = drive_gains(&equations, gains)?;
             if method == SpectralMethod::TotalLeastSquares {
                 (found.gain, found.parameters) = by_total_least_squares(&equations, gains)?;
-                estimate.remarks.push(
-                    "the deviations are those of the same equations by maximum likelihood; total least squares has none of \
-                     its own"
-                        .into(),
-                );
+                estimate.remarks.push(TLS_DEVIATIONS.into());
             }
             with_gains(&mut estimate, regressor, &found);
             paper_residuals(&mut estimate, regressor, &blocks, &found.gain, &found.parameters);
@@ -104,13 +107,7 @@ pub fn identify_spectrum(
             if let Some(friction) = found.friction {
                 harmonic_residuals(&mut estimate, regressor, &data, &friction);
                 estimate.remarks.push(describe(&friction, regressor));
-                if friction.drift_spread > LARGE_FRICTION_DRIFT {
-                    let percent = 100.0 * friction.drift_spread;
-                    estimate.doubts.push(format!(
-                        "friction comes out different by {percent:.0} % from experiment to experiment: it takes up something else \
-                         that the model does not have"
-                    ));
-                }
+                estimate.doubts.extend(drifting(&friction));
                 judge(&mut estimate, regressor, &friction);
             }
         }
@@ -119,6 +116,17 @@ pub fn identify_spectrum(
     estimate.remarks.push(scale(regressor, experiments, gains));
     remark_unidentifiable(&mut estimate);
     Ok(estimate)
+}
+
+/// A sentence on friction that no drive has: it takes up what the model lacks.
+fn drifting(found: &HarmonicEstimate) -> Option<String> {
+    let percent = 100.0 * found.drift_spread;
+    (found.drift_spread > LARGE_FRICTION_DRIFT).then(|| {
+        format!(
+            "friction comes out different by {percent:.0} % from experiment to experiment: it takes up something else that \
+             the model does not have"
+        )
+    })
 }
 
 /// A parameter with the deviation of white noise, since the rows of an experiment are few and far apart.
@@ -289,6 +297,10 @@ fn with_gains(estimate: &mut Estimate, regressor: &dyn Regressor, found: &DriveG
         estimate.remarks.push("the gains did not converge".into());
     }
 }
+
+/// What is said of the deviations of total least squares.
+const TLS_DEVIATIONS: &str =
+    "the deviations are those of the same equations by maximum likelihood; total least squares has none of its own";
 
 /// Gains and parameters; every gain is known or free.
 ///

@@ -1,6 +1,6 @@
 //! One log as triangles: blocks of its rows, an account of where they come from, and how the joints moved.
 //!
-//! A log is kept in [`MAX_BLOCKS_PER_LOG`] blocks, of which fewer are left as more logs come together (`accumulator`).
+//! A log is kept in `MAX_BLOCKS_PER_LOG` blocks, of which fewer are left as more logs come together (`accumulator`).
 //! Blocks are folded four at a time, neighbours first. So a log of which four blocks are left is the same to the bit
 //! whenever it was folded.
 

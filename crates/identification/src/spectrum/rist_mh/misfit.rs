@@ -13,7 +13,7 @@
 //! a direction that one experiment alone shows keeps a value.
 //!
 //! a grows with chi^2 / freedom of the joint that lacks most. It is 0 at 1, where noise explains all, and 1 at
-//! [`LACKING_MODEL_CHI_SQUARE`], so that an interval does not jump where the model is said to lack something. Each
+//! `LACKING_MODEL_CHI_SQUARE`, so that an interval does not jump where the model is said to lack something. Each
 //! joint is looked at alone, because the chatter of the others makes their part of the total small.
 
 use numerics::triangle::{Triangle, TriangleBuilder};
