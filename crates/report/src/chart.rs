@@ -6,7 +6,6 @@
 
 use std::fmt::Write;
 
-use gate::shown;
 use identification::portrait::envelope::Envelope;
 
 use crate::scale::Scale;
