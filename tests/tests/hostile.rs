@@ -263,3 +263,17 @@ fn an_estimate_that_was_changed_is_refused_or_says_so() {
     let without = text.lines().filter(|line| !line.starts_with("doubts:")).collect::<Vec<_>>().join("\n") + "\n";
     assert!(without == text || said(&without).contains("changed after rist wrote it"));
 }
+
+/// A period is divided into parts in a proof, so that one without a sample is a claim for time.
+#[test]
+fn a_period_without_a_sample_is_refused() {
+    let here = folder("hostile-period");
+    std::fs::write(here.join("arm.yaml"), tests::program::LIMITED_ARM).unwrap();
+    let made = ["excite", "arm.yaml", "--starts", "1", "--rate", "100", "--out", "motion.yaml"];
+    assert_eq!(tests::program::rist(&here, &made).code, Some(0));
+    let text = std::fs::read_to_string(here.join("motion.yaml")).unwrap();
+    let short = |line: &str| if line.starts_with("period_s:") { "period_s: 1e-300".into() } else { line.to_string() };
+    std::fs::write(here.join("short.yaml"), text.lines().map(short).collect::<Vec<_>>().join("\n")).unwrap();
+    let run = bounded(&here, &["check", "arm.yaml", "short.yaml"]);
+    assert!(run.code == Some(2) && run.err.contains("less than a sample at 100 Hz"), "{}", run.err);
+}
