@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 
 use tests::mutation::{bounded, broken};
 use tests::program::{folder, program};
+use tests::snapshot::assert_snapshot;
 
 /// Every file below a folder, in the order of the names.
 fn files(folder: &Path, found: &mut Vec<PathBuf>) {
@@ -70,5 +71,5 @@ fn each_file_is_read_refused_or_said() {
         told.push('\n');
     }
     assert!(beyond.is_empty(), "{beyond:#?}");
-    println!("{told}");
+    assert_snapshot("hostile/outcomes.txt", &told);
 }
