@@ -227,6 +227,10 @@ impl ExcitingMotion {
             let (low, high) = (RATES_HZ.start(), RATES_HZ.end());
             return Err(format!("rate_hz is {:?}; a controller has {low} to {high} Hz", self.rate_hz));
         }
+        if self.period_s > 0.0 && self.period_s * self.rate_hz < 1.0 {
+            let (period, rate) = (self.period_s, self.rate_hz);
+            return Err(format!("period_s is {period:e}, less than a sample at {rate} Hz: a longer one is expected"));
+        }
         for joint in &self.joints {
             let count = joint.cosine.len().max(joint.sine.len());
             if count > MOST_HARMONICS {
