@@ -120,7 +120,9 @@ fn estimators_against_the_bound() {
     assert!(s[0].0 < 0.2 && (0.88..1.12).contains(&s[0].1) && (0.92..0.98).contains(&s[0].2));
     assert!(s[1].0 < 0.2 && (0.88..1.18).contains(&s[1].1), "95 % efficiency");
     assert!((0.92..0.98).contains(&s[1].2), "Huber's variance: {}", s[1].2);
-    // Residuals that are white but for their outliers, whose influence is bounded: both variances are the same.
+    // Residuals that are white but for their outliers, whose influence is bounded: both variances are the same, but for
+    // Student's t of twenty parts.
+    let ratios = ratios / (numerics::student::reach(0.05, 19.0) / 1.96).powi(2);
     assert!((0.8..1.25).contains(&ratios), "{ratios}");
     assert!(s[3].1 < 0.6 * s[2].1 && s[3].0 < 0.5 * s[2].0, "outliers pull the robust estimate less");
     assert!(s[4].2 < 0.7, "intervals for white noise do not hold in slow noise: {}", s[4].2);
