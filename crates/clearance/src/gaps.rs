@@ -9,7 +9,7 @@ use std::path::Path;
 use robot::{JointKind, Pose, Robot};
 
 use crate::bodies::{Body, bodies};
-use crate::clearance::{Against, Clearance, Gap, PLACE_ROUNDING_M};
+use crate::clearance::{Against, Clearance, Gap};
 use crate::half_space::HalfSpace;
 use crate::kinematic_tree::KinematicTree;
 use crate::left_out::{LeftOut, Matter};
