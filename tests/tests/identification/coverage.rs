@@ -61,8 +61,11 @@ fn bound(model: &Model, states: &States) -> Vec<f64> {
     (0..model.p()).map(|c| NOISE * solution.inverse[(c, c)].sqrt()).collect()
 }
 
-/// Of Student's t with 19 degrees of freedom over a normal error, 95 %: (2.093 / 1.960)^2.
-const STUDENT_VARIANCE_RATIO: f64 = 1.140;
+/// By how much the variance of twenty parts is widened: Student's t with 19 degrees of freedom over a normal error, 95 %.
+fn student_variance_ratio() -> f64 {
+    let [of_parts, normal] = [19.0, f64::INFINITY].map(|freedom| numerics::student::reach(0.05, freedom));
+    (of_parts / normal).powi(2)
+}
 
 #[test]
 fn estimators_against_the_bound() {
@@ -125,7 +128,7 @@ fn estimators_against_the_bound() {
     assert!((0.92..0.98).contains(&s[1].2), "Huber's variance: {}", s[1].2);
     // Residuals that are white but for their outliers, whose influence is bounded: both variances are the same, but for
     // Student's t of twenty parts.
-    assert!((0.8..1.25).contains(&(ratios / STUDENT_VARIANCE_RATIO)), "{ratios}");
+    assert!((0.8..1.25).contains(&(ratios / student_variance_ratio())), "{ratios}");
     assert!(s[3].1 < 0.6 * s[2].1 && s[3].0 < 0.5 * s[2].0, "outliers pull the robust estimate less");
     assert!(s[4].2 < 0.7, "intervals for white noise do not hold in slow noise: {}", s[4].2);
     // 400 samples at a correlation of 0.9 are worth twenty: 89 %, and three standard errors of 900 intervals.
