@@ -4,6 +4,7 @@
 //! `panda_link1`). The frames of both files must be the same. Where a body hangs directly on the body of the link
 //! before, its place is compared with that of the description at q = 0.
 
+use gate::shown;
 use linear_model::pseudo_inertia::Ten;
 use logs::Error;
 use robot::{Link, LinkId, Pose, Robot};
@@ -66,7 +67,9 @@ fn child<'a, 'd>(node: &Node<'a, 'd>, tag: &str) -> Option<Node<'a, 'd>> {
 /// The element of the world with this tag and name, or with what stands behind the name's first `_`.
 fn found<'a, 'd>(document: &'a Document<'d>, tag: &str, name: &str) -> Option<Node<'a, 'd>> {
     let world = document.descendants().find(|n| n.has_tag_name("worldbody"))?;
-    let of = |name: &str| world.descendants().find(|n| n.has_tag_name(tag) && n.attribute("name") == Some(name));
+    // The robot knows names by what is shown of them.
+    let is_named = |n: &Node, name: &str| n.attribute("name").is_some_and(|found| shown::line(found) == name);
+    let of = |name: &str| world.descendants().find(|n| n.has_tag_name(tag) && is_named(n, name));
     of(name).or_else(|| of(name.split_once('_')?.1))
 }
 
@@ -81,7 +84,7 @@ fn element<'a, 'd>(document: &'a Document<'d>, tag: &str, name: &str, file: &str
 /// Refuses a body that stands elsewhere in its parent than the link does in its antecedent.
 fn check_place(robot: &Robot, link: &Link, id: LinkId, poses: &[Pose], node: &Node, file: &str) -> Result<(), Error> {
     let Some(before) = link.antecedent else { return Ok(()) };
-    let parent = node.parent().and_then(|parent| parent.attribute("name").map(str::to_string));
+    let parent = node.parent().and_then(|parent| parent.attribute("name").map(|name| shown::line(name).into_owned()));
     let name = &robot.link(before).name;
     let is_before = |parent: &str| parent == name || name.split_once('_').is_some_and(|(_, tail)| tail == parent);
     if !parent.as_deref().is_some_and(is_before) {
