@@ -10,7 +10,7 @@ use robot::{Collision, CollisionShape, Pose, Robot};
 
 use crate::mesh::{mesh_path, vertices};
 use crate::solid::{Core, Solid};
-use crate::vector::Vector3;
+use robot::vector::Vector3;
 
 /// A solid of a body.
 #[derive(Clone, Debug)]

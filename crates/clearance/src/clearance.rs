@@ -20,7 +20,7 @@ use crate::half_space::HalfSpace;
 use crate::kinematic_tree::{KinematicTree, axis};
 use crate::left_out::LeftOut;
 use crate::separation::{Separation, Standing, separation};
-use crate::vector::{Vector3, cross, dot, minus, norm, scaled};
+use robot::vector::{Vector3, cross, dot, minus, norm, scaled};
 
 /// A distance that must not become too small.
 #[derive(Clone, Debug)]

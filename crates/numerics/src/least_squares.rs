@@ -103,8 +103,8 @@ fn decomposed(matrix: DMatrix<f64>) -> SVD<f64, Dyn, Dyn> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::random::Random;
     use crate::triangle::TriangleBuilder;
+    use random::Random;
 
     fn triangle(rows: &[(Vec<f64>, f64)]) -> Triangle {
         let p = rows[0].0.len();

@@ -328,7 +328,7 @@ impl Reflections {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::random::Random;
+    use random::Random;
 
     /// Eleven columns, a zero one among them, twice 128 rows: R'R = W'W, by registers and without.
     #[test]

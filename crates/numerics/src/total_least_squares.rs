@@ -69,8 +69,8 @@ pub fn total_least_squares(triangle: &Triangle, noisy: &[(usize, f64)]) -> Resul
 mod tests {
     use super::*;
     use crate::least_squares::solve;
-    use crate::random::Random;
     use crate::triangle::TriangleBuilder;
+    use random::Random;
 
     fn triangle(column_noise: f64, noise: f64, seed: u64) -> Triangle {
         let mut random = Random::new(seed);

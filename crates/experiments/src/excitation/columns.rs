@@ -9,8 +9,8 @@
 
 use linear_model::friction::terms::FrictionTerm;
 use linear_model::linear_model::Model;
-use numerics::random::Random;
 use numerics::triangle::TriangleBuilder;
+use random::Random;
 
 use crate::excitation::limits::CoordinateLimits;
 

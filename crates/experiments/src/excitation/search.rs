@@ -15,7 +15,7 @@ use std::ops::Range;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use numerics::interruption::Interruption;
-use numerics::random::Random;
+use random::Random;
 
 use crate::excitation::descent::descend;
 use crate::excitation::limits::LimitKind;

@@ -223,7 +223,7 @@ mod tests {
     use crate::pendulum::Pendulum;
     use linear_model::friction::terms::FrictionTerm;
     use linear_model::regressor::Regressor;
-    use numerics::random::Random;
+    use random::Random;
 
     fn motion() -> Motion {
         let shape = Shape::Fourier(FourierSeries { period: 5.0, blend: 1.0, harmonics: 2 });

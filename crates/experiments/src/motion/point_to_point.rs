@@ -3,7 +3,7 @@
 //! Each move is p(s) = 10 s^3 - 15 s^4 + 6 s^5, s = t/T, with peaks 1.875 L/T and 5.7735 L/T^2; all
 //! joints share the T of the slowest.
 
-use numerics::random::Random;
+use random::Random;
 
 use crate::motion::reference_motion::Reference;
 

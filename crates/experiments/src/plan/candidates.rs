@@ -21,7 +21,7 @@ use logs::Error;
 use numerics::in_order::in_order;
 use numerics::information_matrix::Rows;
 use numerics::interruption::Interruption;
-use numerics::random::Random;
+use random::Random;
 
 use crate::motion::profile::Profile;
 use crate::plan::exciting_trajectory::{ExcitingTrajectory, Motion};

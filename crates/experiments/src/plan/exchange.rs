@@ -17,7 +17,7 @@
 
 use numerics::information_matrix::{InformationFactor, InformationMatrix, Rows};
 use numerics::interruption::Interruption;
-use numerics::random::Random;
+use random::Random;
 
 /// The criterion that a plan maximises.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

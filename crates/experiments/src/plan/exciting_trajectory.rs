@@ -257,7 +257,7 @@ impl ExcitingTrajectory {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use numerics::random::Random;
+    use random::Random;
 
     fn swing(profile: Profile) -> ExcitingTrajectory {
         let slow_velocity = [0.5; 3];

@@ -14,7 +14,7 @@
 
 use linear_model::friction::law::FrictionLaw;
 use numerics::positive_definite::solve_positive;
-use numerics::random::Random;
+use random::Random;
 
 use crate::motion::record::Record;
 use crate::motion::reference_motion::Reference;

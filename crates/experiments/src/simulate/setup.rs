@@ -11,7 +11,7 @@
 
 use linear_model::friction::law::FrictionLaw;
 use nalgebra::DMatrix;
-use numerics::random::Random;
+use random::Random;
 use robot::Robot;
 use robot::value::CoordinateId;
 

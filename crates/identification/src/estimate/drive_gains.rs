@@ -116,8 +116,8 @@ fn equations(joints: &[Triangle]) -> Vec<JointEquations> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use numerics::random::Random;
     use numerics::triangle::TriangleBuilder;
+    use random::Random;
 
     /// Two joints that share two parameters, with noisy currents.
     fn joints(noise: f64, seed: u64) -> Vec<Triangle> {

@@ -206,7 +206,7 @@ mod tests {
     use super::*;
     use crate::signals::differences::Differences;
     use crate::test_arm::{Loop, Pendulum};
-    use numerics::random::Random;
+    use random::Random;
 
     /// The loop run with the true parameters, q measured with noise and differentiated unfiltered.
     fn experiment(noise: f64, seed: u64) -> (Pendulum, Loop, States) {

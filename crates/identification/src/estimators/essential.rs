@@ -80,8 +80,8 @@ fn relative_sigma(solution: &Solution, c: usize) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use numerics::random::Random;
     use numerics::triangle::TriangleBuilder;
+    use random::Random;
 
     #[test]
     fn parameters_that_are_zero_go() {

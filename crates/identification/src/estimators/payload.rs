@@ -85,7 +85,7 @@ pub fn payload(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use numerics::random::Random;
+    use random::Random;
 
     /// A body whose ten parameters are the base parameters.
     fn one_body() -> StandardMap {

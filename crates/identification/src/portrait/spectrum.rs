@@ -121,7 +121,7 @@ pub(crate) fn noise_density(options: &Options, logs: &[LogSource]) -> Result<Vec
 #[cfg(test)]
 mod tests {
     use super::*;
-    use numerics::random::Random;
+    use random::Random;
 
     /// White noise of variance s^2 has the density 2 s^2 T, and a sine has its peak at its own frequency.
     #[test]

@@ -192,7 +192,7 @@ mod tests {
     use crate::test_arm::Pendulum;
     use experiments::motion::point_to_point::{ValidationMotion, validation_trajectory};
     use experiments::simulate::dynamics::torque;
-    use numerics::random::Random;
+    use random::Random;
 
     /// Motions from point to point with friction and noise; 2 N m/A.
     fn records(arm: &Pendulum, noise: f64) -> Vec<(String, Record)> {

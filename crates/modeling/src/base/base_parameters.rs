@@ -32,7 +32,7 @@ use crate::base::unclear_rank::UnclearRank;
 use crate::base::written_rules::{RuleSources, Rules};
 use crate::derivation::Derivation;
 use crate::kinematics::closure::Closure;
-use crate::random::SplitMix;
+use random::SplitMix;
 
 /// The base parameters of a robot and the regrouping that leads to them.
 #[derive(Clone, Debug)]

@@ -18,7 +18,7 @@ use crate::base::coefficient::{Atom, Coefficient, Monomial, residue};
 use crate::base::exact_rank::Echelon;
 use crate::base::field::{Assignment, Residue, solve};
 use crate::base::field_algebra::FieldAlgebra;
-use crate::random::SplitMix;
+use random::SplitMix;
 
 /// One column to explain: `column` = sum_k x_k support_k, the x_k unknown.
 pub(crate) struct Relation {

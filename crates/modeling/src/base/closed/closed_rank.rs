@@ -14,7 +14,7 @@ use crate::base::closed::reason::NoCertificate;
 use crate::base::exact_rank::Echelon;
 use crate::base::field::{Residue, solve};
 use crate::derivation::Derivation;
-use crate::random::SplitMix;
+use random::SplitMix;
 
 /// Points looked at: in pairs of the same draws, the second with the other root of each equation.
 const MAX_CLOSED_POINTS: u64 = 12;

@@ -19,7 +19,7 @@ use crate::base::closed::closed_point::{ClosedPoint, ClosedPoints};
 use crate::base::closed::reason::NoCertificate;
 use crate::base::closed::series::{Moving, Series, SeriesAlgebra};
 use crate::base::field::{Residue, solve};
-use crate::random::SplitMix;
+use random::SplitMix;
 
 /// The variables along a random curve through the point, up to t^order.
 pub(crate) fn curve(

@@ -281,7 +281,7 @@ fn added(a: &[(usize, i128)], b: &[(usize, i128)], factor: i128) -> Powers {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::random::SplitMix;
+    use random::SplitMix;
 
     /// A placement by d alone.
     fn along_x(d: Residue) -> Pose {
