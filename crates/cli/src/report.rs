@@ -169,8 +169,7 @@ fn read_model(path: &Path, files: &ReportFiles, estimate: Option<&Estimate>) -> 
     let options = estimate.and_then(|e| e.description.as_ref()).map(ModelOptions::of_description);
     let model = Model::read_with(path, &options.unwrap_or_default())?;
     if let (Some(estimate), Some(file)) = (estimate, &files.estimate) {
-        let made_with = estimate.made_with();
-        model.check(file, &made_with)?;
+        model.check_estimate(file, estimate)?;
     }
     Ok(model)
 }

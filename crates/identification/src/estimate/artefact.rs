@@ -88,9 +88,9 @@ pub struct Estimate {
 }
 
 impl Estimate {
-    /// The model that it was made with.
-    pub fn made_with(&self) -> ModelReference {
-        ModelReference { name: self.model.clone(), fingerprint: self.fingerprint.clone().unwrap_or_default() }
+    /// The model that it was made with, where it says which.
+    pub fn made_with(&self) -> Option<ModelReference> {
+        Some(ModelReference { name: self.model.clone(), fingerprint: self.fingerprint.clone()? })
     }
 
     /// The value of a parameter; `None` where it is not identifiable or not there.
@@ -162,7 +162,7 @@ impl Estimate {
 const CUTOFFS_HZ: std::ops::RangeInclusive<f64> = 1e-6..=1e6;
 
 /// A number of an estimate; files of before have 0 where there is none.
-fn not_zero<'de, D: serde::Deserializer<'de>>(reader: D) -> Result<Option<f64>, D::Error> {
+pub(crate) fn not_zero<'de, D: serde::Deserializer<'de>>(reader: D) -> Result<Option<f64>, D::Error> {
     Ok(Option::<f64>::deserialize(reader)?.filter(|x| *x != 0.0))
 }
 

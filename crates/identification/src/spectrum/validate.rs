@@ -91,7 +91,7 @@ pub fn validate_motions(
         .map(|(name, record)| compare(name, record, regressor, parameters, gain, cutoff))
         .collect::<Result<_, _>>()?;
     let mut report =
-        Validation { model: model.clone(), method: method.into(), cutoff_hz: cutoff, ..Validation::default() };
+        Validation { model: model.clone(), method: method.into(), cutoff_hz: Some(cutoff), ..Validation::default() };
     let mut left = vec![0.0; records.len()];
     let mut whole = vec![0.0; records.len()];
     for (j, coordinate) in regressor.coordinates().iter().enumerate() {
