@@ -42,6 +42,7 @@ pub(crate) fn plan(plan: &ExperimentPlan) -> PlanPart {
         rank: e.rank,
         gain: e.adds_log_det.map_or(String::new(), |g| format!("+{g:.2}")),
     };
+    // A plan that was edited says so first.
     let open: Vec<String> = plan.unidentifiable().iter().map(|id| id.to_string()).collect();
     let origin =
         if plan.is_edited { format!("{}{}: ", EDITED[..1].to_uppercase(), &EDITED[1..]) } else { String::new() };

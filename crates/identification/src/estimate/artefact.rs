@@ -124,6 +124,7 @@ impl Estimate {
     pub fn from_yaml(file: &str, text: &str) -> Result<Estimate, Error> {
         let at = |message: String| Error::at(file, 0, message);
         let mut estimate: Estimate = artefact::read(Kind::Estimate, text).map_err(at)?;
+        // The count stands in the last line, so a file that was cut short has none.
         let found = estimate.parameters.len();
         match estimate.parameter_count.take() {
             Some(count) if count == found => {}
@@ -134,6 +135,7 @@ impl Estimate {
             }
         }
         estimate.is_edited = artefact::is_edited(text);
+        // What the reading of YAML lets pass: names twice, negative deviations, numbers that are none.
         let mut seen = BTreeSet::new();
         if let Some(twice) =
             estimate.parameters.iter().map(|p| p.id.to_string()).find(|name| !seen.insert(name.clone()))

@@ -91,6 +91,7 @@ impl Validation {
         regressor: &dyn Regressor,
         logs: &[(String, Residuals)],
     ) -> Validation {
+        // The errors of a joint over all logs: the sums of squares add, the errors do not.
         let mut squares = vec![Squares::default(); regressor.coordinates().len()];
         for (_, one) in logs {
             for (sum, s) in squares.iter_mut().zip(&one.squares) {

@@ -105,6 +105,7 @@ pub(crate) fn noise_density(options: &Options, logs: &[LogSource]) -> Result<Vec
             LogSource::Streamed(stream) => stream.each(&mut add)?,
         }
     }
+    // Above the cut-off there is no motion left; the median ignores single lines, as of the mains.
     let level = |spectrum: &Spectrum| {
         let mut above: Vec<f64> = spectrum
             .density()

@@ -178,6 +178,7 @@ fn fit(
 /// -size and size + 1, each cosine up to size, each sine up to one.
 fn monomials(samples: &FieldSamples, symbols: &[usize], degree: i32, size: i32) -> Vec<Monomial> {
     let mut all: Vec<(Monomial, i32)> = vec![(Vec::new(), 0)];
+    // Symbol by symbol, every power of it on every product so far; `length` is the power of lengths.
     for &s in symbols {
         let id = s as u32;
         let mut next = Vec::new();

@@ -181,7 +181,9 @@ impl ClosedPoints {
         other_roots: bool,
         close: impl Fn(&mut State, &[usize], bool) -> Closing,
     ) -> Closing {
+        // Which of two roots is taken is drawn, so that every assembly is seen over several points.
         let other_root = (random.bits() & 1 == 1) != other_roots;
+        // The others of the loop are drawn until its equation has a root in the field.
         for by in choices(unknown, count).into_iter().take(MOST_CHOICES) {
             let mut outcome = Closing::OtherForm;
             for _ in 0..DRAWS_OF_A_LOOP {

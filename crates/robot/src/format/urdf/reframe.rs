@@ -202,6 +202,7 @@ fn towards(
     let across = cross(axis, child_axis);
     let sine = norm(across);
     let offset = child_point.map(|p| minus(p, normal.foot));
+    // Parallel axes leave the place along them free, coincident axes the direction too.
     let parallel = sine < if child_point.is_some() { NEARLY_PARALLEL_RAD } else { PARALLEL_SINE };
     let (direction, r) = match (parallel, offset) {
         (true, None) => return (0.0, nearby),
@@ -213,8 +214,10 @@ fn towards(
             (scaled(sideways, 1.0 / norm(sideways)), nearby)
         }
         (false, None) => (scaled(across, 1.0 / sine), nearby),
+        // The foot of the common normal on the axis, where two lines are nearest to each other.
         (false, Some(offset)) => (scaled(across, 1.0 / sine), dot(cross(offset, child_axis), across) / (sine * sine)),
     };
+    // A normal has two senses: |theta| is at most 90 degrees, and at 90 it points to the child.
     let along = dot(normal.direction, direction);
     let distance = offset.map_or(0.0, |o| dot(o, direction));
     let opposite =
