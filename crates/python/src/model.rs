@@ -348,7 +348,7 @@ impl Model {
         let refused = |e| error(format_args!("{path}: {e}"));
         let source = py
             .detach(|| {
-                rist::generate(&self.inner.robot, &request.functions, &language, &made_by, values.as_ref(), true)
+                rist::generate(&self.inner.robot, &request.functions, &language, &made_by, values.as_ref(), &request.symbols, true)
             })
             .map_err(refused)?;
         match source.header {

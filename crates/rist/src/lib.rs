@@ -64,6 +64,7 @@ pub mod request;
 pub mod samples;
 pub mod simulation;
 pub mod source;
+mod symbols;
 mod tape;
 pub mod torque_difference;
 pub mod validation;
