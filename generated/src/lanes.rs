@@ -19,7 +19,7 @@ macro_rules! lanes {
         $(#[$doc])*
         #[derive(Clone, Copy)]
         #[repr(transparent)]
-        pub struct $lanes(pub(crate) $vector);
+        pub(crate) struct $lanes(pub(crate) $vector);
 
         $(impl $operator for $lanes {
             type Output = $lanes;
@@ -31,19 +31,19 @@ macro_rules! lanes {
 
         impl $lanes {
             #[inline(always)]
-            pub fn splat(x: f64) -> $lanes {
+            pub(crate) fn splat(x: f64) -> $lanes {
                 unsafe { $lanes($splat(x)) }
             }
 
             /// self b + c, rounded once.
             #[inline(always)]
-            pub fn mul_add(self, b: $lanes, c: $lanes) -> $lanes {
+            pub(crate) fn mul_add(self, b: $lanes, c: $lanes) -> $lanes {
                 unsafe { $lanes($fused(self.0, b.0, c.0)) }
             }
 
             /// As `f64::sin_cos` of the generated files.
             #[inline(always)]
-            pub fn sin_cos(self) -> ($lanes, $lanes) {
+            pub(crate) fn sin_cos(self) -> ($lanes, $lanes) {
                 let k = $lanes::splat;
                 let round = k(6755399441055744.0);
                 let turns = self.mul_add(k(core::f64::consts::FRAC_2_PI), round);
@@ -117,7 +117,7 @@ macro_rules! several {
         impl $lanes {
             /// Sines and cosines of up to eight angles, one after the other: a loop would keep its lanes in memory.
             #[inline(always)]
-            pub fn sin_cos_of_each<const N: usize>(angles: [Self; N]) -> ([Self; N], [Self; N]) {
+            pub(crate) fn sin_cos_of_each<const N: usize>(angles: [Self; N]) -> ([Self; N], [Self; N]) {
                 const { assert!(N <= 8, "no group is larger") };
                 let (mut sines, mut cosines) = (angles, angles);
                 $(if $i < N {
@@ -128,7 +128,7 @@ macro_rules! several {
 
             /// `states[0]`, `states[stride]`, ...
             #[inline(always)]
-            pub fn gathered(states: &[f64], stride: usize) -> $lanes {
+            pub(crate) fn gathered(states: &[f64], stride: usize) -> $lanes {
                 let mut numbers = [0.0; $width];
                 for lane in 0..$width {
                     numbers[lane] = states[lane * stride];
@@ -144,7 +144,7 @@ several!(Lanes8, 8, 0 1 2 3 4 5 6 7);
 impl Lanes4 {
     /// The numbers.
     #[inline(always)]
-    pub fn numbers(self) -> [f64; 4] {
+    pub(crate) fn numbers(self) -> [f64; 4] {
         // SAFETY: a register is four numbers and nothing else.
         unsafe { core::mem::transmute(self) }
     }
@@ -153,14 +153,14 @@ impl Lanes4 {
 impl Lanes8 {
     /// The same entries as lanes.
     #[inline(always)]
-    pub fn of<const E: usize>(entries: &mut [Eight; E]) -> &mut [Lanes8; E] {
+    pub(crate) fn of<const E: usize>(entries: &mut [Eight; E]) -> &mut [Lanes8; E] {
         // SAFETY: a register is eight numbers at a multiple of 64 bytes and nothing else; so is Eight.
         unsafe { &mut *(&raw mut *entries).cast() }
     }
 }
 
 /// Arrays of numbers, and of lanes in their place.
-pub trait Numbers {
+pub(crate) trait Numbers {
     type Lanes;
 }
 impl<const E: usize> Numbers for [f64; E] {
@@ -173,21 +173,21 @@ impl<const P: usize, const N: usize> Numbers for [[f64; P]; N] {
 impl Lanes1 {
     /// The same numbers as lanes.
     #[inline(always)]
-    pub fn of<const N: usize>(x: &[f64; N]) -> &[Lanes1; N] {
+    pub(crate) fn of<const N: usize>(x: &[f64; N]) -> &[Lanes1; N] {
         // SAFETY: one lane is one number and nothing else.
         unsafe { &*(&raw const *x).cast() }
     }
 
     /// The same numbers as lanes.
     #[inline(always)]
-    pub fn within<Y: Numbers>(y: &mut Y) -> &mut Y::Lanes {
+    pub(crate) fn within<Y: Numbers>(y: &mut Y) -> &mut Y::Lanes {
         // SAFETY: one lane is one number and nothing else, and `Numbers` are arrays of both of the same shape.
         unsafe { &mut *(&raw mut *y).cast() }
     }
 
     /// Sines and cosines, four at a time.
     #[inline(always)]
-    pub fn sin_cos_of_each<const N: usize>(angles: [Lanes1; N]) -> ([Lanes1; N], [Lanes1; N]) {
+    pub(crate) fn sin_cos_of_each<const N: usize>(angles: [Lanes1; N]) -> ([Lanes1; N], [Lanes1; N]) {
         let (mut sines, mut cosines) = (angles, angles);
         // No closure: it would not be compiled for the instructions of the caller.
         for at in (0..N).step_by(4) {
@@ -265,7 +265,7 @@ impl Lanes8 {
 
 /// Writes entries as samples of `size` numbers, each entry at its place. Places ascend, and the rest of `samples` is
 /// left as it is. Four entries with consecutive places are written at a time.
-pub fn scatter(entries: &[Eight], places: impl Fn(usize) -> usize, size: usize, samples: &mut [f64]) {
+pub(crate) fn scatter(entries: &[Eight], places: impl Fn(usize) -> usize, size: usize, samples: &mut [f64]) {
     assert_eq!(samples.len(), 8 * size);
     let by_four = std::is_x86_feature_detected!("avx2");
     let mut k = 0;

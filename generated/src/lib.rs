@@ -31,7 +31,7 @@ mod lanes {
     }
     pub(crate) use {eight, real, scalar};
 
-    pub fn scatter(entries: &[crate::Eight], places: impl Fn(usize) -> usize, size: usize, samples: &mut [f64]) {
+    pub(crate) fn scatter(entries: &[crate::Eight], places: impl Fn(usize) -> usize, size: usize, samples: &mut [f64]) {
         for (k, eight) in entries.iter().enumerate() {
             for l in 0..8 {
                 samples[l * size + places(k)] = eight.0[l];
@@ -98,7 +98,7 @@ impl Compiled {
         if (self.fill_eight)(states, entries) {
             return true;
         }
-        let mut one = [0.0; MOST];
+        let mut one = [0.0; MAX_ENTRIES];
         let Some(one) = one.get_mut(..entries.len()) else { return false };
         for (l, s) in states.chunks_exact(3 * n).enumerate() {
             if !self.fill_non_zeros(&s[..n], &s[n..2 * n], &s[2 * n..], one) {
@@ -134,7 +134,7 @@ impl Compiled {
     /// Writes Y of samples in groups of eight; returns how many it wrote.
     fn fill_eights(&self, states: &[f64], y: &mut [f64]) -> usize {
         let (n, p) = (self.coordinates.len(), self.parameters.len());
-        let mut entries = [Eight::default(); MOST];
+        let mut entries = [Eight::default(); MAX_ENTRIES];
         let Some(entries) = entries.get_mut(..self.non_zeros.len()) else { return 0 };
         let place = |k: usize| self.non_zeros[k].0 * p + self.non_zeros[k].1;
         let mut done = 0;
@@ -151,7 +151,7 @@ impl Compiled {
 }
 
 /// No robot has more entries that are not always zero.
-const MOST: usize = {
+const MAX_ENTRIES: usize = {
     let (mut most, mut k) = (0, 0);
     while k < robots::ALL.len() {
         if robots::ALL[k].non_zeros.len() > most {

@@ -70,7 +70,7 @@ fn one(robot: &LackOfFit, truth: &[f64], what: Truth, draw: u64) -> Found {
         estimate.parameters.iter().map(f).collect::<Vec<f64>>()
     };
     Found {
-        residual: estimate.total,
+        residual: estimate.total.unwrap_or(f64::NAN),
         error: of(&|p| p.value.unwrap_or(f64::NAN)).iter().zip(truth).map(|(x, t)| x - t).collect(),
         white: of(&|p| p.white_sigma.unwrap_or(f64::NAN)),
         sigma: of(&|p| p.sigma_or_infinity()),

@@ -95,7 +95,7 @@ fn measure(path: &Path, every: bool) -> Result<(), Box<dyn std::error::Error>> {
         "{rows:>9} {held:>9} {samples:>9} {cpu:>8.1} {seconds:>8.1} {peak:>9} {:>8.0} {:>8.0} {:>9.4}",
         mebibytes(rows * 22),
         mebibytes(estimate.rows * columns),
-        estimate.total
+        estimate.total.unwrap_or(f64::NAN)
     );
     Ok(())
 }

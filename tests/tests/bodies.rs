@@ -6,6 +6,7 @@ use std::path::Path;
 use experiments::excitation::artefact::ExcitingMotion;
 use experiments::excitation::limits::LimitKind;
 use experiments::excitation::proof::Kept;
+use experiments::excitation::space_limits::Floor;
 use rist::Model;
 use rist::request::ExciteRequest;
 use tests::program::{folder, rist as run};
@@ -81,6 +82,19 @@ fn segments([turn, lift, bend]: Point) -> [[Point; 2]; 2] {
     [upper, [place(elbow_x, 0.02, elbow_z), place(tip_x, 0.02, tip_z)]]
 }
 
+/// What is proven, what is assumed and what nobody looked at; no more.
+fn the_last_line_tells_all(out: &str) {
+    let last = out.trim_end().lines().last().unwrap();
+    let said = [
+        "proven, between samples too: position of 3, ",
+        "distance of 4, floor of upper at the floor and of fore at the floor, region of ",
+        "; floor at z = 0.05 m, lowest point 0.0",
+        "; assumed: distance of upper and column and of fore and upper; NOT looked at: approach and return",
+    ];
+    said.iter().for_each(|said| assert!(last.contains(said), "`{said}` is not in {last}"));
+    assert!(!last.contains("BROKEN") && !out.contains("every limit"), "{out}");
+}
+
 #[test]
 fn bodies_keep_their_distance_between_samples_too() {
     let folder = folder("bodies");
@@ -90,16 +104,15 @@ fn bodies_keep_their_distance_between_samples_too() {
         ["excite", "arm.urdf", "--limits", "limits.yaml", "--period", "6", "--repetitions", "1", "--starts", "2"];
     let found = run(&folder, &[&excite[..], &["--iterations", "15", "--out", "motion.yaml"]].concat());
     assert_eq!(found.code, Some(0), "{}{}", found.out, found.err);
-    assert!(found.out.contains("every limit above is proven, between samples too"), "{}", found.out);
-    assert!(
-        found.out.contains("distances not looked at, neighbours: column and post; upper and column; fore and upper")
-    );
+    the_last_line_tells_all(&found.out);
+    let joined = "distance of upper and column, fore and upper: assumed by default: they touch in 99 % of 1000 poses";
+    assert!(found.out.contains(joined), "{}", found.out);
     assert!(found.err.contains(" m above the "), "{}", found.err);
     let text = std::fs::read_to_string(folder.join("motion.yaml")).unwrap();
     let artefact = ExcitingMotion::from_yaml("motion.yaml", &text).unwrap();
     let gaps: Vec<&str> =
         artefact.certificate.iter().filter(|r| r.limit == LimitKind::Distance).map(|r| r.subject.as_str()).collect();
-    assert_eq!(gaps, ["upper and post", "fore and post", "fore and column"]);
+    assert_eq!(gaps, ["column and post", "upper and post", "fore and post", "fore and column"]);
     assert!(
         artefact.certificate.iter().any(|r| r.subject == "fore at the greatest y of the box" && r.kept == Kept::Proven)
     );
@@ -138,9 +151,9 @@ fn bodies_keep_their_distance_between_samples_too() {
         artefact.certificate.iter().find(|r| r.limit == limit && r.subject == subject).unwrap().value
     };
     let farther = reached(LimitKind::Distance, "fore and post") + 0.001;
-    broken("distance.yaml", &|m| m.space.distance = farther, "distance of fore and post: ");
+    broken("distance.yaml", &|m| m.space.distance = Some(farther), "distance of fore and post: ");
     let higher = FLOOR + reached(LimitKind::Region, "fore at the floor") + 0.001;
-    broken("floor.yaml", &|m| m.space.floor = Some(higher), "region of fore at the floor: -0.00");
+    broken("floor.yaml", &|m| m.space.floor = Some(Floor::At(higher)), "region of fore at the floor: -0.00");
     broken("wall.yaml", &|m| m.space.walls[0].point[0] = 0.2, "at the wall: -");
     broken("lower.yaml", &|m| m.joints[1].centre += 1.5, " is beyond ");
 }
@@ -177,11 +190,72 @@ fn impossible_rooms_get_an_answer() {
     let model = Model::parse(&text, Path::new("nowhere/arm.urdf"), &Default::default()).unwrap();
     let request = ExciteRequest { starts: 1, iterations: 2, period: Some(6.0), ..ExciteRequest::default() };
     let found = rist::excite(&model, &request, &|_, _, _| ()).unwrap();
-    assert!(
-        found
-            .notes
-            .iter()
-            .any(|n| n.starts_with("distances of fore are not looked at: fore: mesh package://arm/fore.stl"))
-    );
+    let said = found.ledger().left_out_sentences();
+    let unread = "not looked at, because mesh package://arm/fore.stl: there is no";
+    for subject in ["distance of fore: ", "floor of fore at the floor: "] {
+        assert!(said.iter().any(|s| s.starts_with(&format!("{subject}{unread}"))), "{subject}: {said:?}");
+    }
     assert!(found.certificate.iter().all(|r| !r.subject.starts_with("fore ")));
+    assert!(found.proven && found.to_string().contains("NOT looked at: distance of fore, floor of fore at the floor"));
+    // Asked for, it is owed: a search refuses at once, and a check is a no.
+    std::fs::write(folder.join("unread.urdf"), text).unwrap();
+    std::fs::write(folder.join("motion.yaml"), ExcitingMotion::to_yaml(&found).unwrap()).unwrap();
+    for (limits, subject) in [
+        ("space: {floor: 0}", "floor of fore at the floor: not looked at, because mesh"),
+        ("space: {distance: 0.02}", "distance of fore: not looked at, because mesh"),
+        ("space: {walls: [{point: [3, 0, 0], normal: [-1, 0, 0]}]}", "region of fore at the wall: not looked at"),
+    ] {
+        std::fs::write(folder.join("limits.yaml"), limits).unwrap();
+        let search = run(&folder, &[&["excite", "unread.urdf", "--limits", "limits.yaml"][..], &quick[..]].concat());
+        assert!(search.code == Some(2) && search.err.contains(subject), "{limits}: {}{}", search.out, search.err);
+        let check = run(&folder, &["check", "unread.urdf", "motion.yaml", "--limits", "limits.yaml"]);
+        assert!(check.code == Some(1) && check.err.contains(subject), "{limits}: {}{}", check.out, check.err);
+    }
+    // Not asked for, it is said and no more.
+    let check = run(&folder, &["check", "unread.urdf", "motion.yaml"]);
+    assert!(
+        check.code == Some(0) && check.out.contains("NOT looked at: distance of fore"),
+        "{}{}",
+        check.out,
+        check.err
+    );
+}
+
+/// A floor that nobody gave is that of the base; a user may say that there is none, and may sign a pair.
+#[test]
+fn what_a_user_signs_is_said() {
+    let folder = folder("bodies_signed");
+    std::fs::write(folder.join("arm.urdf"), ARM).unwrap();
+    let run = |limits: &str, more: &[&str]| {
+        std::fs::write(folder.join("limits.yaml"), limits).unwrap();
+        run(&folder, &[&more[..1], &["arm.urdf", "--limits", "limits.yaml"], &more[1..]].concat())
+    };
+    let quick = ["excite", "--starts", "1", "--iterations", "2", "--period", "6", "--out", "motion.yaml"];
+    let last = |out: &str| out.trim_end().lines().last().unwrap_or_default().to_string();
+    let plain = run("{}", &quick);
+    assert!(last(&plain.out).contains("; floor at z = 0 m, lowest point 0."), "{}{}", plain.out, plain.err);
+    assert!(!last(&plain.out).contains("no floor"));
+    let limits = "space: {floor: none, accept: [[fore, post, the forearm is soft]]}";
+    let signed = run(limits, &quick);
+    let end = last(&signed.out);
+    assert!(end.contains("; no floor, lowest point ") && end.contains("assumed: distance of 3, floor;"), "{end}");
+    assert!(
+        signed.out.contains("distance of fore and post: assumed by the user: the forearm is soft\n"),
+        "{}",
+        signed.out
+    );
+    assert!(signed.out.contains("floor: assumed by the user: nothing stands below the robot (floor: none)\n"));
+    assert!(!signed.out.contains("distance      proven for 4"), "{}", signed.out);
+    // What the file signs away counts in a file of the user's alone.
+    let check = run(limits, &["check", "motion.yaml"]);
+    assert_eq!(check.code, Some(0), "{}{}", check.out, check.err);
+    let check = run("{}", &["check", "motion.yaml"]);
+    assert!(check.out.contains("note: the motion's own file leaves out pairs of links or the floor"), "{}", check.out);
+    assert!(check.out.contains("distance      proven for") && check.out.contains("fore and post"), "{}", check.out);
+    let refused = run("space: {accept: [[fore, post]]}", &quick);
+    assert!(
+        refused.code == Some(2) && refused.err.contains("expected are two links and the reason"),
+        "{}",
+        refused.err
+    );
 }

@@ -110,11 +110,11 @@ fn rates_that_are_none_give_way_to_slopes() {
     assert!(says(&found, DECISIONS[2]) && says(&found, "by 1"), "{:?}", found.estimate.remarks);
     let signal = &found.estimate.options.as_ref().unwrap().signal;
     assert_eq!((signal.velocity, signal.acceleration), (Velocity::Differentiated, Velocity::Differentiated));
-    assert!(found.delay.is_none() && found.estimate.total < 0.01, "{}", found.estimate.total);
+    assert!(found.delay.is_none() && found.estimate.total.unwrap() < 0.01, "{}", found.estimate.total.unwrap());
 
     let columns: Vec<String> = model.regressor().coordinates().iter().map(|name| format!("ddq_{name}")).collect();
     let found = identified("accelerations", &model, &good, &columns.join(","));
     assert!(says(&found, DECISIONS[3]), "{:?}", found.estimate.remarks);
     assert_eq!(found.estimate.options.as_ref().unwrap().signal.acceleration, Velocity::Differentiated);
-    assert!(found.estimate.total < 0.01, "{}", found.estimate.total);
+    assert!(found.estimate.total.unwrap() < 0.01, "{}", found.estimate.total.unwrap());
 }

@@ -24,7 +24,8 @@ fn files_without_end_are_refused() {
     let planar = planar.to_str().unwrap();
     std::fs::write(here.join("log.csv"), "t,q1,q2,tau1,tau2\n0,0,0,0,0\n").unwrap();
     std::os::unix::fs::symlink("/dev/zero", here.join("endless.yaml")).unwrap();
-    let commands: [&[&str]; 7] = [
+    let commands: [&[&str]; 8] = [
+        &["merge", "/dev/zero", "--out", "x.tri"],
         &["inspect", "endless.yaml"],
         &["identify", planar, "/dev/zero"],
         &["identify", planar, "log.csv", "--options", "endless.yaml"],
@@ -36,9 +37,67 @@ fn files_without_end_are_refused() {
     for command in commands {
         let run = bounded(&here, command);
         assert_eq!(run.code, Some(2), "{command:?}: {}", run.err);
-        let says_why = ["larger than 16 MiB", "binary file"].iter().any(|why| run.err.contains(why));
+        let says_why =
+            ["larger than 16 MiB", "binary file", "no sums of rist accumulate"].iter().any(|why| run.err.contains(why));
         assert!(says_why, "{command:?}: {}", run.err);
     }
+}
+
+/// Strings that claim 4 GiB in files of some bytes: the process is not to end by an allocation that fails.
+#[test]
+fn strings_of_a_recording_are_not_believed() {
+    let here = folder("hostile-claims");
+    let planar = model_path("planar2r_vertical.yaml");
+    let claims: [&[u8]; 3] = [
+        b"\x03\x06\0\0\0\0\0\0\0\x01\0\xff\xff\xff\xff",
+        b"\x04\x08\0\0\0\0\0\0\0\x01\0\x01\0\xff\xff\xff\xff",
+        b"\x06\x20\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\xff\xff\xff\xff",
+    ];
+    for record in claims {
+        std::fs::write(here.join("claim.mcap"), [b"\x89MCAP0\r\n", record].concat()).unwrap();
+        let run = bounded(&here, &["doctor", planar.to_str().unwrap(), "claim.mcap"]);
+        assert_eq!(run.code, Some(2), "{}", run.err);
+        assert!(run.err.contains("a string claims 4294967295 bytes"), "{}", run.err);
+    }
+}
+
+/// The line of a fault in a pipe is not looked for: whoever opens a pipe without a writer waits for ever.
+#[test]
+fn a_fault_in_a_pipe_is_told() {
+    let here = folder("hostile-pipe");
+    let text = "(printf 'convention: khalil-kleinfinger\nnam: x\n' > f.yaml &); exec timeout 20 \"$0\" inspect f.yaml";
+    let made = Command::new("mkfifo").arg(here.join("f.yaml")).status().unwrap();
+    assert!(made.success());
+    let mut shell = Command::new("sh");
+    shell.arg("-c").arg(text).arg(program());
+    let run = tests::program::run(shell.current_dir(&here));
+    assert!(run.code == Some(2) && run.err.contains("f.yaml:2"), "{:?}: {}", run.code, run.err);
+}
+
+/// A step of a motion is filled with those of the controller, so a slow rate is a claim for memory.
+#[test]
+fn a_slow_rate_is_refused() {
+    let here = folder("hostile-rate");
+    let planar = model_path("planar2r_vertical.yaml");
+    let planar = planar.to_str().unwrap();
+    let run = tests::program::rist(&here, &["excite", planar, "--out", "motion.yaml"]);
+    assert_eq!(run.code, Some(0), "{}", run.err);
+    let text = std::fs::read_to_string(here.join("motion.yaml")).unwrap();
+    let slow = |line: &str| if line.starts_with("rate_hz:") { "rate_hz: 1e-6".into() } else { line.to_string() };
+    let slow: Vec<String> = text.lines().map(slow).collect();
+    std::fs::write(here.join("slow.yaml"), slow.join("\n")).unwrap();
+    let run = bounded(&here, &["simulate", planar, "slow.yaml", "--out", "logs"]);
+    assert_eq!(run.code, Some(2), "{}", run.err);
+    assert!(run.err.contains("a controller has 1 to 20000 Hz"), "{}", run.err);
+}
+
+/// What a terminal would take for a command is shown as what it is, in messages too.
+#[test]
+fn names_are_shown_as_what_they_are() {
+    let here = folder("hostile-names");
+    let run = bounded(&here, &["inspect", "a\u{1b}]0;x\u{202e}.yaml", "--color", "always"]);
+    assert_eq!(run.code, Some(2));
+    assert!(run.err.contains("a\\u{1b}]0;x\\u{202e}.yaml"), "{:?}", run.err);
 }
 
 #[test]
@@ -52,4 +111,119 @@ fn an_element_of_countless_attributes_is_refused_where_it_stands() {
     let [message, excerpt] = lines[..] else { panic!("{}", run.err) };
     assert_eq!(message, "rist: crowded.urdf:2: <link> has more than 256 attributes: no element of a URDF has");
     assert!(excerpt.starts_with(" 2 | <link a0=\"1\"") && excerpt.len() < 120, "{excerpt}");
+}
+
+/// A robot whose names hold what terminals, tables, languages and folders take for their own.
+const ODD_NAMES: &str = "\
+convention: khalil-kleinfinger
+name: \"r\\e[31m\"
+source: \"<script>alert(1)</script> \\u202E\"
+gravity: [0, -9.81, 0]
+links:
+  - {link: 1, name: \"<img src=x>|[a](javascript:b)\\u202E\", antecedent: base, theta: q1, limits: {position: [-2, 2], velocity: 5, effort: 100}}
+  - {link: 2, name: \"b\\nc\", antecedent: 1, d: 0.5, theta: q2, limits: {position: [-2, 2], velocity: 5, effort: 50}}
+standard_parameters:
+  1: {XX: 0.02, XY: 0, XZ: 0, YY: 0.35, YZ: 0, ZZ: 0.35, MX: 1, MY: 0, MZ: 0, M: 4, IA: 0.1}
+  2: {XX: 0.01, XY: 0, XZ: 0, YY: 0.09, YZ: 0, ZZ: 0.09, MX: 0.4, MY: 0, MZ: 0, M: 2, IA: 0.05}
+";
+
+#[test]
+fn no_name_is_a_command_or_markup() {
+    let here = folder("hostile-markup");
+    std::fs::write(here.join("odd.yaml"), ODD_NAMES).unwrap();
+    let hidden = |text: &str| text.chars().any(|c| c != '\n' && rist::gate::shown::is_hidden(c));
+    for format in ["text", "markdown", "latex", "html", "json"] {
+        let run = bounded(&here, &["inspect", "odd.yaml", "--format", format]);
+        assert_eq!(run.code, Some(0), "{format}: {}", run.err);
+        assert!(!hidden(&run.out) && !hidden(&run.err), "{format}: {:?}", run.out);
+    }
+    let run = bounded(&here, &["inspect", "odd.yaml", "--format", "markdown"]);
+    assert!(!run.out.contains("<script") && !run.out.contains("<img") && !run.out.contains("[a]("), "{}", run.out);
+    // Each line of the table of links has its seven cells.
+    let cells = |line: &str| line.replace("\\|", "").matches('|').count();
+    let table: Vec<&str> = run.out.lines().skip_while(|line| !line.starts_with("| link |")).take(4).collect();
+    assert!(table.iter().all(|line| cells(line) == 8), "{table:?}");
+    for (language, file) in [("rust", "odd.rs"), ("c", "odd.c")] {
+        let run = bounded(&here, &["generate", "odd.yaml", "--language", language, "--out", file]);
+        assert_eq!(run.code, Some(0), "{}", run.err);
+        assert!(!hidden(&std::fs::read_to_string(here.join(file)).unwrap()), "{file}");
+    }
+}
+
+/// A joint with a comma in its name: what we write with it, we read.
+#[test]
+fn a_comma_in_a_name_stays_in_its_cell() {
+    let here = folder("hostile-comma");
+    let joint = |name: &str, parent: &str, child: &str| {
+        format!(
+            "<joint name=\"{name}\" type=\"revolute\"><parent link=\"{parent}\"/><child link=\"{child}\"/><origin xyz=\"0.3 0 0\"/>\
+             <axis xyz=\"0 1 0\"/><limit lower=\"-2\" upper=\"2\" effort=\"100\" velocity=\"5\"/></joint>"
+        )
+    };
+    let link = |name: &str| {
+        format!(
+            "<link name=\"{name}\"><inertial><origin xyz=\"0.1 0 0\"/><mass value=\"2\"/>\
+             <inertia ixx=\"0.1\" ixy=\"0\" ixz=\"0\" iyy=\"0.1\" iyz=\"0\" izz=\"0.1\"/></inertial></link>"
+        )
+    };
+    let text = format!(
+        "<robot name=\"r\"><link name=\"base\"/>{}{}{}{}</robot>",
+        link("l1"),
+        link("l2"),
+        joint("j,1", "base", "l1"),
+        joint("a/b &quot;2&quot;", "l1", "l2")
+    );
+    std::fs::write(here.join("comma.urdf"), text).unwrap();
+    let states = "\"q_j,1\",\"q_a/b \"\"2\"\"\"\n0.1,0.2\n";
+    std::fs::write(here.join("states.csv"), states).unwrap();
+    let run = bounded(&here, &["evaluate", "comma.urdf", "states.csv", "--quantity", "torque"]);
+    assert!(
+        run.code == Some(0) && run.out.starts_with("\"tau_j,1\",\"tau_a/b \"\"2\"\"\"\n"),
+        "{}{}",
+        run.out,
+        run.err
+    );
+    for command in [
+        &["excite", "comma.urdf", "--out", "motion.yaml", "--play", "play.csv"][..],
+        &["simulate", "comma.urdf", "motion.yaml", "--out", "logs"],
+        &["identify", "comma.urdf", "logs/motion.csv", "--anyway", "--out", "estimate.yaml", "--series", "series.csv"],
+        &["report", "--model", "comma.urdf", "--motion", "motion.yaml", "--out", "page.html", "--svg", "pictures"],
+    ] {
+        let run = tests::program::rist(&here, command);
+        assert!(matches!(run.code, Some(0 | 1)) && !run.err.contains("no columns"), "{command:?}: {}", run.err);
+    }
+    for file in ["play.csv", "series.csv"] {
+        let head = std::fs::read_to_string(here.join(file)).unwrap().lines().next().unwrap().to_string();
+        assert!(head.contains("_j,1\""), "{file}: {head}");
+    }
+    let names = std::fs::read_dir(here.join("pictures")).unwrap().map(|entry| entry.unwrap().file_name());
+    assert!(names.count() > 2);
+}
+
+/// A log that is written over in place while it is read is refused: what was read is of two logs.
+#[test]
+fn a_log_that_is_written_over_is_refused() {
+    let here = folder("hostile-overwritten");
+    let planar = model_path("planar2r_vertical.yaml");
+    let rows = |shift: f64| {
+        let row = |k: u32| {
+            let t = 0.001 * f64::from(k);
+            format!("{t:.3},{:.6},{:.6},{:.6},1\n", (t + shift).sin(), (2.0 * t).sin(), shift + t.cos())
+        };
+        "t,q1,q2,tau1,tau2\n".to_string() + &(0..40_000).map(row).collect::<String>()
+    };
+    let (old, new) = (rows(0.0), rows(1.0));
+    let place = here.join("log.csv");
+    std::fs::write(&place, &old).unwrap();
+    let long_ago = std::time::SystemTime::now() - std::time::Duration::from_secs(100);
+    std::fs::File::options().write(true).open(&place).unwrap().set_modified(long_ago).unwrap();
+    // The first part is read, the file written over, and the rest read.
+    let mut source = rist::gate::source::Source::open(&place).unwrap();
+    let mut half = vec![0; old.len() / 2];
+    std::io::Read::read_exact(&mut source, &mut half).unwrap();
+    std::fs::write(&place, &new).unwrap();
+    let message = std::io::Read::read_to_end(&mut source, &mut half).unwrap_err().to_string();
+    assert!(message.contains("written over while it was read"), "{message}");
+    let run = bounded(&here, &["doctor", planar.to_str().unwrap(), "log.csv"]);
+    assert!(!run.err.contains("written over"), "{}", run.err);
 }

@@ -79,6 +79,10 @@ fn gzip(text: &str) -> Vec<u8> {
     packed.finish().unwrap()
 }
 
+fn zstd(text: &str) -> Vec<u8> {
+    ruzstd::encoding::compress_to_vec(text.as_bytes(), ruzstd::encoding::CompressionLevel::Fastest)
+}
+
 /// An MCAP file of one chunk that unpacks to `size` zeros.
 fn chunk_of_zeros(size: usize) -> Vec<u8> {
     let mut packed = lz4_flex::frame::FrameEncoder::new(Vec::new());
@@ -95,6 +99,49 @@ fn chunk_of_zeros(size: usize) -> Vec<u8> {
     ];
     let content = content.concat();
     [&b"\x89MCAP0\r\n"[..], &[6], &(content.len() as u64).to_le_bytes(), &content].concat()
+}
+
+/// Chunks of one record each, of `size` zeros that no reader asks for.
+fn chunks_of_zeros(count: usize, size: usize) -> Vec<u8> {
+    let record = [&[9][..], &(size as u64).to_le_bytes(), &vec![0; size]].concat();
+    let mut packed = lz4_flex::frame::FrameEncoder::new(Vec::new());
+    packed.write_all(&record).unwrap();
+    let packed = packed.finish().unwrap();
+    let head = [&[0; 16][..], &(record.len() as u64).to_le_bytes(), &[0; 4], &3u32.to_le_bytes(), b"lz4"].concat();
+    let content = [&head[..], &(packed.len() as u64).to_le_bytes(), &packed].concat();
+    let chunk = [&[6][..], &(content.len() as u64).to_le_bytes(), &content].concat();
+    [&b"\x89MCAP0\r\n"[..], &chunk.repeat(count)].concat()
+}
+
+/// A .npz of one array of `rows` x 2 zeros.
+fn npz_of_zeros(rows: usize) -> Vec<u8> {
+    let head = format!("{{'descr': '<f8', 'fortran_order': False, 'shape': ({rows}, 2), }}\n");
+    let mut packed = flate2::write::DeflateEncoder::new(Vec::new(), flate2::Compression::fast());
+    packed.write_all(b"\x93NUMPY\x01\0").unwrap();
+    packed.write_all(&(head.len() as u16).to_le_bytes()).unwrap();
+    packed.write_all(head.as_bytes()).unwrap();
+    let size = 10 + head.len() + 16 * rows;
+    std::io::copy(&mut std::io::Read::take(std::io::repeat(0), 16 * rows as u64), &mut packed).unwrap();
+    let packed = packed.finish().unwrap();
+    let sizes = [(packed.len() as u32).to_le_bytes(), (size as u32).to_le_bytes()].concat();
+    let common = [&[20, 0, 0, 0, 8, 0, 0, 0, 0, 0, 0, 0, 0, 0][..], &sizes, &[5, 0, 0, 0]].concat();
+    let local = [&b"PK\x03\x04"[..], &common, b"q.npy", &packed].concat();
+    let central = [&b"PK\x01\x02\x14\0"[..], &common, &[0; 14], b"q.npy"].concat();
+    let place = (local.len() as u32).to_le_bytes();
+    let end = [&b"PK\x05\x06\0\0\0\0\x01\0\x01\0"[..], &(central.len() as u32).to_le_bytes(), &place, &[0, 0]].concat();
+    [local, central, end].concat()
+}
+
+/// Two columns of zeros, which the writer packs into some bytes.
+fn parquet_of_zeros(rows: usize) -> Vec<u8> {
+    let column = |name: &str| (name.to_string(), logs::Cells::Numbers(vec![0.0; rows]));
+    logs::parquet_bytes(&[column("t"), column("q1")]).unwrap()
+}
+
+fn unpacked(gzip: &[u8]) -> Vec<u8> {
+    let mut bytes = Vec::new();
+    std::io::Read::read_to_end(&mut flate2::read::GzDecoder::new(gzip), &mut bytes).unwrap();
+    bytes
 }
 
 /// Ten layers, each of ten of the one before it.
@@ -130,10 +177,17 @@ fn hostile() -> Vec<Hostile> {
         |b| artefact(6, b),
     ];
     let too_much = REPEATS_TOO_MUCH;
+    let unfolds = "64 times the file";
     let mut all = vec![
         of("a gzip stream of one row", gzip(&rows("1", 3 << 20)), log, "without the end of a row"),
         of("rows of one cell", format!("{}\n{}", header.join(","), "1\n".repeat(30_000)).into(), log, "fewer cells"),
-        of("a chunk of zeros", chunk_of_zeros(256 << 20), log, "at most"),
+        of("a gzip stream of short rows", gzip(&rows("0,0,0\n", 20 << 20)), log, unfolds),
+        of("a zstd stream of short rows", zstd(&rows("0,0,0\n", 20 << 20)), log, unfolds),
+        of("a chunk of zeros", chunk_of_zeros(256 << 20), log, unfolds),
+        of("chunks of zeros", chunks_of_zeros(20, 16 << 20), log, unfolds),
+        of("an array of zeros", npz_of_zeros(8 << 20), log, unfolds),
+        of("columns of zeros", parquet_of_zeros(4 << 20), log, unfolds),
+        of("sums of a thousand columns", unpacked(include_bytes!("../data/hostile/bomb.tri.gz")), sums, unfolds),
         of("a robot of anchors", anchors().into(), yaml_robot, too_much),
         of("a robot of brackets", "[".repeat(100_000).into(), yaml_robot, "recursion limit"),
         of("a length of brackets", two_links(&"(".repeat(100_000)).into(), yaml_robot, "1000 characters"),

@@ -60,8 +60,8 @@ fn impossible_limits_get_an_answer() {
     for (limits, said) in [
         ("all: {locked: 0}", vec!["every coordinate is locked: unlock one in the limits file"]),
         (
-            "coordinates: {q2: {position: [1, 1]}}",
-            vec!["coordinate q2: the limits of position leave no room: from 1 to 1"],
+            "coordinates: {q2: {position: [1.5, 1]}}",
+            vec!["coordinate q2: the limits of position leave no room: from 1.5 to 1"],
         ),
         ("coordinates: {q2: {position: [-3, 1]}}", vec!["coordinate q2: position -3 to 1", "only tighten"]),
         ("coordinates: {q1: {velocity: 6}}", vec!["coordinate q1: velocity 6 of the limits file is above 5"]),
@@ -142,16 +142,21 @@ fn a_check_says_whose_limits_it_proves() {
         "jerk          as in the motion's file alone",
         "effort        as in the description",
         "power         as in the motion's file alone",
-        "velocity, acceleration, jerk, power, distances, floors, walls and boxes: held to what the motion's own file says",
+        "limit of acceleration, jerk, power: assumed by the motion's file: a limit that stands nowhere else is as ",
+        "distance: not looked at, because the description has no collision geometry; ",
+        "floor: not looked at, because the description has no collision geometry, ",
+        "; assumed: limit of 3; NOT looked at: distance, floor, approach and return\n",
         "effort and power are held to 0.9 of their limits",
     ] {
         assert!(plain.out.contains(line), "{line}: {}", plain.out);
     }
-    // With the file that it was made with nothing but what is assumed or the room is left to the motion's own word.
+    // With the file that it was made with nothing is left to the motion's own word.
     let whole = run(&["motion.yaml", "--limits", "made.yaml"]);
     assert_eq!(whole.code, Some(0), "{}", whole.err);
     assert!(whole.out.contains("jerk          as in the limits file"), "{}", whole.out);
-    assert!(whole.out.contains("note: distances, floors, walls and boxes: held to what"), "{}", whole.out);
+    assert!(
+        !whole.out.contains("assumed") && whole.out.ends_with("NOT looked at: distance, floor, approach and return\n")
+    );
 
     // Loosened by hand, and broken: the motion's own limits do not notice it, those of the file do.
     let mut loosened = motion.clone();

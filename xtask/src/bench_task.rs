@@ -21,7 +21,7 @@ const END: &str = "<!-- end of what cargo xtask bench writes -->\n";
 
 const HEAD: &str = "| work | how | ns | times the first | held to |\n|---|---|---|---|---|\n";
 
-pub fn run(arguments: &[String]) -> Result<(), String> {
+pub(crate) fn run(arguments: &[String]) -> Result<(), String> {
     match arguments {
         [] => {}
         [word] if word == "instructions" => return instructions(),

@@ -4,13 +4,13 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 
 /// Runs cargo in its own process, because xtask writes `generated` and so cannot depend on a program that needs it.
-pub fn cargo(arguments: &[&str]) -> Result<(), String> {
+pub(crate) fn cargo(arguments: &[&str]) -> Result<(), String> {
     let cargo = std::env::var_os("CARGO").unwrap_or("cargo".into());
     done(Command::new(cargo).args(arguments), &format!("cargo {}", arguments.join(" ")))
 }
 
 /// Runs a command to its end; fails where the command fails. `what` is its name in the message.
-pub fn done(command: &mut Command, what: &str) -> Result<(), String> {
+pub(crate) fn done(command: &mut Command, what: &str) -> Result<(), String> {
     match command.status() {
         Ok(status) if status.success() => Ok(()),
         Ok(status) => Err(format!("{what} failed: {status}")),
@@ -19,17 +19,17 @@ pub fn done(command: &mut Command, what: &str) -> Result<(), String> {
 }
 
 /// Where the repository is.
-pub fn root() -> &'static Path {
+pub(crate) fn root() -> &'static Path {
     Path::new(env!("CARGO_MANIFEST_DIR")).parent().unwrap_or(Path::new("."))
 }
 
 /// Where the workspace is built.
-pub fn target() -> PathBuf {
+pub(crate) fn target() -> PathBuf {
     std::env::var_os("CARGO_TARGET_DIR").map_or(root().join("target"), PathBuf::from)
 }
 
 /// The triple of this machine. Given to --target, it keeps the flags of a build away from its build scripts and macros.
-pub fn host() -> Result<String, String> {
+pub(crate) fn host() -> Result<String, String> {
     let output = Command::new("rustc").arg("-vV").output().map_err(|e| format!("rustc -vV: {e}"))?;
     let text = String::from_utf8_lossy(&output.stdout);
     let line = text.lines().find_map(|line| line.strip_prefix("host: "));
@@ -37,7 +37,7 @@ pub fn host() -> Result<String, String> {
 }
 
 /// What a command prints; nothing where there is no such command.
-pub fn said(command: &mut Command) -> String {
+pub(crate) fn said(command: &mut Command) -> String {
     let output = command.output().map(|output| output.stdout).unwrap_or_default();
     String::from_utf8_lossy(&output).into_owned()
 }

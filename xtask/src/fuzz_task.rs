@@ -34,7 +34,7 @@ const COVERAGE: &str = "-Cpasses=sancov-module -Cllvm-args=-sanitizer-coverage-l
 /// nothing new in the time.
 const LIMITS: [&str; 4] = ["-timeout=60", "-rss_limit_mb=2048", "-malloc_limit_mb=1024", "-max_len=8192"];
 
-pub fn run(arguments: &[String]) -> Result<(), String> {
+pub(crate) fn run(arguments: &[String]) -> Result<(), String> {
     let usage = "expected are the seconds of all targets together: cargo xtask fuzz 600";
     let [seconds] = arguments else { return Err(usage.into()) };
     let seconds: u64 = seconds.parse().ok().filter(|s| *s > 0).ok_or(usage)?;

@@ -10,7 +10,7 @@ use crate::cargo::root;
 
 const FOLDER: &str = "generated/src/robots";
 
-pub fn run(arguments: &[String]) -> Result<(), String> {
+pub(crate) fn run(arguments: &[String]) -> Result<(), String> {
     let (flags, models): (Vec<&String>, Vec<&String>) = arguments.iter().partition(|a| a.starts_with('-'));
     if let Some(flag) = flags.iter().find(|f| **f != "--check") {
         return Err(format!("gen has no flag `{flag}`; it has --check"));

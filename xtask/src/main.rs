@@ -7,6 +7,7 @@ mod fuzz_task;
 mod gen_task;
 mod python_task;
 mod sanitize_task;
+mod stubs_task;
 
 use std::process::ExitCode;
 
@@ -37,7 +38,7 @@ fn main() -> ExitCode {
         Some((task, rest)) if task == "gen" => gen_task::run(rest),
         Some((task, rest)) if task == "bench" => bench_task::run(rest),
         Some((task, rest)) if task == "python" => python_task::run(rest),
-        Some((task, rest)) if task == "stubs" => stubs(rest),
+        Some((task, rest)) if task == "stubs" => stubs_task::run(rest),
         Some((task, rest)) if task == "fuzz" => fuzz_task::run(rest),
         Some((task, rest)) if task == "sanitize" => sanitize_task::run(rest),
         Some((task, rest)) if task == "datasets" => {
@@ -58,10 +59,4 @@ fn main() -> ExitCode {
             ExitCode::FAILURE
         }
     }
-}
-
-/// In a program of its own: this one is built without what `gen` writes.
-fn stubs(arguments: &[String]) -> Result<(), String> {
-    let words = ["run", "--quiet", "--package", "tests", "--bin", "stubs", "--"];
-    cargo(&words.into_iter().chain(arguments.iter().map(String::as_str)).collect::<Vec<_>>())
 }

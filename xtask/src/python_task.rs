@@ -8,12 +8,13 @@ use std::path::Path;
 use std::process::{Command, Stdio};
 
 use crate::cargo::{cargo, done, root, target};
+use crate::stubs_task;
 
 /// Packages of the environment besides our own.
 const PACKAGES: [&str; 3] = ["maturin>=1.9,<2", "numpy", "pytest"];
 
-pub fn run(arguments: &[String]) -> Result<(), String> {
-    crate::stubs(&["--check".into()])?;
+pub(crate) fn run(arguments: &[String]) -> Result<(), String> {
+    stubs_task::run(&["--check".into()])?;
     let (root, target) = (root(), target());
     let environment = target.join("python");
     if let Err(why) = environment_in(&environment) {

@@ -23,7 +23,7 @@ const KERNELS: [[&str; 3]; 3] =
 /// Instructions that Miri is told the processor has.
 const PROCESSORS: [&str; 3] = ["", "-Ctarget-feature=+avx2,+fma", "-Ctarget-feature=+avx2,+fma,+avx512f"];
 
-pub fn run(arguments: &[String]) -> Result<(), String> {
+pub(crate) fn run(arguments: &[String]) -> Result<(), String> {
     if let Some(argument) = arguments.first() {
         return Err(format!("sanitize takes no argument; found `{argument}`"));
     }

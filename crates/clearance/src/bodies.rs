@@ -1,8 +1,8 @@
 //! The convex solids that a robot's links consist of.
 //!
-//! A moving link is one body together with the links that the file fixes to it. The base is another body. For a link
-//! without collision geometry the origins of its frames stand in. They are enough for a box that a tool must stay in,
-//! and too little for a distance between links.
+//! Each link of the file with collision geometry is a body, also where the file fixes it to another. Where neither a
+//! moving link nor those that are fixed to it have any, they are one body of points: the origins of their frames. These
+//! are enough for a box that a tool must stay in, and too little for a distance between links.
 
 use std::path::Path;
 
@@ -15,8 +15,6 @@ use crate::vector::Vector3;
 /// A solid of a body.
 #[derive(Clone, Debug)]
 pub struct Shape {
-    /// The link of the file that it belongs to.
-    pub link: String,
     /// The solid in its own frame.
     pub solid: Solid,
     /// Pose of that frame in the frame of the link that carries it.
@@ -29,11 +27,13 @@ pub struct Shape {
     pub reach: f64,
 }
 
-/// Links that move as one.
+/// A link of the file.
 #[derive(Clone, Debug)]
 pub struct Body {
-    /// Name of the link in the file.
+    /// Its name in the file.
     pub name: String,
+    /// The moving link that it is or is fixed to, by its name in the file; of the base `base`.
+    pub carrier: String,
     /// The link that carries it; none: the base.
     pub link: Option<usize>,
     /// Empty: nothing is known of its shape.
@@ -42,44 +42,65 @@ pub struct Body {
     pub has_geometry: bool,
     /// Why a shape of it is missing.
     pub missing: Vec<String>,
+    /// Of points: the frames whose origins they are, in their order.
+    pub frames: Vec<String>,
 }
 
 impl Shape {
-    fn new(link: &str, solid: Solid, pose: Pose) -> Shape {
+    fn new(solid: Solid, pose: Pose) -> Shape {
         let (centre, ball) = solid.ball();
         let centre = pose.compose(&Pose { position: centre, ..Pose::IDENTITY }).position;
         let reach = solid.reach_from_z(&pose);
-        Shape { link: link.to_string(), solid, pose, centre, ball, reach }
+        Shape { solid, pose, centre, ball, reach }
     }
 }
 
-/// The base, then every link, in order; `directory`: that of the description, from which meshes are found.
+/// Those of the base, then of every link, in order; `directory`: that of the description, from which meshes are found.
 pub fn bodies(robot: &Robot, directory: &Path) -> Vec<Body> {
-    let base = &robot.base.collisions;
-    let name = base.first().map_or("base", |c| &c.link);
-    let mut found = vec![body(name, None, base, &[], directory)];
+    let mut found = carried("base", None, &robot.base.collisions, &[], directory);
     for (j, link) in robot.links.iter().enumerate() {
         let own = [(link.name.clone(), link.file_frame)];
         let frames = if link.frames.is_empty() { &own[..] } else { &link.frames[..] };
-        found.push(body(&link.name, Some(j), &link.collisions, frames, directory));
+        found.extend(carried(&link.name, Some(j), &link.collisions, frames, directory));
     }
     found
 }
 
-fn body(name: &str, link: Option<usize>, given: &[Collision], frames: &[(String, Pose)], directory: &Path) -> Body {
-    let (mut shapes, mut missing) = (Vec::new(), Vec::new());
+/// The bodies that move as one.
+fn carried(
+    carrier: &str,
+    link: Option<usize>,
+    given: &[Collision],
+    frames: &[(String, Pose)],
+    directory: &Path,
+) -> Vec<Body> {
+    let body = |name: &str| Body {
+        name: name.to_string(),
+        carrier: carrier.to_string(),
+        link,
+        shapes: vec![],
+        has_geometry: !given.is_empty(),
+        missing: vec![],
+        frames: vec![],
+    };
+    let mut found: Vec<Body> = Vec::new();
     for collision in given {
+        let at = found.iter().position(|b| b.name == collision.link).unwrap_or_else(|| {
+            found.push(body(&collision.link));
+            found.len() - 1
+        });
         match solid(collision, directory) {
-            Ok(solid) => shapes.push(Shape::new(&collision.link, solid, collision.pose)),
-            Err(why) => missing.push(format!("{}: {why}", collision.link)),
+            Ok(solid) => found[at].shapes.push(Shape::new(solid, collision.pose)),
+            Err(why) => found[at].missing.push(why),
         }
     }
-    let has_geometry = !given.is_empty();
-    if !has_geometry {
+    if given.is_empty() {
         let point = || Solid { core: Core::Point, radius: 0.0 };
-        shapes.extend(frames.iter().map(|(frame, pose)| Shape::new(frame, point(), *pose)));
+        let points = frames.iter().map(|(_, pose)| Shape::new(point(), *pose)).collect();
+        let frames = frames.iter().map(|(frame, _)| frame.clone()).collect();
+        found.push(Body { shapes: points, frames, ..body(carrier) });
     }
-    Body { name: name.to_string(), link, shapes, has_geometry, missing }
+    found
 }
 
 fn solid(collision: &Collision, directory: &Path) -> Result<Solid, String> {

@@ -18,6 +18,7 @@ use robot::{JointKind, Pose};
 use crate::bodies::{Body, Shape};
 use crate::half_space::HalfSpace;
 use crate::kinematic_tree::{KinematicTree, axis};
+use crate::left_out::LeftOut;
 use crate::separation::{Separation, Standing, separation};
 use crate::vector::{Vector3, cross, dot, minus, norm, scaled};
 
@@ -30,6 +31,10 @@ pub struct Gap {
     pub is_own: bool,
     /// m.
     pub bound: f64,
+    /// Room above the bound that a search keeps for what happens between its instants, m.
+    pub reserve: f64,
+    /// The moving links, by name, that the two bodies belong to; of one body its own twice.
+    pub carriers: [String; 2],
     /// Index of the body, and of its shapes.
     pub(crate) body: usize,
     pub(crate) shapes: Vec<usize>,
@@ -60,21 +65,38 @@ pub struct Clearance {
     pub(crate) bodies: Vec<Body>,
     pub(crate) half_spaces: Vec<HalfSpace>,
     pub(crate) gaps: Vec<Gap>,
-    pub(crate) notes: Vec<String>,
+    pub(crate) floor: Option<f64>,
+    pub(crate) left_out: Vec<LeftOut>,
 }
 
 /// Allowance for the rounding of places a few metres from the base and of distances between them, m, with room to
 /// spare.
 pub(crate) const PLACE_ROUNDING_M: f64 = 1e-9;
+
 impl Clearance {
     /// The gaps, in a fixed order.
     pub fn gaps(&self) -> &[Gap] {
         &self.gaps
     }
 
-    /// What is not looked at, in sentences.
-    pub fn notes(&self) -> &[String] {
-        &self.notes
+    /// What the gaps do not cover.
+    pub fn left_out(&self) -> &[LeftOut] {
+        &self.left_out
+    }
+
+    /// Height of the floor, m: the one that was asked for, or that of the base.
+    pub fn floor(&self) -> Option<f64> {
+        self.floor
+    }
+
+    /// The lowest point of the bodies that move, m, and whose it is; `None` where there are none.
+    pub fn lowest(&self, q: &[f64]) -> Option<(f64, &str)> {
+        let poses = self.tree.poses(q);
+        let heights = self.bodies.iter().filter(|b| b.link.is_some()).flat_map(|body| {
+            let height = |shape: &Shape| self.standing(body, shape, &poses).least_along([0.0, 0.0, 1.0]);
+            body.shapes.iter().map(height).map(|z| (z, body.name.as_str()))
+        });
+        heights.min_by(|a, b| a.0.total_cmp(&b.0))
     }
 
     /// The joints from `a` inward to the link that carries both `a` and `b`, the outermost first, and those from `b`.
@@ -84,12 +106,12 @@ impl Clearance {
         [&a, &b].map(|chain| chain[..chain.len() - common].to_vec())
     }
 
-    fn standing<'a>(&'a self, body: &Body, shape: &'a Shape, poses: &[Pose]) -> Standing<'a> {
+    pub(crate) fn standing<'a>(&'a self, body: &Body, shape: &'a Shape, poses: &[Pose]) -> Standing<'a> {
         let pose = body.link.map_or(shape.pose, |j| poses[j].compose(&shape.pose));
         Standing { solid: &shape.solid, pose }
     }
 
-    fn centre(&self, body: &Body, shape: &Shape, poses: &[Pose]) -> Vector3 {
+    pub(crate) fn centre(&self, body: &Body, shape: &Shape, poses: &[Pose]) -> Vector3 {
         let at = Pose { position: shape.centre, ..Pose::IDENTITY };
         body.link.map_or(shape.centre, |j| poses[j].compose(&at).position)
     }

@@ -39,6 +39,11 @@ impl KinematicTree {
         robot.passive.is_empty().then(|| KinematicTree { places: robot.links.iter().map(place).collect() })
     }
 
+    /// That of no links.
+    pub(crate) fn none() -> KinematicTree {
+        KinematicTree { places: vec![] }
+    }
+
     /// The pose of every link in the base frame; `q`: one per coordinate.
     pub fn poses(&self, q: &[f64]) -> Vec<Pose> {
         let mut poses: Vec<Pose> = Vec::with_capacity(self.places.len());

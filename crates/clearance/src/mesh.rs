@@ -11,9 +11,10 @@
 //!
 //! Not here: Collada, environment variables that say where packages are.
 
-use std::fs::File;
-use std::io::Read;
+use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
+
+use gate::source;
 
 use crate::vector::Vector3;
 
@@ -25,7 +26,7 @@ const FARTHEST_VERTEX_M: f64 = 1e6;
 /// The path of a mesh file; `directory`: that of the description.
 ///
 /// Fails where the file is in none of the places, with the first of them.
-pub fn mesh_path(name: &str, directory: &Path) -> Result<PathBuf, String> {
+pub(crate) fn mesh_path(name: &str, directory: &Path) -> Result<PathBuf, String> {
     let places: Vec<PathBuf> = match (name.split_once("://"), name.strip_prefix("file://")) {
         (_, Some(path)) => vec![PathBuf::from(path)],
         (Some((_, rest)), None) => {
@@ -55,12 +56,10 @@ pub fn vertices(path: &Path) -> Result<Vec<Vector3>, String> {
     let fail = |what: String| format!("{}: {what}", path.display());
     // A file of an unknown format is not opened.
     reader(path)?;
-    let mut bytes = Vec::new();
-    let file = File::open(path).and_then(|file| file.take(MAX_MESH_BYTES + 1).read_to_end(&mut bytes));
-    file.map_err(|e| fail(format!("the mesh cannot be read: {e}")))?;
-    if bytes.len() as u64 > MAX_MESH_BYTES {
-        return Err(fail("the mesh is larger than 256 MiB".into()));
-    }
+    let bytes = source::read(path, MAX_MESH_BYTES).map_err(|e| match e.kind() {
+        ErrorKind::FileTooLarge => fail("the mesh is larger than 256 MiB".into()),
+        _ => fail(format!("the mesh cannot be read: {e}")),
+    })?;
     parse_vertices(&bytes, path)
 }
 

@@ -47,7 +47,7 @@ impl Standing<'_> {
     }
 
     /// The least of n.x over the solid; n is a unit vector.
-    pub fn least_along(&self, n: Vector3) -> f64 {
+    pub(crate) fn least_along(&self, n: Vector3) -> f64 {
         dot(n, self.support(scaled(n, -1.0))) - self.solid.radius
     }
 }

@@ -57,7 +57,7 @@ const KEPT_DIRECTIONS: usize = 400;
 
 impl Solid {
     /// The solid of a shape that needs no file; `None` for the others.
-    pub fn of_primitive(shape: &CollisionShape) -> Option<Solid> {
+    pub(crate) fn of_primitive(shape: &CollisionShape) -> Option<Solid> {
         let sharp = |core| Some(Solid { core, radius: 0.0 });
         match shape {
             CollisionShape::Box { size } => sharp(Core::Cuboid { half: size.map(|x| 0.5 * x) }),
@@ -108,7 +108,7 @@ impl Solid {
     }
 
     /// The largest distance of any of its points from the z axis of a frame in which it stands as `pose` says, m.
-    pub fn reach_from_z(&self, pose: &robot::Pose) -> f64 {
+    pub(crate) fn reach_from_z(&self, pose: &robot::Pose) -> f64 {
         let from_axis = |p: Vector3| {
             let at = pose.compose(&robot::Pose { position: p, ..robot::Pose::IDENTITY }).position;
             at[0].hypot(at[1])

@@ -21,7 +21,7 @@ use rist::output::{check_output, is_same, write_file};
 /// settings of the first part with --like. Without either, it follows from the motion of all logs given here, which are
 /// then read twice.
 #[derive(Args)]
-pub struct Arguments {
+pub(crate) struct Arguments {
     #[command(flatten)]
     model: ModelArguments,
 
@@ -41,7 +41,7 @@ pub struct Arguments {
     request: Flags<AccumulateRequest>,
 }
 
-pub fn run(arguments: &Arguments) -> Result<(), Failure> {
+pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let logs = &arguments.logs;
     if let Some(i) = (1..logs.len()).find(|&i| logs[..i].iter().any(|other| is_same(&logs[i], other))) {
         return Err(Failure::new(format_args!("{}: given twice; a log counts once", logs[i].display())));
@@ -72,7 +72,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
 }
 
 /// Prints what is in the sums.
-pub fn print_account(sums: &Accumulator) -> Result<(), Failure> {
+pub(crate) fn print_account(sums: &Accumulator) -> Result<(), Failure> {
     print_result(account(sums), || {
         let failed: Vec<_> = sums.failed().iter().map(|f| json!({"name": f.name, "reason": f.reason})).collect();
         Ok(json!({

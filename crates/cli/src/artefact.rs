@@ -2,20 +2,20 @@
 
 use std::path::{Path, PathBuf};
 
-use experiments::excitation::artefact::ExcitingMotion;
-use experiments::plan::experiment_plan::ExperimentPlan;
-use identification::estimate::artefact::Estimate;
-use linear_model::reference::ModelReference;
+use rist::Estimate;
+use rist::ExcitingMotion;
+use rist::ExperimentPlan;
+use rist::Kind;
 use rist::output::{check_output, is_same};
+pub(crate) use rist::read_text;
 use rist::validation::{TorqueSeries, series_to_csv, series_to_parquet};
 use rist::{Accumulator, Model};
-pub use robot::format::read_text;
 
 use crate::failure::Failure;
 use crate::model::ModelArguments;
 
 /// Makes a directory where there is none, but not those that it stands in: they would be typing errors.
-pub fn make_directory(path: &Path) -> Result<(), Failure> {
+pub(crate) fn make_directory(path: &Path) -> Result<(), Failure> {
     if path.is_dir() {
         return Ok(());
     }
@@ -25,7 +25,7 @@ pub fn make_directory(path: &Path) -> Result<(), Failure> {
 
 /// An estimate, and the model read as it was for it where the flags do not say how; refused where it was made with
 /// another model.
-pub fn read_estimate(path: &Path, arguments: &ModelArguments) -> Result<(Estimate, Model), Failure> {
+pub(crate) fn read_estimate(path: &Path, arguments: &ModelArguments) -> Result<(Estimate, Model), Failure> {
     let estimate = Estimate::from_yaml(&path.display().to_string(), &read_text(path)?)?;
     let model = model_of(&estimate, path, arguments)?;
     Ok((estimate, model))
@@ -33,28 +33,27 @@ pub fn read_estimate(path: &Path, arguments: &ModelArguments) -> Result<(Estimat
 
 /// The model read as it was for an estimate, that of the file `path`, where the flags do not say how; refused where it
 /// was made with another model.
-pub fn model_of(estimate: &Estimate, path: &Path, arguments: &ModelArguments) -> Result<Model, Failure> {
+pub(crate) fn model_of(estimate: &Estimate, path: &Path, arguments: &ModelArguments) -> Result<Model, Failure> {
     let model = arguments.derive_as(estimate.description.as_ref())?;
-    let made_with = ModelReference { name: estimate.model.clone(), fingerprint: estimate.fingerprint.clone() };
+    let made_with = estimate.made_with();
     model.check(path, &made_with)?;
     Ok(model)
 }
 
 /// Reads a plan; refuses one that was made with another model.
-pub fn read_plan(path: &Path, model: &Model) -> Result<ExperimentPlan, Failure> {
+pub(crate) fn read_plan(path: &Path, model: &Model) -> Result<ExperimentPlan, Failure> {
     let plan = ExperimentPlan::from_yaml(&path.display().to_string(), &read_text(path)?)?;
     model.check(path, &plan.model)?;
     Ok(plan)
 }
 
 /// Reads the sums of logs.
-pub fn read_sums(path: &Path) -> Result<Accumulator, Failure> {
-    let bytes = std::fs::read(path).map_err(|e| Failure::new(format_args!("{}: {e}", path.display())))?;
-    Ok(Accumulator::from_bytes(&path.display().to_string(), &bytes)?)
+pub(crate) fn read_sums(path: &Path) -> Result<Accumulator, Failure> {
+    Ok(Accumulator::read(path)?)
 }
 
 /// The text of a series: Parquet where the name of the file ends so, else CSV.
-pub fn series_text(out: &Path, series: &[TorqueSeries], coordinates: &[String]) -> Result<Vec<u8>, Failure> {
+pub(crate) fn series_text(out: &Path, series: &[TorqueSeries], coordinates: &[String]) -> Result<Vec<u8>, Failure> {
     match out.extension().is_some_and(|end| end.eq_ignore_ascii_case("parquet")) {
         true => Ok(series_to_parquet(series, coordinates)?),
         false => Ok(series_to_csv(series, coordinates).into_bytes()),
@@ -62,28 +61,33 @@ pub fn series_text(out: &Path, series: &[TorqueSeries], coordinates: &[String]) 
 }
 
 /// What `rist simulate` can simulate.
-pub enum MotionFile {
+pub(crate) enum MotionFile {
     /// Of `rist plan`.
-    Plan(ExperimentPlan),
+    Plan(Box<ExperimentPlan>),
     /// Of `rist excite`.
-    Motion(ExcitingMotion),
+    Motion(Box<ExcitingMotion>),
 }
 
 /// Reads a plan or a motion; refuses one that was made with another model.
-pub fn read_motions(path: &Path, model: &Model) -> Result<MotionFile, Failure> {
+pub(crate) fn read_motions(path: &Path, model: &Model) -> Result<MotionFile, Failure> {
     let (file, text) = (path.display().to_string(), read_text(path)?);
-    // Their keys differ: a period is in every motion and in no plan.
-    if !text.lines().any(|line| line.starts_with("period_s:")) {
-        return Ok(MotionFile::Plan(read_plan(path, model)?));
+    // Of a file of an earlier version the keys differ: a period is in every motion and in no plan.
+    let is_motion =
+        Kind::of(&text).map_or(text.lines().any(|line| line.starts_with("period_s:")), |kind| kind == Kind::Motion);
+    if !is_motion {
+        return Ok(MotionFile::Plan(Box::new(read_plan(path, model)?)));
     }
     let motion = ExcitingMotion::from_yaml(&file, &text)?;
     model.check(path, &motion.model)?;
     motion.motion(&file)?;
-    Ok(MotionFile::Motion(motion))
+    Ok(MotionFile::Motion(Box::new(motion)))
 }
 
 /// Refuses outputs over inputs or over each other.
-pub fn check_outputs<'a>(outputs: impl IntoIterator<Item = &'a PathBuf>, inputs: &[&Path]) -> Result<(), Failure> {
+pub(crate) fn check_outputs<'a>(
+    outputs: impl IntoIterator<Item = &'a PathBuf>,
+    inputs: &[&Path],
+) -> Result<(), Failure> {
     let mut written: Vec<&Path> = Vec::new();
     for out in outputs {
         check_output(out, inputs)?;

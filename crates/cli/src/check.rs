@@ -3,9 +3,8 @@
 use std::path::PathBuf;
 
 use clap::Args;
-use experiments::excitation::artefact::{ExcitingMotion, certificate_text, proven_text};
-use experiments::excitation::held_limits::origins_text;
 use rist::request::CheckRequest;
+use rist::{ExcitingMotion, certificate_text, origins_text};
 use serde_json::json;
 
 use crate::artefact::read_text;
@@ -16,15 +15,14 @@ use crate::terminal::{self, at_work, print_result};
 
 /// Prove anew that an exciting motion keeps its limits
 ///
-/// The proof needs the motion and the model alone. The limits are those that the motion was made with, but no looser
-/// than those of the description. The output says where each limit comes from. A limit that neither the description nor
-/// --limits has is taken from the motion's file. Position, velocity, acceleration and jerk are always proved. Torque
-/// and power are proved where they are limited and the description has inertial parameters, or the motion was made
-/// after an identification. Distances of the robot's own links are proved where a URDF has their collision geometry.
-/// The floors, walls and boxes that the motion was made with are proved too. Exit code 1: a limit is broken, or not
-/// proven to be kept.
+/// Of the motion's file the coefficients are taken, and limits where they are tighter than those of the description and
+/// of --limits. A limit that stands in the motion's file alone is told as an assumption. Position, velocity, acceleration
+/// and jerk are always proved. Torque and power are proved where they are limited, with the inertial parameters of the
+/// description or of --after. Distances of the robot's own links and the floor are proved where a URDF has their collision
+/// geometry, and so are walls and boxes. The last line says what is broken, proven, assumed and not looked at. Exit code
+/// 1: something is broken or not proven, or nobody could look at something that --limits asks for.
 #[derive(Args)]
-pub struct Arguments {
+pub(crate) struct Arguments {
     #[command(flatten)]
     model: ModelArguments,
 
@@ -35,27 +33,31 @@ pub struct Arguments {
     request: Flags<CheckRequest>,
 }
 
-pub fn run(arguments: &Arguments) -> Result<(), Failure> {
+pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let model = arguments.model.derive()?;
     let file = &arguments.motion;
     let motion = ExcitingMotion::from_yaml(&file.display().to_string(), &read_text(file)?)?;
-    let asked = arguments.request.read()?.limits;
+    let request = arguments.request.read()?;
     at_work(format_args!("proving the limits of {}", file.display()));
-    let checked = rist::check(&model, file, &motion, asked.as_ref())?;
+    let checked = rist::check(&model, file, &motion, &request)?;
+    let ledger = checked.ledger();
     let mut text = terminal::notes(&checked.notes) + &certificate_text(&checked.certificate);
-    text += &format!("\nwhere the limits stand:\n{}", origins_text(&checked.origins));
-    if checked.is_proven() {
-        text += &format!("\n{}\n", proven_text(&checked.certificate));
-    }
-    let (is_proven, notes) = (checked.is_proven(), &checked.notes);
+    text += &ledger.left_out_text();
+    text += &format!("\nwhere the limits stand:\n{}\n{ledger}\n", origins_text(&checked.origins));
     print_result(text, || {
-        let certificate = serde_json::to_value(&checked.certificate)?;
-        let limits = serde_json::to_value(&checked.origins)?;
-        Ok(json!({"proven": is_proven, "notes": notes, "certificate": certificate, "limits": limits}))
+        Ok(json!({
+            "proven": checked.is_proven(),
+            "notes": checked.notes,
+            "certificate": serde_json::to_value(&checked.certificate)?,
+            "limits": serde_json::to_value(&checked.origins)?,
+            "claims": serde_json::to_value(ledger.claims())?,
+            "standing": serde_json::to_value(ledger.standing())?,
+            "floor": checked.floor,
+            "lowest": serde_json::to_value(&checked.lowest)?,
+        }))
     })?;
-    if is_proven {
-        return Ok(());
+    match &checked.faults()[..] {
+        [] => Ok(()),
+        faults => Err(Failure::verdict(format_args!("{}: {}", file.display(), faults.join("; ")))),
     }
-    let faults: Vec<String> = checked.faults().map(|row| row.to_string()).collect();
-    Err(Failure::verdict(format_args!("{}: {}", file.display(), faults.join("; "))))
 }

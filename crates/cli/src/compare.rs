@@ -16,7 +16,7 @@ use rist::output::{check_output, write_file};
 ///
 /// Exit code 1 where something moved.
 #[derive(Args)]
-pub struct Arguments {
+pub(crate) struct Arguments {
     /// The sums that the others are held against
     #[arg(value_name = "REFERENCE.tri")]
     reference: PathBuf,
@@ -33,7 +33,7 @@ pub struct Arguments {
     out: Option<PathBuf>,
 }
 
-pub fn run(arguments: &Arguments) -> Result<(), Failure> {
+pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let inputs: Vec<&Path> = arguments.robots.iter().chain([&arguments.reference]).map(PathBuf::as_path).collect();
     arguments.out.iter().try_for_each(|out| check_output(out, &inputs))?;
     let reference = read_sums(&arguments.reference)?;

@@ -14,7 +14,7 @@ use crate::terminal::{at_work, print};
 
 /// Write functions of a robot as formulas, for reading or for an algebra system
 #[derive(Args)]
-pub struct Arguments {
+pub(crate) struct Arguments {
     #[command(flatten)]
     model: ModelArguments,
 
@@ -26,7 +26,7 @@ pub struct Arguments {
     out: Option<PathBuf>,
 }
 
-pub fn run(arguments: &Arguments) -> Result<(), Failure> {
+pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let path = arguments.model.model.display().to_string();
     let (options, request) = (arguments.model.options()?, arguments.request.read()?);
     let made_by = format!("rist derive {path}{}{}", flags(&options.given()), flags(&request.given()));

@@ -4,8 +4,8 @@ use std::fmt::Write as _;
 use std::path::PathBuf;
 
 use clap::Args;
-use identification::estimate::passport::Passport;
-use identification::estimate::passport::finding::Finding;
+use rist::Finding;
+use rist::Passport;
 use rist::doctor::claims_of_log;
 use rist::request::DoctorRequest;
 use rist::verdict::claim_line;
@@ -21,7 +21,7 @@ use crate::terminal::{at_work, print_result};
 /// The torque of each joint is held against what the description computes for its motion. Exit code 1 where something
 /// is wrong.
 #[derive(Args)]
-pub struct Arguments {
+pub(crate) struct Arguments {
     #[command(flatten)]
     model: ModelArguments,
 
@@ -53,7 +53,7 @@ fn as_json(log: &str, passport: &Passport) -> Value {
 }
 
 /// Findings as JSON, the worst first.
-pub fn findings(findings: &[Finding]) -> Vec<Value> {
+pub(crate) fn findings(findings: &[Finding]) -> Vec<Value> {
     let one = |f: &Finding| {
         let is_gross = f.fault.is_gross();
         json!({"statement": f.statement(), "joints": f.joints, "gross": is_gross, "evidence": f.evidence, "remedy": f.remedy})
@@ -61,7 +61,7 @@ pub fn findings(findings: &[Finding]) -> Vec<Value> {
     findings.iter().map(one).collect()
 }
 
-pub fn run(arguments: &Arguments) -> Result<(), Failure> {
+pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let model = arguments.model.derive()?;
     let options = arguments.request.read()?.options(&model)?;
     let (mut text, mut logs, mut wrong) = (String::new(), Vec::new(), 0);

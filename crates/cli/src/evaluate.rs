@@ -1,13 +1,12 @@
-//! `rist evaluate`: the regressor or the torque at given states, as CSV, so that any tool can check us.
+//! `rist evaluate`: the regressor or the torque at given states.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
-use clap::{Args, ValueEnum};
-use expr::{Function, Tape};
-use modeling::Closure;
-use robot::{Inertial, Robot, RotorInertia, StandardParameter};
+use clap::Args;
+use rist::request::EvaluateRequest;
 
 use crate::failure::Failure;
+use crate::flags::Flags;
 use crate::model::ModelArguments;
 use crate::terminal::print;
 
@@ -18,168 +17,18 @@ use crate::terminal::print;
 /// (x_MX2) override the standard parameters of the description. The output has columns
 /// Y_<coordinate>_<parameter> or tau_<coordinate>.
 #[derive(Args)]
-pub struct Arguments {
+pub(crate) struct Arguments {
     #[command(flatten)]
     model: ModelArguments,
 
     /// States, one a row
     states: PathBuf,
 
-    /// What to compute
-    #[arg(long, value_enum)]
-    quantity: Quantity,
+    #[command(flatten)]
+    request: Flags<EvaluateRequest>,
 }
 
-#[derive(Clone, Copy, PartialEq, ValueEnum)]
-enum Quantity {
-    /// tau = Y X of the standard parameters
-    Regressor,
-    /// tau = Y X of the base parameters
-    BaseRegressor,
-    /// The torque tau itself
-    Torque,
-}
-
-pub fn run(arguments: &Arguments) -> Result<(), Failure> {
-    let mut model = arguments.model.derive()?;
-    let closure = model.take_closure();
-    let (robot, parameters) = (&model.robot, &model.parameters);
-    let states = States::read(&arguments.states, robot, arguments.quantity, closure)?;
-    let standard = || (0..parameters.standard.len()).map(|c| parameters.standard[c].display(robot).to_string());
-    let (function, columns): (&Function, Vec<String>) = match arguments.quantity {
-        Quantity::Regressor => (&model.standard_regressor, regressor_columns(robot, standard().collect())),
-        Quantity::BaseRegressor => {
-            (&model.base_regressor, regressor_columns(robot, parameters.base.iter().map(|b| b.name.clone()).collect()))
-        }
-        Quantity::Torque => (&model.torque, robot.coordinates.iter().map(|c| format!("tau_{}", c.name)).collect()),
-    };
-    let tape = Tape::new(function);
-    let mut outputs = vec![0.0; states.n_rows * tape.n_outputs()];
-    if tape.n_inputs() > 0 {
-        tape.evaluate_many(&states.inputs, &mut tape.workspace(), &mut outputs);
-    }
-    let mut text = columns.join(",");
-    text.push('\n');
-    for row in outputs.chunks(columns.len().max(1)) {
-        let cells: Vec<String> = row.iter().map(|x| format!("{x:?}")).collect();
-        text += &cells.join(",");
-        text.push('\n');
-    }
-    print(&text)
-}
-
-fn regressor_columns(robot: &Robot, parameters: Vec<String>) -> Vec<String> {
-    let of = |coordinate: &str| parameters.iter().map(|p| format!("Y_{coordinate}_{p}")).collect::<Vec<_>>();
-    robot.coordinates.iter().flat_map(|c| of(&c.name)).collect()
-}
-
-/// Inputs of the function, row after row.
-struct States {
-    inputs: Vec<f64>,
-    n_rows: usize,
-}
-
-/// The source of an input: a column of the file, or one number for every row.
-enum Origin {
-    Column(usize),
-    Number(f64),
-}
-
-impl States {
-    fn read(path: &Path, robot: &Robot, quantity: Quantity, mut closure: Option<Closure>) -> Result<States, Failure> {
-        let file = path.display();
-        let failed = |e: csv::Error| Failure::new(format_args!("{file}: {e}"));
-        let mut reader = csv::ReaderBuilder::new().trim(csv::Trim::All).from_path(path).map_err(failed)?;
-        let header: Vec<String> = reader.headers().map_err(failed)?.iter().map(str::to_string).collect();
-        let mut origins = state_origins(robot, &header, path)?;
-        if quantity == Quantity::Torque {
-            for parameter in StandardParameter::all(robot) {
-                origins.push(parameter_origin(robot, parameter, &header, path)?);
-            }
-        }
-        let mut states = States { inputs: Vec::new(), n_rows: 0 };
-        for record in reader.records() {
-            let record = record.map_err(failed)?;
-            let line = record.position().map_or(0, csv::Position::line);
-            let mut row: Vec<f64> = Vec::with_capacity(origins.len());
-            for origin in &origins {
-                row.push(match origin {
-                    Origin::Number(x) => *x,
-                    Origin::Column(c) => match record[*c].parse::<f64>() {
-                        Ok(x) if x.is_finite() => x,
-                        _ => {
-                            return Err(Failure::new(format_args!(
-                                "{file}:{line}: column `{}`: a finite number was expected, `{}` was found",
-                                header[*c], &record[*c]
-                            )));
-                        }
-                    },
-                });
-            }
-            // Passive joints come after the coordinates.
-            if let Some(closure) = &mut closure {
-                let n = robot.n_coordinates();
-                let passive =
-                    closure.passive(&row[..n]).map_err(|open| Failure::new(format_args!("{file}:{line}: {open}")))?;
-                row.splice(n..n, passive);
-            }
-            states.inputs.extend(row);
-            states.n_rows += 1;
-        }
-        if states.n_rows == 0 {
-            return Err(Failure::new(format_args!("{file}: no states below the header")));
-        }
-        Ok(states)
-    }
-}
-
-/// Where q, dq and ddq come from; velocities and accelerations without a column are zero.
-fn state_origins(robot: &Robot, header: &[String], path: &Path) -> Result<Vec<Origin>, Failure> {
-    let mut origins = Vec::new();
-    for quantity in ["q", "dq", "ddq"] {
-        for coordinate in &robot.coordinates {
-            let name = format!("{quantity}_{}", coordinate.name);
-            // `q1` for coordinate q1, beside `q_q1`.
-            let short = coordinate.name.strip_prefix('q').map(|rest| format!("{quantity}{rest}"));
-            let matches = |h: &String| *h == name || Some(h) == short.as_ref();
-            match header.iter().position(matches) {
-                Some(column) => origins.push(Origin::Column(column)),
-                None if quantity == "q" => {
-                    let (file, found) = (path.display(), header.join(", "));
-                    return Err(Failure::new(format_args!("{file}:1: no column `{name}`; found: {found}")));
-                }
-                None => origins.push(Origin::Number(0.0)),
-            }
-        }
-    }
-    Ok(origins)
-}
-
-/// The file's column `x_<parameter>`, or the description's value.
-fn parameter_origin(
-    robot: &Robot,
-    parameter: StandardParameter,
-    header: &[String],
-    path: &Path,
-) -> Result<Origin, Failure> {
-    let name = parameter.display(robot).to_string();
-    if let Some(column) = header.iter().position(|h| *h == format!("x_{name}")) {
-        return Ok(Origin::Column(column));
-    }
-    let link = robot.link(parameter.link);
-    let value = match parameter.inertial {
-        Inertial::Ia => match link.joint.rotor_inertia {
-            RotorInertia::Known(x) => Some(x),
-            RotorInertia::Absent | RotorInertia::Unknown => Some(0.0),
-        },
-        inertial => link.inertial.map(|x| x[inertial as usize]),
-    };
-    value.map(Origin::Number).ok_or_else(|| {
-        Failure::new(format_args!(
-            "the description does not give the parameters of link `{}`: add a column `x_{name}` to {}, or standard \
-             parameters to the description",
-            link.name,
-            path.display()
-        ))
-    })
+pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
+    let quantity = arguments.request.read()?.quantity;
+    print(&rist::evaluate(&mut arguments.model.derive()?, &arguments.states, quantity)?)
 }

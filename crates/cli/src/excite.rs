@@ -3,11 +3,11 @@
 use std::path::{Path, PathBuf};
 
 use clap::Args;
-use experiments::excitation::artefact::ExcitingMotion;
-use experiments::motion::servo_script::servo_script;
-use experiments::motion::trajectory_file::{TrajectoryFormat, trajectory_file};
+use rist::ExcitingMotion;
 use rist::Model;
 use rist::request::ExciteRequest;
+use rist::servo_script;
+use rist::{TrajectoryFormat, trajectory_file};
 
 use crate::artefact::check_outputs;
 use crate::failure::Failure;
@@ -23,11 +23,13 @@ use rist::output::write_file;
 /// The motion is a finite Fourier series that starts and ends at rest, or a quintic spline (--motion). Its limits are
 /// those of the description, tightened by --limits. A kinematic limit that neither gives is assumed, with a note.
 /// Position, velocity, acceleration and jerk are proved between the samples too. So are torque and power, where they
-/// are limited and the description has inertial parameters; the distances of the robot's own links, where a URDF has
-/// their collision geometry; and the floors, walls and boxes of --limits. Notes say what is not checked. Ctrl-C ends
-/// the search with the best motion found so far. Watch the motion in a simulator, and slowly on the robot, first.
+/// are limited and the description has inertial parameters; the distances of the robot's own links and the floor, where a
+/// URDF has their collision geometry; and the walls and boxes of --limits. A fixed base has the plane z = 0 as its floor
+/// where nothing that moves is below it at the zero pose. The last line says what is proven, what is assumed and what is
+/// not looked at. Ctrl-C ends the search with the best motion found so far. Watch the motion in a simulator, and slowly on
+/// the robot, first.
 #[derive(Args)]
-pub struct Arguments {
+pub(crate) struct Arguments {
     #[command(flatten)]
     model: ModelArguments,
 
@@ -63,7 +65,7 @@ enum Player {
     ServoScript,
 }
 
-pub fn run(arguments: &Arguments) -> Result<(), Failure> {
+pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let model = arguments.model.derive()?;
     // Before the search: nobody wants to lose one to a name.
     let players: Vec<Player> = arguments.play.iter().map(|file| player(file, &model)).collect::<Result<_, _>>()?;
@@ -74,10 +76,11 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let found = interruptible(|| rist::excite(&model, &request, &told))??;
     print_result(format_args!("{}{found}", terminal::notes(&found.notes)), || serde_json::to_value(&found))?;
     if !found.proven && !arguments.unproven {
-        return Err(Failure::verdict(
-            "no motion was found whose limits are proven to be kept; nothing is written (--unproven writes it anyway, \
-             and its file says so)",
-        ));
+        return Err(Failure::verdict(format_args!(
+            "no motion was found whose limits are proven to be kept; the best one: {}; nothing is written (--unproven writes \
+             it anyway, and its file says so)",
+            found.ledger().faults().join("; ")
+        )));
     }
     let reference = found.motion("the motion")?.reference();
     for (file, player) in arguments.play.iter().zip(players) {

@@ -1,38 +1,37 @@
 //! The end of a command that does not succeed.
 
 use std::fmt;
-use std::fs::File;
-use std::io::{BufRead, BufReader, Read};
+use std::path::Path;
 use std::process::ExitCode;
 
+use rist::Place;
 use rist::request::spelling::{Reader, spelled};
-use robot::Place;
 
 /// A message for the user and an exit code: 2 for input that cannot be used, 1 for a verdict against input that was used.
-pub struct Failure {
+pub(crate) struct Failure {
     message: String,
     code: u8,
     place: Option<Place>,
 }
 
 impl Failure {
-    pub fn new(message: impl fmt::Display) -> Failure {
+    pub(crate) fn new(message: impl fmt::Display) -> Failure {
         Failure { message: message.to_string(), code: 2, place: None }
     }
 
     /// A failure whose work is done and printed: the outcome is a no.
-    pub fn verdict(message: impl fmt::Display) -> Failure {
+    pub(crate) fn verdict(message: impl fmt::Display) -> Failure {
         Failure { message: message.to_string(), code: 1, place: None }
     }
 
     /// What the user is told, with the line that it is about.
-    pub fn text(&self) -> String {
+    pub(crate) fn text(&self) -> String {
         let line = self.place.as_ref().and_then(excerpt).unwrap_or_default();
         format!("rist: {}\n{line}", spelled(&self.message, Reader::Program))
     }
 
     /// How the program exits.
-    pub fn exit_code(&self) -> ExitCode {
+    pub(crate) fn exit_code(&self) -> ExitCode {
         ExitCode::from(self.code)
     }
 }
@@ -43,47 +42,34 @@ impl fmt::Display for Failure {
     }
 }
 
-impl From<rist::Error> for Failure {
-    fn from(e: rist::Error) -> Failure {
+/// Errors of `rist`, and those of other packages that it takes for its own.
+impl<E: Into<rist::Error>> From<E> for Failure {
+    fn from(e: E) -> Failure {
+        let e: rist::Error = e.into();
         let code = if e.is_verdict() { 1 } else { 2 };
         Failure { message: e.to_string(), code, place: e.place().cloned() }
     }
 }
 
-impl From<robot::Error> for Failure {
-    fn from(e: robot::Error) -> Failure {
-        rist::Error::from(e).into()
-    }
-}
-
-impl From<logs::Error> for Failure {
-    fn from(e: logs::Error) -> Failure {
-        rist::Error::from(e).into()
-    }
-}
-
 /// Bytes of a file in which its line is looked for.
-const SEARCHED: u64 = 1 << 20;
+const SEARCHED_BYTES: usize = 1 << 20;
 /// Characters of the line that are shown.
-const SHOWN: usize = 100;
+const SHOWN_CHARACTERS: usize = 100;
 
-/// The line of a text, and a mark below the column where it is known; `None` where no such line can be shown.
+/// The line of a text, and a mark below the column where it is known; `None` where no such line can be shown, as that
+/// of a pipe, which was read and is gone.
 fn excerpt(place: &Place) -> Option<String> {
-    // A pipe can be read only once: opening it again would wait for ever.
-    if !std::fs::metadata(&place.file).ok()?.is_file() {
-        return None;
-    }
-    let text = BufReader::new(File::open(&place.file).ok()?.take(SEARCHED));
-    let line = text.lines().nth(place.line - 1)?.ok()?;
-    Some(marked(&line, place))
+    let text = rist::gate::source::glance(Path::new(&place.file), SEARCHED_BYTES)?;
+    let line = text.split(|&b| b == b'\n').nth(place.line.checked_sub(1)?)?;
+    Some(marked(std::str::from_utf8(line).ok()?, place))
 }
 
 fn marked(line: &str, place: &Place) -> String {
-    let plain = |c: char| if c.is_control() { ' ' } else { c };
+    let plain = |c: char| if rist::gate::shown::is_hidden(c) { ' ' } else { c };
     let line: Vec<char> = line.trim_end().chars().map(plain).collect();
     // The column in sight, with what stands before it.
-    let first = if place.column > SHOWN { place.column - SHOWN / 2 } else { 0 };
-    let shown: String = line.iter().skip(first).take(SHOWN).collect();
+    let first = if place.column > SHOWN_CHARACTERS { place.column - SHOWN_CHARACTERS / 2 } else { 0 };
+    let shown: String = line.iter().skip(first).take(SHOWN_CHARACTERS).collect();
     let number = place.line.to_string();
     let margin = " ".repeat(number.len());
     let mut text = format!(" {number} | {shown}\n");

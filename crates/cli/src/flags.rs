@@ -14,11 +14,11 @@ use serde_json::Value;
 use crate::failure::Failure;
 
 /// The flags that were given, as texts.
-pub struct Given(Vec<(Field, Vec<String>)>);
+pub(crate) struct Given(Vec<(Field, Vec<String>)>);
 
 impl Given {
     /// Those of `fields` that stand in the command line.
-    pub fn of(fields: Vec<Field>, matches: &ArgMatches) -> Given {
+    pub(crate) fn of(fields: Vec<Field>, matches: &ArgMatches) -> Given {
         let is_given = |field: &Field| matches.value_source(field.name) == Some(ValueSource::CommandLine);
         let texts = |field: &Field| match field.shape.flag {
             Flag::Switch => Vec::new(),
@@ -29,7 +29,7 @@ impl Given {
     }
 
     /// The request that its own flags ask for, with the files that it names read.
-    pub fn read<R: Request>(&self) -> Result<R, Failure> {
+    pub(crate) fn read<R: Request>(&self) -> Result<R, Failure> {
         let (mut request, own) = (R::default(), R::fields());
         for (field, texts) in self.0.iter().filter(|(field, _)| own.iter().any(|own| own.name == field.name)) {
             request.set_texts(field.name, texts)?;
@@ -38,29 +38,29 @@ impl Given {
     }
 
     /// Their names.
-    pub fn names(&self) -> impl Iterator<Item = &'static str> {
+    pub(crate) fn names(&self) -> impl Iterator<Item = &'static str> {
         self.0.iter().map(|(field, _)| field.name)
     }
 
     /// The file that a flag names; empty where it is not given.
-    pub fn file(&self, name: &str) -> &Path {
+    pub(crate) fn file(&self, name: &str) -> &Path {
         let given = self.0.iter().find(|(field, _)| field.name == name);
         given.and_then(|(_, texts)| texts.last()).map_or(Path::new(""), Path::new)
     }
 
     /// The files whose content is a part of the request.
-    pub fn files(&self) -> impl Iterator<Item = &Path> {
+    pub(crate) fn files(&self) -> impl Iterator<Item = &Path> {
         let files = self.0.iter().filter(|(field, _)| field.shape.is_file);
         files.flat_map(|(_, texts)| texts.iter().map(Path::new))
     }
 }
 
 /// The flags of one request that were given.
-pub struct Flags<R>(Given, PhantomData<R>);
+pub(crate) struct Flags<R>(Given, PhantomData<R>);
 
 impl<R: Request> Flags<R> {
     /// The request, with the files that it names read.
-    pub fn read(&self) -> Result<R, Failure> {
+    pub(crate) fn read(&self) -> Result<R, Failure> {
         self.0.read()
     }
 }
@@ -95,7 +95,7 @@ impl<R: Request> FromArgMatches for Flags<R> {
 }
 
 /// The flag of a field.
-pub fn flag(field: &Field) -> Arg {
+pub(crate) fn flag(field: &Field) -> Arg {
     let name = if field.value_name.is_empty() { field.name.to_uppercase() } else { field.value_name.into() };
     let mut flag = Arg::new(field.name).long(field.flag_name()).help(spelled(&field.doc, Reader::Program));
     if let Some(letter) = field.short {

@@ -16,7 +16,7 @@ use rist::output::write_file;
 
 /// Write a robot's base regressor, and other functions of it, as source that needs no other file
 #[derive(Args)]
-pub struct Arguments {
+pub(crate) struct Arguments {
     #[command(flatten)]
     model: ModelArguments,
 
@@ -28,7 +28,7 @@ pub struct Arguments {
     out: Option<PathBuf>,
 }
 
-pub fn run(arguments: &Arguments) -> Result<(), Failure> {
+pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let path = arguments.model.model.display().to_string();
     let (options, request) = (arguments.model.options()?, arguments.request.read()?);
     let made_by = format!("rist generate {path}{}{}", flags(&options.given()), flags(&request.given()));

@@ -10,7 +10,7 @@ use crate::failure::Failure;
 const INTERRUPTED: i32 = 130;
 
 /// Does work that the first Ctrl-C ends early.
-pub fn interruptible<T>(work: impl FnOnce() -> T) -> Result<T, Failure> {
+pub(crate) fn interruptible<T>(work: impl FnOnce() -> T) -> Result<T, Failure> {
     let interruption = Interruption::default();
     let flag = interruption.flag();
     // The handler of the second comes first, and sees whether there was one before.

@@ -88,12 +88,12 @@ impl Command {
 }
 
 /// Bytes up to which glibc lets a freed piece decide what stays with the process: 32 MiB, less the piece's own head.
-const KEPT: usize = (32 << 20) - (64 << 10);
+const LARGEST_KEPT_BYTES: usize = (32 << 20) - (64 << 10);
 
 /// Keeps memory that is freed for the next who asks: glibc's threshold follows the largest piece that was ever freed
 /// (mallopt(3), `M_MMAP_THRESHOLD`), and of a long log sixty thousand pages need not be cleared again.
 fn keep_freed_memory() {
-    drop(std::hint::black_box(Vec::<u8>::with_capacity(KEPT)));
+    drop(std::hint::black_box(Vec::<u8>::with_capacity(LARGEST_KEPT_BYTES)));
 }
 
 fn main() -> ExitCode {

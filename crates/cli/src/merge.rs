@@ -11,7 +11,7 @@ use rist::output::{check_output, write_file};
 
 /// Merge sums of rist accumulate: the same as one sum over all logs, in whatever order
 #[derive(Args)]
-pub struct Arguments {
+pub(crate) struct Arguments {
     /// The parts
     #[arg(required = true, value_name = "PART.tri")]
     parts: Vec<PathBuf>,
@@ -21,7 +21,7 @@ pub struct Arguments {
     out: PathBuf,
 }
 
-pub fn run(arguments: &Arguments) -> Result<(), Failure> {
+pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let inputs: Vec<&Path> = arguments.parts.iter().map(PathBuf::as_path).collect();
     check_output(&arguments.out, &inputs)?;
     let (first, others) = arguments.parts.split_first().ok_or_else(|| Failure::new("no part is given"))?;

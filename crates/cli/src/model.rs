@@ -3,9 +3,9 @@
 use std::path::PathBuf;
 
 use clap::Args;
-use linear_model::description_options::DescriptionOptions;
+use rist::DescriptionOptions;
+use rist::Robot;
 use rist::{Model, ModelOptions};
-use robot::Robot;
 
 use crate::failure::Failure;
 use crate::flags::Flags;
@@ -13,7 +13,7 @@ use crate::terminal::{at_work, note};
 
 /// The model and how to read it.
 #[derive(Args)]
-pub struct ModelArguments {
+pub(crate) struct ModelArguments {
     /// Robot description: .yaml (modified DH), .urdf or .par (SYMORO); - is standard input
     pub model: PathBuf,
 
@@ -23,17 +23,17 @@ pub struct ModelArguments {
 
 impl ModelArguments {
     /// The options that the flags ask for.
-    pub fn options(&self) -> Result<ModelOptions, Failure> {
+    pub(crate) fn options(&self) -> Result<ModelOptions, Failure> {
         self.options.read()
     }
 
     /// The description, with nothing derived from it. Says on standard error which angles are not as given.
-    pub fn read(&self) -> Result<Robot, Failure> {
+    pub(crate) fn read(&self) -> Result<Robot, Failure> {
         self.read_by(&self.options()?)
     }
 
     fn read_by(&self, options: &ModelOptions) -> Result<Robot, Failure> {
-        let text = robot::format::text_of(&self.model)?;
+        let text = rist::text_of(&self.model)?;
         let robot = rist::description::parse_robot(&text, &self.model, options)?;
         if let Some(sentence) = rist::description::snapping(&robot, &text, &self.model, options) {
             note(sentence);
@@ -42,14 +42,14 @@ impl ModelArguments {
     }
 
     /// The description; refused where a symbol has no value.
-    pub fn read_with_values(&self) -> Result<Robot, Failure> {
+    pub(crate) fn read_with_values(&self) -> Result<Robot, Failure> {
         let robot = self.read()?;
         rist::description::check_values(&robot, &self.model)?;
         Ok(robot)
     }
 
     /// The model as it was read for an artefact, where no flag says how to read it.
-    pub fn derive_as(&self, description: Option<&DescriptionOptions>) -> Result<Model, Failure> {
+    pub(crate) fn derive_as(&self, description: Option<&DescriptionOptions>) -> Result<Model, Failure> {
         let given = self.options()?;
         match (given.description(), description) {
             (None, Some(description)) => {
@@ -60,7 +60,7 @@ impl ModelArguments {
     }
 
     /// The model with all that follows from it.
-    pub fn derive(&self) -> Result<Model, Failure> {
+    pub(crate) fn derive(&self) -> Result<Model, Failure> {
         self.derive_by(&self.options()?)
     }
 

@@ -2,9 +2,9 @@
 
 use std::path::PathBuf;
 
-use clap::{Args, ValueEnum};
-use experiments::motion::trajectory_file::{TrajectoryFormat, trajectory_file};
-use rist::request::PlanRequest;
+use clap::Args;
+use rist::request::{PlanRequest, TrajectoryFiles};
+use rist::trajectory_file;
 use serde_json::json;
 
 use crate::artefact::make_directory;
@@ -21,7 +21,7 @@ use rist::output::{check_output, write_file};
 /// has the greatest determinant (or the least condition number) found. It says how far it can be from the best possible
 /// set.
 #[derive(Args)]
-pub struct Arguments {
+pub(crate) struct Arguments {
     #[command(flatten)]
     model: ModelArguments,
 
@@ -32,26 +32,11 @@ pub struct Arguments {
     #[arg(long, value_name = "FILE")]
     out: Option<PathBuf>,
 
-    /// Write each motion for a controller to play into this directory
-    #[arg(long, value_name = "DIRECTORY")]
-    trajectories: Option<PathBuf>,
-
-    /// Format of the motions of --trajectories
-    #[arg(long, value_enum, default_value_t = FormatWord::Csv)]
-    format: FormatWord,
+    #[command(flatten)]
+    files: Flags<TrajectoryFiles>,
 }
 
-#[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
-enum FormatWord {
-    /// A row per sample
-    Csv,
-    /// A JointTrajectory of ROS, as YAML
-    RosYaml,
-    /// A JointTrajectory of ROS, as JSON
-    RosJson,
-}
-
-pub fn run(arguments: &Arguments) -> Result<(), Failure> {
+pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let request = arguments.request.read()?;
     let inputs = [arguments.model.model.as_path()];
     // The search takes seconds: what it cannot be written to is found before.
@@ -62,16 +47,12 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     print_result(format_args!("{}{plan}", terminal::notes(&notes)), || {
         Ok(json!({"notes": notes, "plan": serde_json::to_value(&plan)?}))
     })?;
-    if let Some(directory) = &arguments.trajectories {
+    let files: TrajectoryFiles = arguments.files.read()?;
+    if let Some(directory) = &files.trajectories {
         make_directory(directory)?;
-        let (format, end) = match arguments.format {
-            FormatWord::Csv => (TrajectoryFormat::Csv, "csv"),
-            FormatWord::RosYaml => (TrajectoryFormat::RosYaml, "yaml"),
-            FormatWord::RosJson => (TrajectoryFormat::RosJson, "json"),
-        };
         for (e, t) in plan.experiments.iter().zip(plan.trajectories("plan")?) {
-            let text = trajectory_file(&t.reference(), &plan.coordinates, request.rate, format);
-            write_file(&directory.join(format!("{}.{end}", e.name)), &text, &inputs)?;
+            let text = trajectory_file(&t.reference(), &plan.coordinates, request.rate, files.format);
+            write_file(&directory.join(format!("{}.{}", e.name, files.format.extension())), &text, &inputs)?;
         }
     }
     match &arguments.out {

@@ -2,14 +2,14 @@
 
 use std::path::{Path, PathBuf};
 
-use clap::{ArgGroup, Args};
-use experiments::plan::experiment_plan::ExperimentPlan;
-use identification::estimate::artefact::Estimate;
-use identification::estimate::validation::Validation;
-use linear_model::reference::ModelReference;
+use clap::Args;
+use rist::Estimate;
+use rist::ExperimentPlan;
+use rist::Validation;
 use rist::exciting::ExcitingMotion;
 use rist::motion_portrait::{MotionPortrait, ShownMotion, checked_motion, found_motion, motion_of_file};
 use rist::page::{Origin, PageRequest};
+use rist::request::ReportFiles;
 use rist::request::spelling::Reader;
 use rist::validation::Portrait;
 use rist::verdict::Verdict;
@@ -17,6 +17,7 @@ use rist::{LogSource, Model, ModelOptions};
 
 use crate::artefact::{make_directory, read_text};
 use crate::failure::Failure;
+use crate::flags::Flags;
 use crate::terminal::at_work;
 use rist::output::{check_output, write_file};
 
@@ -26,75 +27,45 @@ use rist::output::{check_output, write_file};
 /// limits are drawn, and parameters have their rules and meanings. With the model of a motion its limits are proved once
 /// more, and its torques and the path of its tip are drawn.
 #[derive(Args)]
-#[command(group = ArgGroup::new("artefacts").args(["plan", "motion", "estimate", "validation"]).multiple(true).required(true))]
-pub struct Arguments {
-    /// The plan of rist plan
-    #[arg(long, value_name = "FILE")]
-    plan: Option<PathBuf>,
-
-    /// The motion of rist excite
-    #[arg(long, value_name = "FILE")]
-    motion: Option<PathBuf>,
-
-    /// The estimate of rist identify or rist solve
-    #[arg(long, value_name = "FILE")]
-    estimate: Option<PathBuf>,
-
-    /// The validation of rist validate
-    #[arg(long, value_name = "FILE")]
-    validation: Option<PathBuf>,
-
-    /// The description that the estimate, or the motion, was made with
-    #[arg(long, value_name = "FILE")]
-    model: Option<PathBuf>,
-
-    /// Logs to draw [default: those that the estimate was made from]
-    #[arg(long, value_name = "LOG", requires = "model")]
-    log: Vec<PathBuf>,
-
-    /// The date on the page, in any form
-    #[arg(long)]
-    date: Option<String>,
+pub(crate) struct Arguments {
+    #[command(flatten)]
+    files: Flags<ReportFiles>,
 
     /// The page
     #[arg(long, value_name = "FILE", default_value = "report.html")]
     out: PathBuf,
-
-    /// Write the pictures as SVG into this directory too
-    #[arg(long, value_name = "DIRECTORY")]
-    svg: Option<PathBuf>,
 }
 
-pub fn run(arguments: &Arguments) -> Result<(), Failure> {
-    let name = |path: &PathBuf| path.display().to_string();
-    let of_user = [&arguments.plan, &arguments.motion, &arguments.estimate, &arguments.validation, &arguments.model];
-    let mut inputs: Vec<&Path> = of_user.into_iter().flatten().chain(&arguments.log).map(PathBuf::as_path).collect();
+pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
+    let files: ReportFiles = arguments.files.read()?;
+    let shown = [&files.plan, &files.motion, &files.estimate, &files.validation];
+    if shown.iter().all(|file| file.is_none()) {
+        return Err(Failure::new(
+            "a page shows a [plan], a [motion], an [estimate] or a [validation]; give one or more",
+        ));
+    }
+    if files.model.is_none() && !files.log.is_empty() {
+        return Err(Failure::new("[log] needs the description that it is drawn with: [model]"));
+    }
+    let of_user = shown.into_iter().chain([&files.model]);
+    let mut inputs: Vec<&Path> = of_user.flatten().chain(&files.log).map(PathBuf::as_path).collect();
     check_output(&arguments.out, &inputs)?;
-    let plan = match &arguments.plan {
-        Some(path) => Some(ExperimentPlan::from_yaml(&name(path), &read_text(path)?)?),
-        None => None,
-    };
-    let estimate = match &arguments.estimate {
-        Some(path) => Some(Estimate::from_yaml(&name(path), &read_text(path)?)?),
-        None => None,
-    };
-    let validation = match &arguments.validation {
-        Some(path) => Some(Validation::from_yaml(&name(path), &read_text(path)?)?),
-        None => None,
-    };
-    let model = match &arguments.model {
-        Some(path) => Some(read_model(path, arguments, estimate.as_ref())?),
+    let plan = artefact(&files.plan, ExperimentPlan::from_yaml)?;
+    let estimate = artefact(&files.estimate, Estimate::from_yaml)?;
+    let validation = artefact(&files.validation, Validation::from_yaml)?;
+    let model = match &files.model {
+        Some(path) => Some(read_model(path, &files, estimate.as_ref())?),
         None => None,
     };
     let drawn = match (&model, &estimate) {
-        (Some(model), Some(estimate)) if estimate.options.is_some() => drawn(arguments, model, estimate)?,
+        (Some(model), Some(estimate)) if estimate.options.is_some() => drawn(&files, model, estimate)?,
         (_, Some(estimate)) => {
             let predicted = validation.as_ref().map(|validation| validation.total);
             Drawn { verdict: Some(rist::verdict::predicted_verdict(estimate, predicted)), portrait: None }
         }
         _ => Drawn { verdict: None, portrait: None },
     };
-    let motion = match &arguments.motion {
+    let motion = match &files.motion {
         Some(path) => Some(read_motion(path, model.as_ref())?),
         None => None,
     };
@@ -107,11 +78,11 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
         portrait: drawn.portrait.as_ref(),
         validation: validation.as_ref(),
         verdict: drawn.verdict.as_ref(),
-        origin: origin(arguments.date.as_deref(), &command),
+        origin: origin(files.date.as_deref(), &command),
         reader: Reader::Program,
     });
     inputs.extend(estimate.iter().flat_map(|e| &e.logs).map(Path::new));
-    if let Some(directory) = &arguments.svg {
+    if let Some(directory) = &files.svg {
         make_directory(directory)?;
         for (name, svg) in &pictures {
             write_file(&directory.join(name), svg, &inputs)?;
@@ -120,8 +91,17 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     Ok(write_file(&arguments.out, &page, &inputs)?)
 }
 
+/// The artefact of a file, where one is given.
+fn artefact<T, E: Into<rist::Error>>(
+    file: &Option<PathBuf>,
+    read: fn(&str, &str) -> Result<T, E>,
+) -> Result<Option<T>, Failure> {
+    let Some(path) = file else { return Ok(None) };
+    Ok(Some(read(&path.display().to_string(), &read_text(path)?)?))
+}
+
 /// The page of an estimate, with what it makes of logs and of those that it is validated on.
-pub fn page_of(
+pub(crate) fn page_of(
     model: &Model,
     estimate: &Estimate,
     logs: &[LogSource],
@@ -145,7 +125,7 @@ pub fn page_of(
 }
 
 /// The page of a motion that was found just now.
-pub fn page_of_motion(model: &Model, found: &ExcitingMotion, date: Option<&str>) -> Result<String, Failure> {
+pub(crate) fn page_of_motion(model: &Model, found: &ExcitingMotion, date: Option<&str>) -> Result<String, Failure> {
     let portrait = found_motion(model, found)?;
     let command = command();
     let request = PageRequest {
@@ -188,11 +168,11 @@ fn command() -> String {
 }
 
 /// The model, read as it was for the estimate; refused where that was made with another.
-fn read_model(path: &Path, arguments: &Arguments, estimate: Option<&Estimate>) -> Result<Model, Failure> {
+fn read_model(path: &Path, files: &ReportFiles, estimate: Option<&Estimate>) -> Result<Model, Failure> {
     let options = estimate.and_then(|e| e.description.as_ref()).map(ModelOptions::of_description);
     let model = Model::read_with(path, &options.unwrap_or_default())?;
-    if let (Some(estimate), Some(file)) = (estimate, &arguments.estimate) {
-        let made_with = ModelReference { name: estimate.model.clone(), fingerprint: estimate.fingerprint.clone() };
+    if let (Some(estimate), Some(file)) = (estimate, &files.estimate) {
+        let made_with = estimate.made_with();
         model.check(file, &made_with)?;
     }
     Ok(model)
@@ -204,19 +184,19 @@ struct Drawn {
     portrait: Option<Portrait>,
 }
 
-fn drawn(arguments: &Arguments, model: &Model, estimate: &Estimate) -> Result<Drawn, Failure> {
+fn drawn(files: &ReportFiles, model: &Model, estimate: &Estimate) -> Result<Drawn, Failure> {
     let Some(options) = &estimate.options else {
         return Ok(Drawn { verdict: Some(rist::verdict::estimate_verdict(estimate)), portrait: None });
     };
     let fitted: Vec<PathBuf> = estimate.logs.iter().map(PathBuf::from).collect();
-    let is_of_others = !arguments.log.is_empty();
-    let paths = if is_of_others { &arguments.log } else { &fitted };
+    let is_of_others = !files.log.is_empty();
+    let paths = if is_of_others { &files.log } else { &fitted };
     let open = |path: &PathBuf| match model.open_log(path, &options.columns) {
         Ok((log, _)) => Ok(log),
         Err(e) if is_of_others => Err(Failure::new(e)),
         Err(e) => Err(Failure::new(format_args!(
             "{e}\nthe estimate was made from this log; run in the directory that its path is relative to, or say \
-             where it is with --log"
+             where it is with [log]"
         ))),
     };
     at_work("reading the logs once more");

@@ -7,8 +7,8 @@ use crate::terminal::print;
 
 /// Print the options of every step as a JSON schema: types, defaults, ranges and what each says
 #[derive(Args)]
-pub struct Arguments {}
+pub(crate) struct Arguments {}
 
-pub fn run(Arguments {}: &Arguments) -> Result<(), Failure> {
+pub(crate) fn run(Arguments {}: &Arguments) -> Result<(), Failure> {
     print(&format!("{:#}\n", rist::request::schema::schema()))
 }

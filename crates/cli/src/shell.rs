@@ -14,28 +14,28 @@ use rist::output::write_file;
 ///
 /// For bash: rist completions bash > ~/.local/share/bash-completion/completions/rist
 #[derive(Args)]
-pub struct CompletionArguments {
+pub(crate) struct CompletionArguments {
     /// The shell
     shell: Shell,
 }
 
 /// Write the manual pages of the program and its commands
 #[derive(Args)]
-pub struct ManualArguments {
+pub(crate) struct ManualArguments {
     /// Directory of the pages; it is made where there is none
     #[arg(long, value_name = "DIRECTORY", default_value = "man")]
     out: PathBuf,
 }
 
 /// Prints the completions of `command`.
-pub fn completions(arguments: &CompletionArguments, mut command: Command) -> Result<(), Failure> {
+pub(crate) fn completions(arguments: &CompletionArguments, mut command: Command) -> Result<(), Failure> {
     let mut text = Vec::new();
     clap_complete::generate(arguments.shell, &mut command, "rist", &mut text);
     print(&String::from_utf8_lossy(&text))
 }
 
 /// Writes rist.1 and one page a command, rist-identify.1.
-pub fn manual(arguments: &ManualArguments, command: Command) -> Result<(), Failure> {
+pub(crate) fn manual(arguments: &ManualArguments, command: Command) -> Result<(), Failure> {
     make_directory(&arguments.out)?;
     let mut command = command.disable_help_subcommand(true);
     // The names of the commands' pages are known once all of them are put together.

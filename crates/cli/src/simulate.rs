@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use clap::Args;
-use experiments::motion::record::Record;
+use rist::Record;
 use rist::simulation::{Motions, SimulateRequest};
 use serde_json::json;
 
@@ -19,7 +19,7 @@ use rist::output::write_file;
 /// Writes a log an experiment (or motion.csv), validation logs of other motions, and truth.yaml with the parameters behind
 /// them. The logs hold currents, or torques where no drive gain is known.
 #[derive(Args)]
-pub struct Arguments {
+pub(crate) struct Arguments {
     #[command(flatten)]
     model: ModelArguments,
 
@@ -35,7 +35,7 @@ pub struct Arguments {
     request: Flags<SimulateRequest>,
 }
 
-pub fn run(arguments: &Arguments) -> Result<(), Failure> {
+pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let request = arguments.request.read()?;
     let model = match &request.feedforward {
         Some(estimate) => model_of(estimate, arguments.request.file("feedforward"), &arguments.model)?,
@@ -47,8 +47,8 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     make_directory(&arguments.out)?;
     let coordinates = model.regressor().coordinates();
     let (motions, count) = match &file {
-        MotionFile::Plan(plan) => (Motions::from(plan), format!("{} experiments", plan.experiments.len())),
-        MotionFile::Motion(motion) => (Motions::from(motion), "1 motion".into()),
+        MotionFile::Plan(plan) => (Motions::from(plan.as_ref()), format!("{} experiments", plan.experiments.len())),
+        MotionFile::Motion(motion) => (Motions::from(motion.as_ref()), "1 motion".into()),
     };
     let effort = request.effort(&model);
     let mut written = Vec::new();

@@ -13,7 +13,7 @@ use rist::output::{check_output, write_file};
 
 /// Solve sums of rist accumulate: the estimate that rist identify makes of the same logs
 #[derive(Args)]
-pub struct Arguments {
+pub(crate) struct Arguments {
     /// The sums
     #[arg(value_name = "FILE.tri")]
     sums: PathBuf,
@@ -23,11 +23,11 @@ pub struct Arguments {
     out: Option<PathBuf>,
 }
 
-pub fn run(arguments: &Arguments) -> Result<(), Failure> {
+pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let inputs = [arguments.sums.as_path()];
     arguments.out.iter().try_for_each(|out| check_output(out, &inputs))?;
-    let failed = |e: logs::Error| Failure::new(format_args!("{}: {e}", arguments.sums.display()));
-    let estimate = read_sums(&arguments.sums)?.solve().map_err(failed)?;
+    let file = arguments.sums.display();
+    let estimate = read_sums(&arguments.sums)?.solve().map_err(|e| Failure::new(format_args!("{file}: {e}")))?;
     let verdict = rist::verdict::estimate_verdict(&estimate);
     print_result(format_args!("{estimate}\n{verdict}"), || {
         Ok(json!({"estimate": serde_json::to_value(&estimate)?, "verdict": as_json(&verdict)}))

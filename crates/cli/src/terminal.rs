@@ -12,6 +12,7 @@ use std::time::{Duration, Instant};
 use anstream::AutoStream;
 use anstyle::{AnsiColor, Style};
 use clap::{Args, ColorChoice};
+use rist::gate::shown;
 use rist::request::spelling::{Reader, spelled};
 use serde_json::Value;
 
@@ -20,7 +21,7 @@ use crate::failure::Failure;
 /// How the program speaks, for every command.
 #[derive(Args, Clone, Copy, Default)]
 #[command(next_help_heading = "Terminal")]
-pub struct TerminalArguments {
+pub(crate) struct TerminalArguments {
     /// Print the result as JSON
     #[arg(long, global = true)]
     pub json: bool,
@@ -38,7 +39,7 @@ pub struct TerminalArguments {
 static ARGUMENTS: OnceLock<TerminalArguments> = OnceLock::new();
 
 /// Decides how everything after it is said.
-pub fn set(arguments: TerminalArguments) {
+pub(crate) fn set(arguments: TerminalArguments) {
     match arguments.color {
         ColorChoice::Auto => anstream::ColorChoice::Auto,
         ColorChoice::Always => anstream::ColorChoice::Always,
@@ -54,26 +55,26 @@ fn arguments() -> TerminalArguments {
 }
 
 /// Whether the result is wanted as JSON.
-pub fn is_json() -> bool {
+pub(crate) fn is_json() -> bool {
     arguments().json
 }
 
 /// Prints the result of a command: `text`, or what `json` makes where --json asks for it.
-pub fn print_result(
+pub(crate) fn print_result(
     text: impl Display,
     json: impl FnOnce() -> Result<Value, serde_json::Error>,
 ) -> Result<(), Failure> {
     if !is_json() {
-        return print(&spelled(&text.to_string(), Reader::Program));
+        return print(&shown::lines(&spelled(&text.to_string(), Reader::Program)));
     }
     match json() {
-        Ok(value) => print(&spelled(&format!("{value:#}\n"), Reader::Program)),
+        Ok(value) => print(&shown::json(&spelled(&format!("{value:#}\n"), Reader::Program))),
         Err(e) => Err(Failure::new(format_args!("the result cannot be written as JSON: {e}"))),
     }
 }
 
 /// Prints to standard output; a reader that went away (`rist ... | head`) is no failure.
-pub fn print(text: &str) -> Result<(), Failure> {
+pub(crate) fn print(text: &str) -> Result<(), Failure> {
     let _at = took_away();
     match AutoStream::auto(io::stdout()).write_all(coloured(text).as_bytes()) {
         Err(e) if e.kind() != io::ErrorKind::BrokenPipe => Err(Failure::new(format_args!("standard output: {e}"))),
@@ -82,33 +83,33 @@ pub fn print(text: &str) -> Result<(), Failure> {
 }
 
 /// Says on standard error what the user should know beside the result.
-pub fn note(text: impl Display) {
+pub(crate) fn note(text: impl Display) {
     if !arguments().quiet {
         complain(&spelled(&format!("note: {text}\n"), Reader::Program));
     }
 }
 
 /// What a step says beside its result, as lines before it; nothing where notes are not wanted.
-pub fn notes(texts: &[String]) -> String {
+pub(crate) fn notes(texts: &[String]) -> String {
     let texts = if arguments().quiet { &[] } else { texts };
     texts.iter().map(|text| format!("note: {text}\n")).collect()
 }
 
 /// Says on standard error how far a search is.
-pub fn progress(text: impl Display) {
+pub(crate) fn progress(text: impl Display) {
     if !arguments().quiet {
         complain(&format!("{text}\n"));
     }
 }
 
 /// Writes to standard error; where that is closed, nobody is there to be told.
-pub fn complain(text: &str) {
+pub(crate) fn complain(text: &str) {
     let _at = took_away();
-    let _ = AutoStream::auto(io::stderr()).write_all(coloured(text).as_bytes());
+    let _ = AutoStream::auto(io::stderr()).write_all(coloured(&shown::lines(text)).as_bytes());
 }
 
 /// Words at the start of a line that stand out.
-const WORDS: [(&str, AnsiColor); 5] = [
+const COLOURED_WORDS: [(&str, AnsiColor); 5] = [
     ("trust: yes", AnsiColor::Green),
     ("trust: with care", AnsiColor::Yellow),
     ("trust: no", AnsiColor::Red),
@@ -118,7 +119,7 @@ const WORDS: [(&str, AnsiColor); 5] = [
 
 /// The text with its words in colours, which a stream that is no terminal leaves out.
 fn coloured(text: &str) -> String {
-    let line = |line: &str| match WORDS.iter().find(|(word, _)| line.starts_with(word)) {
+    let line = |line: &str| match COLOURED_WORDS.iter().find(|(word, _)| line.starts_with(word)) {
         Some((word, color)) => {
             let style = Style::new().bold().fg_color(Some((*color).into()));
             format!("{style}{word}{style:#}{}", &line[word.len()..])
@@ -139,10 +140,10 @@ struct At {
 static AT: Mutex<Option<At>> = Mutex::new(None);
 
 /// A second of silence is what a person takes for granted.
-const SILENCE: Duration = Duration::from_secs(1);
-const TICK: Duration = Duration::from_millis(250);
+const LONGEST_SILENCE: Duration = Duration::from_secs(1);
+const WATCH_INTERVAL: Duration = Duration::from_millis(250);
 /// Back to the start of the line, and the line away.
-const AWAY: &str = "\r\x1b[K";
+const ERASE_LINE: &str = "\r\x1b[K";
 
 fn at() -> MutexGuard<'static, Option<At>> {
     AT.lock().unwrap_or_else(PoisonError::into_inner)
@@ -153,13 +154,13 @@ fn took_away() -> MutexGuard<'static, Option<At>> {
     let mut now = at();
     if let Some(at) = now.as_mut().filter(|at| at.shown) {
         at.shown = false;
-        let _ = io::stderr().write_all(AWAY.as_bytes());
+        let _ = io::stderr().write_all(ERASE_LINE.as_bytes());
     }
     now
 }
 
 /// From now on the program is at this: `reading log.csv`. Shown on a terminal while it takes more than a second.
-pub fn at_work(what: impl Display) {
+pub(crate) fn at_work(what: impl Display) {
     static WATCH: OnceLock<bool> = OnceLock::new();
     let is_watched = *WATCH.get_or_init(|| {
         let is_seen = !arguments().quiet && io::stderr().is_terminal();
@@ -174,17 +175,17 @@ pub fn at_work(what: impl Display) {
 }
 
 /// Nothing is at work any more.
-pub fn rest() {
+pub(crate) fn rest() {
     *took_away() = None;
 }
 
 /// Ends with the program.
 fn watch() {
     loop {
-        thread::sleep(TICK);
-        if let Some(at) = at().as_mut().filter(|at| at.since.elapsed() > SILENCE) {
+        thread::sleep(WATCH_INTERVAL);
+        if let Some(at) = at().as_mut().filter(|at| at.since.elapsed() > LONGEST_SILENCE) {
             at.shown = true;
-            let line = format!("{AWAY}{}, {} s", at.what, at.since.elapsed().as_secs());
+            let line = format!("{ERASE_LINE}{}, {} s", shown::line(&at.what), at.since.elapsed().as_secs());
             let _ = io::stderr().write_all(line.as_bytes());
         }
     }

@@ -19,7 +19,7 @@ use rist::output::{check_output, write_file};
 
 /// Compare measured and predicted torques on motions that were not used
 #[derive(Args)]
-pub struct Arguments {
+pub(crate) struct Arguments {
     #[command(flatten)]
     model: ModelArguments,
 
@@ -50,7 +50,7 @@ pub struct Arguments {
     date: Option<String>,
 }
 
-pub fn run(arguments: &Arguments) -> Result<(), Failure> {
+pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let of_user = [&arguments.model.model, &arguments.estimate].into_iter().chain(&arguments.logs);
     let inputs: Vec<&Path> = of_user.map(PathBuf::as_path).collect();
     let mut outputs = [&arguments.out, &arguments.series, &arguments.report].into_iter().flatten();

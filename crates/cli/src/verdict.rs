@@ -6,7 +6,7 @@ use serde_json::{Value, json};
 use crate::failure::Failure;
 
 /// The verdict as JSON.
-pub fn as_json(verdict: &Verdict) -> Value {
+pub(crate) fn as_json(verdict: &Verdict) -> Value {
     let Verdict { trust, found, reasons, next, uses, claims } = verdict;
     let of_use = |u: &UseVerdict| {
         let worst = u.worst_joint.as_ref().map(|(name, share)| json!({"joint": name, "error": share}));
@@ -23,7 +23,7 @@ pub fn as_json(verdict: &Verdict) -> Value {
 }
 
 /// A failure with exit code 1 where the verdict is no; `withheld`: files were asked for and are not written.
-pub fn refused(verdict: &Verdict, withheld: bool) -> Result<(), Failure> {
+pub(crate) fn refused(verdict: &Verdict, withheld: bool) -> Result<(), Failure> {
     let (trust, reasons) = match withheld {
         true => verdict.of_bodies(),
         false => (verdict.trust, verdict.reasons.clone()),

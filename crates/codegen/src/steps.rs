@@ -8,7 +8,7 @@ use expr::{Expr, Function, Fusion, Node, Operation, SymbolKind, operands};
 
 /// A text of somebody's file as one line: characters that would end the line become spaces.
 pub(crate) fn in_line(text: &str) -> String {
-    text.chars().map(|c| if c.is_control() || matches!(c, '\u{2028}' | '\u{2029}') { ' ' } else { c }).collect()
+    gate::shown::line(text).into_owned()
 }
 
 /// One statement.

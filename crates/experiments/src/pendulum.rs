@@ -5,14 +5,14 @@ use linear_model::parameter::BaseParameter;
 use linear_model::regressor::Regressor;
 
 /// tau = ZZ ddq + MX g cos q + MY g (-sin q).
-pub struct Pendulum {
+pub(crate) struct Pendulum {
     coordinates: Vec<String>,
     parameters: Vec<BaseParameter>,
     pub truth: [f64; 3],
 }
 
 impl Pendulum {
-    pub fn new() -> Pendulum {
+    pub(crate) fn new() -> Pendulum {
         Pendulum {
             coordinates: vec!["q1".into()],
             parameters: ["ZZ1", "MX1", "MY1"].map(|name| BaseParameter::turning(name, 0).unwrap()).to_vec(),

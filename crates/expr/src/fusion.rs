@@ -99,7 +99,7 @@ impl Fusion {
     }
 
     /// The operands of the node's operation.
-    pub fn operands_of(&self, node: usize) -> impl Iterator<Item = Expr> {
+    pub(crate) fn operands_of(&self, node: usize) -> impl Iterator<Item = Expr> {
         let (a, b, c) = match self.operations[node] {
             Operation::None => (None, None, None),
             Operation::Sqrt(a) => (Some(a), None, None),

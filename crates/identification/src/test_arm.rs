@@ -5,14 +5,14 @@ use linear_model::regressor::Regressor;
 use linear_model::states::States;
 
 use crate::estimators::closed_loop::Simulator;
-pub use pendulum::Pendulum;
+pub(crate) use pendulum::Pendulum;
 
 #[path = "../../experiments/src/pendulum.rs"]
 mod pendulum;
 
 impl Pendulum {
     /// Noise-free states of two harmonics, ten milliseconds apart.
-    pub fn states(&self, len: usize) -> States {
+    pub(crate) fn states(&self, len: usize) -> States {
         let mut states = States { n: 1, period: 0.01, ..States::default() };
         for r in 0..len {
             let t = 0.01 * r as f64;
@@ -35,7 +35,7 @@ impl Pendulum {
 }
 
 /// The pendulum under a stiff PD controller with a reference of two harmonics, 10 ms samples.
-pub struct Loop {
+pub(crate) struct Loop {
     pub samples: usize,
 }
 

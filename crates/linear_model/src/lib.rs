@@ -14,6 +14,7 @@
 
 #![warn(missing_docs)]
 
+pub mod artefact;
 pub mod compiled;
 pub mod coupling;
 pub mod description_options;

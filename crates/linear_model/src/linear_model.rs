@@ -22,7 +22,7 @@ pub struct Model<'a> {
     /// Friction columns of every joint.
     pub friction: &'a [FrictionTerm],
     /// Motors that also turn with a joint other than their own.
-    pub couplings: &'a [Coupling],
+    pub couplings: Vec<Coupling>,
     /// In the order of the columns.
     pub parameters: Vec<Parameter>,
     /// Where the entries of a sample stand in a block of rows.
@@ -31,7 +31,7 @@ pub struct Model<'a> {
 
 impl<'a> Model<'a> {
     /// The columns in their order: base parameters, friction joint by joint, couplings.
-    pub fn new(regressor: &'a dyn Regressor, friction: &'a [FrictionTerm], couplings: &'a [Coupling]) -> Model<'a> {
+    pub fn new(regressor: &'a dyn Regressor, friction: &'a [FrictionTerm], couplings: &[Coupling]) -> Model<'a> {
         let mut parameters: Vec<Parameter> = regressor.parameters().iter().map(Parameter::from).collect();
         for (j, coordinate) in regressor.coordinates().iter().enumerate() {
             let is_prismatic = regressor.is_prismatic(j);
@@ -53,7 +53,7 @@ impl<'a> Model<'a> {
             }
         }
         let layout = RowLayout::new(regressor, friction, couplings);
-        Model { regressor, friction, couplings, parameters, layout }
+        Model { regressor, friction, couplings: couplings.to_vec(), parameters, layout }
     }
 
     /// Number of coordinates.

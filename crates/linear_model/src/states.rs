@@ -61,7 +61,7 @@ impl States {
 
     /// The torque that a term of a single joint grows with, zero where none was predicted; `None` for other terms.
     #[inline]
-    pub fn torque_of_friction(&self, term: FrictionTerm, r: usize, j: usize) -> Option<f64> {
+    pub(crate) fn torque_of_friction(&self, term: FrictionTerm, r: usize, j: usize) -> Option<f64> {
         term.is_of_one_joint().then(|| self.load.get(r * self.n + j).copied().unwrap_or(0.0))
     }
 

@@ -24,15 +24,15 @@ impl Unit {
     /// kg m.
     pub const FIRST_MOMENT: Unit = Unit("kg m");
     /// kg.
-    pub const MASS: Unit = Unit("kg");
+    pub(crate) const MASS: Unit = Unit("kg");
     /// N m.
     pub const TORQUE: Unit = Unit("N m");
     /// N m s/rad.
     pub const VISCOUS: Unit = Unit("N m s/rad");
     /// N m (s/rad)^(1/2).
-    pub const ROOT_OF_SPEED: Unit = Unit("N m (s/rad)^(1/2)");
+    pub(crate) const ROOT_OF_SPEED: Unit = Unit("N m (s/rad)^(1/2)");
     /// N m/A.
-    pub const DRIVE_GAIN: Unit = Unit("N m/A");
+    pub(crate) const DRIVE_GAIN: Unit = Unit("N m/A");
     /// A number without unit.
     pub const ONE: Unit = Unit("1");
 

@@ -22,7 +22,7 @@ pub(crate) struct RowsAhead {
 impl RowsAhead {
     /// Reads tables of at most [`ROWS_PER_READ`] rows. Every `block` rows a new table begins, so that no table crosses
     /// the end of a block.
-    pub fn new(mut text: TableReader<'static>, block: usize) -> RowsAhead {
+    pub(crate) fn new(mut text: TableReader<'static>, block: usize) -> RowsAhead {
         let (sender, tables) = sync_channel(MAX_WAITING_TABLES);
         let read = move || {
             let mut left = block;
@@ -42,7 +42,7 @@ impl RowsAhead {
     /// The next rows. An empty table is the end; do not ask again after it.
     ///
     /// Fails as [`TableReader::rows`] does.
-    pub fn next(&mut self) -> Result<Table, Error> {
+    pub(crate) fn next(&mut self) -> Result<Table, Error> {
         match (self.tables.recv(), &mut self.reader) {
             (Ok(table), _) => table,
             (Err(_), reader) => {

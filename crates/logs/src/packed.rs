@@ -71,7 +71,7 @@ impl Series {
 
 impl PackedLog {
     /// Holds a log.
-    pub fn new(mut log: Log) -> PackedLog {
+    pub(crate) fn new(mut log: Log) -> PackedLog {
         let (len, start) = (log.len(), log.t.first().copied().unwrap_or(0.0));
         let series = log.series_mut().map(std::mem::take).collect();
         let series = abreast(len, series, Series::of);
@@ -82,12 +82,12 @@ impl PackedLog {
     }
 
     /// Number of samples.
-    pub fn len(&self) -> usize {
+    pub(crate) fn len(&self) -> usize {
         self.len
     }
 
     /// Bytes of the samples.
-    pub fn bytes(&self) -> usize {
+    pub(crate) fn bytes(&self) -> usize {
         let rows = match &self.rows {
             Rows::From(_) => 0,
             Rows::Listed(rows) => size_of_val(rows.as_slice()),
@@ -100,17 +100,17 @@ impl PackedLog {
     }
 
     /// s, the first instant; 0 of no sample.
-    pub fn start(&self) -> f64 {
+    pub(crate) fn start(&self) -> f64 {
         self.start
     }
 
     /// The log without its samples.
-    pub fn head(&self) -> Log {
+    pub(crate) fn head(&self) -> Log {
         self.head.clone()
     }
 
     /// Appends samples to a log of the same series.
-    pub fn append_to(&self, log: &mut Log, range: Range<usize>) {
+    pub(crate) fn append_to(&self, log: &mut Log, range: Range<usize>) {
         let pairs: Vec<(&mut Vec<f64>, &Series)> = log.series_mut().zip(&self.series).collect();
         abreast(range.len(), pairs, |(all, series)| series.append_to(all, range.clone()));
         match &self.rows {

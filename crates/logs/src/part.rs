@@ -17,7 +17,7 @@ pub(crate) enum Part<'a> {
 
 impl Part<'_> {
     /// Number of samples.
-    pub fn len(&self) -> usize {
+    pub(crate) fn len(&self) -> usize {
         match self {
             Part::Held(parts) => parts.iter().map(PackedLog::len).sum(),
             Part::Read(log) => log.len(),
@@ -25,7 +25,7 @@ impl Part<'_> {
     }
 
     /// s, the first instant.
-    pub fn start(&self) -> f64 {
+    pub(crate) fn start(&self) -> f64 {
         match self {
             Part::Held(parts) => parts.iter().find(|part| part.len() > 0).map_or(0.0, PackedLog::start),
             Part::Read(log) => log.t.first().copied().unwrap_or(0.0),
@@ -33,7 +33,7 @@ impl Part<'_> {
     }
 
     /// Some of the samples.
-    pub fn range(&self, range: Range<usize>) -> Log {
+    pub(crate) fn range(&self, range: Range<usize>) -> Log {
         match self {
             Part::Held(parts) => {
                 let mut log = parts[0].head();
@@ -46,7 +46,7 @@ impl Part<'_> {
     }
 
     /// Appends some of the samples.
-    pub fn append_to(&self, log: &mut Log, range: Range<usize>) {
+    pub(crate) fn append_to(&self, log: &mut Log, range: Range<usize>) {
         match self {
             Part::Held(parts) => {
                 let mut first = 0;

@@ -5,8 +5,11 @@
 //! no text is held whole, up to [`MAX_FILE_BYTES`]. A text ends at [`MAX_CELLS`](crate::table::MAX_CELLS) numbers, so
 //! that a pipe or device without end is refused there.
 
-use std::io::{Cursor, Read};
+use std::io::{Cursor, ErrorKind, Read};
 use std::path::Path;
+
+use gate::budget::Budget;
+use gate::source::Source;
 
 use crate::Error;
 use crate::formats::content::{Content, MAGIC_BYTES};
@@ -14,10 +17,10 @@ use crate::formats::delimited::TableReader;
 use crate::table::{MAX_FILE_BYTES, Table};
 
 /// A file that was opened.
-pub enum Opened {
+pub(crate) enum Opened<'a> {
     /// Text, of which rows are read on demand.
     Text {
-        reader: TableReader<'static>,
+        reader: TableReader<'a>,
         /// Whether the file can be opened again: a pipe cannot.
         again: bool,
     },
@@ -26,9 +29,9 @@ pub enum Opened {
 }
 
 /// Opens a file, the directory of a rosbag2, or standard input (`-`).
-pub fn open(path: &Path) -> Result<Opened, Error> {
+pub(crate) fn open(path: &Path) -> Result<Opened<'static>, Error> {
     if path.as_os_str() == "-" {
-        return opened("standard input", std::io::stdin(), false);
+        return opened("standard input", Source::standard_input());
     }
     let file = path.display().to_string();
     #[cfg(any(feature = "mcap", feature = "rosbag2-sqlite"))]
@@ -36,30 +39,60 @@ pub fn open(path: &Path) -> Result<Opened, Error> {
         return Ok(Opened::Whole(table));
     }
     let failed = |e: std::io::Error| match e.kind() {
-        std::io::ErrorKind::NotFound => Error::at(&file, 0, "there is no such file"),
+        ErrorKind::NotFound => Error::at(&file, 0, "there is no such file"),
         _ => Error::at(&file, 0, format!("cannot be read: {e}")),
     };
-    let source = std::fs::File::open(path).map_err(failed)?;
-    let again = source.metadata().map_err(failed)?.is_file();
-    opened(&file, source, again)
+    opened(&file, Source::open(path).map_err(failed)?)
 }
 
-fn opened(file: &str, mut source: impl Read + Send + 'static, again: bool) -> Result<Opened, Error> {
-    let failed = |e: std::io::Error| Error::at(file, 0, format!("cannot be read: {e}"));
-    let mut head = Vec::new();
-    source.by_ref().take(MAGIC_BYTES as u64).read_to_end(&mut head).map_err(failed)?;
+fn opened(file: &str, mut source: Source) -> Result<Opened<'static>, Error> {
+    let failed = |e: std::io::Error| match e.kind() {
+        ErrorKind::FileTooLarge => {
+            Error::at(file, 0, format!("more than {MAX_FILE_BYTES} bytes; cut the log into parts"))
+        }
+        _ => Error::at(file, 0, format!("cannot be read: {e}")),
+    };
+    let again = source.length().is_some();
+    let head = source.head(MAGIC_BYTES).map_err(failed)?;
     let content = Content::of(&head);
-    let mut source = Cursor::new(head).chain(source);
+    let source = Cursor::new(head).chain(source);
+    #[cfg(feature = "zstd")]
+    if content == Content::Zstd {
+        return of_zstd(file, source, again);
+    }
     if matches!(content, Content::Text | Content::Gzip) {
         let reader = TableReader::of_content(file, content, source)?;
         return Ok(Opened::Text { reader, again });
     }
-    let mut bytes = Vec::new();
-    source.by_ref().take(MAX_FILE_BYTES + 1).read_to_end(&mut bytes).map_err(failed)?;
-    if bytes.len() as u64 > MAX_FILE_BYTES {
-        return Err(Error::at(file, 0, format!("more than {MAX_FILE_BYTES} bytes; cut the log into parts")));
-    }
+    let bytes = Source::of(source).whole(MAX_FILE_BYTES).map_err(failed)?;
     Table::from_bytes(file, &bytes).map(Opened::Whole)
+}
+
+/// Times that what is unpacked whole is in memory: in an array that grows by doubling, with room for what is read of it.
+#[cfg(feature = "zstd")]
+const WHOLE_COPIES: usize = 4;
+
+/// What a zstd stream holds: a text is read on demand.
+#[cfg(feature = "zstd")]
+fn of_zstd<'a>(file: &str, source: impl Read + Send + 'a, again: bool) -> Result<Opened<'a>, Error> {
+    use crate::formats::delimited::zstd;
+    let failed = |e: std::io::Error| Error::at(file, 0, format!("the zstd stream: it cannot be unpacked: {e}"));
+    let mut source = zstd(file, source)?;
+    let mut head = Vec::new();
+    source.by_ref().take(MAGIC_BYTES as u64).read_to_end(&mut head).map_err(failed)?;
+    let content = Content::of(&head);
+    if content == Content::Zstd {
+        return Err(Error::at(file, 0, "a zstd stream within a zstd stream; unpack it first"));
+    }
+    if content == Content::Text {
+        let source = source.put_back(head);
+        return Ok(Opened::Text { reader: TableReader::unfolding(file, source)?, again });
+    }
+    let (packed, mut source) = (source.packed(), source.held(WHOLE_COPIES));
+    source.by_ref().take(MAX_FILE_BYTES).read_to_end(&mut head).map_err(failed)?;
+    let mut budget = packed.budget();
+    budget.draw(2 * head.len()).map_err(|e| Error::at(file, 0, e))?;
+    Table::within(file, &head, &mut budget).map(Opened::Whole)
 }
 
 impl Table {
@@ -73,27 +106,27 @@ impl Table {
 
     /// Reads the content of a file; its first bytes say of which kind it is.
     pub fn from_bytes(file: &str, bytes: &[u8]) -> Result<Table, Error> {
+        Table::within(file, bytes, &mut Budget::of(bytes.len()))
+    }
+
+    /// Reads the content of a file within a budget.
+    fn within(file: &str, bytes: &[u8], budget: &mut Budget) -> Result<Table, Error> {
         let content = Content::of(bytes);
         if let Some(why) = content.refusal() {
             return Err(Error::at(file, 0, why));
         }
         match content {
             #[cfg(feature = "npz")]
-            Content::Numpy => crate::formats::npz::read(file, bytes),
+            Content::Numpy => crate::formats::npz::read(file, bytes, budget),
             #[cfg(feature = "parquet")]
-            Content::Parquet => crate::formats::parquet::file::read(file, bytes),
+            Content::Parquet => crate::formats::parquet::file::read(file, bytes, budget),
             #[cfg(any(feature = "mcap", feature = "rosbag2-sqlite"))]
-            Content::Mcap | Content::Sqlite => crate::formats::rosbag::recording::from_bytes(file, bytes),
+            Content::Mcap | Content::Sqlite => crate::formats::rosbag::recording::from_bytes(file, bytes, budget),
             #[cfg(feature = "zstd")]
-            Content::Zstd => {
-                use crate::formats::compression::{Compression, MAX_UNPACKED_BYTES};
-                let unpacked = Compression::Zstd.unpack_within(bytes, MAX_UNPACKED_BYTES);
-                let unpacked = unpacked.map_err(|e| Error::at(file, 0, format!("the zstd stream: {e}")))?;
-                match Content::of(&unpacked) {
-                    Content::Zstd => Err(Error::at(file, 0, "a zstd stream within a zstd stream; unpack it first")),
-                    _ => Table::from_bytes(file, &unpacked),
-                }
-            }
+            Content::Zstd => match of_zstd(file, bytes, false)? {
+                Opened::Text { mut reader, .. } => reader.rows(usize::MAX),
+                Opened::Whole(table) => Ok(table),
+            },
             _ => TableReader::of_content(file, content, bytes)?.rows(usize::MAX),
         }
     }

@@ -2,6 +2,8 @@
 //!
 //! `columns` and `log` decide what a cell means and which rows are usable.
 
+use gate::shown::{self, is_hidden};
+
 use crate::Error;
 
 /// Named columns of one length. A cell that is empty, missing or no number is NaN.
@@ -81,16 +83,19 @@ impl Lines {
 }
 
 /// More columns than this is not a log of a robot.
-pub const MAX_COLUMNS: usize = 10_000;
+pub(crate) const MAX_COLUMNS: usize = 10_000;
 
 /// Tables of more numbers, 2 GiB, must be cut by the user. Three hours of 22 columns at 1 kHz have as many.
-pub const MAX_CELLS: usize = 1 << 28;
+pub(crate) const MAX_CELLS: usize = 1 << 28;
 
 /// Bytes of a file that is held whole, or of one that comes through a pipe: all but plain text.
-pub const MAX_FILE_BYTES: u64 = 1 << 31;
+pub(crate) const MAX_FILE_BYTES: u64 = 1 << 31;
 
-/// Refuses headers that name no columns, or too many, or one twice; `line` is where they stand.
-pub fn check_header(file: &str, line: usize, header: &[String]) -> Result<(), Error> {
+/// Shows what names hide, and refuses headers that name no columns, or too many, or one twice; `line` is where they stand.
+pub(crate) fn check_header(file: &str, line: usize, header: &mut [String]) -> Result<(), Error> {
+    for name in header.iter_mut().filter(|name| name.contains(is_hidden)) {
+        *name = shown::line(name).into_owned();
+    }
     let at = |message: String| Err(Error::at(file, line, message));
     if header.len() > MAX_COLUMNS {
         return at(format!("{} columns; at most {MAX_COLUMNS} are expected", header.len()));

@@ -96,6 +96,28 @@ fn assert_rows(table: &Table, rows: usize) {
     }
 }
 
+/// Messages of some hundred bytes that each unpack to 16 MiB: what a file unfolds to is bounded by its size.
+#[test]
+fn messages_that_unfold_without_end_are_refused() {
+    let folder = folder("unfolds");
+    let file = folder.join("bomb_0.db3");
+    let database = Connection::open(&file).unwrap();
+    database.execute_batch(TABLES).unwrap();
+    let mut message = joint_state(0);
+    message.resize(16 << 20, 0);
+    let level = ruzstd::encoding::CompressionLevel::Fastest;
+    let packed = ruzstd::encoding::compress_to_vec(&message[..], level);
+    for r in 0..20 {
+        database
+            .execute("INSERT INTO messages(topic_id, timestamp, data) VALUES(2, ?, ?)", (START + STEP * r, &packed))
+            .unwrap();
+    }
+    drop(database);
+    let refused = Table::read(&file).unwrap_err().to_string();
+    assert!(refused.contains("64 times the file"), "{refused}");
+    std::fs::remove_dir_all(folder).unwrap();
+}
+
 /// A file, a directory of parts, a packed part, packed messages, the bytes alone: one table.
 #[test]
 fn a_bag_is_a_table() {

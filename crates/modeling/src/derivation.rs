@@ -69,7 +69,7 @@ impl<'a> Derivation<'a> {
 
     /// The closure error e, zero where the loops are closed, and its Jacobian. Inputs `q`, `passive`; outputs `e` (6 a
     /// loop: m and rad) and `j` (6 a loop, x m). `None` without passive coordinates.
-    pub fn closure_function(&self) -> Option<Function> {
+    pub(crate) fn closure_function(&self) -> Option<Function> {
         self.implicit.as_ref().map(|i| i.function.clone())
     }
 

@@ -66,7 +66,7 @@ impl Derivation<'_> {
     }
 
     /// Power per unit of each standard parameter: inputs `q`, `dq`, `ddq`, output `power` (1 x p), W.
-    pub fn power_regressor(&mut self) -> Function {
+    pub(crate) fn power_regressor(&mut self) -> Function {
         regressor::power_regressor(self)
     }
 

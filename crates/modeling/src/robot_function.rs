@@ -17,7 +17,7 @@ pub struct RobotFunction(Row);
 #[derive(Clone, Debug, PartialEq)]
 enum Row {
     OfRobot(usize),
-    OfLink(usize, LinkFrame, Option<ReferenceFrame>),
+    OfLink(usize, Box<(LinkFrame, Option<ReferenceFrame>)>),
 }
 
 /// What is derived once for all functions of a file.
@@ -174,10 +174,10 @@ impl RobotFunction {
     /// Whether the robot has the function: an inverse geometric model is not there for all.
     pub fn check(&self, robot: &Robot) -> Result<(), NoClosedForm> {
         match &self.0 {
-            Row::OfLink(i, frame, _) if FUNCTIONS_OF_LINK[*i].word == "inverse-geometry" => {
+            Row::OfLink(i, about) if FUNCTIONS_OF_LINK[*i].word == "inverse-geometry" => {
                 // A robot whose loops do not close has other worries.
                 let derivation = Derivation::new(robot).ok();
-                derivation.map_or(Ok(()), |mut d| d.inverse_geometry(frame.clone()).map(|_| ()))
+                derivation.map_or(Ok(()), |mut d| d.inverse_geometry(about.0.clone()).map(|_| ()))
             }
             _ => Ok(()),
         }
@@ -191,14 +191,14 @@ impl RobotFunction {
     /// A function of one link by its word, `pose`; `None` where there is none.
     pub fn of_link(word: &str) -> Option<impl Fn(LinkFrame) -> RobotFunction> {
         let i = FUNCTIONS_OF_LINK.iter().position(|row| row.word == word)?;
-        Some(move |frame| RobotFunction(Row::OfLink(i, frame, None)))
+        Some(move |frame| RobotFunction(Row::OfLink(i, Box::new((frame, None)))))
     }
 
     /// The same function expressed in another frame; `None` where it is not of a link or has no axes.
     pub fn expressed_in(self, reference: ReferenceFrame) -> Option<RobotFunction> {
         match self.0 {
-            Row::OfLink(i, frame, _) if FUNCTIONS_OF_LINK[i].has_reference => {
-                Some(RobotFunction(Row::OfLink(i, frame, Some(reference))))
+            Row::OfLink(i, of) if FUNCTIONS_OF_LINK[i].has_reference => {
+                Some(RobotFunction(Row::OfLink(i, Box::new((of.0, Some(reference))))))
             }
             _ => None,
         }
@@ -218,7 +218,8 @@ impl RobotFunction {
     pub(crate) fn derive(&self, derivation: &mut Derivation, derived: &Derived) -> (String, Function) {
         match &self.0 {
             Row::OfRobot(i) => (FUNCTIONS_OF_ROBOT[*i].1.to_string(), FUNCTIONS_OF_ROBOT[*i].2(derivation, derived)),
-            Row::OfLink(i, frame, reference) => {
+            Row::OfLink(i, of) => {
+                let (frame, reference) = of.as_ref();
                 let OfLink { sentence: [before, behind], derive, has_reference, .. } = &FUNCTIONS_OF_LINK[*i];
                 let place = match (reference, has_reference) {
                     (Some(reference), _) => format!(" in the axes of {}", reference.name()),

@@ -38,7 +38,7 @@ pub struct Columns<'a> {
 }
 
 /// Annihilates the rows of `block` under the triangle `r`, entry (i, j) at j n + i. The block's entries at `places` are lost.
-pub fn reflect(r: &mut [f64], n: usize, columns: Columns, block: &mut RowBlock) {
+pub(crate) fn reflect(r: &mut [f64], n: usize, columns: Columns, block: &mut RowBlock) {
     let stride = block.stride();
     let rows = Rows { numbers: block.numbers(), stride };
     #[cfg(target_arch = "x86_64")]

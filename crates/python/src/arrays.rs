@@ -2,24 +2,57 @@
 
 use numpy::{PyArrayDyn, PyArrayMethods, PyReadonlyArrayDyn, PyUntypedArrayMethods};
 use pyo3::prelude::*;
-use pyo3::types::{IntoPyDict, PyTuple};
+use pyo3::types::{IntoPyDict, PyTuple, PyWeakrefReference};
 
 use crate::error::error;
 
 /// Numbers of one argument, row by row.
 pub struct Rows<'py> {
     array: PyReadonlyArrayDyn<'py, f64>,
+    /// NumPy resizes no array that has a weak reference, so that its numbers stay where they are while they are read.
+    _stays: Bound<'py, PyWeakrefReference>,
 }
 
 impl<'py> Rows<'py> {
     /// Takes anything that NumPy reads as an array of numbers. It is copied only if it is not float64, row by row.
     pub fn new(name: &str, x: &Bound<'py, PyAny>) -> PyResult<Rows<'py>> {
+        if has_masked(x)? {
+            return Err(error(format_args!(
+                "{name}: some of its values are masked; fill them, or leave their rows out"
+            )));
+        }
+        Rows::without_mask(name, x)
+    }
+
+    /// The same; masked values are NaN, as what a log does not hold.
+    pub fn of_log(name: &str, x: &Bound<'py, PyAny>) -> PyResult<Rows<'py>> {
+        if !has_masked(x)? {
+            return Rows::without_mask(name, x);
+        }
+        let filled = x.call_method1("astype", ("float64",))?.call_method1("filled", (f64::NAN,))?;
+        Rows::without_mask(name, &filled)
+    }
+
+    fn without_mask(name: &str, x: &Bound<'py, PyAny>) -> PyResult<Rows<'py>> {
         let numpy = x.py().import("numpy")?;
+        let array = numpy.call_method1("asarray", (x,));
+        let expected = |e: PyErr| error(format_args!("{name}: an array of numbers is expected: {e}"));
+        let array = array.map_err(expected)?;
+        // NumPy would drop imaginary parts, and units of times.
+        let kind: String = array.getattr("dtype")?.getattr("kind")?.extract()?;
+        let refused = match kind.as_str() {
+            "c" => Some("complex numbers; take their real parts"),
+            "M" | "m" => Some("times with a unit; give seconds"),
+            _ => None,
+        };
+        if let Some(what) = refused {
+            return Err(error(format_args!("{name}: an array of real numbers is expected, and it holds {what}")));
+        }
         let options = [("dtype", numpy.getattr("float64")?)].into_py_dict(x.py())?;
-        let array = numpy.call_method("ascontiguousarray", (x,), Some(&options));
-        let array = array.map_err(|e| error(format_args!("{name}: an array of numbers is expected: {e}")))?;
-        let array = array.cast_into::<PyArrayDyn<f64>>()?.readonly();
-        Ok(Rows { array })
+        let array = numpy.call_method("ascontiguousarray", (array,), Some(&options)).map_err(expected)?;
+        let array = array.cast_into::<PyArrayDyn<f64>>()?;
+        let stays = PyWeakrefReference::new(array.as_any())?;
+        Ok(Rows { array: array.readonly(), _stays: stays })
     }
 
     /// Length of each dimension.
@@ -31,6 +64,29 @@ impl<'py> Rows<'py> {
     pub fn numbers(&self) -> PyResult<&[f64]> {
         self.array.as_slice().map_err(error)
     }
+}
+
+/// Whether it is a masked array that hides values.
+fn has_masked(x: &Bound<'_, PyAny>) -> PyResult<bool> {
+    let masked = x.py().import("numpy")?.getattr("ma")?;
+    let is_masked = x.is_instance(&masked.getattr("MaskedArray")?)?;
+    Ok(is_masked && masked.call_method1("is_masked", (x,))?.extract::<bool>()?)
+}
+
+/// An array of times (datetime64, timedelta64) in seconds, those of an instant from the first; `None` of other arrays.
+pub fn seconds<'py>(x: &Bound<'py, PyAny>) -> PyResult<Option<Bound<'py, PyAny>>> {
+    let numpy = x.py().import("numpy")?;
+    let Ok(array) = numpy.call_method1("asanyarray", (x,)) else { return Ok(None) };
+    let kind: String = array.getattr("dtype")?.getattr("kind")?.extract()?;
+    let durations = match kind.as_str() {
+        "M" if array.getattr("size")?.extract::<usize>()? > 0 => {
+            array.call_method1("__sub__", (array.getattr("flat")?.get_item(0)?,))?
+        }
+        "m" => array,
+        _ => return Ok(None),
+    };
+    let second = numpy.call_method1("timedelta64", (1, "s"))?;
+    Ok(Some(numpy.call_method1("true_divide", (durations, second))?))
 }
 
 /// States of n coordinates: (N, n), or (n,) for one.

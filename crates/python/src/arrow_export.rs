@@ -26,10 +26,10 @@ pub enum Content {
 }
 
 /// The flag of a column that may hold nulls.
-const NULLABLE: i64 = 2;
+const FLAG_NULLABLE: i64 = 2;
 
 /// No error; no batch of this stream can fail.
-const FINE: i32 = 0;
+const SUCCESS: i32 = 0;
 
 /// A capsule that holds a stream of these columns, all of one length.
 pub fn stream<'py>(py: Python<'py>, columns: Vec<(&str, Content)>) -> PyResult<Bound<'py, PyCapsule>> {
@@ -150,7 +150,7 @@ fn schema(name: CString, format: &'static CStr, children: Vec<Schema>) -> Schema
         format: format.as_ptr(),
         name: name.as_ptr(),
         metadata: null(),
-        flags: NULLABLE,
+        flags: FLAG_NULLABLE,
         n_children: children.len() as i64,
         children: children.as_mut_ptr(),
         dictionary: null_mut(),
@@ -212,7 +212,7 @@ unsafe extern "C" fn get_schema(stream: *mut Stream, out: *mut Schema) -> i32 {
         let columns = table.schemas.iter().map(|(name, format)| schema(name.clone(), format, Vec::new())).collect();
         out.write(schema(CString::default(), c"+s", columns));
     }
-    FINE
+    SUCCESS
 }
 
 unsafe extern "C" fn get_next(stream: *mut Stream, out: *mut Batch) -> i32 {
@@ -222,13 +222,13 @@ unsafe extern "C" fn get_next(stream: *mut Stream, out: *mut Batch) -> i32 {
         if std::mem::replace(&mut table.is_done, true) {
             // A released batch, all zeros, is the end.
             out.write(std::mem::zeroed());
-            return FINE;
+            return SUCCESS;
         }
         let columns = std::mem::take(&mut table.columns).into_iter();
         let columns = columns.map(|column| batch(column.length, Some(column), Vec::new())).collect();
         out.write(batch(table.length, None, columns));
     }
-    FINE
+    SUCCESS
 }
 
 unsafe extern "C" fn get_last_error(_: *mut Stream) -> *const c_char {

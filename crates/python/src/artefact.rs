@@ -9,7 +9,7 @@ use crate::error::OrError;
 
 /// The text of a file.
 pub fn read_text(path: &Path) -> PyResult<String> {
-    std::fs::read_to_string(path).map_err(|e| crate::error::error(format_args!("{}: {e}", path.display())))
+    rist::read_text(path).or_error()
 }
 
 /// Writes a text to a file that is no input of it.

@@ -1,8 +1,8 @@
 //! `rist.BaseParameters`.
 
-use linear_model::parameter::Parameter;
 use numpy::PyArrayDyn;
 use pyo3::prelude::*;
+use rist::Parameter;
 
 use crate::arrays::array;
 use crate::model::Model;

@@ -3,16 +3,15 @@
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use identification::estimate::identified::{Identified, Status};
-use linear_model::reference::ModelReference;
 use numpy::PyArrayDyn;
 use pyo3::prelude::*;
 use pyo3::types::{PyCapsule, PyDict, PyTuple};
+use rist::LinkId;
 use rist::page::{Origin, PageRequest};
 use rist::request::spelling::{Reader, spelled};
 use rist::samples::Bodies;
 use rist::verdict::Trust;
-use robot::LinkId;
+use rist::{Identified, Status};
 
 use crate::arrays::array;
 use crate::arrow_export::{Content, stream};
@@ -224,9 +223,9 @@ impl Estimate {
         Verdict { said: self.verdict.clone() }
     }
 
-    /// |tau - W X| / |tau| over all joints.
+    /// |tau - W X| / |tau| over all joints; None where no torques were fitted.
     #[getter]
-    fn total(&self) -> f64 {
+    fn total(&self) -> Option<f64> {
         self.inner.total
     }
 
@@ -236,15 +235,15 @@ impl Estimate {
         self.inner.cross_validation
     }
 
-    /// Cut-off of the low-pass, Hz.
+    /// Cut-off of the low-pass, Hz; None where nothing was filtered.
     #[getter]
-    fn cutoff(&self) -> f64 {
+    fn cutoff(&self) -> Option<f64> {
         self.inner.cutoff
     }
 
-    /// Condition number of the columns scaled to unit norm.
+    /// Condition number of the columns scaled to unit norm; None where there was no such matrix.
     #[getter]
-    fn condition_number(&self) -> f64 {
+    fn condition_number(&self) -> Option<f64> {
         self.inner.condition_number
     }
 
@@ -350,7 +349,7 @@ impl Estimate {
     #[pyo3(signature = (path, anyway=false))]
     fn write_mjcf(&self, path: PathBuf, anyway: bool) -> PyResult<()> {
         let (bodies, model) = (self.bodies(anyway)?, self.the_model()?);
-        let mjcf = rist::write_back::steps::write_mjcf(&model.inner, &bodies, &self.inner, None).or_error()?;
+        let mjcf = rist::write_mjcf(&model.inner, &bodies, &self.inner, None).or_error()?;
         save(&path, &mjcf.text, &[&model.inner.path])
     }
 
@@ -392,7 +391,7 @@ impl Estimate {
     fn of_text(text: &str, path: &Path, model: Option<Py<Model>>) -> PyResult<Estimate> {
         let inner = rist::Estimate::from_yaml(&path.display().to_string(), text).or_error()?;
         if let Some(model) = &model {
-            let made_with = ModelReference { name: inner.model.clone(), fingerprint: inner.fingerprint.clone() };
+            let made_with = inner.made_with();
             Arc::clone(&model.get().inner).check(path, &made_with).or_error()?;
         }
         Ok(Estimate { is_read: true, ..Estimate::plain(inner, model) })

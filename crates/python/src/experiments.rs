@@ -2,14 +2,14 @@
 
 use std::path::{Path, PathBuf};
 
-use experiments::motion::record::Record;
-use experiments::motion::trajectory_file::{TrajectoryFormat, trajectory_file};
-use logs::Effort;
 use numpy::PyArrayDyn;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
+use rist::Effort;
+use rist::Record;
 use rist::request::{CheckRequest, ExciteRequest, PlanRequest};
 use rist::simulation::{Motions, SimulateRequest};
+use rist::{TrajectoryFormat, trajectory_file};
 
 use crate::arrays::array;
 use crate::artefact::{artefact, read_text, save};
@@ -17,7 +17,7 @@ use crate::call::Call;
 use crate::error::{OrError, all_spelled, error};
 use crate::estimate::Estimate;
 use crate::model::Model;
-use crate::work::work;
+use crate::work::{alone, work};
 
 artefact! {
     ExperimentPlan,
@@ -66,7 +66,7 @@ artefact! {
     ExcitingMotion,
     rist::exciting::ExcitingMotion,
     "One motion of all joints that makes the parameters visible, with the proof that it keeps its limits.",
-    /// Whether every limit is proven to be kept, between samples too.
+    /// Whether all that is looked at is proven, between samples too, and all that was asked for is looked at.
     #[getter]
     fn proven(&self) -> bool {
         self.inner.proven
@@ -268,8 +268,8 @@ fn samples<'py>(py: Python<'py>, n: usize, series: &[Vec<f64>]) -> PyResult<Boun
 /// - rate: Sample rate of the file to play and of the log, Hz [default: 200.0]
 /// - limits: YAML with tighter limits: `coordinates: {NAME: {position: [LOW, HIGH], velocity, acceleration, jerk,
 ///   effort, power, locked: POSITION, slowed: FACTOR}}`; `all:` has them for every coordinate; `space:` has the
-///   room of the bodies in the base frame, m: `{floor: Z, walls: [{point, normal, links}], boxes: [{low, high,
-///   links}], distance: 0.01, own_links: true, ignored_pairs: [[A, B]]}`
+///   room of the bodies in the base frame, m: `{floor: Z or none, walls: [{point, normal, links}], boxes: [{low,
+///   high, links}], distance: 0.01, own_links: true, accept: [[LINK, LINK, REASON]]}`
 /// - effort_share: Share of the limits of effort and power that the torque of the description may use [default:
 ///   0.9]
 /// - friction: Friction columns a joint that the identification will have, as of `rist identify`, or none
@@ -291,21 +291,26 @@ pub fn excite(py: Python<'_>, model: &Model, options: Option<&Bound<'_, PyDict>>
     Ok(ExcitingMotion { inner })
 }
 
-/// Proves anew that a motion keeps its limits, and those of `limits`, a path to YAML or its content as a dict, too; returns
-/// what speaks against it, nothing where every limit is proven.
+/// Proves anew that a motion keeps its limits, and those of `limits`, a path to YAML or its content as a dict, too; torques
+/// are those of the description, or of the estimate `after`. Returns what speaks against the motion: nothing where all that
+/// is looked at is proven, and where all that `limits` asks for is looked at.
 ///
 /// Options:
 /// - limits: Limits of your own that the motion must keep too, as for `rist excite limits=`; those that the file
-///   lacks are not assumed
+///   lacks are not assumed. What a motion may leave out, `space: {floor: none, accept: ..}`, counts in this file
+///   alone
+/// - after: An estimate of this model: efforts and powers are proved with its torques instead of the
+///   description's
 #[pyfunction]
-#[pyo3(signature = (model, motion, **options), text_signature = "(model, motion, *, limits=None)")]
+#[pyo3(signature = (model, motion, **options), text_signature = "(model, motion, *, limits=None, after=None)")]
 pub fn check(
     py: Python<'_>,
     model: &Model,
     motion: &ExcitingMotion,
     options: Option<&Bound<'_, PyDict>>,
 ) -> PyResult<Vec<String>> {
-    let asked = Call::new("check", &[], options)?.request::<CheckRequest>()?.limits;
-    let check = || rist::check(&model.inner, Path::new("motion"), &motion.inner, asked.as_ref());
-    Ok(py.detach(check).or_error()?.faults().map(ToString::to_string).collect())
+    let call = Call::new("check", &["after"], options)?;
+    let asked = CheckRequest { after: estimate_of(&call, "after")?, ..call.request()? };
+    let check = || rist::check(&model.inner, Path::new("motion"), &motion.inner, &asked);
+    Ok(alone(py, check)?.or_error()?.faults())
 }

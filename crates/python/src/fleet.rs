@@ -13,7 +13,7 @@ use crate::error::{OrError, error};
 use crate::estimate::Estimate;
 use crate::logs::logs;
 use crate::model::Model;
-use crate::work::work;
+use crate::work::{alone, work};
 
 /// Sums over logs of one robot: `update` with a log where it lies, `merge` with those of others, `solve` without the logs.
 ///
@@ -98,7 +98,7 @@ impl Accumulator {
     fn merge<'py>(slf: Bound<'py, Self>, other: &Accumulator) -> PyResult<Bound<'py, Self>> {
         // The other is copied first, so that its lock is released before this one is taken. Both may be the same.
         let (this, other) = (slf.get(), other.copy());
-        slf.py().detach(|| this.sums().merge(&other)).or_error()?;
+        alone(slf.py(), || this.sums().merge(&other))?.or_error()?;
         Ok(slf)
     }
 
@@ -146,8 +146,8 @@ impl Accumulator {
     /// Reads a .tri file. Raises rist.Error where it is none, was cut short, or is of another model.
     #[staticmethod]
     fn read(path: PathBuf, model: Py<Model>) -> PyResult<Accumulator> {
-        let bytes = std::fs::read(&path).map_err(|e| error(format_args!("{}: {e}", path.display())))?;
-        Accumulator::of_bytes(&path, &bytes, model)
+        let sums = rist::Accumulator::read(&path).or_error()?;
+        Accumulator::of_sums(sums, model)
     }
 
     fn __len__(&self) -> usize {
@@ -168,6 +168,10 @@ impl Accumulator {
 impl Accumulator {
     fn of_bytes(path: &Path, bytes: &[u8], model: Py<Model>) -> PyResult<Accumulator> {
         let sums = rist::Accumulator::from_bytes(&path.display().to_string(), bytes).or_error()?;
+        Accumulator::of_sums(sums, model)
+    }
+
+    fn of_sums(sums: rist::Accumulator, model: Py<Model>) -> PyResult<Accumulator> {
         rist::fleet::check_sums(&model.get().inner, &sums).or_error()?;
         Ok(Accumulator { model, sums: Mutex::new(sums) })
     }

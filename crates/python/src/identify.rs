@@ -2,12 +2,12 @@
 
 use std::path::PathBuf;
 
-use identification::estimators::closed_loop::ClosedLoop;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
+use rist::ClosedLoop;
 use rist::closed_loop::identify_experiments_in_loop;
 use rist::doctor::DoctorRequest;
-use rist::experiments::{ExperimentLogs, identify_paper_rows};
+use rist::experiments::{ExperimentLogs, identify_gains_of_rows, identify_paper_rows};
 use rist::request::spelling::{Reader, spelled};
 use rist::request::{IdentifyRequest, Method, MethodRequest, Words};
 use rist::samples::{identify_essential, identify_loaded};
@@ -50,20 +50,20 @@ use crate::work::work;
 /// - ripple: Estimate ripple of torque and gain with so many periods a turn, of a coordinate or of all
 /// - elastic: Estimate the springs of these coordinates, or of all; the encoders are at the motors. The equations
 ///   end at 10 Hz then, unless cutoff= says otherwise [default: False]
-/// - play: Estimate the play of these joints, or of all, as elastic= does springs [default: False]
+/// - backlash: Estimate the backlash of these joints, or of all, as elastic= does springs [default: False]
 /// - method: The equations to solve; all but ls and essential need the plan behind the logs [default: 'ls']
 /// - loaded: Logs with a load on the last link, which is identified too
 /// - validate: Logs that are predicted, not fitted, for the verdict
 /// - plan: The plan behind the logs
 ///
 /// With method="rist-mh" it also estimates, where asked: ripple (periods a turn of all joints, or {"q2": 12}, or
-/// {"q2": [6, 12]}), elastic and play (True for all joints, or ["q2", "q3"]: springs and gaps behind the motors, which have
+/// {"q2": [6, 12]}), elastic and backlash (True for all joints, or ["q2", "q3"]: springs and gaps behind the motors, which have
 /// the encoders; the equations end at 10 Hz then, unless cutoff says otherwise), delay="auto". cutoff: highest frequency of
 /// the equations (20 Hz).
 ///
 /// Ctrl-C ends it. Raises rist.Error with the message of the program.
 #[pyfunction]
-#[pyo3(signature = (model, logs, **options), text_signature = "(model, logs, *, consistent=False, gain=None, covariance=False, loaded_link=None, friction=None, weights=None, cutoff=None, order=None, decimate=None, delay=None, options=None, load=None, ripple=None, elastic=False, play=False, method='ls', loaded=(), validate=(), plan=None)")]
+#[pyo3(signature = (model, logs, **options), text_signature = "(model, logs, *, consistent=False, gain=None, covariance=False, loaded_link=None, friction=None, weights=None, cutoff=None, order=None, decimate=None, delay=None, options=None, load=None, ripple=None, elastic=False, backlash=False, method='ls', loaded=(), validate=(), plan=None)")]
 pub fn identify(
     py: Python<'_>,
     model: &Bound<'_, Model>,
@@ -76,7 +76,9 @@ pub fn identify(
     call.check_method(method)?;
     match method {
         Method::Ls | Method::Essential => identify_samples(py, model, logs, &call, method),
-        Method::Rist | Method::RistMh | Method::Iv | Method::Didim => identify_plan(py, model, logs, &call, method),
+        Method::Rist | Method::Tls | Method::RistMh | Method::Iv | Method::Didim => {
+            identify_plan(py, model, logs, &call, method)
+        }
     }
 }
 
@@ -154,9 +156,10 @@ fn identify_plan(
     let estimate = match method {
         Method::Iv => in_loop(ClosedLoop::InstrumentalVariables)?,
         Method::Didim => in_loop(ClosedLoop::DirectAndInverse)?,
-        Method::Rist => {
+        Method::Rist | Method::Tls => {
             let request = call.request()?;
-            work(py, None, |_| identify_paper_rows(inner, logs, &request))?
+            let identify = if method == Method::Tls { identify_gains_of_rows } else { identify_paper_rows };
+            work(py, None, |_| identify(inner, logs, &request))?
         }
         Method::RistMh | Method::Ls | Method::Essential => {
             let request = call.request()?;

@@ -2,11 +2,11 @@
 
 use std::path::{Path, PathBuf};
 
-use logs::{Array, ColumnNames, LogSource, Table};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList, PyTuple};
+use rist::{Array, ColumnNames, LogSource, Table};
 
-use crate::arrays::Rows;
+use crate::arrays::{Rows, seconds};
 use crate::arrow;
 use crate::error::{OrError, error};
 
@@ -70,7 +70,8 @@ fn of_dict(given: &Bound<'_, PyDict>, name: &str) -> PyResult<Given> {
     let (mut arrays, mut texts) = (Vec::new(), Vec::new());
     for (key, value) in given {
         let key: String = key.extract().map_err(|_| error(format_args!("{name}: names of arrays are texts")))?;
-        match Rows::new(&key, &value) {
+        let in_seconds = seconds(&value)?;
+        match Rows::of_log(&key, in_seconds.as_ref().unwrap_or(&value)) {
             // A lone number is a scalar: NumPy makes an array of one of it.
             Ok(rows) => arrays.push((key, Array { shape: rows.shape().to_vec(), values: rows.numbers()?.to_vec() })),
             Err(_) => texts.push((key, format!("a value of type {}", value.get_type().qualname()?))),

@@ -18,9 +18,10 @@ use crate::call::{Call, object};
 use crate::error::{OrError, error};
 use crate::estimate::Estimate;
 use crate::html;
+use crate::work::alone;
 
 /// States that are evaluated between two looks for signals.
-const TOGETHER: usize = 1 << 14;
+const STATES_PER_PASS: usize = 1 << 14;
 
 /// A robot and what follows from it: base parameters, regressors, torques, source.
 ///
@@ -53,7 +54,7 @@ impl Model {
 
     fn derive(py: Python<'_>, text: String, path: PathBuf, options: ModelOptions) -> PyResult<Model> {
         let derived = || rist::Model::parse(&text, &path, &options);
-        let model = py.detach(derived).or_error()?;
+        let model = alone(py, derived)?.or_error()?;
         let snapped = rist::description::snapping(&model.robot, &text, &path, &options);
         if let Some(sentence) = snapped {
             py.import("warnings")?.call_method1("warn", (spelled(&sentence, Reader::Python),))?;
@@ -83,7 +84,7 @@ impl Model {
         if let Some(found) = place.get() {
             return Ok(found);
         }
-        let made = py.detach(|| Evaluation::new(&self.inner, quantity)).or_error()?;
+        let made = alone(py, || Evaluation::new(&self.inner, quantity))?.or_error()?;
         Ok(place.get_or_init(|| made))
     }
 
@@ -114,12 +115,12 @@ impl Model {
         let filled = filled.as_slice_mut().map_err(error)?;
         let ([q, dq, ddq], n) = (states.numbers()?, self.inner.robot.n_coordinates());
         for (first, outputs) in
-            (0..states.count).step_by(TOGETHER).zip(filled.chunks_mut((TOGETHER * rows * columns).max(1)))
+            (0..states.count).step_by(STATES_PER_PASS).zip(filled.chunks_mut((STATES_PER_PASS * rows * columns).max(1)))
         {
-            let end = states.count.min(first + TOGETHER);
+            let end = states.count.min(first + STATES_PER_PASS);
             let cut = |x: &[f64]| -> std::ops::Range<usize> { (first * n).min(x.len())..(end * n).min(x.len()) };
             let some = ManyStates { q: &q[cut(q)], dq: &dq[cut(dq)], ddq: &ddq[cut(ddq)], parameters: &parameters };
-            py.detach(|| evaluation.fill(&self.inner, &some, outputs)).or_error()?;
+            alone(py, || evaluation.fill(&self.inner, &some, outputs))?.or_error()?;
             py.check_signals()?;
         }
         Ok(outputs)
@@ -178,7 +179,7 @@ impl Model {
     #[pyo3(signature = (path, **options), text_signature = "(path, *, value=None, mimic='constraint', angles='meant', rotor_inertia=None, floating_base=False, any_size=False)")]
     fn read(py: Python<'_>, path: PathBuf, options: Option<&Bound<'_, PyDict>>) -> PyResult<Model> {
         let options = self::options("Model.read", options)?;
-        let text = robot::format::text_of(&path).or_error()?;
+        let text = rist::text_of(&path).or_error()?;
         Model::derive(py, text, path, options)
     }
 
@@ -346,11 +347,11 @@ impl Model {
             }
         };
         let refused = |e| error(format_args!("{path}: {e}"));
-        let source = py
-            .detach(|| {
-                rist::generate(&self.inner.robot, &request.functions, &language, &made_by, values.as_ref(), &request.symbols, true)
-            })
-            .map_err(refused)?;
+        let (functions, symbols) = (&request.functions, &request.symbols);
+        let made = || {
+            rist::generate(&self.inner.robot, functions, &language, &made_by, values.as_ref(), symbols, true)
+        };
+        let source = alone(py, made)?.map_err(refused)?;
         match source.header {
             Some(header) => Ok(PyTuple::new(py, [source.text, header])?.into_any()),
             None => Ok(source.text.into_pyobject(py)?.into_any()),

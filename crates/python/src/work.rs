@@ -1,21 +1,23 @@
 //! Long work without the interpreter lock. It reports its progress, and Ctrl-C ends it.
 //!
 //! The library works on a thread of its own. The caller's thread waits, hands progress to the callback, and checks for
-//! signals. A signal or an exception raises a flag, which the work checks between its parts.
+//! signals. A panic becomes an exception. A signal or an exception raises a flag, which the work checks between its parts.
 
+use std::any::Any;
+use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::mpsc::{RecvTimeoutError, Sender, channel};
 use std::time::Duration;
 
 use pyo3::prelude::*;
 use rist::exciting::Interruption;
 
-use crate::error::OrError;
+use crate::error::{OrError, error};
 
 /// Time between two checks for signals.
-const PATIENCE: Duration = Duration::from_millis(50);
+const SIGNAL_CHECK_INTERVAL: Duration = Duration::from_millis(50);
 
 /// Stack of the thread, as large as that of a main thread, because derivations recurse.
-const STACK: usize = 8 << 20;
+const WORKER_STACK_BYTES: usize = 8 << 20;
 
 /// Progress of the work: parts done, parts in all, and the best result so far, in words.
 pub struct Progress {
@@ -45,12 +47,12 @@ pub fn work<T: Send>(
     std::thread::scope(|scope| {
         let flag = interruption.clone();
         let of_task = move || flag.during(|| task(&Reporter(send)));
-        let thread = std::thread::Builder::new().stack_size(STACK).spawn_scoped(scope, of_task)?;
+        let thread = std::thread::Builder::new().stack_size(WORKER_STACK_BYTES).spawn_scoped(scope, of_task)?;
         let mut raised = Ok(());
         loop {
             let message;
             (receive, message) = py.detach(move || {
-                let message = receive.recv_timeout(PATIENCE);
+                let message = receive.recv_timeout(SIGNAL_CHECK_INTERVAL);
                 (receive, message)
             });
             let looked = match message {
@@ -74,7 +76,19 @@ pub fn work<T: Send>(
         raised?;
         match outcome {
             Ok(outcome) => outcome.or_error(),
-            Err(panic) => std::panic::resume_unwind(panic),
+            Err(panic) => Err(defect(panic.as_ref())),
         }
     })
+}
+
+/// Does the work on the caller's thread, without the interpreter lock.
+pub fn alone<T: Send>(py: Python<'_>, task: impl FnOnce() -> T + Send) -> PyResult<T> {
+    py.detach(|| catch_unwind(AssertUnwindSafe(task)).map_err(|panic| defect(panic.as_ref())))
+}
+
+/// A panic as the exception that `except Exception` catches; PanicException is none.
+fn defect(panic: &(dyn Any + Send)) -> PyErr {
+    let text = panic.downcast_ref::<&str>().map(ToString::to_string);
+    let text = text.or_else(|| panic.downcast_ref::<String>().cloned()).unwrap_or("without a message".into());
+    error(format_args!("a defect of rist, please report it with its input: {text}"))
 }

@@ -61,10 +61,10 @@ def test_effects_are_those_of_the_program(planar, experiments, program, tmp_path
     for flags, options in [
         (("--ripple", "q2=12,q2=6"), dict(ripple={"q2": [12, 6]})),
         (("--ripple", "q1=3,q2=12", "--delay", "auto"), dict(ripple={"q1": np.float64(3), "q2": 12}, delay="auto")),
-        (("--ripple", "12"), dict(ripple=12, elastic=False, play=[])),
+        (("--ripple", "12"), dict(ripple=12, elastic=False, backlash=[])),
         (("--elastic", "q2", "--cutoff", "15"), dict(elastic=["q2"], cutoff=15)),
         (("--elastic", "all"), dict(elastic=True)),
-        (("--play", "q1"), dict(play="q1")),
+        (("--backlash", "q1"), dict(backlash="q1")),
     ]:
         done = program("identify", MODELS / "planar2r_vertical.yaml", logs, "--plan", logs / "plan.yaml", "--method", "rist-mh", *flags, "--out", tmp_path / "program.yaml")
         found = rist.identify(planar, logs, method="rist-mh", plan=plan, **options)
@@ -82,19 +82,19 @@ def test_effects_that_cannot_be_are_refused(planar, experiments):
 
     assert message(ripple={"q9": 12}) == "ripple=: there is no coordinate `q9`; there are q1, q2"
     assert message(elastic=["q9"]) == "elastic=: there is no coordinate `q9`; there are q1, q2"
-    assert message(play="q9") == "play=: there is no coordinate `q9`; there are q1, q2"
+    assert message(backlash="q9") == "backlash=: there is no coordinate `q9`; there are q1, q2"
     for wrong in (True, "12", {"q2": "12"}, {2: 12}, {"q2": True}):
         assert 'expected is periods a turn of all joints, or of some, as {"q2": 12}' in message(ripple=wrong), wrong
     for wrong in (0, -1, {"q2": [6, 0]}, 1e5):
         assert "a number above 0 and up to 10000 is expected" in message(ripple=wrong), wrong
     for wrong in (2, [1], {"q2": True}, [True]):
-        for name in ("elastic", "play"):
+        for name in ("elastic", "backlash"):
             said = message(**{name: wrong})
             assert said.startswith(f"identify: {name}= is ") and "true for all joints, or a list" in said, (wrong, said)
     assert message(cutoff=-1.0) == "identify: cutoff= must be a positive number, not -1"
     assert "expected is a number" in message(cutoff=float("nan"))
     assert "seconds between -1 and 1 are expected" in message(delay=2.0)
-    for options in (dict(ripple=12), dict(elastic=True), dict(play=["q1"])):
+    for options in (dict(ripple=12), dict(elastic=True), dict(backlash=["q1"])):
         [name] = options
         said = f"identify: {name}=: method='{{}}' does not use that; method='rist-mh' does"
         assert message(method="rist", **options) == said.format("rist")

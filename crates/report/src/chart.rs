@@ -2,11 +2,11 @@
 //!
 //! Coordinates are whole tenths of a pixel and relative to the point before, which takes a third of the space of
 //! decimals. Colours are classes, so that a page defines them for light and dark; [`Chart::alone`] includes
-//! definitions. The colours are those of Okabe and Ito, which everybody can tell apart. Lines differ in their dashes
-//! too.
+//! definitions. The colours are those of Okabe and Ito, which everybody can tell apart, and lines differ in dashes.
 
 use std::fmt::Write;
 
+use gate::shown;
 use identification::portrait::envelope::Envelope;
 
 use crate::scale::Scale;
@@ -74,7 +74,7 @@ impl<'a> Chart<'a> {
     }
 
     /// A high chart with the same length per unit on both axes, for shapes.
-    pub fn true_to_scale(self) -> Chart<'a> {
+    pub(crate) fn true_to_scale(self) -> Chart<'a> {
         Chart { is_true_to_scale: true, height: 3000.0, ..self }
     }
 
@@ -89,7 +89,7 @@ impl<'a> Chart<'a> {
     }
 
     /// With the ordinate zero inside.
-    pub fn with_zero(self) -> Chart<'a> {
+    pub(crate) fn with_zero(self) -> Chart<'a> {
         Chart { has_zero: true, ..self }
     }
 
@@ -356,7 +356,7 @@ fn broken(envelope: &Envelope) -> Vec<Vec<(f64, f64)>> {
 
 /// The text, escaped for text and attributes of XML and HTML.
 pub fn escaped(text: &str) -> String {
-    text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
+    shown::line(text).replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
 }
 
 #[cfg(test)]

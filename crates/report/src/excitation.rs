@@ -1,10 +1,10 @@
 //! An exciting motion on the page: its coordinates within their limits, the path of the tip, which parameters it makes
 //! visible.
 
-use experiments::excitation::artefact::{ExcitingMotion, certificate_summary, proven_text};
+use experiments::excitation::artefact::{ExcitingMotion, certificate_summary};
 use experiments::excitation::limits::LimitKind;
 use experiments::excitation::proof::{CertificateRow, Kept};
-use experiments::excitation::space_limits::SpaceLimits;
+use experiments::excitation::space_limits::{Floor, SpaceLimits};
 use experiments::excitation::visibility::VisibleParameter;
 use identification::portrait::envelope::Envelope;
 use identification::portrait::motion_portrait::{JointCourse, MotionPortrait, TipPath};
@@ -71,14 +71,10 @@ struct Visible {
 pub fn motion(shown: ShownMotion) -> MotionPart {
     let ShownMotion { artefact, portrait } = shown;
     let rows = &portrait.certificate;
-    let is_proven = rows.iter().all(|r| r.kept == Kept::Proven);
+    let ledger = portrait.ledger();
     let whose = match portrait.is_found_anew {
         true => "found from the motion and the model",
         false => "read from the file of the motion; rist check finds it from the motion and the model",
-    };
-    let verdict = match is_proven {
-        true => proven_text(rows).replacen("every limit above", "Every limit below", 1),
-        false => "NOT every limit below is proven to be kept".into(),
     };
     let limits = certificate_summary(rows).into_iter().map(|summary| LimitRow {
         limit: summary.limit.to_string(),
@@ -94,10 +90,10 @@ pub fn motion(shown: ShownMotion) -> MotionPart {
     let (scale, parameters) = visible(&artefact.parameters);
     MotionPart {
         summary: artefact.in_words(),
-        proof: format!("{verdict}. The certificate is {whose}."),
-        is_proven,
+        proof: format!("{ledger}. The certificate is {whose}."),
+        is_proven: ledger.is_kept(),
         limits: limits.collect(),
-        notes: portrait.notes.clone(),
+        notes: [&portrait.notes[..], &ledger.left_out_sentences()].concat(),
         joints: portrait.joints.iter().map(charts).collect(),
         tip: portrait.tip.as_ref().map(|tip| tip.name.clone()),
         path: of_tip(shown).map(|(_, plane, chart)| figure(plane, chart)).collect(),
@@ -240,7 +236,7 @@ fn edges(space: &SpaceLimits, axes: [usize; 2], path: &[(f64, f64)]) -> Vec<Vec<
     };
     let ((left, right), (low, high)) = (reach(|p| p.0), reach(|p| p.1));
     let (centre, radius) = ((0.5 * (left + right), 0.5 * (low + high)), 0.5 * (right - left).hypot(high - low));
-    let floor = space.floor.map(|z| ([0.0, 0.0, z], [0.0, 0.0, 1.0]));
+    let floor = space.floor.and_then(Floor::height).map(|z| ([0.0, 0.0, z], [0.0, 0.0, 1.0]));
     let planes = floor.into_iter().chain(space.walls.iter().map(|wall| (wall.point, wall.normal)));
     let line = |(point, normal): ([f64; 3], [f64; 3])| {
         let (size, seen) = (normal.iter().fold(0.0, |sum: f64, x| sum.hypot(*x)), normal[a].hypot(normal[b]));
@@ -323,7 +319,7 @@ mod tests {
         // Half of the diagonal of the path.
         let radius = 0.25;
         let of = |space: SpaceLimits, axes| edges(&space, axes, &path);
-        let floor = SpaceLimits { floor: Some(-0.1), ..Default::default() };
+        let floor = SpaceLimits { floor: Some(Floor::At(-0.1)), ..Default::default() };
         assert_eq!(of(floor.clone(), [0, 1]), Vec::<Vec<_>>::new());
         let line = &of(floor, [0, 2])[0];
         assert!(line.iter().all(|p| (p.1 + 0.1).abs() < 1e-12), "{line:?}");

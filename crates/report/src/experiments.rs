@@ -4,6 +4,7 @@ use experiments::plan::exciting_trajectory::ExcitingTrajectory;
 use experiments::plan::experiment_plan::ExperimentPlan;
 use experiments::plan::planned_experiment::PlannedExperiment;
 use identification::estimate::validation::Validation;
+use linear_model::artefact::EDITED;
 use serde::Serialize;
 
 use crate::chart::Chart;
@@ -12,7 +13,7 @@ use crate::number::{percent, significant};
 
 /// A plan of experiments.
 #[derive(Serialize)]
-pub struct PlanPart {
+pub(crate) struct PlanPart {
     summary: String,
     open: String,
     rows: Vec<Experiment>,
@@ -31,7 +32,7 @@ struct Experiment {
 }
 
 /// The plan in words and rows.
-pub fn plan(plan: &ExperimentPlan) -> PlanPart {
+pub(crate) fn plan(plan: &ExperimentPlan) -> PlanPart {
     let row = |e: &PlannedExperiment| Experiment {
         name: e.name.clone(),
         kind: e.kind.clone(),
@@ -42,9 +43,11 @@ pub fn plan(plan: &ExperimentPlan) -> PlanPart {
         gain: e.adds_log_det.map_or(String::new(), |g| format!("+{g:.2}")),
     };
     let open: Vec<String> = plan.unidentifiable().iter().map(|id| id.to_string()).collect();
+    let origin =
+        if plan.is_edited { format!("{}{}: ", EDITED[..1].to_uppercase(), &EDITED[1..]) } else { String::new() };
     PlanPart {
         summary: format!(
-            "{} experiments out of {} candidates show {} of {} parameters. The plan is at least {} as good as the best of its \
+            "{origin}{} experiments out of {} candidates show {} of {} parameters. The plan is at least {} as good as the best of its \
              size (D-efficiency); its condition number is {:.1}, and no plan has less than {:.1}.",
             plan.experiments.len(),
             plan.candidates,
@@ -93,7 +96,7 @@ fn motions(plan: &ExperimentPlan) -> Vec<Figure> {
 
 /// A validation.
 #[derive(Serialize)]
-pub struct ValidationPart {
+pub(crate) struct ValidationPart {
     summary: String,
     rows: Vec<JointRow>,
     motions: Vec<(String, String)>,
@@ -112,7 +115,7 @@ struct JointRow {
 }
 
 /// The validation in words, rows and charts.
-pub fn validation(validation: &Validation) -> ValidationPart {
+pub(crate) fn validation(validation: &Validation) -> ValidationPart {
     let or = |x: Option<f64>| x.map_or("-".into(), percent);
     let row = |j: &identification::estimate::validation::JointValidation| JointRow {
         name: j.coordinate.clone(),
@@ -144,7 +147,7 @@ pub fn validation(validation: &Validation) -> ValidationPart {
 }
 
 /// Measured and predicted torque of each joint in the first motion: figure 2(a-c) of the paper.
-pub fn pictures(validation: &Validation) -> Vec<(String, Chart<'static>)> {
+pub(crate) fn pictures(validation: &Validation) -> Vec<(String, Chart<'static>)> {
     let picture = |p: &identification::estimate::validation::TorquePicture| {
         let points = |y: &[f64]| p.t.iter().copied().zip(y.iter().copied()).collect::<Vec<_>>();
         let joint = validation.joints.iter().find(|joint| joint.coordinate == p.coordinate);

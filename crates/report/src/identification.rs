@@ -1,6 +1,7 @@
 //! The page of an identification.
 
 use ::experiments::plan::experiment_plan::ExperimentPlan;
+use gate::shown;
 use identification::estimate::artefact::Estimate;
 use identification::estimate::validation::Validation;
 use identification::estimate::verdict::{Trust, UseVerdict, Verdict, claim_line};
@@ -127,10 +128,19 @@ impl Page<'_> {
     pub fn pictures(&self) -> Vec<(String, String)> {
         let of_logs = self.portrait.map(|p| joints::pictures(p, self.estimate)).unwrap_or_default();
         let of_motions = self.validation.map(experiments::pictures).unwrap_or_default();
-        let file = |(name, chart): (String, Chart)| (format!("{name}.svg"), chart.alone());
+        let drawn = |(name, chart): (String, Chart)| (name, chart.alone());
         let of_excitation = self.motion.map(excitation::pictures).unwrap_or_default();
-        let of_excitation = of_excitation.into_iter().map(|(name, svg)| (format!("{name}.svg"), svg));
-        of_logs.into_iter().map(file).chain(of_motions.into_iter().map(file)).chain(of_excitation).collect()
+        let of_both = of_logs.into_iter().chain(of_motions).map(drawn);
+        let mut files: Vec<(String, String)> = Vec::new();
+        for (name, svg) in of_both.chain(of_excitation) {
+            // Names of joints may differ by what no name of a file holds.
+            let mut name = shown::file_name(&name);
+            while files.iter().any(|(file, _)| *file == format!("{name}.svg")) {
+                name.push('_');
+            }
+            files.push((format!("{name}.svg"), svg));
+        }
+        files
     }
 
     fn content(&self) -> Content {
@@ -149,7 +159,7 @@ impl Page<'_> {
             kind,
             verdict: self.verdict.map(verdict),
             method: estimate.map_or(String::new(), |e| e.method.clone()),
-            total: estimate.map_or(String::new(), |e| if e.total > 0.0 { percent(e.total) } else { String::new() }),
+            total: estimate.and_then(|e| e.total).map_or(String::new(), percent),
             held_out: estimate.and_then(|e| e.cross_validation).map(percent),
             joints: self.portrait.map(|p| joints::joints(p, estimate)).unwrap_or_default(),
             part_names: identification::portrait::split::TORQUE_PART_NAMES,
@@ -161,9 +171,7 @@ impl Page<'_> {
             has_rules: self.subject.is_some(),
             count: estimate.map_or(0, |e| e.parameters.len()),
             directions: estimate.map(directions).unwrap_or_default(),
-            condition: estimate
-                .filter(|e| e.condition_number > 0.0 && e.condition_number.is_finite())
-                .map(|e| format!("{:.0}", e.condition_number)),
+            condition: estimate.and_then(|e| e.condition_number).filter(|x| x.is_finite()).map(|x| format!("{x:.0}")),
             tenths: estimate.map(tenths).unwrap_or_default(),
             remarks: estimate.map(|e| e.remarks.clone()).unwrap_or_default(),
             plan: self.plan.map(experiments::plan),
@@ -186,7 +194,7 @@ impl Page<'_> {
         let Origin { date, version, command, model } = self.origin;
         let of_estimate = |f: fn(&Estimate) -> String| self.estimate.map(f).unwrap_or_default();
         let of_motion = || self.motion.map(|m| m.artefact.model.fingerprint.clone()).unwrap_or_default();
-        let fingerprint = self.estimate.map_or_else(of_motion, |e| e.fingerprint.clone());
+        let fingerprint = self.estimate.map_or_else(of_motion, |e| e.fingerprint.clone().unwrap_or_default());
         let facts = vec![
             ("date", date.unwrap_or_default().to_string()),
             ("description", model.unwrap_or_default().to_string()),
@@ -194,12 +202,7 @@ impl Page<'_> {
             ("fitted logs", of_estimate(|e| e.logs.join(", "))),
             ("method", of_estimate(|e| e.method.clone())),
             ("rows", of_estimate(|e| e.rows.to_string())),
-            (
-                "cut-off",
-                of_estimate(
-                    |e| if e.cutoff > 0.0 { format!("{} Hz", significant(e.cutoff, 3)) } else { String::new() },
-                ),
-            ),
+            ("cut-off", of_estimate(|e| e.cutoff.map_or(String::new(), |hz| format!("{} Hz", significant(hz, 3))))),
             ("command", command.to_string()),
             ("made with", if version.is_empty() { String::new() } else { format!("rist {version}") }),
         ];

@@ -12,7 +12,7 @@ use crate::number::{percent, significant};
 
 /// A joint of the page.
 #[derive(Serialize)]
-pub struct Joint {
+pub(crate) struct Joint {
     name: String,
     /// Of the portrait's logs.
     relative: String,
@@ -34,7 +34,7 @@ struct Share {
 
 /// A chart with its caption.
 #[derive(Serialize)]
-pub struct Figure {
+pub(crate) struct Figure {
     pub caption: String,
     pub svg: String,
 }
@@ -43,7 +43,7 @@ pub struct Figure {
 const PART_CLASSES: [&str; 4] = ["a", "b", "c", "d"];
 
 /// The joints of a portrait. `estimate` gives the errors on parts left out and the cut-off.
-pub fn joints(portrait: &Portrait, estimate: Option<&Estimate>) -> Vec<Joint> {
+pub(crate) fn joints(portrait: &Portrait, estimate: Option<&Estimate>) -> Vec<Joint> {
     portrait.joints.iter().map(|joint| one(joint, portrait, estimate)).collect()
 }
 
@@ -62,25 +62,25 @@ fn one(joint: &JointPortrait, portrait: &Portrait, estimate: Option<&Estimate>) 
         relative: if joint.torque_rms > 0.0 { percent(joint.residual_rms / joint.torque_rms) } else { "-".into() },
         rms: format!("{} {}", significant(joint.residual_rms, 3), joint.unit),
         held_out: of_estimate.and_then(|j| j.held_out).map_or("-".into(), percent),
-        memory: memory.map_or("-".into(), |memory| likeness(memory, estimate.map_or(0.0, |e| e.cutoff))),
+        memory: memory.map_or("-".into(), |memory| likeness(memory, estimate.and_then(|e| e.cutoff))),
         shares: joint.part_rms.iter().enumerate().map(share).collect(),
-        charts: charts(joint, portrait, memory, estimate.map_or(0.0, |e| e.cutoff)),
+        charts: charts(joint, portrait, memory, estimate.and_then(|e| e.cutoff)),
     }
 }
 
 /// The time over which a residual is correlated, compared with noise behind the same filter.
-fn likeness(memory: f64, cutoff: f64) -> String {
+fn likeness(memory: f64, cutoff: Option<f64>) -> String {
     let seconds = format!("{} s", significant(memory, 2));
-    match memory * cutoff / NOISE_MEMORY_PERIODS {
-        _ if cutoff == 0.0 => seconds,
-        times if times < 1.5 => format!("{seconds}, as noise"),
-        times => format!("{seconds}, {times:.1} × noise"),
+    match cutoff.map(|hz| memory * hz / NOISE_MEMORY_PERIODS) {
+        None => seconds,
+        Some(times) if times < 1.5 => format!("{seconds}, as noise"),
+        Some(times) => format!("{seconds}, {times:.1} × noise"),
     }
 }
 
 /// The charts of a joint by their file names, for a folder of pictures.
-pub fn pictures<'a>(portrait: &'a Portrait, estimate: Option<&Estimate>) -> Vec<(String, Chart<'a>)> {
-    let cutoff = estimate.map_or(0.0, |e| e.cutoff);
+pub(crate) fn pictures<'a>(portrait: &'a Portrait, estimate: Option<&Estimate>) -> Vec<(String, Chart<'a>)> {
+    let cutoff = estimate.and_then(|e| e.cutoff);
     let named = |joint| {
         let charts = drawn(joint, portrait, None, cutoff).into_iter();
         charts.map(|(name, _, chart)| (format!("{name}_{}", joint.coordinate), chart)).collect::<Vec<_>>()
@@ -88,7 +88,7 @@ pub fn pictures<'a>(portrait: &'a Portrait, estimate: Option<&Estimate>) -> Vec<
     portrait.joints.iter().flat_map(named).collect()
 }
 
-fn charts(joint: &JointPortrait, portrait: &Portrait, memory: Option<f64>, cutoff: f64) -> Vec<Figure> {
+fn charts(joint: &JointPortrait, portrait: &Portrait, memory: Option<f64>, cutoff: Option<f64>) -> Vec<Figure> {
     let figure = |(_, caption, chart): (&str, String, Chart)| Figure { caption, svg: chart.svg() };
     drawn(joint, portrait, memory, cutoff).into_iter().map(figure).collect()
 }
@@ -98,7 +98,7 @@ fn drawn<'a>(
     joint: &'a JointPortrait,
     portrait: &'a Portrait,
     memory: Option<f64>,
-    cutoff: f64,
+    cutoff: Option<f64>,
 ) -> Vec<(&'static str, String, Chart<'a>)> {
     let (name, unit) = (&joint.coordinate, joint.unit.as_str());
     let speed = if joint.is_prismatic { "speed, m/s" } else { "speed, rad/s" };
@@ -153,11 +153,11 @@ fn friction_caption(joint: &JointPortrait) -> String {
     }
 }
 
-fn spectrum<'a>(joint: &JointPortrait, name: &str, unit: &str, cutoff: f64) -> Chart<'a> {
+fn spectrum<'a>(joint: &JointPortrait, name: &str, unit: &str, cutoff: Option<f64>) -> Chart<'a> {
     let density = format!("{unit}/√Hz");
     let shown = |points: &[(f64, f64)]| -> Vec<(f64, f64)> {
         // Beyond the cut-off only the remainder of the filter is left.
-        points.iter().copied().filter(|p| cutoff == 0.0 || p.0 <= 1.3 * cutoff).collect()
+        points.iter().copied().filter(|p| cutoff.is_none_or(|hz| p.0 <= 1.3 * hz)).collect()
     };
     let residual = shown(&joint.residual_spectrum);
     let mut chart = Chart::new(format!("Spectrum of {name}"), ("frequency, Hz", &density))
@@ -180,7 +180,12 @@ fn spectrum_caption(joint: &JointPortrait, unit: &str) -> String {
     }
 }
 
-fn autocorrelation<'a>(joint: &JointPortrait, name: &str, memory: Option<f64>, cutoff: f64) -> (String, Chart<'a>) {
+fn autocorrelation<'a>(
+    joint: &JointPortrait,
+    name: &str,
+    memory: Option<f64>,
+    cutoff: Option<f64>,
+) -> (String, Chart<'a>) {
     let band = joint.autocorrelation_band;
     let found = &joint.autocorrelation;
     let mut chart = Chart::new(format!("Autocorrelation of {name}"), ("lag, s", ""))
@@ -188,7 +193,7 @@ fn autocorrelation<'a>(joint: &JointPortrait, name: &str, memory: Option<f64>, c
         .band("95 % of white noise", -band, band)
         .line("what is left", "d", found);
     let mut caption = "How far what is left resembles itself".to_string();
-    if cutoff > 0.0 {
+    if let Some(cutoff) = cutoff {
         let noise: Vec<(f64, f64)> = found.iter().map(|p| (p.0, filtered_noise(cutoff, p.0))).collect();
         chart = chart.line("filtered noise", "c", &noise);
         if let Some(memory) = memory {

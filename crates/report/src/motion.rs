@@ -8,7 +8,7 @@ use crate::number::significant;
 
 /// A joint's motion beside its limits.
 #[derive(Serialize)]
-pub struct Used {
+pub(crate) struct Used {
     name: String,
     position: Bar,
     speed: Bar,
@@ -25,7 +25,7 @@ struct Bar {
 }
 
 /// Each joint of a portrait beside the limits of the description.
-pub fn used(portrait: &Portrait, robot: Option<&Robot>) -> Vec<Used> {
+pub(crate) fn used(portrait: &Portrait, robot: Option<&Robot>) -> Vec<Used> {
     let one = |(k, joint): (usize, &identification::portrait::JointPortrait)| {
         let limits = robot.and_then(|robot| robot.coordinates.get(k)).map(|c| c.limits).unwrap_or_default();
         let unit = if joint.is_prismatic { "m" } else { "rad" };

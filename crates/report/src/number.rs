@@ -14,7 +14,7 @@ pub fn significant(x: f64, digits: usize) -> String {
 }
 
 /// A value and half of its interval, both down to the second significant digit of the half.
-pub fn with_interval(value: f64, half: f64) -> (String, String) {
+pub(crate) fn with_interval(value: f64, half: f64) -> (String, String) {
     if !(half > 0.0 && half.is_finite()) {
         return (significant(value, 4), String::new());
     }

@@ -25,7 +25,7 @@ pub struct Subject<'a> {
 
 /// The parameters of one link.
 #[derive(Serialize)]
-pub struct Group {
+pub(crate) struct Group {
     title: String,
     rows: Vec<Row>,
 }
@@ -57,7 +57,7 @@ struct Row {
 const FULL_BAR_SIGMAS: f64 = 50.0;
 
 /// The parameters of an estimate by link.
-pub fn groups(estimate: &Estimate, subject: Option<Subject>) -> Vec<Group> {
+pub(crate) fn groups(estimate: &Estimate, subject: Option<Subject>) -> Vec<Group> {
     let told: BTreeMap<String, Told> = subject.map(told).unwrap_or_default();
     let mut groups: Vec<Group> = Vec::new();
     for (order, parameter) in estimate.parameters.iter().enumerate() {

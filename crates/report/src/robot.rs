@@ -3,7 +3,7 @@
 use std::fmt::Write;
 
 use crate::sheet::Sheet;
-use crate::template::{plain, rendered};
+use crate::template::{self, rendered};
 use crate::wrap::{table, wrapped};
 
 /// Text for a terminal of `width` columns.
@@ -66,12 +66,12 @@ pub fn text(sheet: &Sheet, width: usize) -> String {
 
 /// Markdown, with tables.
 pub fn markdown(sheet: &Sheet) -> String {
-    plain(include_str!("../templates/robot.md"), sheet)
+    template::markdown(include_str!("../templates/robot.md"), sheet)
 }
 
 /// A fragment of LaTeX: tables for a paper, with `booktabs` and `longtable`.
 pub fn latex(sheet: &Sheet) -> String {
-    plain(include_str!("../templates/robot.tex"), sheet)
+    template::latex(include_str!("../templates/robot.tex"), sheet)
 }
 
 /// A page on which one selects a base parameter or a link to see how parameters were regrouped.

@@ -34,7 +34,7 @@ impl Scale {
     }
 
     /// An axis of this length about the same middle.
-    pub fn of_length(self, length: f64) -> Scale {
+    pub(crate) fn of_length(self, length: f64) -> Scale {
         let middle = 0.5 * (self.low + self.high);
         Scale { low: middle - 0.5 * length, high: middle + 0.5 * length, ..self }
     }

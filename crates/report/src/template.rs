@@ -1,20 +1,32 @@
 //! Renders templates to text. They are compiled in, and the tests find one that fails.
 
+use gate::shown;
 use minijinja::syntax::SyntaxConfig;
-use minijinja::value::Serde;
-use minijinja::{AutoEscape, Environment, UndefinedBehavior};
+use minijinja::value::{Serde, Value};
+use minijinja::{AutoEscape, Environment, UndefinedBehavior, escape_formatter};
 use serde::Serialize;
 
 /// A page from its template and its content. The content's texts are escaped, except those marked as safe.
-pub fn rendered(template: &str, content: impl Serialize) -> String {
+pub(crate) fn rendered(template: &str, content: impl Serialize) -> String {
     let failed = |e: minijinja::Error| format!("<!doctype html><p>this page could not be made: {e:#}</p>\n");
     environment(AutoEscape::Html).render_str(template, Serde(content)).unwrap_or_else(failed)
 }
 
-/// The same without escapes: Markdown, and LaTeX with its own filters `tex` and `tex_rule`.
-pub fn plain(template: &str, content: impl Serialize) -> String {
+/// LaTeX, by its own filters `tex` and `tex_rule`.
+pub(crate) fn latex(template: &str, content: impl Serialize) -> String {
     let failed = |e: minijinja::Error| format!("this text could not be made: {e:#}\n");
     environment(AutoEscape::None).render_str(template, Serde(content)).unwrap_or_else(failed)
+}
+
+/// Markdown: each text is escaped, and what the filter `code` makes of it is code.
+pub(crate) fn markdown(template: &str, content: impl Serialize) -> String {
+    let failed = |e: minijinja::Error| format!("this text could not be made: {e:#}\n");
+    let mut environment = environment(AutoEscape::None);
+    environment.set_formatter(|out, state, value| match value.as_str().filter(|_| !value.is_safe()) {
+        Some(text) => escape_formatter(out, state, &Value::from(shown::markdown(text))),
+        None => escape_formatter(out, state, value),
+    });
+    environment.render_str(template, Serde(content)).unwrap_or_else(failed)
 }
 
 fn environment(escape: AutoEscape) -> Environment<'static> {
@@ -25,6 +37,13 @@ fn environment(escape: AutoEscape) -> Environment<'static> {
         environment.set_syntax(syntax);
     }
     environment.set_auto_escape_callback(move |_| escape.clone());
+    environment.set_formatter(|out, state, value| {
+        match value.as_str().filter(|text| text.contains(shown::is_hidden)) {
+            Some(text) if !value.is_safe() => escape_formatter(out, state, &Value::from(&*shown::lines(text))),
+            _ => escape_formatter(out, state, value),
+        }
+    });
+    environment.add_filter("code", |text: String| Value::from_safe_string(shown::markdown_code(&text)));
     environment.add_filter("tex", |text: String| tex(&text));
     environment.add_filter("tex_rule", |text: String| tex_rule(&text));
     environment
@@ -63,6 +82,20 @@ mod tests {
     #[test]
     fn what_is_not_there_is_said() {
         assert!(rendered("{{ nothing }}", ()).contains("could not be made"));
-        assert!(plain("{{ nothing }}", ()).contains("could not be made"));
+        assert!(latex("{{ nothing }}", ()).contains("could not be made"));
+        assert!(markdown("{{ nothing }}", ()).contains("could not be made"));
+    }
+
+    #[test]
+    fn no_text_is_markup() {
+        #[derive(Serialize)]
+        struct Content {
+            x: &'static str,
+        }
+        let content = || Content { x: "<b>|[a](b)`*\u{202e}\u{1b}" };
+        assert_eq!(rendered("{{ x }}", content()), "&lt;b&gt;|[a](b)`*\\u{202e}\\u{1b}");
+        let escaped = "&lt;b&gt;\\|\\[a\\](b)\\`\\*\\\\u{202e}\\\\u{1b}";
+        assert_eq!(markdown("{{ x }}", content()), escaped);
+        assert_eq!(markdown("{{ x|code }}", content()), "`<b>\\|[a](b)'*\\u{202e}\\u{1b}`");
     }
 }

@@ -55,8 +55,7 @@ pub(crate) fn prior_rows(estimate: &Estimate, model: &LinearModel) -> (Vec<f64>,
 /// Noise of a torque sample at `rate`, Hz, from the residuals; `None` for a joint that has none.
 pub(crate) fn residual_noise(estimate: &Estimate, coordinate: &str, rate: f64) -> Option<f64> {
     let joint = estimate.joints.iter().find(|j| j.coordinate == coordinate)?;
-    let below = 2.0 * estimate.cutoff;
-    let band = if below > 0.0 && below < rate { rate / below } else { 1.0 };
+    let band = estimate.cutoff.map_or(1.0, |hz| (rate / (2.0 * hz)).max(1.0));
     Some(joint.rms * (band * estimate.discount()).sqrt()).filter(|x| x.is_finite() && *x > 0.0)
 }
 

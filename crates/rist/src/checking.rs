@@ -1,25 +1,36 @@
-//! Checks whether a motion keeps its limits, from the motion and the model alone.
+//! Checks whether a motion keeps its limits, from its coefficients and the model alone.
 
 use std::path::Path;
 
 use experiments::excitation::artefact::ExcitingMotion;
 use experiments::excitation::fitting::Obligations;
-use experiments::excitation::held_limits::{HeldLimit, alone_text, held};
+use experiments::excitation::gap_proof::Gap;
+use experiments::excitation::held_limits::{HeldLimit, held, kinds_of_motion_alone};
+use experiments::excitation::ledger::{LowestPoint, MotionLedger};
+use experiments::excitation::left_out::{LeftOut, Matter};
 use experiments::excitation::limits::{CoordinateLimits, LimitKind, LimitsFile, given};
 use experiments::excitation::motion::Motion;
 use experiments::excitation::proof::{CertificateRow, DescribedTorque, EnclosedTorque, Kept};
+use experiments::excitation::space_limits::{Floor, SpaceLimits};
 
 use crate::adapters::surroundings::RobotSurroundings;
-use crate::described::torque_note;
+use crate::described::torque_left_out;
 use crate::error::Error;
-use crate::exciting::KnownTorque;
+use crate::exciting::{KnownTorque, identified_torque};
 use crate::model::Model;
+use crate::request::CheckRequest;
 
 /// A certificate made anew.
 pub struct Checked {
     /// The limits with their proofs.
     pub certificate: Vec<CertificateRow>,
-    /// What was not looked at, in sentences.
+    /// What the certificate leaves out.
+    pub left_out: Vec<LeftOut>,
+    /// Height of the floor, m.
+    pub floor: Option<f64>,
+    /// The lowest point of the links that move, as far as instants show.
+    pub lowest: Option<LowestPoint>,
+    /// What else is to be known, in sentences.
     pub notes: Vec<String>,
     /// The limits that the coordinates are checked against.
     pub limits: Vec<CoordinateLimits>,
@@ -28,27 +39,33 @@ pub struct Checked {
 }
 
 impl Checked {
-    /// Whether every limit is proven to be kept.
-    pub fn is_proven(&self) -> bool {
-        self.certificate.iter().all(|r| r.kept == Kept::Proven)
+    /// The certificate with what it leaves out.
+    pub fn ledger(&self) -> MotionLedger<'_> {
+        let (rows, left_out) = (&self.certificate, &self.left_out);
+        MotionLedger { rows, left_out, floor: self.floor, lowest: self.lowest.as_ref() }
     }
 
-    /// The rows that speak against the motion.
-    pub fn faults(&self) -> impl Iterator<Item = &CertificateRow> {
-        self.certificate.iter().filter(|r| r.kept != Kept::Proven)
+    /// Whether every row is proven, and all that the user asked for is looked at.
+    pub fn is_proven(&self) -> bool {
+        self.ledger().is_kept()
+    }
+
+    /// What speaks against the motion, in sentences.
+    pub fn faults(&self) -> Vec<String> {
+        self.ledger().faults()
     }
 }
 
-/// Proves the limits of a motion anew. These are the limits that it was made with, but no looser than the description's
-/// and those of `asked`, a limits file. `file` stands in messages. The certificate in the motion is not trusted.
+/// Proves the limits of a motion anew. Of its file only the coefficients and times are taken, and limits where they are
+/// tighter than those of the description and of the request. Torques are those of the description or of the estimate in
+/// the request. `file` stands in messages.
+///
+/// A motion of an earlier version does not say what it leaves out. It is held to the pairs of its own certificate; others
+/// are told, and only where they meet they speak against it.
 ///
 /// Fails where the motion was made with another model or is none, and where the limits leave no room.
-pub fn check(
-    model: &Model,
-    file: &Path,
-    artefact: &ExcitingMotion,
-    asked: Option<&LimitsFile>,
-) -> Result<Checked, Error> {
+pub fn check(model: &Model, file: &Path, artefact: &ExcitingMotion, request: &CheckRequest) -> Result<Checked, Error> {
+    let asked = request.limits.as_ref();
     model.check(file, &artefact.model)?;
     let motion = artefact.motion(&file.display().to_string())?;
     let names = model.regressor().coordinates();
@@ -62,41 +79,107 @@ pub fn check(
         )));
     }
     let (limits, origins) = held_limits(model, file, artefact, &motion, asked)?;
-    let known = KnownTorque::new(model, artefact.identified.as_ref());
-    let friction = known.friction.clone();
-    if friction.len() != names.len() || artefact.identified.is_some() && known.enclosure.is_none() {
-        let (count, n) = (model.regressor().parameters().len(), names.len());
-        let what = format!("identified: expected are {count} parameters, and friction of {n} joints");
-        return Err(Error::new(format_args!("{}: {what}", file.display())));
-    }
-    known.check_power(names, &limits).map_err(|what| Error::new(format_args!("{}: {what}", file.display())))?;
+
+    // Torques.
+    let identified = request.after.as_ref().map(|estimate| identified_torque(model, names, estimate)).transpose()?;
+    let known = KnownTorque::new(model, identified.as_ref());
     let torque = known.enclosure.as_ref().map(|torque| DescribedTorque {
         torque: torque as &dyn EnclosedTorque,
-        friction,
+        friction: known.friction.clone(),
         share: artefact.effort_share,
     });
-    let space = match asked.and_then(|asked| asked.space.as_ref()) {
-        Some(asked) => artefact.space.with(asked),
-        None => artefact.space.clone(),
-    };
-    let surroundings = RobotSurroundings::new(model, &space, &limits)?;
+
+    // Bodies.
+    let nothing = SpaceLimits::default();
+    let user = asked.and_then(|asked| asked.space.as_ref()).unwrap_or(&nothing);
+    let surroundings = RobotSurroundings::new(model, user, Some(&artefact.space), &limits)?;
     let obligations =
         Obligations { limits: &limits, names, torque: torque.as_ref(), surroundings: surroundings.some() };
-    let mut notes: Vec<String> = torque_note(known.enclosure.is_some(), names, &limits).into_iter().collect();
-    notes.extend_from_slice(surroundings.notes());
-    if artefact.identified.is_some() {
-        notes.push("torques are those of the identified parameters that stand in the motion's file".into());
+    let mut certificate = obligations.certificate(&motion);
+
+    // What is left out.
+    let mut left_out = surroundings.left_out().to_vec();
+    left_out.extend(torque_left_out(known.enclosure.is_some(), names, &limits, asked));
+    left_out.extend(limits_of_file(&origins));
+    if artefact.left_out.is_none() {
+        left_out.extend(beyond_own_list(artefact, surroundings.gaps(), &mut certificate));
+    }
+    left_out.push(LeftOut::approach());
+    let notes = notes(artefact, request, torque.is_some(), &origins);
+    let (floor, lowest) = (surroundings.floor(), surroundings.lowest(&motion));
+    Ok(Checked { certificate, left_out, floor, lowest, notes, limits, origins })
+}
+
+/// What the motion's own file says that proves nothing.
+fn notes(artefact: &ExcitingMotion, request: &CheckRequest, knows_torque: bool, origins: &[HeldLimit]) -> Vec<String> {
+    let mut notes = Vec::new();
+    if artefact.identified.is_some() && request.after.is_none() {
+        notes.push(
+            "the motion was made with torques of an estimate, which its file repeats; they prove nothing here: [after=ESTIMATE] \
+             gives them"
+                .to_string(),
+        );
+    }
+    let space = &artefact.space;
+    let is_lenient = !space.own_links || !space.accept.is_empty() || !space.ignored_pairs.is_empty();
+    if is_lenient || space.floor == Some(Floor::NOWHERE) {
+        notes.push(
+            "the motion's own file leaves out pairs of links or the floor; what it leaves out counts only in [limits=FILE], a \
+             file of yours"
+                .into(),
+        );
     }
     let limits_drives = |row: &HeldLimit| matches!(row.limit, LimitKind::Effort | LimitKind::Power);
-    if torque.is_some() && artefact.effort_share < 1.0 && origins.iter().any(limits_drives) {
+    if knows_torque && artefact.effort_share < 1.0 && origins.iter().any(limits_drives) {
         notes.push(format!(
             "effort and power are held to {} of their limits: this is the effort_share of the motion's file",
             artefact.effort_share
         ));
     }
-    let is_room_own = asked.is_none_or(|asked| asked.space.is_none());
-    notes.extend(alone_text(&origins, if is_room_own { &["distances, floors, walls and boxes"] } else { &[] }));
-    Ok(Checked { certificate: obligations.certificate(&motion), notes, limits, origins })
+    notes
+}
+
+/// The kinds of limits that stand in the motion's file alone.
+fn limits_of_file(origins: &[HeldLimit]) -> Option<LeftOut> {
+    let kinds = kinds_of_motion_alone(origins);
+    let what =
+        "a limit that stands nowhere else is as the motion's file has it, loosened or not ([limits=FILE] gives yours)";
+    (!kinds.is_empty()).then(|| LeftOut::assumed(Matter::Limit, kinds, what, "the motion's file"))
+}
+
+/// What a motion of an earlier version did not look at: pairs and a floor that are not in its certificate, and that are
+/// not proven now. Such rows leave the certificate, except where bodies meet.
+fn beyond_own_list(artefact: &ExcitingMotion, gaps: &[Gap], certificate: &mut Vec<CertificateRow>) -> Vec<LeftOut> {
+    let is_listed = |gap: &Gap| {
+        let [a, b] = &gap.carriers;
+        artefact.certificate.iter().filter(|row| row.limit == gap.limit).any(|row| match gap.limit {
+            LimitKind::Distance => {
+                row.subject == format!("{a} and {b}")
+                    || row.subject == format!("{b} and {a}")
+                    || row.subject == gap.subject
+            }
+            _ => row.subject == gap.subject || Some(a.as_str()) == row.subject.split(" at the ").next(),
+        })
+    };
+    let is_floor = |gap: &Gap| gap.limit == LimitKind::Region && gap.subject.ends_with(" at the floor");
+    let mut left_out = Vec::new();
+    certificate.retain(|row| {
+        let gap = gaps.iter().find(|gap| gap.limit == row.limit && gap.subject == row.subject);
+        let Some(gap) = gap.filter(|gap| row.kept != Kept::Proven && !is_listed(gap)) else { return true };
+        let meets = row.limit == LimitKind::Distance && row.value < 0.0;
+        if meets || (row.limit == LimitKind::Region && (artefact.space.floor.is_some() || !is_floor(gap))) {
+            return true;
+        }
+        let matter = if is_floor(gap) { Matter::Floor } else { Matter::Distance };
+        let why = format!(
+            "the motion's file is of an earlier version and did not look at it; it comes to {:.4} m at {:.3} s, where {:.4} m \
+             are asked for now",
+            row.value, row.time_s, row.bound
+        );
+        left_out.push(LeftOut::not_looked_at(matter, vec![row.subject.clone()], why, "a motion of this version"));
+        false
+    });
+    left_out
 }
 
 /// The limits of each coordinate, and their origins.
@@ -120,7 +203,11 @@ fn held_limits(
         if let Some(place) = own.locked.filter(|q| stirs(coefficients, *q)) {
             // The motion moves a locked coordinate. Its limits of position are then the locked position, and its bodies
             // count as moving.
-            own = CoordinateLimits { position: (place - STILL, place + STILL), locked: None, ..own };
+            own = CoordinateLimits {
+                position: (place - LOCKED_MOTION_TOLERANCE, place + LOCKED_MOTION_TOLERANCE),
+                locked: None,
+                ..own
+            };
         }
         limits.push(own);
         origins.extend(rows);
@@ -129,11 +216,11 @@ fn held_limits(
 }
 
 /// rad (m): how far rounding may move a locked coordinate.
-const STILL: f64 = 1e-9;
+const LOCKED_MOTION_TOLERANCE: f64 = 1e-9;
 
 /// Whether a coordinate that is locked moves, or stands elsewhere.
 fn stirs(coefficients: &[f64], locked: f64) -> bool {
     let swing: f64 = coefficients.iter().skip(1).map(|x| x.abs()).sum();
     let centre = coefficients.first().copied().unwrap_or(locked);
-    swing > STILL || (centre - locked).abs() > STILL
+    swing > LOCKED_MOTION_TOLERANCE || (centre - locked).abs() > LOCKED_MOTION_TOLERANCE
 }

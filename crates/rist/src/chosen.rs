@@ -17,7 +17,6 @@ use identification::rows::observation::Observation;
 use identification::signals::records::SourceRecords;
 use identification::signals::signal_options::Velocity;
 use linear_model::description_options::{DescriptionOptions, RotorInertias};
-use linear_model::linear_model::Model as LinearModel;
 use logs::{Effort, LogSource};
 use robot::RotorInertia;
 
@@ -59,7 +58,7 @@ pub(crate) struct Looked<'a> {
 
 impl<'a> Looked<'a> {
     /// Fails where a log cannot be read.
-    pub fn of(model: &'a Model, logs: &'a [LogSource], options: &Options) -> Result<Looked<'a>, Error> {
+    pub(crate) fn of(model: &'a Model, logs: &'a [LogSource], options: &Options) -> Result<Looked<'a>, Error> {
         let records = SourceRecords::new(model.regressor(), logs, &options.preparation())?;
         let passport = passport_of(model, logs, &records, options.transmission.drive_gains.as_deref())?;
         Ok(Looked { options: options.clone(), records, passport, rows: None })
@@ -68,7 +67,7 @@ impl<'a> Looked<'a> {
     /// The same, read anew only where they were read with other options.
     ///
     /// Fails where a log cannot be read.
-    pub fn again(
+    pub(crate) fn again(
         before: Option<Looked<'a>>,
         model: &'a Model,
         logs: &'a [LogSource],
@@ -83,7 +82,7 @@ impl<'a> Looked<'a> {
     /// The fit to them, with the options that they were read with.
     ///
     /// Fails where a log cannot be read, and where no joint moves.
-    pub fn fit(&self, model: &Model, logs: &[LogSource]) -> Result<Fit, Error> {
+    pub(crate) fn fit(&self, model: &Model, logs: &[LogSource]) -> Result<Fit, Error> {
         let (regressor, names) = (model.regressor(), logs.iter().map(LogSource::name).collect());
         Ok(match &self.rows {
             Some(rows) => Fit::of_observation(regressor, &self.records, rows.clone(), names, &self.options)?,
@@ -207,8 +206,7 @@ fn late(
         return Ok(None);
     }
     let error = |options: &Options| -> Result<f64, Error> {
-        let couplings = options.transmission.coupled();
-        let linear = LinearModel::new(model.regressor(), &options.friction, &couplings);
+        let linear = options.linear_model(model.regressor());
         let records = SourceRecords::new(model.regressor(), logs, &options.preparation())?;
         let observation = Observation::of_records(&linear, &records, None)?;
         Ok(cross_validate(&linear, &observation, options.weights).total)

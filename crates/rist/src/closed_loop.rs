@@ -66,7 +66,7 @@ pub fn identify_experiments_in_loop(
     setup.sensing.quantum.fill(0.0);
     let simulator = PlanInLoop { model, references: &references, setup, preparation };
     let mut estimate = identify_closed_loop(model.regressor(), &rows, read.files, &simulator, &options, method)?;
-    estimate.fingerprint = model.reference.fingerprint.clone();
+    estimate.fingerprint = Some(model.reference.fingerprint.clone());
     estimate.description = model.description.clone();
     if let Some(options) = estimate.options.as_mut().filter(|_| read.currents) {
         options.transmission.drive_gains = Some(gains);

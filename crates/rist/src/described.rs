@@ -1,6 +1,7 @@
 //! What the description tells of torques: friction, values of parameters, noise.
 
-use experiments::excitation::limits::CoordinateLimits;
+use experiments::excitation::left_out::{LeftOut, Matter};
+use experiments::excitation::limits::{AskedLimits, CoordinateLimits, LimitsFile};
 use experiments::excitation::proof::DescribedFriction;
 use linear_model::linear_model::Model as LinearModel;
 use linear_model::parameter::FrictionParameter;
@@ -38,15 +39,42 @@ pub(crate) fn described_friction(model: &Model) -> Vec<DescribedFriction> {
     (0..model.robot.n_coordinates()).map(of).collect()
 }
 
-/// A note where torques are not checked, with the reason.
-pub(crate) fn torque_note(is_known: bool, names: &[String], limits: &[CoordinateLimits]) -> Option<String> {
-    if !is_known {
-        return Some("torques are not looked at: the description has no inertial parameters".into());
-    }
-    let unknown = names.iter().zip(limits).filter(|(_, l)| l.effort.is_none());
-    let unknown: Vec<&str> = unknown.map(|(name, _)| name.as_str()).collect();
-    let names = unknown.join(", ");
-    (!unknown.is_empty()).then(|| format!("torques of {names} are not looked at: no effort limit given"))
+/// The torques and powers that are not looked at, with the reason. `asked`: the limits file of the user.
+pub(crate) fn torque_left_out(
+    is_known: bool,
+    names: &[String],
+    limits: &[CoordinateLimits],
+    asked: Option<&LimitsFile>,
+) -> Vec<LeftOut> {
+    let is_asked = |name: &str, of: fn(&AskedLimits) -> Option<f64>| {
+        asked.is_some_and(|file| of(&file.of(name)).or(of(&file.all)).is_some())
+    };
+    let of = |is: &dyn Fn(&str, &CoordinateLimits) -> bool| -> Vec<String> {
+        names.iter().zip(limits).filter(|(name, l)| is(name, l)).map(|(name, _)| name.clone()).collect()
+    };
+    let out = |matter: Matter, of: Vec<String>, why: &str, would_tell: &str, is_asked: bool| {
+        let found = LeftOut::not_looked_at(matter, of, why, would_tell);
+        LeftOut { is_asked, ..found }
+    };
+    let unknown = |matter: Matter, of: Vec<String>, is_asked: bool| {
+        let would_tell = "inertial parameters in the description, or an estimate ([after=ESTIMATE])";
+        out(matter, of, "the description has no inertial parameters", would_tell, is_asked)
+    };
+    let effort = |l: &AskedLimits| l.effort;
+    let power = |l: &AskedLimits| l.power;
+    let all = match is_known {
+        true => {
+            let unlimited = of(&|_, l| l.effort.is_none());
+            vec![out(Matter::Effort, unlimited, "no effort limit is given", "an effort limit", false)]
+        }
+        false => vec![
+            unknown(Matter::Effort, of(&|name, _| !is_asked(name, effort)), false),
+            unknown(Matter::Effort, of(&|name, _| is_asked(name, effort)), true),
+            unknown(Matter::Power, of(&|name, l| l.power.is_some() && !is_asked(name, power)), false),
+            unknown(Matter::Power, of(&|name, l| l.power.is_some() && is_asked(name, power)), true),
+        ],
+    };
+    all.into_iter().filter(|out| !out.of.is_empty()).collect()
 }
 
 /// Values of the description, one a parameter of the model.

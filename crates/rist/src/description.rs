@@ -32,14 +32,14 @@ pub fn parse_robot(text: &str, path: &Path, options: &ModelOptions) -> Result<Ro
 /// `None` where everything is as given.
 pub fn snapping(robot: &Robot, text: &str, path: &Path, options: &ModelOptions) -> Option<String> {
     /// This many are named, and the others counted.
-    const NAMED: usize = 4;
+    const NAMED_ANGLES: usize = 4;
     if robot.snapped.is_empty() {
         return None;
     }
     let mut taken: Vec<String> =
-        robot.snapped.iter().take(NAMED).map(|n| format!("{}: {}", n.subject, n.text)).collect();
-    if robot.snapped.len() > NAMED {
-        taken.push(format!("{} more", robot.snapped.len() - NAMED));
+        robot.snapped.iter().take(NAMED_ANGLES).map(|n| format!("{}: {}", n.subject, n.text)).collect();
+    if robot.snapped.len() > NAMED_ANGLES {
+        taken.push(format!("{} more", robot.snapped.len() - NAMED_ANGLES));
     }
     let as_given = parse_robot(text, path, &ModelOptions { angles: Angles::AsGiven, ..options.clone() });
     let change = match as_given.ok().and_then(|given| torque_difference(&given, robot)) {

@@ -30,7 +30,7 @@ impl HarmonicRequest {
         Ok(options)
     }
 
-    /// Ripple, springs and play, each once.
+    /// Ripple, springs and backlash, each once.
     fn joint_effects(&self, model: &Model) -> Result<Vec<Effect>, Error> {
         let n = model.regressor().coordinates().len();
         let joints = |whose: &Whose| match whose {
@@ -50,8 +50,8 @@ impl HarmonicRequest {
         for whose in &self.elastic {
             found.extend(of("elastic", whose)?.map(|joint| Effect::Elastic { joint }));
         }
-        for whose in &self.play {
-            found.extend(of("play", whose)?.map(|joint| Effect::Play { joint }));
+        for whose in &self.backlash {
+            found.extend(of("backlash", whose)?.map(|joint| Effect::Play { joint }));
         }
         let is_new = |i: &usize| !found[..*i].contains(&found[*i]);
         Ok((0..found.len()).filter(is_new).map(|i| found[i]).collect())
@@ -96,8 +96,8 @@ mod tests {
     fn what_cannot_be_is_refused() {
         let message = |request: HarmonicRequest| request.options(&planar()).unwrap_err().to_string();
         let plain = HarmonicRequest::default;
-        let unknown = message(HarmonicRequest { play: vec![named("q9")], ..plain() });
-        assert_eq!(unknown, "[play]: there is no coordinate `q9`; there are q1, q2");
+        let unknown = message(HarmonicRequest { backlash: vec![named("q9")], ..plain() });
+        assert_eq!(unknown, "[backlash]: there is no coordinate `q9`; there are q1, q2");
         for periods in [0.0, -3.0, f64::NAN, f64::INFINITY] {
             let said = message(HarmonicRequest { ripple: vec![(Whose::All, periods)], ..plain() });
             assert!(said.contains("above 0 and up to 10000 is expected"), "{said}");

@@ -58,7 +58,7 @@ enum Source {
 }
 
 /// States that are evaluated together, so few that their inputs and outputs stay in the cache.
-const TOGETHER: usize = 64;
+const STATES_PER_PASS: usize = 64;
 
 impl Evaluation {
     /// Derives the functions that the quantity needs.
@@ -117,8 +117,8 @@ impl Evaluation {
         if outputs.is_empty() {
             return Ok(());
         }
-        for (first, outputs) in (0..count).step_by(TOGETHER).zip(outputs.chunks_mut(TOGETHER * size)) {
-            let rows = first..count.min(first + TOGETHER);
+        for (first, outputs) in (0..count).step_by(STATES_PER_PASS).zip(outputs.chunks_mut(STATES_PER_PASS * size)) {
+            let rows = first..count.min(first + STATES_PER_PASS);
             // An argument that is not needed may be empty.
             let row = |x: &'a [f64], k: usize| x.get(k * n..(k + 1) * n).unwrap_or_default();
             let rows = rows.map(|k| [row(states.q, k), row(states.dq, k), row(states.ddq, k)]);
@@ -161,7 +161,7 @@ mod tests {
             let model = Model::read(format!("{}/../../models/{name}", env!("CARGO_MANIFEST_DIR"))).unwrap();
             let n = model.robot.n_coordinates();
             let mut random = Random::new(5);
-            let count = TOGETHER + 7;
+            let count = STATES_PER_PASS + 7;
             let mut normal = |count: usize| (0..count).map(|_| 0.3 * random.normal()).collect::<Vec<f64>>();
             let standard = normal(model.parameters.standard.len());
             let (q, dq, ddq, x) =

@@ -10,7 +10,7 @@ use crate::error::Error;
 use crate::request::{ExciteRequest, Family, HARMONICS};
 
 /// Instants a period, for each harmonic. They are enough to distinguish products of three harmonics.
-const INSTANTS: usize = 30;
+const SAMPLED_INSTANTS: usize = 30;
 /// Instants a span of a spline: what its limits do in between costs less than a hundredth.
 const SPAN_INSTANTS: usize = 10;
 
@@ -61,7 +61,7 @@ pub(crate) fn timing(request: &ExciteRequest, limits: &[CoordinateLimits]) -> Re
             let period = or_default(harmonics);
             let blend = whole(blend.unwrap_or_else(|| tenths(default_blend(limits))));
             let series = FourierSeries { period, blend, harmonics };
-            let samples = (INSTANTS * harmonics).max(100);
+            let samples = (SAMPLED_INSTANTS * harmonics).max(100);
             (Shape::Fourier(series), samples, "the highest harmonic", harmonics as f64 / period)
         }
         Family::Spline { spans } => {

@@ -5,16 +5,19 @@ use std::path::Path;
 use experiments::excitation::artefact::MotionJoint;
 use experiments::excitation::columns::visible_columns;
 use experiments::excitation::criterion::Aim;
-use experiments::excitation::fitting::{Obligations, fitted};
+use experiments::excitation::fitting::Obligations;
 use experiments::excitation::gap_proof::Gap;
+use experiments::excitation::ledger::MotionLedger;
+use experiments::excitation::left_out::LeftOut;
 use experiments::excitation::limits::{CoordinateLimits, LimitKind, motion_limits};
 use experiments::excitation::motion::{Motion, Shape};
 use experiments::excitation::no_motion::NoMotion;
 use experiments::excitation::problem::Problem;
 use experiments::excitation::proof::{
-    CertificateRow, DescribedFriction, DescribedTorque, EnclosedTorque, IdentifiedTorque, Kept,
+    CertificateRow, DescribedFriction, DescribedTorque, EnclosedTorque, IdentifiedTorque,
 };
 use experiments::excitation::search::{Found, search};
+use experiments::excitation::space_limits::{Floor, SpaceLimits};
 use experiments::excitation::torque_wall::TorqueWall;
 use experiments::excitation::visibility::{JointNoise, Visibility, visibility};
 use experiments::simulate::dynamics::RegressorDynamics;
@@ -22,7 +25,6 @@ use experiments::simulate::setup::SimulationSetup;
 use identification::estimate::artefact::Estimate;
 use identification::signals::encoder_torque::encoder_torque;
 use linear_model::linear_model::Model as LinearModel;
-use linear_model::reference::ModelReference;
 use linear_model::regressor::Regressor;
 
 pub use experiments::excitation::artefact::ExcitingMotion;
@@ -32,10 +34,11 @@ use crate::adapters::regressor_slope::RegressorSlope;
 use crate::adapters::surroundings::RobotSurroundings;
 use crate::adapters::torque_enclosure::TorqueEnclosure;
 use crate::after_estimate::{identified_friction, prior_rows, residual_noise};
-use crate::described::{described_friction, described_values, torque_noise, torque_note};
+use crate::described::{described_friction, described_values, torque_left_out, torque_noise};
 use crate::error::Error;
 use crate::excite_timing::timing;
 use crate::model::Model;
+use crate::proved_motion::{ProvedMotion, cost_note, proved};
 use crate::request::ExciteRequest;
 
 pub use crate::excite_timing::default_period;
@@ -59,14 +62,18 @@ pub fn excite(model: &Model, request: &ExciteRequest, progress: &ExciteProgress)
 
     // Known torques.
     let known = KnownTorque::new(model, identified.as_ref());
-    known.check_power(&names, &limits).map_err(|what| Error::new(format_args!("{}: {what}", model.path.display())))?;
+    let of_model = |what| Error::new(format_args!("{}: {what}", model.path.display()));
+    known.check_power(&names, &limits).map_err(of_model)?;
+    known.check_friction(&names, &limits, request.effort_share).map_err(of_model)?;
     let torque = known.described(request.effort_share, &limits);
     let wall = known.wall(request.effort_share).filter(|_| torque.is_some());
-    notes.extend(torque_note(known.enclosure.is_some(), &names, &limits));
 
     // Places that bodies may reach.
-    let surroundings = RobotSurroundings::new(model, &request.space(), &limits)?;
-    notes.extend_from_slice(surroundings.notes());
+    let surroundings = RobotSurroundings::new(model, &request.space(), None, &limits)?;
+    let mut left_out = surroundings.left_out().to_vec();
+    left_out.extend(torque_left_out(known.enclosure.is_some(), &names, &limits, request.limits.as_ref()));
+    refuse_what_is_owed(model, &left_out)?;
+    left_out.push(LeftOut::approach());
 
     // The search.
     let linear = LinearModel::new(&regressor, &friction, &[]);
@@ -93,20 +100,36 @@ pub fn excite(model: &Model, request: &ExciteRequest, progress: &ExciteProgress)
     };
     let found = search(&problem, &request.search(), &report);
     notes.extend(cut_short(found.as_ref().map_or(0, Vec::len), request.starts)?);
-    let found = found.map_err(|why| refused(model, &names, surroundings.gaps(), why))?;
+    let found = found.map_err(|why| refused(model, &names, &surroundings, &limits, why))?;
 
     // The best motion that can be proved, or the best of all if none can; its certificate then says so.
     let obligations =
         Obligations { limits: &limits, names: &names, torque: torque.as_ref(), surroundings: surroundings.some() };
-    let motions = found.into_iter().map(|found| request.motion(shape, found.joints));
-    let fits = motions.map(|motion| fitted(motion, &obligations));
-    let (motion, certificate) =
-        proved_or_first(fits).ok_or_else(|| refused(model, &names, &[], NoMotion::NothingToTell))?;
+    let proved = proved(request, &problem, &obligations, shape, found);
+    let proved = proved.ok_or_else(|| refused(model, &names, &surroundings, &limits, NoMotion::NothingToTell))?;
+    notes.extend(cost_note(&proved, request.criterion));
+    let ProvedMotion { motion, certificate, kept_share } = proved;
     Interruption::check()?;
     let noise = joint_noise(model, request, &known, &motion, noise);
     let seen = visibility(&linear, &motion, &limits, &noise, &described_values(model, &linear), &certificate, &prior);
     let joints = motion_joints(&motion, &names, &limits);
-    Ok(artefact(model, request, shape, joints, identified, noise, notes, certificate, seen))
+    let lowest = surroundings.lowest(&motion);
+    let found = artefact(model, request, shape, joints, identified, noise, notes, certificate, seen);
+    // The floor of the base stands in the file as one that was asked for.
+    let floor = surroundings.floor().map(Floor::At).or(found.space.floor);
+    let space = SpaceLimits { floor, ..found.space.clone() };
+    let found = ExcitingMotion { left_out: Some(left_out), lowest, kept_share: Some(kept_share), space, ..found };
+    let proven = found.ledger().is_kept();
+    Ok(ExcitingMotion { proven, ..found })
+}
+
+/// Fails where the user asked for something at which nobody could look, before a search is lost to it.
+fn refuse_what_is_owed(model: &Model, left_out: &[LeftOut]) -> Result<(), Error> {
+    let ledger = MotionLedger { rows: &[], left_out, floor: None, lowest: None };
+    match &ledger.faults()[..] {
+        [] => Ok(()),
+        faults => Err(Error::new(format_args!("{}: {}", model.path.display(), faults.join("; ")))),
+    }
 }
 
 /// A note where the search was interrupted. The best motion found is then fitted and proved, unless that is interrupted
@@ -146,8 +169,11 @@ fn artefact(
         condition_number: seen.condition_number,
         torque_noise: noise.torque,
         encoder_noise: noise.encoders,
-        proven: is_proven(&certificate),
+        proven: false,
         notes,
+        left_out: None,
+        lowest: None,
+        kept_share: None,
         certificate,
         parameters: seen.parameters,
     }
@@ -203,6 +229,27 @@ impl<'a> KnownTorque<'a> {
         })
     }
 
+    /// Fails where dry friction alone takes what a limit of effort leaves.
+    fn check_friction(&self, names: &[String], limits: &[CoordinateLimits], share: f64) -> Result<(), String> {
+        let is_taken = |(name, l, dry): (&String, &CoordinateLimits, f64)| {
+            let effort = l.effort.filter(|effort| share * effort <= dry)?;
+            Some(format!(
+                "the effort limit of {name} is {effort}, of which [effort_share] leaves {:.4}, and its dry friction alone takes \
+                 {dry}: raise the limit or [effort_share], or correct the friction",
+                share * effort
+            ))
+        };
+        let all = names.iter().zip(limits).zip(&self.friction);
+        match self
+            .enclosure
+            .as_ref()
+            .and_then(|_| all.map(|((name, l), f)| (name, l, f.coulomb.abs())).find_map(is_taken))
+        {
+            Some(fault) => Err(fault),
+            None => Ok(()),
+        }
+    }
+
     /// The enclosure of the torques, where there are limits of effort or power. A motion may use `share` of these
     /// limits.
     fn described(&self, share: f64, limits: &[CoordinateLimits]) -> Option<DescribedTorque<'_>> {
@@ -218,9 +265,12 @@ impl<'a> KnownTorque<'a> {
 }
 
 /// Takes the torques from an estimate. Fails where it is of another model, or lacks parameters of this one.
-fn identified_torque(model: &Model, names: &[String], estimate: &Estimate) -> Result<IdentifiedTorque, Error> {
-    let made_with = ModelReference { name: estimate.model.clone(), fingerprint: estimate.fingerprint.clone() };
-    model.check(Path::new("the earlier estimate"), &made_with)?;
+pub(crate) fn identified_torque(
+    model: &Model,
+    names: &[String],
+    estimate: &Estimate,
+) -> Result<IdentifiedTorque, Error> {
+    model.check(Path::new("the earlier estimate"), &estimate.made_with())?;
     let described = described_friction(model);
     let friction = names.iter().zip(described).map(|(name, own)| identified_friction(estimate, name, own)).collect();
     Ok(IdentifiedTorque { parameters: model.values(estimate)?, friction })
@@ -259,21 +309,6 @@ fn joint_noise(
     }
 }
 
-fn is_proven(rows: &[CertificateRow]) -> bool {
-    rows.iter().all(|r| r.kept == Kept::Proven)
-}
-
-/// The first motion whose limits are all proven; the first of all where none is.
-fn proved_or_first(
-    mut motions: impl Iterator<Item = (Motion, Vec<CertificateRow>)>,
-) -> Option<(Motion, Vec<CertificateRow>)> {
-    let first = motions.next()?;
-    if is_proven(&first.1) {
-        return Some(first);
-    }
-    Some(motions.find(|(_, rows)| is_proven(rows)).unwrap_or(first))
-}
-
 fn motion_joints(motion: &Motion, names: &[String], limits: &[CoordinateLimits]) -> Vec<MotionJoint> {
     let joint = |((x, name), limits): ((&Vec<f64>, &String), &CoordinateLimits)| {
         MotionJoint::new(name.clone(), &motion.shape, x, limits.clone())
@@ -302,8 +337,14 @@ fn progress_text(found: Option<&Found>, aim: Aim, names: &[String], gaps: &[Gap]
     )
 }
 
-fn refused(model: &Model, names: &[String], gaps: &[Gap], why: NoMotion) -> Error {
-    let path = model.path.display();
+fn refused(
+    model: &Model,
+    names: &[String],
+    surroundings: &RobotSurroundings,
+    limits: &[CoordinateLimits],
+    why: NoMotion,
+) -> Error {
+    let (path, gaps) = (model.path.display(), surroundings.gaps());
     match why {
         NoMotion::AllLocked => {
             Error::new(format_args!("{path}: every coordinate is locked: unlock one in the limits file"))
@@ -329,11 +370,31 @@ fn refused(model: &Model, names: &[String], gaps: &[Gap], why: NoMotion) -> Erro
             names[coordinate],
             100.0 * share
         )),
-        NoMotion::TooNarrow { gap, room } => Error::new(format_args!(
-            "{path}: no motion keeps the {}: the best found is {:.4} m short of it; the limits of position leave no place \
-             that is free, or the limit is too tight; for links that always touch, name the pair in ignored_pairs",
-            gaps[gap].in_words(),
-            -room
-        )),
+        NoMotion::TooNarrow { gap, room } => {
+            let tight = surroundings.tight(limits);
+            let room = if room < 0.0 {
+                format!("the best found is {:.4} m short of it", -room)
+            } else {
+                format!("the best found has {room:.1e} m to spare, and a search needs more")
+            };
+            let pair =
+                |(subject, most, bound): &(String, f64, f64)| format!("{subject}: at most {most:.4} m of {bound:.4} m");
+            let pairs: Vec<String> = tight.pairs.iter().map(pair).collect();
+            let pairs = if pairs.is_empty() {
+                String::new()
+            } else {
+                format!("; over 1000 poses these pairs have too little room: {}", pairs.join("; "))
+            };
+            let works = if tight.works > 0.0 {
+                format!("; distance: {:.4} has room at one of these poses", tight.works)
+            } else {
+                String::new()
+            };
+            Error::new(format_args!(
+                "{path}: no motion keeps the {}: {room}{pairs}{works}; the limits of position leave no place that is free, or \
+                 the limit is too tight; for links that may meet, sign the pair: accept: [[LINK, LINK, REASON]]",
+                gaps[gap].in_words()
+            ))
+        }
     }
 }

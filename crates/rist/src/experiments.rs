@@ -42,6 +42,14 @@ pub fn identify_paper_rows(model: &Model, logs: ExperimentLogs, request: &PaperR
     identify_by(model, logs, request, SpectralMethod::Paper, &HarmonicOptions::default())
 }
 
+/// The same by the paper's rows, with the gains of drives by total least squares, as the paper has them.
+///
+/// Fails as [`identify_experiments`] does, and where all gains are known.
+pub fn identify_gains_of_rows(model: &Model, logs: ExperimentLogs, request: &PaperRequest) -> Result<Estimate, Error> {
+    request.check()?;
+    identify_by(model, logs, request, SpectralMethod::TotalLeastSquares, &HarmonicOptions::default())
+}
+
 fn identify_by(
     model: &Model,
     logs: ExperimentLogs,
@@ -86,12 +94,12 @@ fn identify_by(
 
 /// Scatter of a position, relative to its swing, above which the periods count as unlike. In logs that repeat, noise
 /// makes the periods scatter by less than a hundredth. A drive that saturates makes the scatter one.
-const UNLIKE: f64 = 0.05;
+const UNLIKE_PERIODS_SCATTER: f64 = 0.05;
 
 /// A sentence on an experiment whose motion does not repeat.
 fn unlike(model: &Model, file: &str, experiment: &SpectralExperiment) -> Option<String> {
     let (joint, scatter) = experiment.scatter()?;
-    (scatter > UNLIKE).then(|| {
+    (scatter > UNLIKE_PERIODS_SCATTER).then(|| {
         format!(
             "{file}: the motion of {} does not repeat, its periods scatter by {:.0} % of the swing: a drive saturates, \
              or the controller does not hold it; the mean of unlike periods is no motion, and no interval shows that",
@@ -123,7 +131,7 @@ impl Reader<'_> {
     }
 
     /// What was recorded of an experiment, whose clock must be the plan's.
-    pub fn record(&mut self, path: &Path, trajectory: &ExcitingTrajectory) -> Result<Record, Error> {
+    pub(crate) fn record(&mut self, path: &Path, trajectory: &ExcitingTrajectory) -> Result<Record, Error> {
         let (log, _) = Log::read(path, self.model.regressor().coordinates(), self.columns)?;
         self.currents |= log.effort_is == Effort::Current;
         self.files.push(path.display().to_string());

@@ -10,7 +10,6 @@ use identification::estimate::passport::passport;
 use identification::signals::cutoff::MotionEnergy;
 use identification::signals::records::{SourceRecords, add_motion};
 use linear_model::friction::terms::{FrictionTerm, JointTerm, check_terms};
-use linear_model::linear_model::Model as LinearModel;
 use logs::{Effort, LogSource};
 use numerics::in_order::on_threads;
 use numerics::interruption::Interruption;
@@ -114,7 +113,7 @@ pub fn accumulate_like(
             Err(e) if request.skip_broken => batch.fail(name, e.to_string()),
             Err(e) => return Err(named(&name, &e)),
         }
-        if batch.logs().len() >= BATCH {
+        if batch.logs().len() >= LOGS_PER_BATCH {
             let settings = batch.settings().clone();
             all.merge(&std::mem::replace(&mut batch, Accumulator::new(settings)))?;
         }
@@ -130,7 +129,7 @@ pub fn accumulate_like(
 }
 
 /// Logs that are added up before they are merged with those before.
-const BATCH: usize = 64;
+const LOGS_PER_BATCH: usize = 64;
 
 /// An error that names its log.
 fn named(name: &str, e: &Error) -> Error {
@@ -174,7 +173,6 @@ fn replicate(model: &Model, options: &Options, log: &LogSource, anyway: bool) ->
             )));
         }
     }
-    let couplings = options.transmission.coupled();
-    let linear = LinearModel::new(model.regressor(), &options.friction, &couplings);
+    let linear = options.linear_model(model.regressor());
     Ok(Replicate::of(&linear, log, &records)?)
 }

@@ -8,7 +8,6 @@ use identification::estimate::options::Options;
 use identification::estimators::payload::payload;
 use identification::rows::observation::Observation;
 use identification::signals::records::SourceRecords;
-use linear_model::linear_model::Model as LinearModel;
 use linear_model::pseudo_inertia::{Ten, centroidal, smallest_eigenvalue};
 use logs::LogSource;
 use nalgebra::DMatrix;
@@ -43,8 +42,7 @@ pub(crate) fn load(
     options: &Options,
 ) -> Result<Load, Error> {
     let index = body(model, link)?;
-    let couplings = options.transmission.coupled();
-    let linear = LinearModel::new(model.regressor(), &options.friction, &couplings);
+    let linear = options.linear_model(model.regressor());
     let records = SourceRecords::new(model.regressor(), loaded, &options.preparation())?;
     let with = Observation::of_records(&linear, &records, None)?.joints(|_| true);
     let without = fit.observation.joints(|_| true);

@@ -8,10 +8,11 @@ use identification::portrait::motion_portrait::KnownRobot;
 pub use identification::portrait::motion_portrait::MotionPortrait;
 pub use report::excitation::ShownMotion;
 
-use crate::checking::check;
+use crate::checking::{Checked, check};
 use crate::error::Error;
 use crate::exciting::{ExcitingMotion, KnownTorque};
 use crate::model::Model;
+use crate::request::CheckRequest;
 
 /// The motion according to its file alone. It lacks torques and positions of links, which need a model. `file` stands
 /// in messages.
@@ -25,9 +26,10 @@ pub fn motion_of_file(file: &Path, artefact: &ExcitingMotion) -> Result<MotionPo
 ///
 /// Fails where the motion was made with another model or is invalid.
 pub fn checked_motion(model: &Model, file: &Path, artefact: &ExcitingMotion) -> Result<MotionPortrait, Error> {
-    let checked = check(model, file, artefact, None)?;
-    let portrait = drawn(model, artefact, checked.limits)?;
-    Ok(MotionPortrait { certificate: checked.certificate, notes: checked.notes, ..portrait })
+    let checked = check(model, file, artefact, &CheckRequest::default())?;
+    let portrait = drawn(model, artefact, checked.limits.clone())?;
+    let Checked { certificate, notes, left_out, floor, lowest, .. } = checked;
+    Ok(MotionPortrait { certificate, notes, left_out, floor, lowest, ..portrait })
 }
 
 /// A motion that was found just now, with the certificate that it has.
@@ -35,7 +37,7 @@ pub fn checked_motion(model: &Model, file: &Path, artefact: &ExcitingMotion) -> 
 /// Fails where it is none.
 pub fn found_motion(model: &Model, found: &ExcitingMotion) -> Result<MotionPortrait, Error> {
     let portrait = drawn(model, found, found.joints.iter().map(|j| j.limits.clone()).collect())?;
-    Ok(MotionPortrait { certificate: found.certificate.clone(), notes: found.notes.clone(), ..portrait })
+    Ok(portrait.with_certificate_of(found))
 }
 
 fn drawn(model: &Model, artefact: &ExcitingMotion, limits: Vec<CoordinateLimits>) -> Result<MotionPortrait, Error> {

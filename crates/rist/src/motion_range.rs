@@ -6,7 +6,7 @@ use identification::rows::observation::Observation;
 use crate::model::Model;
 
 /// Position limits farther apart than this are none, rad (m).
-const LIMITLESS: f64 = 1e3;
+const LIMITLESS_POSITION: f64 = 1e3;
 
 /// Where the logs moved. The acceleration is that of the largest speed at the frequency of the motion.
 pub(crate) fn seen(observation: &Observation) -> MotionRange {
@@ -28,13 +28,14 @@ pub(crate) fn allowed(model: &Model, seen: &MotionRange) -> MotionRange {
     let mut range = seen.clone();
     for k in 0..seen.speed.len() {
         let limits = model.robot.coordinates.get(k).map(|c| &c.limits);
-        let position = limits.and_then(|l| l.position).filter(|(low, high)| low < high && high - low < LIMITLESS);
+        let position =
+            limits.and_then(|l| l.position).filter(|(low, high)| low < high && high - low < LIMITLESS_POSITION);
         range.position[k] = match position {
             Some(limits) => limits,
             None if model.regressor().is_prismatic(k) => seen.position[k],
             None => (-std::f64::consts::PI, std::f64::consts::PI),
         };
-        let speed = limits.and_then(|l| l.velocity).filter(|speed| *speed > 0.0 && *speed < LIMITLESS);
+        let speed = limits.and_then(|l| l.velocity).filter(|speed| *speed > 0.0 && *speed < LIMITLESS_POSITION);
         if let Some(speed) = speed.filter(|_| seen.speed[k] > 0.0) {
             range.acceleration[k] *= speed / seen.speed[k];
             range.speed[k] = speed;

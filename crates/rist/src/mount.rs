@@ -21,7 +21,7 @@ pub(crate) struct Tilt {
 impl Tilt {
     /// About x and y of the base; none for a robot without described bodies, and for one whose loops are solved
     /// numerically.
-    pub fn both(robot: &Robot) -> Vec<Tilt> {
+    pub(crate) fn both(robot: &Robot) -> Vec<Tilt> {
         let is_described = robot.links.iter().any(|link| link.inertial.is_some());
         if !is_described || !robot.passive.is_empty() {
             return Vec::new();
@@ -41,7 +41,7 @@ impl Tilt {
     }
 
     /// N m (N) per rad, one per coordinate, at the position `q`.
-    pub fn torques(&self, q: &[f64]) -> Vec<f64> {
+    pub(crate) fn torques(&self, q: &[f64]) -> Vec<f64> {
         let at_rest = std::iter::repeat_n(0.0, 2 * self.n);
         let inputs: Vec<f64> = q.iter().copied().chain(at_rest).chain(self.bodies.iter().copied()).collect();
         let mut torques = vec![0.0; self.tape.n_outputs()];

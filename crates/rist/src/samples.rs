@@ -182,8 +182,7 @@ fn identify_kept(
         [] => None,
         loaded => Some(load(model, request.loaded_link.as_deref(), &fit, loaded, &options)?),
     };
-    let couplings = options.transmission.coupled();
-    let linear = LinearModel::new(regressor, &options.friction, &couplings);
+    let linear = options.linear_model(regressor);
     let faults = faults(model, &linear, &records, &fit)?;
     let (inverse, range) = (fit.solution.inverse.clone(), seen(&fit.observation));
     let described_parameters = model.described_parameters();
@@ -199,7 +198,7 @@ fn identify_kept(
 
     // The remarks, and the gains that the estimate stands on.
     let mut estimate = found.estimate;
-    estimate.fingerprint = model.reference.fingerprint.clone();
+    estimate.fingerprint = Some(model.reference.fingerprint.clone());
     estimate.description = model.description.clone();
     if let Some(found) = gains {
         estimate.remarks.push(gain_remark(model, &request.gain, &found));
@@ -253,8 +252,7 @@ fn errors_of_torques(
 
 /// |tau - W X| / |tau| with these base parameters, and friction fitted to the remainder.
 fn described_error(model: &Model, fit: &Fit, options: &Options, parameters: &[f64]) -> f64 {
-    let couplings = options.transmission.coupled();
-    let linear = LinearModel::new(model.regressor(), &options.friction, &couplings);
+    let linear = options.linear_model(model.regressor());
     described_residuals(&linear, &fit.observation.joints(|_| true), &fit.weights, parameters).total
 }
 

@@ -10,7 +10,7 @@ use experiments::plan::exciting_trajectory::ExcitingTrajectory;
 use experiments::plan::ranges::check_limits;
 use experiments::simulate::closed_loop::Stop;
 use experiments::simulate::dynamics::{Dynamics, inverse_dynamics};
-use experiments::simulate::setup::{self, SimulationSetup};
+use experiments::simulate::setup::{self, MAX_CONTROL_PERIOD_S, SimulationSetup};
 use identification::estimate::identified::Identified;
 use linear_model::parameter::{BaseParameter, Parameter, ParameterId};
 use logs::Effort;
@@ -67,7 +67,10 @@ impl Motions<'_> {
             }
             Motions::Exciting(motion) => {
                 let motion = motion.motion("motion")?;
-                check_samples(motion.duration() * motion.rate).map_err(|e| Error::new(format_args!("motion: {e}")))?;
+                // The controller's samples fill the last step of the motion too, however long a slow rate makes it.
+                let (rate, seconds) =
+                    (motion.rate.max(1.0 / MAX_CONTROL_PERIOD_S), motion.duration() + 1.0 / motion.rate);
+                check_samples(seconds * rate).map_err(|e| Error::new(format_args!("motion: at {rate} Hz {e}")))?;
                 Ok(vec![("motion", Way::Exciting(motion))])
             }
         }
@@ -267,7 +270,7 @@ fn truth_of(model: &Model, setup: &SimulationSetup, truth: &[f64], effort: Effor
     }
     Estimate {
         model: model.reference.name.clone(),
-        fingerprint: model.reference.fingerprint.clone(),
+        fingerprint: Some(model.reference.fingerprint.clone()),
         description: model.description.clone(),
         method: "simulated with these values".into(),
         parameters,

@@ -4,7 +4,6 @@ use std::path::Path;
 
 use expr::Value;
 use linear_model::parameter::{FrictionParameter, ParameterId};
-use linear_model::reference::ModelReference;
 use modeling::{LinkFrame, ReferenceFrame, RobotFunction};
 use robot::Robot;
 
@@ -124,8 +123,7 @@ impl GenerateRequest {
     ///
     /// Fails where it was made with another model, and where its verdict is no and nothing says to take it anyway.
     pub fn values(&self, model: &Model, file: &Path, estimate: &Estimate) -> Result<IdentifiedValues, Error> {
-        let (name, fingerprint) = (estimate.model.clone(), estimate.fingerprint.clone());
-        model.check(file, &ModelReference { name, fingerprint })?;
+        model.check(file, &estimate.made_with())?;
         let verdict = estimate_verdict(estimate);
         if verdict.trust == Trust::No && !self.anyway {
             return Err(Error::verdict(format_args!(

@@ -13,7 +13,11 @@ pub(crate) struct Kept<'a> {
 
 impl<'a> Kept<'a> {
     /// `constants`: those of the functions, each with all its names in the file.
-    pub fn of(robot: &'a Robot, asked: &[String], constants: &[(String, Vec<String>)]) -> Result<Kept<'a>, Error> {
+    pub(crate) fn of(
+        robot: &'a Robot,
+        asked: &[String],
+        constants: &[(String, Vec<String>)],
+    ) -> Result<Kept<'a>, Error> {
         let is_asked = |(name, names): &&(String, Vec<String>)| match asked {
             [] => robot.symbols.iter().any(|s| s.name == *name),
             [word] if word == "all" => true,
@@ -26,7 +30,7 @@ impl<'a> Kept<'a> {
         Ok(kept)
     }
 
-    pub fn holds(&self, name: &str) -> bool {
+    pub(crate) fn holds(&self, name: &str) -> bool {
         self.names.iter().any(|kept| kept == name)
     }
 
@@ -36,7 +40,7 @@ impl<'a> Kept<'a> {
     }
 
     /// The symbols of a function with their values in the file.
-    pub fn line(&self, function: &Function) -> Option<String> {
+    pub(crate) fn line(&self, function: &Function) -> Option<String> {
         let value = |(_, name, x): (expr::Expr, String, f64)| match self.is_open(&name) {
             true => format!("{name} has no value"),
             false => format!("{name} = {x}"),

@@ -1,10 +1,10 @@
 //! Tests how well an estimate predicts logs it was not made from.
 
-use std::fs::File;
 use std::io::{BufRead, BufReader};
 use std::path::{Path, PathBuf};
 
 use experiments::motion::record::Record;
+use gate::source::Source;
 use identification::estimate::described::described_residuals;
 use identification::estimate::held_out;
 use identification::estimate::passport::visited::Visited;
@@ -48,8 +48,7 @@ pub struct Predicted {
 /// where the estimate lacks a parameter.
 pub fn predictions(model: &Model, estimate: &Estimate, logs: &[LogSource]) -> Result<Vec<Predicted>, Error> {
     let Some(options) = &estimate.options else { return Ok(Vec::new()) };
-    let couplings = options.transmission.coupled();
-    let linear = LinearModel::new(model.regressor(), &options.friction, &couplings);
+    let linear = options.linear_model(model.regressor());
     let x = values_of(&linear, estimate)?;
     let described = model.described_parameters();
     let predict = |log: &LogSource| {
@@ -71,8 +70,7 @@ pub fn predictions(model: &Model, estimate: &Estimate, logs: &[LogSource]) -> Re
 /// Fails where a log cannot be read, and where the estimate lacks a parameter.
 pub fn portrait(model: &Model, estimate: &Estimate, logs: &[LogSource]) -> Result<Option<Portrait>, Error> {
     let Some(options) = &estimate.options else { return Ok(None) };
-    let couplings = options.transmission.coupled();
-    let linear = LinearModel::new(model.regressor(), &options.friction, &couplings);
+    let linear = options.linear_model(model.regressor());
     let x = values_of(&linear, estimate)?;
     Ok(Some(identification::portrait::portrait(&linear, &x, options, logs)?))
 }
@@ -84,8 +82,7 @@ pub fn predicted_torques(model: &Model, estimate: &Estimate, logs: &[LogSource])
     let Some(options) = &estimate.options else {
         return Err(Error::new("an estimate of experiments has no series of samples; one of logs has"));
     };
-    let couplings = options.transmission.coupled();
-    let linear = LinearModel::new(model.regressor(), &options.friction, &couplings);
+    let linear = options.linear_model(model.regressor());
     let x = values_of(&linear, estimate)?;
     Ok(series(&linear, &x, options, logs)?)
 }
@@ -110,7 +107,7 @@ fn is_copy(a: &Path, b: &Path) -> std::io::Result<bool> {
     if !of_a.is_file() || !of_b.is_file() || of_a.len() != of_b.len() {
         return Ok(false);
     }
-    let (mut a, mut b) = (BufReader::new(File::open(a)?), BufReader::new(File::open(b)?));
+    let (mut a, mut b) = (BufReader::new(Source::open(a)?), BufReader::new(Source::open(b)?));
     loop {
         let (left, right) = (a.fill_buf()?, b.fill_buf()?);
         let count = left.len().min(right.len());
@@ -128,7 +125,7 @@ fn is_copy(a: &Path, b: &Path) -> std::io::Result<bool> {
 pub fn validate(model: &Model, estimate: &Estimate, logs: &[LogSource]) -> Result<Validation, Error> {
     let found = predictions(model, estimate, logs)?.into_iter().map(|p| (p.log, p.residuals)).collect::<Vec<_>>();
     let (reference, method) = (model.reference.clone(), &estimate.method);
-    Ok(Validation::of_logs(reference, method, estimate.cutoff, model.regressor(), &found))
+    Ok(Validation::of_logs(reference, method, estimate.cutoff.unwrap_or_default(), model.regressor(), &found))
 }
 
 /// Predicts motions with an estimate of experiments. Friction is fitted to the motions, since the paper's rows estimate

@@ -6,7 +6,6 @@ use identification::estimate::passport::finding::Fault;
 use identification::estimate::verdict::{Evidence, Prediction};
 use identification::rows::observation::Observation;
 use identification::signals::records::SourceRecords;
-use linear_model::linear_model::Model as LinearModel;
 use logs::LogSource;
 
 pub use identification::estimate::verdict::{Trust, UseVerdict, Verdict, claim_line};
@@ -61,8 +60,7 @@ pub fn fitted_verdict(model: &Model, estimate: &Estimate, logs: &[LogSource]) ->
 /// Error of the description with fitted friction; `None` where it has no inertials.
 fn described(model: &Model, options: &Options, logs: &[LogSource]) -> Result<Option<f64>, Error> {
     let Some(described) = model.described_parameters() else { return Ok(None) };
-    let couplings = options.transmission.coupled();
-    let linear = LinearModel::new(model.regressor(), &options.friction, &couplings);
+    let linear = options.linear_model(model.regressor());
     let records = SourceRecords::new(model.regressor(), logs, &options.preparation())?;
     let joints = Observation::of_records(&linear, &records, None)?.joints(|_| true);
     Ok(Some(described_residuals(&linear, &joints, &vec![1.0; joints.len()], &described).total))
@@ -80,7 +78,8 @@ pub fn validation_verdict(
     are_new: bool,
 ) -> Result<Verdict, Error> {
     let parameters = model.described_parameters();
-    let mut evidence = Evidence { total, is_of_fit: false, ..evidence(estimate, Some(total).filter(|_| are_new)) };
+    let mut evidence =
+        Evidence { total: Some(total), is_of_fit: false, ..evidence(estimate, Some(total).filter(|_| are_new)) };
     evidence.prediction.held_out = None;
     let Some(options) = &estimate.options else { return Ok(Verdict::of(&evidence)) };
     let mut passport = examine(model, logs, options)?;

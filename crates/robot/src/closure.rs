@@ -8,7 +8,7 @@ use crate::inertial::Pose;
 use crate::robot::{Loop, Robot};
 
 /// Largest distance, m, and angle, rad, between frames that are to coincide.
-pub const CLOSURE_TOLERANCE: f64 = 1e-9;
+pub(crate) const CLOSURE_TOLERANCE: f64 = 1e-9;
 
 /// Number of configurations at which a loop must close.
 const TESTED_CONFIGURATIONS: usize = 20;

@@ -61,7 +61,7 @@ impl Part {
 
     /// The part with the ten `parameters` about the origin of the link frame, its inertial frame
     /// turned as `rotation` in the link frame; `None` without a mass, when no centre exists.
-    pub fn from_parameters(name: String, parameters: &[f64; 10], rotation: Matrix3) -> Option<Part> {
+    pub(crate) fn from_parameters(name: String, parameters: &[f64; 10], rotation: Matrix3) -> Option<Part> {
         let mass = parameters[9];
         if mass == 0.0 {
             return None;

@@ -58,7 +58,7 @@ impl Robot {
     }
 
     /// Pose of a loop frame in the base frame, from the poses of the links at `q`.
-    pub fn loop_frame_pose(&self, frame: &LoopFrame, poses: &[Pose], q: &[f64]) -> Pose {
+    pub(crate) fn loop_frame_pose(&self, frame: &LoopFrame, poses: &[Pose], q: &[f64]) -> Pose {
         let (angle, length) = split(frame.kind, frame.variable.number(q, &self.symbols));
         let ahead = frame.geometry.pose(&self.symbols, angle, length);
         frame.antecedent.map_or(ahead, |i| poses[i.0].compose(&ahead))

@@ -15,11 +15,11 @@ pub(crate) struct LinearAngle {
 }
 
 impl LinearAngle {
-    pub fn add_symbol(&mut self, s: SymbolId, m: i64) {
+    pub(crate) fn add_symbol(&mut self, s: SymbolId, m: i64) {
         *self.symbols.entry(s).or_default() += m;
     }
 
-    pub fn add(&mut self, value: &Value, m: i64, symbols: &[Symbol]) {
+    pub(crate) fn add(&mut self, value: &Value, m: i64, symbols: &[Symbol]) {
         match value {
             Value::Symbol(s) => self.add_symbol(*s, m),
             Value::Neg(a) => self.add(a, -m, symbols),
@@ -38,7 +38,7 @@ impl LinearAngle {
         }
     }
 
-    pub fn value(self) -> Value {
+    pub(crate) fn value(self) -> Value {
         let symbols = self.symbols.into_iter().map(|(s, m)| (Value::Symbol(s), m));
         let turns = computed_angle(wrapped(self.twelfths.rem_euclid(24) as f64 * PI / 12.0));
         let mut sum = Value::ZERO;

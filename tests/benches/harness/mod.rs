@@ -19,7 +19,7 @@ const LONG: Duration = Duration::from_millis(50);
 const ROUNDING: f64 = 1e-11;
 
 /// One way to do `units` units of work, and how far it is from the truth.
-pub struct Alternative<'a> {
+pub(crate) struct Alternative<'a> {
     name: &'a str,
     units: usize,
     work: Result<Box<dyn FnMut() + 'a>, &'a str>,
@@ -27,17 +27,17 @@ pub struct Alternative<'a> {
 }
 
 impl<'a> Alternative<'a> {
-    pub fn new<T>(name: &'a str, units: usize, mut work: impl FnMut() -> T + 'a) -> Alternative<'a> {
+    pub(crate) fn new<T>(name: &'a str, units: usize, mut work: impl FnMut() -> T + 'a) -> Alternative<'a> {
         Alternative { name, units, work: Ok(Box::new(move || drop(black_box(work())))), difference: None }
     }
 
     /// What cannot be timed, and why.
-    pub fn not_timed(name: &'a str, why: &'a str) -> Alternative<'a> {
+    pub(crate) fn not_timed(name: &'a str, why: &'a str) -> Alternative<'a> {
         Alternative { name, units: 1, work: Err(why), difference: None }
     }
 
     /// Relative difference of what it finds from what is true.
-    pub fn held(self, difference: impl Fn() -> f64 + 'a) -> Alternative<'a> {
+    pub(crate) fn held(self, difference: impl Fn() -> f64 + 'a) -> Alternative<'a> {
         Alternative { difference: Some(Box::new(difference)), ..self }
     }
 
@@ -58,14 +58,14 @@ impl<'a> Alternative<'a> {
 
 /// A table of alternatives.
 #[derive(Default)]
-pub struct Comparison {
+pub(crate) struct Comparison {
     wrong: Vec<String>,
 }
 
 impl Comparison {
     /// Prints a line of each alternative of a work: ns a unit, how many times faster it is than the first that was timed,
     /// and its difference from the truth.
-    pub fn of(&mut self, work: &str, mut alternatives: Vec<Alternative>) {
+    pub(crate) fn of(&mut self, work: &str, mut alternatives: Vec<Alternative>) {
         let before: Vec<f64> = alternatives.iter().map(Alternative::difference).collect();
         let best = best_times(&mut alternatives);
         let first = best.iter().copied().find(|seconds| seconds.is_finite()).unwrap_or(f64::INFINITY);
@@ -84,7 +84,7 @@ impl Comparison {
     }
 
     /// Fails where something was wrong.
-    pub fn finish(self) {
+    pub(crate) fn finish(self) {
         if !self.wrong.is_empty() {
             eprintln!("not what the recursion says, beyond rounding: {}", self.wrong.join("; "));
             std::process::exit(1);

@@ -163,7 +163,7 @@ impl Dataset {
             dataset: self.name.clone(),
             title: run.title.clone(),
             parameters: estimate.parameters.len(),
-            condition_number: estimate.condition_number,
+            condition_number: estimate.condition_number.unwrap_or(f64::NAN),
             residuals,
             baseline: run.baseline.clone(),
             seconds,

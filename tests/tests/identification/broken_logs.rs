@@ -13,7 +13,7 @@ use crate::log_files::parquet::{self, PLAIN, Pages, Values};
 use crate::log_files::{Mcap, State, chunk};
 
 /// Joints that do not couple: tau_j = ZZ_j ddq_j.
-pub struct Wheels {
+pub(crate) struct Wheels {
     coordinates: Vec<String>,
     parameters: Vec<BaseParameter>,
 }
@@ -34,7 +34,7 @@ impl Regressor for Wheels {
     }
 }
 
-pub fn wheels(names: &str) -> Wheels {
+pub(crate) fn wheels(names: &str) -> Wheels {
     let coordinates: Vec<String> = names.split_whitespace().map(Into::into).collect();
     let parameters =
         (0..coordinates.len()).map(|k| BaseParameter::turning(&format!("ZZ{}", k + 1), k).unwrap()).collect();

@@ -8,7 +8,7 @@ use identification::estimate::options::Options;
 use identification::estimators::consistent::{Prior, consistent};
 use identification::estimators::huber::reweighted;
 use identification::estimators::loss::Loss;
-use identification::estimators::replicate_deviation::{replicate_deviation, speed_bands};
+use identification::estimators::replicate_deviation::{replicate_deviation, state_bands};
 use identification::estimators::weighted::{Weights, fit};
 use identification::rows::observation::{Observation, weighted};
 use identification::rows::residual_sums::residual_sums;
@@ -92,7 +92,7 @@ fn estimators_against_the_bound() {
         let found = reweighted(&model, std::slice::from_ref(&spikes), &ols, Loss::Huber).unwrap();
         let (huber, weights) = (&found.solution, &found.weights);
         let records = std::slice::from_ref(&spikes);
-        let bands = speed_bands(&model, &found.observation, weights, Some(&found));
+        let bands = state_bands(&model, &found.observation, weights, Some(&found));
         let bands = residual_sums(&model, records, &huber.x, bands).unwrap();
         let wide = replicate_deviation(&model, &found.observation, huber, weights, Some(&found), bands);
         let ratio = (0..3).map(|c| (wide.by_part[c] / sigma(huber)[c]).powi(2)).sum::<f64>() / 3.0;
@@ -101,7 +101,7 @@ fn estimators_against_the_bound() {
         tallies[3].add(&huber.x, &arm.truth, &bound, &sigma(huber));
         let observation = Observation::of(&model, &slow, 20);
         let (ols, weights) = fit(&observation.joints(|_| true), Weights::Joint);
-        let bands = speed_bands(&model, &observation, &weights, None);
+        let bands = state_bands(&model, &observation, &weights, None);
         let bands = residual_sums(&model, std::slice::from_ref(&slow), &ols.x, bands).unwrap();
         let wide = replicate_deviation(&model, &observation, &ols, &weights, None, bands);
         tallies[4].add(&ols.x, &arm.truth, &bound, &sigma(&ols));

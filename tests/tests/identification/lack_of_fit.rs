@@ -53,7 +53,7 @@ fn friction_is_told_by_a_velocity_of_its_own() {
     let is_narrow = |term: &FrictionTerm| matches!(term, FrictionTerm::SmoothCoulomb(speed) | FrictionTerm::Stribeck(speed) if *speed < 0.01);
     assert!(options.friction.iter().any(is_narrow), "{:?}", options.friction);
     // The noise leaves 0.0022; friction filtered after its sign was taken 0.02.
-    assert!(fit.estimate.total < 0.004, "{}", fit.estimate.total);
+    assert!(fit.estimate.total.unwrap() < 0.004, "{}", fit.estimate.total.unwrap());
     let base = robot.robot.truth.len();
     let columns: usize = options.friction.iter().map(|term| term.parameters().len()).sum();
     for k in 0..6 {

@@ -16,7 +16,7 @@ type Place = Vec<String>;
 
 /// One path in one file that leads to another file. Files are named from the folder `src` on.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub struct Import {
+pub(crate) struct Import {
     pub from: String,
     pub to: String,
     pub path: String,
@@ -255,7 +255,7 @@ fn defining_files(modules: &BTreeMap<Place, Module>, path: &[String], user: &str
 
 /// What is wrong among the files of a crate: circles of files, circles of folders, and imports of what
 /// stands higher in `order`, the folders and files of `src` from bottom to top.
-pub fn faults(files: &BTreeMap<String, String>, order: &[&str]) -> Vec<String> {
+pub(crate) fn faults(files: &BTreeMap<String, String>, order: &[&str]) -> Vec<String> {
     let modules = modules(files);
     let imports = imports(&modules);
     let files: BTreeSet<&String> = modules.values().map(|m| &m.file).collect();

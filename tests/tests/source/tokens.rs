@@ -3,12 +3,12 @@
 use proc_macro2::{Delimiter, TokenStream, TokenTree};
 
 /// The tokens of a file.
-pub fn tokens(text: &str, file: &str) -> TokenStream {
+pub(crate) fn tokens(text: &str, file: &str) -> TokenStream {
     text.parse().unwrap_or_else(|e| panic!("{file}: {e}"))
 }
 
 /// Without the items that are there for tests only.
-pub fn without_tests(stream: TokenStream) -> TokenStream {
+pub(crate) fn without_tests(stream: TokenStream) -> TokenStream {
     let mut kept = Vec::new();
     let mut rest = stream.into_iter().peekable();
     while let Some(token) = rest.next() {
@@ -37,7 +37,7 @@ pub fn without_tests(stream: TokenStream) -> TokenStream {
 }
 
 /// Whether an attribute allows a lint: `#[allow(unused, dead_code)]`.
-pub fn allows(stream: TokenStream, lint: &str) -> bool {
+pub(crate) fn allows(stream: TokenStream, lint: &str) -> bool {
     let tokens: Vec<TokenTree> = stream.into_iter().collect();
     let is_list = |pair: &[TokenTree]| match pair {
         [TokenTree::Ident(i), TokenTree::Group(g)] => i == "allow" && says(g.stream(), lint),
@@ -48,7 +48,7 @@ pub fn allows(stream: TokenStream, lint: &str) -> bool {
 }
 
 /// Whether a word stands in the code: in bodies and macros too, not in comments and texts.
-pub fn says(stream: TokenStream, word: &str) -> bool {
+pub(crate) fn says(stream: TokenStream, word: &str) -> bool {
     stream.into_iter().any(|token| match token {
         TokenTree::Ident(i) => i == word,
         TokenTree::Group(g) => says(g.stream(), word),

@@ -27,7 +27,7 @@ Examples:
 /// were measured. Columns are found by their names (q1 or q_<coordinate>, dq.., tau.., i..).
 #[derive(Args)]
 #[command(after_help = EXAMPLES)]
-pub struct Arguments {
+pub(crate) struct Arguments {
     #[command(flatten)]
     pub model: ModelArguments,
 
@@ -45,7 +45,7 @@ pub struct Arguments {
 }
 
 /// The method, and the flags that were given.
-pub struct Asked {
+pub(crate) struct Asked {
     /// The equations to solve.
     pub method: Method,
     /// All of them; a request reads its own.
@@ -105,14 +105,14 @@ impl FromArgMatches for Asked {
 
 impl Asked {
     /// Refuses flags that no request of this method has, each with the methods that do.
-    pub fn check(&self) -> Result<(), Failure> {
+    pub(crate) fn check(&self) -> Result<(), Failure> {
         let refused = self.given.names().filter(|name| *name != "method").filter_map(|name| self.method.refusal(name));
         let refused: Vec<String> = refused.map(|e| e.to_string()).collect();
         if refused.is_empty() { Ok(()) } else { Err(Failure::new(refused.join("\n"))) }
     }
 
     /// The plan behind the logs.
-    pub fn plan(&self) -> Result<&Path, Failure> {
+    pub(crate) fn plan(&self) -> Result<&Path, Failure> {
         match self.given.file("plan") {
             none if none.as_os_str().is_empty() => {
                 let method = self.method.word();

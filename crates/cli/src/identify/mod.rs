@@ -4,15 +4,15 @@ mod arguments;
 mod plan_logs;
 mod samples;
 
-pub use arguments::Arguments;
+pub(crate) use arguments::Arguments;
 use rist::request::Method;
 
 use crate::failure::Failure;
 
-pub fn run(arguments: &Arguments) -> Result<(), Failure> {
+pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
     arguments.asked.check()?;
     match arguments.asked.method {
         Method::Ls | Method::Essential => samples::run(arguments),
-        Method::Rist | Method::RistMh | Method::Iv | Method::Didim => plan_logs::run(arguments),
+        Method::Rist | Method::Tls | Method::RistMh | Method::Iv | Method::Didim => plan_logs::run(arguments),
     }
 }

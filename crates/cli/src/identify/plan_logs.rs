@@ -1,10 +1,10 @@
-//! `rist identify --method rist|rist-mh|iv|didim`: the logs of a plan -> parameters.
+//! `rist identify --method rist|tls|rist-mh|iv|didim`: the logs of a plan -> parameters.
 
 use std::path::{Path, PathBuf};
 
-use identification::estimators::closed_loop::ClosedLoop;
+use rist::ClosedLoop;
 use rist::closed_loop::identify_experiments_in_loop;
-use rist::experiments::{ExperimentLogs, identify_experiments, identify_paper_rows};
+use rist::experiments::{ExperimentLogs, identify_experiments, identify_gains_of_rows, identify_paper_rows};
 use rist::output::{check_output, write_file};
 use rist::request::{HarmonicRequest, Method, PaperRequest};
 use serde_json::json;
@@ -15,7 +15,7 @@ use crate::failure::Failure;
 use crate::terminal::{at_work, print_result};
 use crate::verdict::{as_json, refused};
 
-pub fn run(arguments: &Arguments) -> Result<(), Failure> {
+pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let (asked, given) = (&arguments.asked, &arguments.asked.given);
     let plan_file = asked.plan()?;
     let [directory] = arguments.logs.as_slice() else {
@@ -37,11 +37,12 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let estimate = match asked.method {
         Method::Iv => in_loop(ClosedLoop::InstrumentalVariables)?,
         Method::Didim => in_loop(ClosedLoop::DirectAndInverse)?,
-        Method::Rist => {
+        Method::Rist | Method::Tls => {
             let request: PaperRequest = given.read()?;
             request.columns().map_err(of_options)?;
             at();
-            identify_paper_rows(&model, logs, &request)?
+            let identify = if asked.method == Method::Tls { identify_gains_of_rows } else { identify_paper_rows };
+            identify(&model, logs, &request)?
         }
         Method::RistMh | Method::Ls | Method::Essential => {
             let request: HarmonicRequest = given.read()?;

@@ -3,15 +3,15 @@
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
-use identification::estimate::residuals::Residuals;
-use logs::{ColumnNames, LogSource};
+use rist::Inertial;
+use rist::Residuals;
 use rist::judged::Judged;
 use rist::load::Load;
 use rist::request::{BodiesFiles, IdentifyRequest, Method};
 use rist::samples::{Identification, identify_essential, identify_loaded};
 use rist::verdict::Verdict;
+use rist::{ColumnNames, LogSource};
 use rist::{Model, Validation};
-use robot::Inertial;
 use serde_json::{Value, json};
 
 use super::arguments::Arguments;
@@ -24,7 +24,7 @@ use crate::terminal::{at_work, note, print_result};
 use crate::verdict::{self, refused};
 use rist::output::{is_same, write_file};
 
-pub fn run(arguments: &Arguments) -> Result<(), Failure> {
+pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let (asked, given) = (&arguments.asked, &arguments.asked.given);
     let files: BodiesFiles = given.read()?;
     needs(given, "date", "report")?;
@@ -147,7 +147,7 @@ fn for_simulators<'a>(
             None => None,
         };
         let into = into.as_ref().map(|(file, text)| (file.as_str(), text.as_str()));
-        let mjcf = rist::write_back::steps::write_mjcf(model, bodies, &found.estimate, into)?;
+        let mjcf = rist::write_mjcf(model, bodies, &found.estimate, into)?;
         mjcf.notes.iter().for_each(note);
         written.push((out, mjcf.text));
     }

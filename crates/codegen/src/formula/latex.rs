@@ -1,7 +1,7 @@
 //! Formulas as LaTeX: one `align*` a function, for `\input` into a document with amsmath.
 
-use crate::formula::Shown;
 use crate::formula::print::Grammar;
+use crate::formula::shown::Shown;
 
 const GRAMMAR: Grammar = Grammar {
     times: r" \, ",

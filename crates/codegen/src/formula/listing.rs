@@ -106,7 +106,7 @@ const RESERVED: &[&str] = &[
 
 impl Names {
     /// The names of inputs and constants; outputs are called as `output_name` says.
-    pub fn of(function: &Function) -> Names {
+    pub(super) fn of(function: &Function) -> Names {
         let graph = function.graph();
         let taken = RESERVED.iter().map(|w| w.to_string()).chain(function.outputs.iter().map(|o| output_name(&o.name)));
         let mut names = Names { of_node: vec![None; graph.nodes().len()], taken: taken.collect(), unnamed: 0 };
@@ -135,12 +135,12 @@ impl Names {
     }
 
     /// Calls a node that becomes a variable.
-    pub fn give_to_variable(&mut self, function: &Function, node: usize) {
+    pub(super) fn give_to_variable(&mut self, function: &Function, node: usize) {
         let graph = function.graph();
         match (graph.nodes()[node], graph.name_of(node)) {
             (Node::Sin(a), _) => self.give(node, &format!("S{}", self.angle(a)), false),
             (Node::Cos(a), _) => self.give(node, &format!("C{}", self.angle(a)), false),
-            (_, Some((name, negative))) => self.give(node, &name.to_string(), negative),
+            (_, Some((name, negative))) => self.give(node, name, negative),
             _ => {
                 self.unnamed += 1;
                 self.give(node, &format!("t{}", self.unnamed), false);
@@ -157,7 +157,7 @@ impl Names {
         }
     }
 
-    pub fn name(&self, node: usize) -> Option<&(String, bool)> {
+    pub(super) fn name(&self, node: usize) -> Option<&(String, bool)> {
         self.of_node[node].as_ref()
     }
 
@@ -174,7 +174,7 @@ pub fn output_name(name: &str) -> String {
 
 impl Listing {
     /// All of `function`, or one entry of it.
-    pub fn of(function: &Function, place: Option<Place>) -> Listing {
+    pub(super) fn of(function: &Function, place: Option<Place>) -> Listing {
         let only = place.map(|(output, row, column)| function.with_entries(output, &[(row, column)]));
         let shown = only.as_ref().unwrap_or(function);
         let mut names = Names::of(shown);
@@ -197,7 +197,7 @@ impl Listing {
 
     /// A listing of these assignments, the entries of whose outputs `value` gives by output and place. `names` are of
     /// `shown`, the part of `function` that is listed.
-    pub fn around(
+    pub(super) fn around(
         function: &Function,
         shown: &Function,
         names: &Names,
@@ -280,7 +280,7 @@ pub(crate) struct Reader<'a> {
 }
 
 impl Reader<'_> {
-    pub fn signed(&self, e: Expr) -> Term {
+    pub(super) fn signed(&self, e: Expr) -> Term {
         let (negative, term) = self.operand(e);
         if negative { negated(term) } else { term }
     }
@@ -297,7 +297,7 @@ impl Reader<'_> {
     }
 
     /// What a node computes.
-    pub fn node(&self, n: usize) -> Term {
+    pub(super) fn node(&self, n: usize) -> Term {
         match self.function.graph().nodes()[n] {
             Node::Constant(x) => Term::Number(x),
             Node::Symbol(_) => self.names.name(n).map_or(Term::Number(0.0), |(name, _)| Term::Variable(name.clone())),

@@ -1,7 +1,7 @@
 //! Formulas as a function of MATLAB or Octave, which takes numbers or symbols of the Symbolic Math Toolbox.
 
-use crate::formula::Shown;
 use crate::formula::print::Grammar;
+use crate::formula::shown::Shown;
 
 const GRAMMAR: Grammar = Grammar {
     times: "*",

@@ -8,6 +8,7 @@ mod latex;
 mod listing;
 mod matlab;
 mod print;
+mod shown;
 mod sympy;
 mod text;
 
@@ -16,6 +17,7 @@ use expr::Function;
 pub use expand::TooLong;
 use listing::Listing;
 pub use listing::{Place, output_name};
+use shown::Shown;
 
 /// The language of formulas.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -40,13 +42,6 @@ pub struct Formulas {
     pub place: Option<Place>,
     /// Whether each entry is expanded to a sum of products.
     pub is_expanded: bool,
-}
-
-/// A function as its language prints it.
-struct Shown<'a> {
-    name: &'a str,
-    doc: &'a [String],
-    listing: Listing,
 }
 
 /// The file of these functions; `doc` are the lines of its head, `made_by` is the command that makes it again.

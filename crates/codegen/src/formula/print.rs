@@ -28,12 +28,12 @@ enum Bond {
 
 impl Grammar {
     /// The term.
-    pub fn text(&self, term: &Term) -> String {
+    pub(super) fn text(&self, term: &Term) -> String {
         self.parts(term).concat()
     }
 
     /// The term, cut before each sign of its sum: where a line may be broken.
-    pub fn parts(&self, term: &Term) -> Vec<String> {
+    pub(super) fn parts(&self, term: &Term) -> Vec<String> {
         let Term::Sum(terms) = term else { return vec![self.bonded(term).0] };
         let part = |(k, (negative, term)): (usize, &(bool, Term))| {
             let text = self.within(term, Bond::Product);

@@ -1,8 +1,8 @@
 //! Formulas as Python: a function each, which takes symbols of SymPy or numbers and returns matrices of SymPy.
 
-use crate::formula::Shown;
 use crate::formula::listing::{ListedOutput, Term};
 use crate::formula::print::Grammar;
+use crate::formula::shown::Shown;
 
 const GRAMMAR: Grammar = Grammar {
     times: "*",

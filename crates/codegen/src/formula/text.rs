@@ -1,7 +1,7 @@
 //! Formulas as plain text: an assignment a line, `#` before what is none.
 
-use crate::formula::Shown;
 use crate::formula::print::Grammar;
+use crate::formula::shown::Shown;
 
 const GRAMMAR: Grammar = Grammar {
     times: "*",

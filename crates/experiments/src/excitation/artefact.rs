@@ -5,18 +5,20 @@
 
 use std::fmt;
 
+use linear_model::artefact::{self, Kind};
 use linear_model::reference::ModelReference;
-use linear_model::yaml;
 use logs::Error;
 use serde::{Deserialize, Serialize};
 
 use crate::excitation::criterion::Aim;
 use crate::excitation::fourier_series::FourierSeries;
+use crate::excitation::ledger::{LowestPoint, MotionLedger};
+use crate::excitation::left_out::LeftOut;
 use crate::excitation::limits::{CoordinateLimits, LimitKind};
 use crate::excitation::motion::{Motion, Shape};
 use crate::excitation::proof::{CertificateRow, IdentifiedTorque, Kept};
 use crate::excitation::quintic_spline::QuinticSpline;
-use crate::excitation::space_limits::SpaceLimits;
+use crate::excitation::space_limits::{Floor, SpaceLimits};
 use crate::excitation::visibility::VisibleParameter;
 use crate::motion::sample_count::check_samples;
 
@@ -51,15 +53,24 @@ pub struct ExcitingMotion {
     pub determinant: f64,
     /// Of the columns scaled to unit norm.
     pub condition_number: f64,
+    /// What it has of det^(1/p) (or of 1/cond) of the best motion of the search, before that was made to keep its limits.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub kept_share: Option<f64>,
     /// N m (N) a sample, one a coordinate.
     pub torque_noise: Vec<f64>,
     /// N m (N) a sample, one a coordinate: what the noise of the encoders adds to the residuals of an identification.
     #[serde(default)]
     pub encoder_noise: Vec<f64>,
-    /// Whether every limit below is proven to be kept.
+    /// Whether every row below is proven, and all that was asked for is looked at.
     pub proven: bool,
-    /// What was not looked at or had to be assumed, in sentences.
+    /// What else is to be known, in sentences.
     pub notes: Vec<String>,
+    /// What the certificate leaves out; a motion of an earlier version does not say.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub left_out: Option<Vec<LeftOut>>,
+    /// The lowest point of the links that move, as far as instants show.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub lowest: Option<LowestPoint>,
     /// The limits with what proves them.
     pub certificate: Vec<CertificateRow>,
     /// What the motion makes visible.
@@ -167,6 +178,16 @@ impl ExcitingMotion {
         Ok(Motion { rate: self.rate_hz, repetitions: self.repetitions, shape, joints })
     }
 
+    /// Its certificate with what it leaves out, as the file says.
+    pub fn ledger(&self) -> MotionLedger<'_> {
+        MotionLedger {
+            rows: &self.certificate,
+            left_out: self.left_out.as_deref().unwrap_or_default(),
+            floor: self.space.floor.and_then(Floor::height),
+            lowest: self.lowest.as_ref(),
+        }
+    }
+
     /// Its shape and its times.
     pub fn in_words(&self) -> String {
         let (period, rate) = (self.period_s, self.rate_hz);
@@ -190,13 +211,12 @@ impl ExcitingMotion {
 
     /// The text of motion.yaml.
     pub fn to_yaml(&self) -> Result<String, Error> {
-        serde_yaml::to_string(self).map_err(|e| Error::new(format!("the motion cannot be written: {e}")))
+        artefact::write(Kind::Motion, self).map_err(Error::new)
     }
 
     /// Reads motion.yaml.
     pub fn from_yaml(file: &str, text: &str) -> Result<ExcitingMotion, Error> {
-        let motion: ExcitingMotion =
-            yaml::read(text).map_err(|e| Error::at(file, 0, format!("this is no exciting motion: {e}")))?;
+        let motion: ExcitingMotion = artefact::read(Kind::Motion, text).map_err(|e| Error::at(file, 0, e))?;
         motion.check_size().map_err(|e| Error::at(file, 0, e))?;
         Ok(motion)
     }
@@ -230,17 +250,6 @@ const RATES_HZ: std::ops::RangeInclusive<f64> = 1.0..=2e4;
 const MOST_HARMONICS: usize = 100;
 /// rad (m).
 const LARGEST_NUMBER: f64 = 1e6;
-
-/// The sentence on a certificate whose rows are all proven. It names the kinds of limits that no row is about.
-pub fn proven_text(rows: &[CertificateRow]) -> String {
-    let kinds = [(LimitKind::Effort, "torques"), (LimitKind::Distance, "distances of the robot's own links")];
-    let absent = kinds.iter().filter(|(kind, _)| rows.iter().all(|row| row.limit != *kind));
-    let absent: Vec<&str> = absent.map(|(_, what)| *what).collect();
-    match absent.is_empty() {
-        true => "every limit above is proven, between samples too".into(),
-        false => format!("every limit above is proven, between samples too; NOT looked at: {}", absent.join(", ")),
-    }
-}
 
 /// The rows of one kind of limit.
 pub struct LimitSummary<'a> {
@@ -288,10 +297,14 @@ fn counted(count: usize, one: &str, several: &str) -> String {
 impl fmt::Display for ExcitingMotion {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         writeln!(f, "{}: {}", self.model.name, self.in_words())?;
-        writeln!(f, "det^(1/p) {:.4e}, condition number {:.1}\n", self.determinant, self.condition_number)?;
+        write!(f, "det^(1/p) {:.4e}, condition number {:.1}", self.determinant, self.condition_number)?;
+        if let Some(share) = self.kept_share {
+            write!(f, "; {:.1} % of what the search found before the proof", 100.0 * share)?;
+        }
+        writeln!(f, "\n")?;
         write!(f, "{}", certificate_text(&self.certificate))?;
-        let headline = if self.proven { proven_text(&self.certificate) } else { "NOT PROVEN".into() };
-        writeln!(f, "{headline}\n")?;
+        write!(f, "{}", self.ledger().left_out_text())?;
+        writeln!(f)?;
         writeln!(f, "{:<26} {:>12} {:>12} {:>9}", "parameter", "described", "deviation", "relative")?;
         for p in &self.parameters {
             let number = |x: Option<f64>| x.map_or("-".into(), |x| format!("{x:.4e}"));
@@ -301,6 +314,6 @@ impl fmt::Display for ExcitingMotion {
             let line = format!("{:<26} {described:>12} {deviation:>12} {relative:>9}{remark}", p.id.to_string());
             writeln!(f, "{}", line.trim_end())?;
         }
-        Ok(())
+        writeln!(f, "\n{}", self.ledger())
     }
 }

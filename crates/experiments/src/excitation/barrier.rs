@@ -91,7 +91,7 @@ impl Barrier {
     }
 
     /// The Cholesky factors of the second derivative of `factor` B plus `ridge` times the metric, joint by joint.
-    pub fn curvature(&self, x: &[f64], factor: f64, ridge: f64) -> Option<Curvature> {
+    pub(crate) fn curvature(&self, x: &[f64], factor: f64, ridge: f64) -> Option<Curvature> {
         let m = self.m;
         let block = |joint: usize| {
             let JointRows { rows, metric, .. } = &self.joints[joint];
@@ -125,7 +125,7 @@ impl Barrier {
     }
 
     /// The least room of any row over half the width of its limit, with the joint and the limit.
-    pub fn least_room(&self, x: &[f64]) -> Option<(f64, usize, LimitKind)> {
+    pub(crate) fn least_room(&self, x: &[f64]) -> Option<(f64, usize, LimitKind)> {
         let all = (0..self.joints.len()).flat_map(|joint| {
             let kinds = &self.joints[joint].kinds;
             self.rows(joint, x).zip(kinds).map(move |((_, value, (low, high)), kind)| {

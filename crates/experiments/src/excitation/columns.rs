@@ -15,7 +15,7 @@ use numerics::triangle::TriangleBuilder;
 use crate::excitation::limits::CoordinateLimits;
 
 /// Share of the limit of velocity over which the sign of dry friction turns in a search.
-pub const SIGN_TURN_SHARE: f64 = 0.02;
+pub(crate) const SIGN_TURN_SHARE: f64 = 0.02;
 
 /// A column is not told apart where the columns before it leave less than this share of its norm.
 const DEPENDENT_COLUMN_SHARE: f64 = 1e-8;
@@ -24,7 +24,7 @@ const DEPENDENT_COLUMN_SHARE: f64 = 1e-8;
 const RANDOM_ROWS_PER_COLUMN: usize = 40;
 
 /// The columns of one joint's friction, with their slopes along dq and ddq; `v`: rad/s over which the sign turns.
-pub fn friction_columns(terms: &[FrictionTerm], dq: f64, ddq: f64, v: f64, out: &mut [[f64; 3]]) {
+pub(crate) fn friction_columns(terms: &[FrictionTerm], dq: f64, ddq: f64, v: f64, out: &mut [[f64; 3]]) {
     let (mut places, sign) = (out.iter_mut(), (dq / v).tanh());
     let turn = (1.0 - sign * sign) / v;
     let mut put = |value: f64, along_dq: f64, along_ddq: f64| {

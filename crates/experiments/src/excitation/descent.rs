@@ -39,7 +39,7 @@ pub struct Descent {
 ///
 /// It ends earlier where three iterations in turn each win less than the share `least` of 1 + |f|, and where it is
 /// interrupted.
-pub fn descend(objective: &dyn Objective, x: &[f64], iterations: usize, least: f64) -> Option<Descent> {
+pub(crate) fn descend(objective: &dyn Objective, x: &[f64], iterations: usize, least: f64) -> Option<Descent> {
     let mut x = x.to_vec();
     let (mut value, mut slope) = objective.value(&x, f64::INFINITY)?;
     let mut pairs: Vec<(Vec<f64>, Vec<f64>, f64)> = Vec::new();

@@ -43,7 +43,7 @@ impl FourierSeries {
     }
 
     /// The control points of the k-th derivative of a blend, per unit of (c, a_1, b_1, ..): degree 4 - k, k at most 3.
-    pub fn blend_control(&self, k: usize, is_start: bool) -> Vec<Vec<f64>> {
+    pub(crate) fn blend_control(&self, k: usize, is_start: bool) -> Vec<Vec<f64>> {
         let blend = self.blend;
         let [q, v, a] = [0, 1, 2].map(|k| self.row(0.0, k));
         let along = |sv: f64, sa: f64| -> Vec<f64> { (0..q.len()).map(|j| q[j] + sv * v[j] + sa * a[j]).collect() };
@@ -63,7 +63,7 @@ impl FourierSeries {
     }
 
     /// The k-th derivative of a blend at its share u in [0, 1], per unit of (c, a_1, b_1, ..).
-    pub fn blend_row(&self, k: usize, is_start: bool, u: f64) -> Vec<f64> {
+    pub(crate) fn blend_row(&self, k: usize, is_start: bool, u: f64) -> Vec<f64> {
         casteljau(self.blend_control(k, is_start), u)
     }
 }

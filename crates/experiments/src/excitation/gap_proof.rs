@@ -7,6 +7,8 @@
 //!
 //! Not here: the bodies and their distances.
 
+use std::collections::VecDeque;
+
 use numerics::interval::Interval;
 
 use crate::excitation::enclosure::{EnclosedMotion, Piece};
@@ -23,6 +25,10 @@ pub struct Gap {
     pub subject: String,
     /// m.
     pub bound: f64,
+    /// Room above the bound that a search keeps for what bodies do between its instants, m.
+    pub reserve: f64,
+    /// The moving links that both sides belong to, by name.
+    pub carriers: [String; 2],
 }
 
 impl Gap {
@@ -57,6 +63,8 @@ pub trait Surroundings: Sync {
 
 /// Parts of a piece to begin with.
 const FIRST_PARTS_PER_PIECE: usize = 128;
+/// A part that is shorter is not halved, s: no body moves by a micrometre in it.
+const SHORTEST_PART_S: f64 = 1e-7;
 /// Largest number of distances looked at. What is not proven by then stays open.
 const MAX_DISTANCES: usize = 1_000_000;
 
@@ -68,7 +76,7 @@ struct Least {
 }
 
 /// The rows of the gaps, in their order.
-pub fn prove_gaps(motion: &Motion, surroundings: &dyn Surroundings) -> Vec<CertificateRow> {
+pub(crate) fn prove_gaps(motion: &Motion, surroundings: &dyn Surroundings) -> Vec<CertificateRow> {
     let gaps = surroundings.gaps();
     let enclosed = EnclosedMotion::new(motion);
     let nothing = |_| Least { reached: f64::INFINITY, time: 0.0, proved: f64::INFINITY };
@@ -84,9 +92,10 @@ pub fn prove_gaps(motion: &Motion, surroundings: &dyn Surroundings) -> Vec<Certi
             }
         };
         let all: Vec<usize> = (0..gaps.len()).collect();
-        let mut left: Vec<(Interval, Vec<usize>)> =
-            (0..FIRST_PARTS_PER_PIECE).rev().map(|k| (Interval::new(at(k), at(k + 1)), all.clone())).collect();
-        while let Some((part, which)) = left.pop() {
+        // Wide parts first: where a limit is broken, one of them shows it before a part beside it is halved for long.
+        let mut left: VecDeque<(Interval, Vec<usize>)> =
+            (0..FIRST_PARTS_PER_PIECE).map(|k| (Interval::new(at(k), at(k + 1)), all.clone())).collect();
+        while let Some((part, which)) = left.pop_front() {
             let middle = part.middle();
             let time = piece.start(motion) + middle;
             let q: Vec<f64> = motion.at(time).iter().map(|x| x[0]).collect();
@@ -96,7 +105,7 @@ pub fn prove_gaps(motion: &Motion, surroundings: &dyn Surroundings) -> Vec<Certi
                 .zip(&q)
                 .map(|(held, q)| (held[0].high - q).max(q - held[0].low).max(0.0))
                 .collect();
-            let is_point = middle <= part.low || middle >= part.high;
+            let is_point = part.width() < SHORTEST_PART_S;
             looked_at += which.len();
             let mut open = Vec::new();
             for (&g, room) in which.iter().zip(surroundings.rooms(&q, &spread, &which)) {
@@ -113,8 +122,8 @@ pub fn prove_gaps(motion: &Motion, surroundings: &dyn Surroundings) -> Vec<Certi
                 }
             }
             if !open.is_empty() {
-                left.push((Interval::new(middle, part.high), open.clone()));
-                left.push((Interval::new(part.low, middle), open));
+                left.push_back((Interval::new(part.low, middle), open.clone()));
+                left.push_back((Interval::new(middle, part.high), open));
             }
         }
     }
@@ -151,7 +160,13 @@ pub(crate) mod tests {
 
     impl Rod {
         pub(crate) fn new(height: f64) -> Rod {
-            let gap = Gap { limit: LimitKind::Region, subject: "rod at the wall".into(), bound: 0.0 };
+            let gap = Gap {
+                limit: LimitKind::Region,
+                subject: "rod at the wall".into(),
+                bound: 0.0,
+                reserve: 0.004,
+                carriers: ["rod".into(), "rod".into()],
+            };
             Rod { height, gaps: [gap] }
         }
     }

@@ -88,7 +88,7 @@ pub fn held(
         jerk: least(made_with.jerk, &|l| l.jerk),
         effort: optional(made_with.effort, &|l| l.effort),
         power: optional(made_with.power, &|l| l.power),
-        locked: asked.locked.or(made_with.locked),
+        locked: asked.locked.or(described.locked).or(made_with.locked),
     };
     if let Some(fault) = limits.fault() {
         return Err(fault);
@@ -134,22 +134,10 @@ pub fn origins_text(rows: &[HeldLimit]) -> String {
     text
 }
 
-/// A warning about limits that are taken from the motion's own file; `None` where there are none.
-///
-/// `of_space`: what else stands in the motion's file alone.
-pub fn alone_text(rows: &[HeldLimit], of_space: &[&str]) -> Option<String> {
-    let is_own = |kind: &LimitKind| {
-        rows.iter().any(|row| row.limit == *kind && matches!(row.origin, Origin::MotionTighter | Origin::MotionAlone))
-    };
-    let kinds = KINDS_OF_A_COORDINATE.into_iter().filter(is_own).map(|kind| kind.to_string());
-    let all: Vec<String> = kinds.chain(of_space.iter().map(|what| what.to_string())).collect();
-    (!all.is_empty()).then(|| {
-        format!(
-            "{}: held to what the motion's own file says, and a limit that was loosened there is not noticed; [limits=FILE] \
-             holds the motion to a file of yours",
-            all.join(", ")
-        )
-    })
+/// The kinds of limits that stand in the motion's own file alone, in words.
+pub fn kinds_of_motion_alone(rows: &[HeldLimit]) -> Vec<String> {
+    let is_own = |kind: &LimitKind| rows.iter().any(|row| row.limit == *kind && row.origin == Origin::MotionAlone);
+    KINDS_OF_A_COORDINATE.into_iter().filter(is_own).map(|kind| kind.to_string()).collect()
 }
 
 #[cfg(test)]
@@ -200,7 +188,8 @@ mod tests {
         assert_eq!(found, [Description, LimitsFile, MotionAlone, LimitsFile, Description, MotionTighter]);
         let (_, rows) = held("q1", &slower, &described(), Some(&asked)).unwrap();
         assert!(origins_text(&rows).contains("jerk          as in the limits file\n"), "{}", origins_text(&rows));
-        let alone = alone_text(&rows, &["distance"]).unwrap();
-        assert!(alone.starts_with("acceleration, power, distance: held to what the motion's own file says"), "{alone}");
+        assert_eq!(kinds_of_motion_alone(&rows), ["acceleration"]);
+        let (_, rows) = held("q1", &made_with(), &described(), None).unwrap();
+        assert_eq!(kinds_of_motion_alone(&rows), ["acceleration", "jerk"]);
     }
 }

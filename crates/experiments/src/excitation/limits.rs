@@ -2,7 +2,7 @@
 //!
 //! | limit | of the description | assumed (slides) |
 //! |---|---|---|
-//! | position | yes | +-1.5 rad (+-0.25 m) |
+//! | position | yes, up to 1000 | +-1.5 rad (+-0.25 m) |
 //! | velocity | yes | 1 rad/s (0.25 m/s) |
 //! | acceleration | of a YAML | reaches the velocity in 0.3 s |
 //! | jerk | no | reaches the acceleration in 0.05 s |
@@ -13,86 +13,13 @@
 //! ([`crate::excitation::space_limits`]).
 
 use std::collections::BTreeMap;
-use std::fmt;
 
 use linear_model::yaml;
 use robot::Limits;
 use serde::{Deserialize, Serialize};
 
+pub use crate::excitation::limit_kind::LimitKind;
 use crate::excitation::space_limits::SpaceLimits;
-
-/// A kind of limit.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum LimitKind {
-    /// rad (m).
-    Position,
-    /// rad/s (m/s).
-    Velocity,
-    /// rad/s^2 (m/s^2).
-    Acceleration,
-    /// rad/s^3 (m/s^3).
-    Jerk,
-    /// N m (N).
-    Effort,
-    /// Of a drive: torque times velocity, W.
-    Power,
-    /// Between two links, m.
-    Distance,
-    /// From a floor, a wall or the side of a box, m.
-    Region,
-}
-
-impl LimitKind {
-    /// Those of the motion alone, in the order of its derivatives.
-    pub const KINEMATIC: [LimitKind; 4] =
-        [LimitKind::Position, LimitKind::Velocity, LimitKind::Acceleration, LimitKind::Jerk];
-
-    /// All, in the order of a certificate.
-    pub const ALL: [LimitKind; 8] = [
-        LimitKind::Position,
-        LimitKind::Velocity,
-        LimitKind::Acceleration,
-        LimitKind::Jerk,
-        LimitKind::Distance,
-        LimitKind::Region,
-        LimitKind::Effort,
-        LimitKind::Power,
-    ];
-
-    /// The unit at a joint that turns, or slides.
-    pub fn unit(self, is_prismatic: bool) -> &'static str {
-        match (self, is_prismatic) {
-            (LimitKind::Position, false) => "rad",
-            (LimitKind::Velocity, false) => "rad/s",
-            (LimitKind::Acceleration, false) => "rad/s^2",
-            (LimitKind::Jerk, false) => "rad/s^3",
-            (LimitKind::Effort, false) => "N m",
-            (LimitKind::Position, true) => "m",
-            (LimitKind::Velocity, true) => "m/s",
-            (LimitKind::Acceleration, true) => "m/s^2",
-            (LimitKind::Jerk, true) => "m/s^3",
-            (LimitKind::Effort, true) => "N",
-            (LimitKind::Power, _) => "W",
-            (LimitKind::Distance | LimitKind::Region, _) => "m",
-        }
-    }
-}
-
-impl fmt::Display for LimitKind {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.pad(match self {
-            LimitKind::Position => "position",
-            LimitKind::Velocity => "velocity",
-            LimitKind::Acceleration => "acceleration",
-            LimitKind::Jerk => "jerk",
-            LimitKind::Effort => "effort",
-            LimitKind::Power => "power",
-            LimitKind::Distance => "distance",
-            LimitKind::Region => "region",
-        })
-    }
-}
 
 /// What a motion may ask of one coordinate: rad and s (m and s where it slides), N m (N), W.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -179,17 +106,39 @@ pub struct AskedLimits {
     pub slowed: Option<f64>,
 }
 
+/// Positions beyond are no limits, rad (m): people write 1e16 where there is none.
+pub const FARTHEST_POSITION: f64 = 1e3;
+/// Half the room of a joint whose limits hold it still, rad (m): for rounding.
+const STILL: f64 = 1e-9;
+
+/// Whether a joint goes on without end between such positions.
+fn is_unlimited((low, high): (f64, f64)) -> bool {
+    low < -FARTHEST_POSITION || high > FARTHEST_POSITION
+}
+
 impl AskedLimits {
-    /// The limits of a description that are usable.
+    /// Where both positions are the same, the joint is held there.
+    fn with_still_joint(self) -> AskedLimits {
+        match self.position {
+            Some((low, high)) if low == high => {
+                AskedLimits { position: Some((low - STILL, low + STILL)), locked: self.locked.or(Some(low)), ..self }
+            }
+            _ => self,
+        }
+    }
+
+    /// The limits of a description that are usable. Positions beyond [`FARTHEST_POSITION`] are none, and a joint whose two
+    /// positions are the same is held there.
     pub fn of_description(described: &Limits) -> AskedLimits {
         let positive = |x: Option<f64>| x.filter(|x| x.is_finite() && *x > 0.0);
-        AskedLimits {
-            position: described.position.filter(|(low, high)| low.is_finite() && high.is_finite()),
+        let found = AskedLimits {
+            position: described.position.filter(|limits| !is_unlimited(*limits)),
             velocity: positive(described.velocity),
             acceleration: positive(described.acceleration),
             effort: positive(described.effort),
             ..AskedLimits::default()
-        }
+        };
+        found.with_still_joint()
     }
 
     /// Least and greatest value that a limit allows, where there is one.
@@ -225,7 +174,7 @@ impl LimitsFile {
     pub fn from_yaml(file: &str, text: &str) -> Result<LimitsFile, logs::Error> {
         let expected = "expected `coordinates: {NAME: {position: [LOW, HIGH], velocity, acceleration, jerk, effort, \
                         power, locked, slowed}}`, `all: {..}` of the same, or `space: {floor, walls: [{point, normal, links}], \
-                        boxes: [{low, high, links}], distance, own_links, ignored_pairs}`";
+                        boxes: [{low, high, links}], distance, own_links, accept: [[LINK, LINK, REASON]]}`";
         yaml::read(text).map_err(|e| logs::Error::at(file, 0, format!("these are no limits: {e}; {expected}")))
     }
 
@@ -289,8 +238,10 @@ fn chosen(kind: LimitKind, described: Option<f64>, asked: Option<f64>) -> Result
 /// Fails where the file is the looser one.
 pub fn given(described: &Limits, own: &AskedLimits, all: &AskedLimits) -> Result<AskedLimits, String> {
     let described = AskedLimits::of_description(described);
-    let position = match (described.position, own.position.or(all.position)) {
-        (Some((low, high)), Some((a, b))) if a < low || b > high => {
+    let asked_position = own.position.or(all.position);
+    let still = AskedLimits { position: asked_position, ..AskedLimits::default() }.with_still_joint();
+    let position = match (described.position, still.position) {
+        (Some((low, high)), Some((a, b))) if a < low - STILL || b > high + STILL => {
             return Err(format!(
                 "position {a} to {b} of the limits file exceeds {low} to {high} of the description, which a file can \
                  only tighten"
@@ -314,7 +265,7 @@ pub fn given(described: &Limits, own: &AskedLimits, all: &AskedLimits) -> Result
         jerk: scaled(own.jerk.or(all.jerk), 3),
         effort: chosen(LimitKind::Effort, described.effort, own.effort.or(all.effort))?,
         power: own.power.or(all.power),
-        locked: own.locked.or(all.locked),
+        locked: own.locked.or(all.locked).or(still.locked).or(described.locked),
         slowed,
     })
 }
@@ -326,6 +277,9 @@ fn one(
     all: &AskedLimits,
     assume: &mut dyn FnMut(String),
 ) -> Result<CoordinateLimits, String> {
+    if let Some((low, high)) = described.position.filter(|(low, high)| low.is_nan() || high.is_nan() || low > high) {
+        return Err(format!("the description limits its position from {low} to {high}: the first must be the smaller"));
+    }
     let given = given(described, own, all)?;
     let factor = given.slowed.unwrap_or(1.0);
     let mut or_assumed = |kind: LimitKind, given: Option<f64>, otherwise: f64, power: i32| {
@@ -343,7 +297,12 @@ fn one(
     let jerk = or_assumed(LimitKind::Jerk, given.jerk, acceleration / factor.powi(2) / 0.05, 3);
     let position = given.position.unwrap_or_else(|| {
         let unit = LimitKind::Position.unit(is_prismatic);
-        assume(format!("no limits of position given, +-{far} {unit} assumed"));
+        assume(match described.position {
+            Some((low, high)) => {
+                format!("positions from {low:e} to {high:e} {unit} are no limits, +-{far} {unit} assumed")
+            }
+            None => format!("no limits of position given, +-{far} {unit} assumed"),
+        });
         (-far, far)
     });
     let AskedLimits { effort, power, locked, .. } = given;
@@ -378,13 +337,38 @@ mod tests {
         assert!(notes.iter().any(|n| n == "q2: no limits of position given, +-0.25 m assumed"), "{notes:?}");
     }
 
+    /// Positions without end are none, and said; a joint without room is held; what is no interval is refused.
+    #[test]
+    fn odd_positions_of_a_description() {
+        let of = |position: (f64, f64)| {
+            let described = Limits { position: Some(position), ..described() };
+            motion_limits(&["q1".into()], |_| false, &[described], &LimitsFile::default())
+        };
+        for position in [(-1e16, 1e16), (f64::NEG_INFINITY, f64::INFINITY), (0.0, 1001.0)] {
+            let (limits, notes) = of(position).unwrap();
+            assert_eq!((limits[0].position, limits[0].locked), ((-1.5, 1.5), None));
+            assert!(notes.iter().any(|n| n.contains(" are no limits, +-1.5 rad assumed")), "{notes:?}");
+        }
+        let (limits, notes) = of((-1000.0, 1000.0)).unwrap();
+        assert!(limits[0].position == (-1000.0, 1000.0) && notes.iter().all(|n| !n.contains("no limits")), "{notes:?}");
+        let (limits, _) = of((0.5, 0.5)).unwrap();
+        assert_eq!(limits[0].locked, Some(0.5));
+        assert!(limits[0].position.0 < 0.5 && limits[0].position.1 > 0.5 && limits[0].fault().is_none());
+        for position in [(1.0, -1.0), (f64::NAN, 1.0), (0.0, f64::NAN)] {
+            let refused = of(position).unwrap_err();
+            assert!(refused.starts_with("coordinate q1: the description limits its position from "), "{refused}");
+        }
+        let (limits, _) = found("coordinates: {q2: {position: [0.1, 0.1]}}").unwrap();
+        assert_eq!(limits[1].locked, Some(0.1));
+    }
+
     #[test]
     fn what_leaves_no_room_is_refused_with_its_coordinate() {
         for (text, words) in [
             ("coordinates: {q9: {velocity: 1}}", "no coordinate `q9`; there are q1, q2"),
             ("coordinates: {q1: {velocity: 4}}", "coordinate q1: velocity 4 of the limits file is above 3"),
             ("coordinates: {q1: {position: [-3, 1]}}", "exceeds -2 to 2"),
-            ("coordinates: {q2: {position: [0.1, 0.1]}}", "coordinate q2: the limits of position leave no room"),
+            ("coordinates: {q2: {position: [0.2, 0.1]}}", "coordinate q2: the limits of position leave no room"),
             ("all: {acceleration: 0}", "the limit of acceleration leaves no room: 0"),
             ("coordinates: {q1: {power: -5}}", "coordinate q1: the limit of power leaves no room: -5"),
             ("coordinates: {q1: {locked: 5}}", "locked at 5, outside"),

@@ -102,7 +102,7 @@ impl Shape {
     }
 
     /// Control points whose hull holds the k-th derivative of the blends, those of the start before those of the end.
-    pub fn blend_control(&self, k: usize) -> Vec<Vec<f64>> {
+    pub(crate) fn blend_control(&self, k: usize) -> Vec<Vec<f64>> {
         match self {
             Shape::Fourier(series) => [true, false].into_iter().flat_map(|s| series.blend_control(k, s)).collect(),
             Shape::Spline(_) => vec![],

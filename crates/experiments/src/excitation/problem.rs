@@ -174,7 +174,12 @@ impl<'a> Prepared<'a> {
         self.space.as_ref()?.nearest(&|row| self.positions(x, row))
     }
 
-    /// The same at the centre of the motion alone.
+    /// Whether such a room is enough to begin a descent with.
+    pub fn is_inside(&self, nearest: Option<(f64, usize)>) -> bool {
+        self.space.as_ref().is_none_or(|space| space.is_inside(nearest))
+    }
+
+    /// The least room at the centre of the motion alone.
     pub fn nearest_at_centre(&self, x: &[f64]) -> Option<(f64, usize)> {
         let mut nearest = None;
         self.space.as_ref()?.nearest_at(&self.positions(x, &[1.0]), &mut nearest);

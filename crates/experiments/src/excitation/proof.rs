@@ -130,7 +130,7 @@ const KINEMATIC_SUBDIVISION: Subdivision = Subdivision { parts: 128, enclosures:
 const TORQUE_SUBDIVISION: Subdivision = Subdivision { parts: 128, enclosures: 20_000 };
 
 /// The rows of the kinematic limits, coordinate by coordinate.
-pub fn prove_motion(motion: &Motion, limits: &[CoordinateLimits], names: &[String]) -> Vec<CertificateRow> {
+pub(crate) fn prove_motion(motion: &Motion, limits: &[CoordinateLimits], names: &[String]) -> Vec<CertificateRow> {
     let enclosed = EnclosedMotion::new(motion);
     let size = |l: &CoordinateLimits, kind: LimitKind| l.bounds(kind).map_or(1.0, |(low, high)| high - low);
     let tolerance: Vec<f64> = limits

@@ -8,7 +8,7 @@
 //! The functions N add up to one, so every quantity is linear in (c, d_1, d_2, ..). The jerk and its slope are continuous.
 
 /// Degree of the polynomials between knots.
-pub const SPLINE_DEGREE: usize = 5;
+pub(crate) const SPLINE_DEGREE: usize = 5;
 
 /// The splines that a motion may be.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -21,7 +21,7 @@ pub struct QuinticSpline {
 
 impl QuinticSpline {
     /// The knot t_i in units of u.
-    pub fn knot(&self, i: usize) -> f64 {
+    pub(crate) fn knot(&self, i: usize) -> f64 {
         i.saturating_sub(SPLINE_DEGREE).min(self.spans) as f64
     }
 

@@ -22,7 +22,6 @@ use crate::excitation::limits::LimitKind;
 use crate::excitation::motion::Shape;
 use crate::excitation::no_motion::{NoMotion, too_small};
 use crate::excitation::problem::{Prepared, Problem};
-use crate::excitation::space_wall::SpaceWall;
 use crate::excitation::walled::Walled;
 
 /// How much is searched.
@@ -140,6 +139,33 @@ pub fn search(
     if found.is_empty() { Err(failed) } else { Ok(found) }
 }
 
+/// What a search from this motion finds within the walls of the problem; `None` where even a small motion about the same
+/// centre is beyond one.
+pub fn searched_on(problem: &Problem, iterations: usize, joints: &[Vec<f64>]) -> Option<Found> {
+    let prepared = Prepared::new(problem);
+    let m = problem.shape.size();
+    let mut x = prepared.scaled(joints);
+    let is_inside = |x: &[f64]| {
+        let is_weak = prepared.greatest_torque(x).is_none_or(|(share, ..)| share <= MAX_DRAWN_TORQUE_SHARE);
+        is_weak && prepared.is_inside(prepared.nearest(x))
+    };
+    let mut shrinks = 0;
+    while !is_inside(&x) {
+        shrinks += 1;
+        if shrinks > 2 * MAX_SHRINKS_PER_DRAW {
+            return None;
+        }
+        x.chunks_exact_mut(m).for_each(|joint| joint[1..].iter_mut().for_each(|x| *x *= 0.9));
+    }
+    descended(None, &prepared, problem, iterations, &WALL_HEIGHTS[1..], x, 0).ok()
+}
+
+/// J of a motion, where it tells anything.
+pub fn criterion_of(problem: &Problem, joints: &[Vec<f64>]) -> Option<f64> {
+    let prepared = Prepared::new(problem);
+    prepared.criterion(&prepared.scaled(joints))
+}
+
 /// One start: from a random motion, or from the best so far with some of its joints drawn anew. `alone`: the problem
 /// without what is known, where anything is.
 fn one(
@@ -152,16 +178,30 @@ fn one(
 ) -> Result<Found, NoMotion> {
     let mut random = Random::stream(options.seed, start as u64);
     let near = best.and_then(|best| near(prepared, problem, best, &mut random));
-    let (mut x, heights) = match near {
+    let (x, heights) = match near {
         Some(x) => (x, &WALL_HEIGHTS[1..]),
         None => (first(prepared, problem, &mut random)?, &WALL_HEIGHTS[..]),
     };
+    descended(alone, prepared, problem, options.iterations, heights, x, start)
+}
+
+/// The descent from a motion that is inside all walls, at one height after the other.
+fn descended(
+    alone: Option<&Prepared>,
+    prepared: &Prepared,
+    problem: &Problem,
+    iterations: usize,
+    heights: &[f64],
+    from: Vec<f64>,
+    start: usize,
+) -> Result<Found, NoMotion> {
+    let mut x = from;
     let first = alone.into_iter().flat_map(|prepared| heights.iter().map(move |height| (prepared, *height)));
     let last = if alone.is_some() { &WALL_HEIGHTS[HEIGHT_INDEX_AFTER_LONE_DESCENT..] } else { heights };
     for (prepared, height) in first.chain(last.iter().map(|height| (prepared, *height))) {
         let walled = Walled { prepared, height };
         let least = if height == LAST_WALL_HEIGHT { SMALLEST_DESCENT_GAIN.0 } else { SMALLEST_DESCENT_GAIN.1 };
-        if let Some(found) = descend(&walled, &x, options.iterations, least) {
+        if let Some(found) = descend(&walled, &x, iterations, least) {
             x = found.x;
         }
     }
@@ -215,7 +255,7 @@ fn near(prepared: &Prepared, problem: &Problem, best: &[f64], random: &mut Rando
     anew.iter().for_each(|&j| x[j * m..(j + 1) * m].copy_from_slice(&other[j * m..(j + 1) * m]));
     for _ in 0..MAX_SHRINKS_PER_DRAW {
         let is_weak = prepared.greatest_torque(&x).is_none_or(|(share, ..)| share <= MAX_DRAWN_TORQUE_SHARE);
-        if is_weak && SpaceWall::is_inside(prepared.nearest(&x)) {
+        if is_weak && prepared.is_inside(prepared.nearest(&x)) {
             return Some(x);
         }
         anew.iter().for_each(|&j| shrink(&mut x[j * m..(j + 1) * m]));
@@ -260,7 +300,7 @@ fn first(prepared: &Prepared, problem: &Problem, random: &mut Random) -> Result<
         let mut x = drawn(prepared, problem, random);
         // About a centre at which bodies meet there is no motion, however small.
         let mut is_free = |nearest: Option<(f64, usize)>| {
-            let is_free = SpaceWall::is_inside(nearest);
+            let is_free = prepared.is_inside(nearest);
             if let Some(near) = nearest.filter(|n| !is_free && narrowest.is_none_or(|best| n.0 > best.0)) {
                 narrowest = Some(near);
             }

@@ -1,32 +1,66 @@
 //! Where the bodies of a robot may be: boxes, floors, walls, and the distance between its own links.
 //!
-//! Places are in the base frame, m. Not here: the bodies themselves, which only the description has.
+//! Places are in the base frame, m. What a motion's own file says of them may make a check tighter; what is left out, the
+//! user alone says. Not here: the bodies themselves, which only the description has.
 
 use serde::{Deserialize, Serialize};
-
-/// The least distance between own links where nothing else is asked, m.
-pub const DEFAULT_LEAST_DISTANCE_M: f64 = 0.01;
 
 /// Where bodies may be.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct SpaceLimits {
-    /// No moving link goes below this height: z of the base frame, m.
+    /// No moving link goes below this height, z of the base frame in m; or `none`. Not given: the plane of the base where
+    /// nothing that moves is below it at the zero pose.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub floor: Option<f64>,
+    pub floor: Option<Floor>,
     /// Planes that links stay on one side of.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub walls: Vec<Wall>,
     /// Boxes that links stay in.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub boxes: Vec<SpaceBox>,
-    /// Least distance between links of the robot that are no neighbours, m.
-    pub distance: f64,
+    /// Least distance between links of the robot, m. Not given: 0.01, or half of the room that a pair has.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub distance: Option<f64>,
     /// Whether distances between links of the robot are looked at.
     pub own_links: bool,
-    /// Pairs of links whose distance is not looked at.
+    /// Pairs of links that may meet, each with the reason: `[LINK, LINK, REASON]`.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub accept: Vec<Vec<String>>,
+    /// What motions of an earlier version left out; no limits file has it.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub ignored_pairs: Vec<(String, String)>,
+}
+
+/// A floor.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(untagged)]
+pub enum Floor {
+    /// At this height, m.
+    At(f64),
+    /// There is none.
+    Word(FloorWord),
+}
+
+/// What stands for a height.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum FloorWord {
+    /// No floor.
+    None,
+}
+
+impl Floor {
+    /// That there is none.
+    pub const NOWHERE: Floor = Floor::Word(FloorWord::None);
+
+    /// m, where there is one.
+    pub fn height(self) -> Option<f64> {
+        match self {
+            Floor::At(height) => Some(height),
+            Floor::Word(FloorWord::None) => None,
+        }
+    }
 }
 
 impl Default for SpaceLimits {
@@ -35,8 +69,9 @@ impl Default for SpaceLimits {
             floor: None,
             walls: vec![],
             boxes: vec![],
-            distance: DEFAULT_LEAST_DISTANCE_M,
+            distance: None,
             own_links: true,
+            accept: vec![],
             ignored_pairs: vec![],
         }
     }
@@ -69,69 +104,96 @@ pub struct SpaceBox {
 }
 
 impl SpaceLimits {
-    /// The limits of both: all walls and boxes, the higher floor, the greater distance, and only pairs that both leave
-    /// out.
-    pub fn with(&self, other: &SpaceLimits) -> SpaceLimits {
-        let walls = self.walls.iter().chain(other.walls.iter().filter(|wall| !self.walls.contains(wall)));
-        let boxes = self.boxes.iter().chain(other.boxes.iter().filter(|cell| !self.boxes.contains(cell)));
-        let (own_links, distance, ignored_pairs) = match (self.own_links, other.own_links) {
-            (true, true) => {
-                let is_ignored = |(a, b): &&(String, String)| {
-                    other.ignored_pairs.iter().any(|(c, d)| (a, b) == (c, d) || (a, b) == (d, c))
-                };
-                let both = self.ignored_pairs.iter().filter(is_ignored).cloned().collect();
-                (true, self.distance.max(other.distance), both)
-            }
-            (false, true) => (true, other.distance, other.ignored_pairs.clone()),
-            (own, false) => (own, self.distance, self.ignored_pairs.clone()),
+    /// What a user asks of a motion that was made with `self`: what the motion's own file asks for may make it tighter,
+    /// and leaves nothing out.
+    pub fn held_to(&self, user: &SpaceLimits) -> SpaceLimits {
+        let walls = user.walls.iter().chain(self.walls.iter().filter(|wall| !user.walls.contains(wall)));
+        let boxes = user.boxes.iter().chain(self.boxes.iter().filter(|cell| !user.boxes.contains(cell)));
+        let own = self.floor.and_then(Floor::height);
+        let floor = match (user.floor, own) {
+            (Some(Floor::At(asked)), Some(own)) => Some(Floor::At(asked.max(own))),
+            (asked, _) => asked,
         };
         SpaceLimits {
-            floor: self.floor.into_iter().chain(other.floor).reduce(f64::max),
+            floor,
             walls: walls.cloned().collect(),
             boxes: boxes.cloned().collect(),
-            distance,
-            own_links,
-            ignored_pairs,
+            distance: self.distance.into_iter().chain(user.distance).reduce(f64::max),
+            ..user.clone()
         }
     }
 
-    /// Why no robot can keep them, if so.
+    /// The pairs that may meet: link, link, reason.
+    pub fn accepted(&self) -> Vec<(String, String, String)> {
+        let triple = |pair: &Vec<String>| match &pair[..] {
+            [a, b, reason] => Some((a.clone(), b.clone(), reason.clone())),
+            _ => None,
+        };
+        self.accept.iter().filter_map(triple).collect()
+    }
+
+    /// Why no robot can keep them, or what a user must say otherwise.
     pub fn fault(&self) -> Option<String> {
-        let (distance, floor) = (self.distance, self.floor.unwrap_or(0.0));
-        if !(distance.is_finite() && distance >= 0.0) {
+        if let Some(distance) = self.distance.filter(|x| !(x.is_finite() && *x >= 0.0)) {
             return Some(format!("space: distance is {distance}; expected are metres, 0 or more"));
         }
-        (!floor.is_finite()).then(|| format!("space: floor is {floor}; expected is a height in metres"))
+        if let Some(floor) = self.floor.and_then(Floor::height).filter(|x| !x.is_finite()) {
+            return Some(format!("space: floor is {floor}; expected is a height in metres, or none"));
+        }
+        if let Some((a, b)) = self.ignored_pairs.first() {
+            return Some(format!(
+                "space: ignored_pairs has no reasons; sign each pair by its links' own names: accept: [[{a}, {b}, why they may \
+                 meet]]"
+            ));
+        }
+        let is_signed = |pair: &&Vec<String>| pair.len() == 3 && pair.iter().all(|word| !word.trim().is_empty());
+        let unsigned = self.accept.iter().find(|pair| !is_signed(pair))?;
+        Some(format!(
+            "space: accept has [{}]; expected are two links and the reason: [LINK, LINK, why they may meet]",
+            unsigned.join(", ")
+        ))
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use linear_model::yaml;
+
+    fn read(text: &str) -> SpaceLimits {
+        yaml::read(text).unwrap()
+    }
 
     #[test]
-    fn both_rooms_hold() {
-        let pair = |a: &str, b: &str| (a.to_string(), b.to_string());
-        let a = SpaceLimits {
-            floor: Some(0.1),
-            distance: 0.02,
-            ignored_pairs: vec![pair("hand", "base"), pair("hand", "arm")],
-            ..SpaceLimits::default()
-        };
-        let wall = Wall { point: [1.0, 0.0, 0.0], normal: [-1.0, 0.0, 0.0], links: None };
-        let b = SpaceLimits {
-            floor: Some(0.0),
-            walls: vec![wall.clone()],
-            ignored_pairs: vec![pair("base", "hand")],
-            ..SpaceLimits::default()
-        };
-        for (one, other) in [(&a, &b), (&b, &a)] {
-            let both = one.with(other);
-            assert_eq!((both.floor, both.distance, both.walls.len()), (Some(0.1), 0.02, 1));
-            assert_eq!(both.ignored_pairs.len(), 1);
-            assert_eq!(both.with(other), both);
+    fn a_file_tightens_and_leaves_nothing_out() {
+        let user = read("{floor: 0.1, accept: [[hand, base, soft]], walls: [{point: [1, 0, 0], normal: [-1, 0, 0]}]}");
+        let own = read(
+            "{floor: 0.2, distance: 0.02, own_links: false, ignored_pairs: [[hand, arm]], walls: [{point: \
+                        [1, 0, 0], normal: [-1, 0, 0]}]}",
+        );
+        let held = own.held_to(&user);
+        assert_eq!((held.floor, held.distance, held.walls.len()), (Some(Floor::At(0.2)), Some(0.02), 1));
+        assert!(held.own_links && held.ignored_pairs.is_empty() && held.accept == user.accept);
+        assert_eq!(read("floor: 0.1").held_to(&read("floor: 0.3")).floor, Some(Floor::At(0.3)));
+        assert_eq!(read("floor: 0.1").held_to(&read("floor: none")).floor, Some(Floor::NOWHERE));
+        assert_eq!(read("floor: none").held_to(&SpaceLimits::default()), SpaceLimits::default());
+    }
+
+    #[test]
+    fn a_pair_is_signed_with_a_reason() {
+        assert_eq!(read("accept: [[hand, base, the cover is soft]]").fault(), None);
+        for text in ["accept: [[hand, base]]", "accept: [[hand, base, \" \"]]", "accept: [[hand]]"] {
+            let fault = read(text).fault().unwrap();
+            assert!(
+                fault.ends_with("expected are two links and the reason: [LINK, LINK, why they may meet]"),
+                "{fault}"
+            );
         }
-        let blind = SpaceLimits { own_links: false, ..SpaceLimits::default() };
-        assert!(blind.with(&a).own_links && blind.with(&a).ignored_pairs == a.ignored_pairs && a.with(&blind) == a);
+        let fault = read("ignored_pairs: [[hand, base]]").fault().unwrap();
+        assert!(fault.contains("accept: [[hand, base, why they may meet]]"), "{fault}");
+        assert_eq!(read("floor: none").fault(), None);
+        let nowhere = SpaceLimits { floor: Some(Floor::At(f64::NAN)), ..SpaceLimits::default() };
+        assert!(nowhere.fault().unwrap().contains("floor is NaN"));
+        assert!(read("distance: -1.0").fault().unwrap().contains("distance is -1;"));
     }
 }

@@ -1,7 +1,7 @@
 //! The gaps between bodies as a wall that a descent stays within.
 //!
-//! At N instants of the motion, with r the room of two solids above their bound less a reserve for what they do between
-//! the instants, and s = r / w, w the distance from which the wall is felt:
+//! At N instants of the motion, with r the room of two solids above their bound less the gap's reserve for what they do
+//! between the instants, and s = r / w, w the distance from which the wall is felt:
 //!
 //! S = -1/N sum of log s + (1 - s) + (1 - s)^2 / 2   over the rooms with s < 1
 //!
@@ -12,8 +12,6 @@ use crate::excitation::motion::Shape;
 
 /// Room below which bodies feel the wall, m.
 const WALL_REACH_M: f64 = 0.15;
-/// Reserve for what bodies do between instants, m. The proof decides in the end.
-const BETWEEN_INSTANTS_RESERVE_M: f64 = 0.004;
 /// Instants a period for each two coefficients of a coordinate (a harmonic). Between them the distance of a turning
 /// body at 2 m/s errs by millimetres.
 const INSTANTS_PER_HARMONIC: usize = 50;
@@ -45,13 +43,15 @@ impl<'a> SpaceWall<'a> {
         height: f64,
         along: &mut dyn FnMut(&[f64], &[f64]),
     ) -> Option<f64> {
-        let (weight, width) = (height / self.instants.len() as f64, WALL_REACH_M - BETWEEN_INSTANTS_RESERVE_M);
+        let weight = height / self.instants.len() as f64;
         let mut value = 0.0;
         for row in &self.instants {
             let q = positions(row);
             let (mut total, mut is_near, mut is_kept) = (vec![0.0; q.len()], false, true);
-            self.surroundings.near(&q, WALL_REACH_M, &mut |_, room, slope| {
-                let s = (room - BETWEEN_INSTANTS_RESERVE_M) / width;
+            self.surroundings.near(&q, WALL_REACH_M, &mut |gap, room, slope| {
+                let reserve = self.surroundings.gaps()[gap].reserve;
+                let width = WALL_REACH_M - reserve;
+                let s = (room - reserve) / width;
                 if s.is_nan() || s <= 0.0 {
                     is_kept = false;
                 } else if s < 1.0 {
@@ -71,7 +71,7 @@ impl<'a> SpaceWall<'a> {
         Some(weight * value)
     }
 
-    /// The least room above its bound with its gap, where any solids come near, m.
+    /// The room above its bound that is smallest beside its reserve, with its gap, where any solids come near, m.
     pub fn nearest(&self, positions: &dyn Fn(&[f64]) -> Vec<f64>) -> Option<(f64, usize)> {
         let mut nearest: Option<(f64, usize)> = None;
         for row in &self.instants {
@@ -80,18 +80,19 @@ impl<'a> SpaceWall<'a> {
         nearest
     }
 
-    /// Puts the least room at a configuration into `nearest`, if it is less.
+    /// Puts that room at a configuration into `nearest`, if it is smaller.
     pub fn nearest_at(&self, q: &[f64], nearest: &mut Option<(f64, usize)>) {
+        let beside_reserve = |(room, gap): (f64, usize)| room / self.surroundings.gaps()[gap].reserve;
         self.surroundings.near(q, WALL_REACH_M, &mut |gap, room, _| {
-            if nearest.is_none_or(|n| room < n.0) {
+            if nearest.is_none_or(|n| beside_reserve((room, gap)) < beside_reserve(n)) {
                 *nearest = Some((room, gap));
             }
         });
     }
 
     /// Whether a room is enough to begin a descent with.
-    pub fn is_inside(nearest: Option<(f64, usize)>) -> bool {
-        nearest.is_none_or(|(room, _)| room > 2.0 * BETWEEN_INSTANTS_RESERVE_M)
+    pub fn is_inside(&self, nearest: Option<(f64, usize)>) -> bool {
+        nearest.is_none_or(|(room, gap)| room > 2.0 * self.surroundings.gaps()[gap].reserve)
     }
 }
 
@@ -116,7 +117,7 @@ mod tests {
         };
         let x = [0.3, 0.3, -0.2, 0.2, 0.4];
         let (value, gradient, nearest) = at(&x);
-        assert!(value.unwrap() > 0.0 && SpaceWall::is_inside(nearest), "{value:?} {nearest:?}");
+        assert!(value.unwrap() > 0.0 && wall.is_inside(nearest), "{value:?} {nearest:?}");
         for k in 0..5 {
             let moved = |h: f64| {
                 let mut x = x;

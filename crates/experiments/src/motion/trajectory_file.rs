@@ -6,6 +6,8 @@
 
 use std::fmt::Write;
 
+use gate::shown::csv_cell;
+
 use crate::motion::reference_motion::Reference;
 
 /// The format of a file.
@@ -17,6 +19,17 @@ pub enum TrajectoryFormat {
     RosYaml,
     /// trajectory_msgs/JointTrajectory as JSON.
     RosJson,
+}
+
+impl TrajectoryFormat {
+    /// The end of its files' names.
+    pub fn extension(self) -> &'static str {
+        match self {
+            TrajectoryFormat::Csv => "csv",
+            TrajectoryFormat::RosYaml => "yaml",
+            TrajectoryFormat::RosJson => "json",
+        }
+    }
 }
 
 /// The text of a trajectory file at `rate` Hz; empty for an empty motion or no rate.
@@ -77,14 +90,16 @@ fn list(x: &[f64]) -> String {
 fn csv(points: &[Point], coordinates: &[String]) -> String {
     let mut text = String::from("t");
     for prefix in ["q", "dq", "ddq"] {
-        coordinates.iter().for_each(|c| text.push_str(&format!(",{prefix}_{c}")));
+        let cell = |c: &String| format!(",{}", csv_cell(&format!("{prefix}_{c}")));
+        coordinates.iter().for_each(|c| text.push_str(&cell(c)));
     }
     text.push('\n');
+    let list = |x: &[f64]| list(x).replace(", ", ",");
     for p in points {
         // A String never fails to grow.
         let _ = writeln!(text, "{:.6},{},{},{}", p.t, list(&p.q), list(&p.dq), list(&p.ddq));
     }
-    text.replace(", ", ",")
+    text
 }
 
 fn split(t: f64) -> (u64, u64) {

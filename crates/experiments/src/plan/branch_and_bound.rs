@@ -66,7 +66,7 @@ struct TreeSearch {
 ///
 /// `None` where the candidates together have not full rank, or nothing is chosen. Interrupted, it gives what is proven
 /// until then.
-pub fn branch_and_bound(blocks: &[Rows], chosen: &[usize], work: &Work) -> Option<ProvenPlan> {
+pub(crate) fn branch_and_bound(blocks: &[Rows], chosen: &[usize], work: &Work) -> Option<ProvenPlan> {
     let p = blocks.first().map_or(0, Rows::width);
     let scale = scales(p, blocks.iter());
     let log_scale = 2.0 * scale.iter().map(|s| s.ln()).sum::<f64>();

@@ -302,7 +302,7 @@ pub(crate) mod tests {
     use super::*;
 
     /// Candidates of one to three random rows.
-    pub fn random_blocks(count: usize, p: usize, seed: u64) -> Vec<Rows> {
+    pub(crate) fn random_blocks(count: usize, p: usize, seed: u64) -> Vec<Rows> {
         let mut random = Random::new(seed);
         let mut block = || {
             let mut rows = Rows::new(p);

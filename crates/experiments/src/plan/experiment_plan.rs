@@ -5,10 +5,10 @@
 
 use std::fmt;
 
+use linear_model::artefact::{self, Kind};
 use linear_model::parameter::{BaseParameter, Parameter, ParameterId};
 use linear_model::reference::ModelReference;
 use linear_model::regressor::Regressor;
-use linear_model::yaml;
 use logs::Error;
 use numerics::information_matrix::{InformationMatrix, Rows};
 use numerics::least_squares::{Solution, solve};
@@ -33,6 +33,9 @@ pub struct ExperimentPlan {
     pub model: ModelReference,
     /// Names, in the order of q.
     pub coordinates: Vec<String>,
+    /// Whether the file that it was read from was changed after it was written.
+    #[serde(skip)]
+    pub is_edited: bool,
     /// s between samples of the controller.
     pub sample_time_s: f64,
     /// Assumed deviation of one torque sample, N m, one a coordinate.
@@ -97,6 +100,7 @@ impl ExperimentPlan {
         ExperimentPlan {
             model,
             coordinates: regressor.coordinates().to_vec(),
+            is_edited: false,
             sample_time_s: candidates.first().map_or(0.0, |c| c.trajectory.sample_time),
             torque_noise: torque_noise.to_vec(),
             candidates: candidates.len(),
@@ -190,12 +194,13 @@ impl ExperimentPlan {
 
     /// The text of plan.yaml.
     pub fn to_yaml(&self) -> Result<String, Error> {
-        serde_yaml::to_string(self).map_err(|e| Error::new(format!("the plan cannot be written: {e}")))
+        artefact::write(Kind::Plan, self).map_err(Error::new)
     }
 
     /// Reads plan.yaml.
     pub fn from_yaml(file: &str, text: &str) -> Result<ExperimentPlan, Error> {
-        yaml::read(text).map_err(|e| Error::at(file, 0, format!("this is no plan: {e}")))
+        let plan: ExperimentPlan = artefact::read(Kind::Plan, text).map_err(|e| Error::at(file, 0, e))?;
+        Ok(ExperimentPlan { is_edited: artefact::is_edited(text), ..plan })
     }
 }
 

@@ -35,7 +35,7 @@ impl MotionKind {
     }
 
     /// The kind with this word.
-    pub fn from_word(word: &str) -> Option<MotionKind> {
+    pub(crate) fn from_word(word: &str) -> Option<MotionKind> {
         MotionKind::ALL.into_iter().find(|k| k.word() == word)
     }
 }

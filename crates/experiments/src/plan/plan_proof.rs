@@ -47,7 +47,7 @@ pub struct PlanProof {
 const EQUAL_CANDIDATES_SHARE: f64 = 1e-12;
 
 /// Which candidates have the same information as an earlier one, and the first of those.
-pub fn equal_candidates(blocks: &[Rows]) -> Vec<(usize, usize)> {
+pub(crate) fn equal_candidates(blocks: &[Rows]) -> Vec<(usize, usize)> {
     let of = |b: &Rows| InformationMatrix::sum(b.width(), 0.0, [(b, 1.0)]);
     let squares: Vec<InformationMatrix> = blocks.iter().map(of).collect();
     let is_equal = |a: &InformationMatrix, b: &InformationMatrix, p: usize| {

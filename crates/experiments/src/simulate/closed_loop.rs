@@ -144,7 +144,7 @@ impl Simulation<'_> {
     }
 
     /// The same with enough steps in a sample for the friction where it turns its sign.
-    pub fn with_short_steps(self, reference: &Reference) -> Self {
+    pub(crate) fn with_short_steps(self, reference: &Reference) -> Self {
         let needed = (reference.sample_time * self.stiffness(reference) / LONGEST_STEP_PER_DECAY_TIME).ceil() as usize;
         Simulation { substeps: self.substeps.max(needed), ..self }
     }

@@ -5,6 +5,7 @@
 
 use std::fmt::Write;
 
+use gate::shown::csv_cell;
 use logs::{Effort, Error, Log, LogReport};
 
 use crate::motion::record::Record;
@@ -18,7 +19,8 @@ impl Record {
         };
         let mut text = String::from("t");
         for prefix in ["q", letter] {
-            coordinates.iter().for_each(|c| text.push_str(&format!(",{prefix}_{c}")));
+            let cell = |c: &String| format!(",{}", csv_cell(&format!("{prefix}_{c}")));
+            coordinates.iter().for_each(|c| text.push_str(&cell(c)));
         }
         text.push('\n');
         for i in 0..self.q.first().map_or(0, Vec::len) {

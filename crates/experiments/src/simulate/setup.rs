@@ -53,7 +53,7 @@ const POSITION_QUANTUM: f64 = 1e-4;
 /// Random poses from which the inertia of the joints is taken.
 const INERTIA_POSES: usize = 20;
 /// Longest period of the controller, s.
-const MAX_CONTROL_PERIOD_S: f64 = 1e-3;
+pub const MAX_CONTROL_PERIOD_S: f64 = 1e-3;
 
 /// Limits of the coordinates, with a note on each default taken.
 pub fn motion_limits(robot: &Robot) -> (Vec<MotionLimits>, Vec<String>) {

@@ -1,10 +1,12 @@
 //! The estimate: the parameters, their deviations, the residuals, and what the data cannot tell.
 
+use std::collections::BTreeSet;
 use std::fmt;
 
+use linear_model::artefact::{self, EDITED, Kind};
 use linear_model::description_options::DescriptionOptions;
 use linear_model::parameter::ParameterId;
-use linear_model::yaml;
+use linear_model::reference::ModelReference;
 use logs::Error;
 use serde::{Deserialize, Serialize};
 
@@ -19,9 +21,9 @@ use crate::estimate::residuals::{JointResidual, write_residuals};
 pub struct Estimate {
     /// Name of the robot.
     pub model: String,
-    /// Fingerprint of the base regressor it was made with; empty where it is not kept.
-    #[serde(skip_serializing_if = "String::is_empty")]
-    pub fingerprint: String,
+    /// Fingerprint of the base regressor it was made with.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub fingerprint: Option<String>,
     /// How the description of the robot was read, where it was not read as it stands.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub description: Option<DescriptionOptions>,
@@ -33,15 +35,17 @@ pub struct Estimate {
     pub parameters: Vec<Identified>,
     /// Residuals of the model, one per coordinate.
     pub joints: Vec<JointResidual>,
-    /// |tau - W X| / |tau| over all joints.
-    pub total: f64,
+    /// |tau - W X| / |tau| over all joints; absent where no torques were fitted.
+    #[serde(skip_serializing_if = "Option::is_none", deserialize_with = "not_zero")]
+    pub total: Option<f64>,
     /// `total` where each tenth of the record is predicted from the others.
     pub cross_validation: Option<f64>,
     /// The same for each tenth alone, in the order of time, log after log.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub tenths: Vec<f64>,
-    /// Condition number of the columns scaled to unit norm.
-    pub condition_number: f64,
+    /// Condition number of the columns scaled to unit norm; absent where there was no such matrix.
+    #[serde(skip_serializing_if = "Option::is_none", deserialize_with = "not_zero")]
+    pub condition_number: Option<f64>,
     /// Whether a method of many rounds came to rest; absent for methods that need none.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub settled: Option<bool>,
@@ -56,8 +60,9 @@ pub struct Estimate {
     pub directions: Vec<Direction>,
     /// Number of rows of all joints.
     pub rows: usize,
-    /// Cut-off of the low-pass, Hz.
-    pub cutoff: f64,
+    /// Cut-off of the low-pass, Hz; absent where nothing was filtered.
+    #[serde(skip_serializing_if = "Option::is_none", deserialize_with = "not_zero")]
+    pub cutoff: Option<f64>,
     /// Sentences on what the data cannot tell.
     pub remarks: Vec<String>,
     /// Sentences on what speaks against the model, which take a yes away.
@@ -73,6 +78,9 @@ pub struct Estimate {
     /// sigma_i sigma_j rho_ij, row by row, the parameters in their order; empty when not asked for.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub covariance: Vec<Vec<f64>>,
+    /// Whether the file that it was read from was changed after it was written.
+    #[serde(skip)]
+    pub is_edited: bool,
     /// Number of parameters, on the last line of a file, so that a file without it is known to be cut short. `None` in
     /// memory.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -80,6 +88,11 @@ pub struct Estimate {
 }
 
 impl Estimate {
+    /// The model that it was made with.
+    pub fn made_with(&self) -> ModelReference {
+        ModelReference { name: self.model.clone(), fingerprint: self.fingerprint.clone().unwrap_or_default() }
+    }
+
     /// The value of a parameter; `None` where it is not identifiable or not there.
     pub fn value(&self, id: &ParameterId) -> Option<f64> {
         self.parameters.iter().find(|p| p.id == *id)?.value
@@ -101,7 +114,7 @@ impl Estimate {
     /// The text of estimate.yaml.
     pub fn to_yaml(&self) -> Result<String, Error> {
         let whole = Estimate { parameter_count: Some(self.parameters.len()), ..self.clone() };
-        serde_yaml::to_string(&whole).map_err(|e| Error::new(format!("the estimate cannot be written: {e}")))
+        artefact::write(Kind::Estimate, &whole).map_err(Error::new)
     }
 
     /// Reads estimate.yaml.
@@ -110,7 +123,7 @@ impl Estimate {
     /// whose value is NaN or infinite.
     pub fn from_yaml(file: &str, text: &str) -> Result<Estimate, Error> {
         let at = |message: String| Error::at(file, 0, message);
-        let mut estimate: Estimate = yaml::read(text).map_err(|e| at(format!("this is no estimate: {e}")))?;
+        let mut estimate: Estimate = artefact::read(Kind::Estimate, text).map_err(at)?;
         let found = estimate.parameters.len();
         match estimate.parameter_count.take() {
             Some(count) if count == found => {}
@@ -120,12 +133,37 @@ impl Estimate {
                 return Err(at(message.into()));
             }
         }
+        estimate.is_edited = artefact::is_edited(text);
+        let mut seen = BTreeSet::new();
+        if let Some(twice) =
+            estimate.parameters.iter().map(|p| p.id.to_string()).find(|name| !seen.insert(name.clone()))
+        {
+            return Err(at(format!("{twice} stands twice among the parameters: make the file again")));
+        }
+        let is_negative = |p: &&Identified| [p.sigma, p.white_sigma].into_iter().flatten().any(|sigma| sigma < 0.0);
+        if let Some(p) = estimate.parameters.iter().find(is_negative) {
+            return Err(at(format!("the deviation of {} is negative: make the file again", p.id)));
+        }
+        if let Some(cutoff) = estimate.cutoff.filter(|hz| !CUTOFFS_HZ.contains(hz)) {
+            let (low, high) = (CUTOFFS_HZ.start(), CUTOFFS_HZ.end());
+            return Err(at(format!(
+                "cutoff is {cutoff:?}; a low-pass has {low:?} to {high:?} Hz: make the file again"
+            )));
+        }
         let numbers = |p: &Identified| [p.value, p.sigma, p.white_sigma, p.used_for_prediction];
         match estimate.parameters.iter().find(|p| numbers(p).into_iter().flatten().any(|x| !x.is_finite())) {
             Some(p) => Err(at(format!("{} holds what is no number: make the file again", p.id))),
             None => Ok(estimate),
         }
     }
+}
+
+/// Cut-offs that a filter of a log can have, Hz.
+const CUTOFFS_HZ: std::ops::RangeInclusive<f64> = 1e-6..=1e6;
+
+/// A number of an estimate; files of before have 0 where there is none.
+fn not_zero<'de, D: serde::Deserializer<'de>>(reader: D) -> Result<Option<f64>, D::Error> {
+    Ok(Option::<f64>::deserialize(reader)?.filter(|x| *x != 0.0))
 }
 
 /// Digits behind the point: five, or as many as show two digits of the deviation, or three of the value without one.
@@ -141,7 +179,8 @@ fn decimals(sigma: f64, value: f64) -> usize {
 
 impl fmt::Display for Estimate {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        writeln!(f, "{}: {}, cut-off {:.2} Hz, {} rows", self.model, self.method, self.cutoff, self.rows)?;
+        let cutoff = self.cutoff.map_or(String::new(), |hz| format!(", cut-off {hz:.2} Hz"));
+        writeln!(f, "{}: {}{cutoff}, {} rows", self.model, self.method, self.rows)?;
         let names: Vec<String> = self.parameters.iter().map(|p| p.id.to_string()).collect();
         let width = names.iter().map(|name| name.chars().count()).max().unwrap_or(0).max(9);
         writeln!(f, "{:<width$}  {:>12}  {:>10}  {:>9}  unit", "parameter", "value", "sigma", "sigma %")?;
@@ -166,11 +205,14 @@ impl fmt::Display for Estimate {
         write_residuals(f, &self.joints, self.total, self.cross_validation)?;
         writeln!(
             f,
-            "condition number {:.1} (columns scaled), rank {} of {}",
-            self.condition_number,
+            "{}rank {} of {}",
+            self.condition_number.map_or(String::new(), |x| format!("condition number {x:.1} (columns scaled), ")),
             self.rank,
             self.parameters.len()
         )?;
+        if self.is_edited {
+            writeln!(f, "{EDITED}")?;
+        }
         self.remarks.iter().try_for_each(|remark| writeln!(f, "{remark}"))
     }
 }
@@ -198,7 +240,7 @@ mod tests {
                 f95: None,
                 memory: None,
             }],
-            condition_number: f64::INFINITY,
+            condition_number: Some(f64::INFINITY),
             rank: 1,
             remarks: vec!["FV1 is not identifiable from this log: joint q1 moves 0.000 rad".into()],
             ..Estimate::default()

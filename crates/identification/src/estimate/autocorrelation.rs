@@ -61,7 +61,7 @@ impl Autocorrelation {
     }
 
     /// Adds the residuals of a record, one series per joint, `period` s apart; NaN where a row does not count.
-    pub fn add_record(&mut self, residuals: &[Vec<f64>], period: f64) {
+    pub(crate) fn add_record(&mut self, residuals: &[Vec<f64>], period: f64) {
         self.period = period;
         for (products, e) in self.joints.iter_mut().zip(residuals) {
             let lags = MAX_LAGS.min(e.len().saturating_sub(1));

@@ -3,7 +3,6 @@
 //! Least squares on the same rows is the start; its signals, remarks and intervals of validity stay. The values and
 //! their deviations are those of `estimators::closed_loop`.
 
-use linear_model::linear_model::Model;
 use linear_model::regressor::Regressor;
 use linear_model::states::States;
 use logs::Error;
@@ -26,8 +25,7 @@ pub fn identify_closed_loop(
     options: &Options,
     method: ClosedLoop,
 ) -> Result<Estimate, Error> {
-    let couplings = options.transmission.coupled();
-    let model = Model::new(regressor, &options.friction, &couplings);
+    let model = options.linear_model(regressor);
     let fit = Fit::of_records(regressor, measured, logs, options)?;
     let joined = States::joined(measured);
     let found = simulated(&model, &joined, simulator, &fit.solution.x, method)?;
@@ -41,7 +39,7 @@ pub fn identify_closed_loop(
     for (joint, new) in estimate.joints.iter_mut().zip(left.joints) {
         (joint.rms, joint.relative) = (new.rms, new.relative);
     }
-    estimate.total = left.total;
+    estimate.total = Some(left.total);
     estimate.method = match method {
         ClosedLoop::InstrumentalVariables => "IDIM-IV: instruments of the simulated loop".into(),
         ClosedLoop::DirectAndInverse => "DIDIM: torques of the simulated loop".into(),

@@ -78,8 +78,7 @@ pub fn identify_consistent(
     if !(consistency.prior_weight > 0.0 && consistency.prior_weight.is_finite()) {
         return Err(Error::new(format!("prior_weight is {}; a positive number is needed", consistency.prior_weight)));
     }
-    let couplings = options.transmission.coupled();
-    let model = Model::new(regressor, &options.friction, &couplings);
+    let model = options.linear_model(regressor);
     let joints = fit.observation.joints(|_| true);
     let mut weights = fit.weights.clone();
     if options.weights == Weights::None {
@@ -99,7 +98,7 @@ pub fn identify_consistent(
     let mut estimate = Estimate {
         method: format!("physically consistent, {}", fit.estimate.method),
         joints: residual.joints,
-        total: residual.total,
+        total: Some(residual.total),
         // The parts left out were predicted by least squares, not by this.
         cross_validation: None,
         tenths: Vec::new(),
@@ -146,9 +145,14 @@ const LOAD_COEFFICIENT_TOLERANCE: f64 = 1e-3;
 /// Weight of a known parameter's row over the norm of its column.
 const KNOWN_ROW_RATIO: f64 = 1e3;
 
+/// Share of the torques that an estimate leaves; one of samples has it.
+fn left(estimate: &Estimate) -> f64 {
+    estimate.total.unwrap_or(f64::NAN)
+}
+
 /// How the solver ended, and by how much the bodies are worse than the best there are.
 fn account(consistent: &Consistent, estimate: &Estimate, least_squares: &Estimate, discount: f64) -> String {
-    let residuals = format!("residual {:.4}, least squares {:.4}", estimate.total, least_squares.total);
+    let residuals = format!("residual {:.4}, least squares {:.4}", left(estimate), left(least_squares));
     let (steps, objective) = (consistent.newton_steps, consistent.objective);
     let Some(excess) = consistent.excess else {
         return format!(
@@ -174,7 +178,7 @@ const LARGE_RESIDUAL_SHARE: f64 = 0.02;
 impl ConsistentFit {
     /// Why these bodies are not to be used; `None` where nothing speaks against them.
     pub fn refusal(&self) -> Option<String> {
-        let (total, least) = (self.estimate.total, self.least_squares.estimate.total);
+        let (total, least) = (left(&self.estimate), left(&self.least_squares.estimate));
         if self.consistent.outcome == Outcome::Stalled {
             return Some("the bodies nearest to the data were not found: the solver stalled".into());
         }

@@ -46,7 +46,7 @@ impl CrossTalkSums {
     }
 
     /// For each joint the other joint that explains most of its residual.
-    pub fn cross_talk(&self) -> Vec<CrossTalk> {
+    pub(crate) fn cross_talk(&self) -> Vec<CrossTalk> {
         let n = self.n;
         let share = |j: usize, k: usize| {
             let right = Vector3::from_fn(|i, _| self.residuals[i][j * n + k]);

@@ -9,7 +9,6 @@
 //! side, and rows of nearly constant speed are left, which are alike under every delay. A delay that the rows left
 //! out contradict is none: where it raises the residual of all rows, these are searched.
 
-use linear_model::linear_model::Model;
 use linear_model::regressor::Regressor;
 use linear_model::states::States;
 use logs::{Error, LogSource};
@@ -79,8 +78,7 @@ fn leave_out_reversals(states: &mut States, joint: usize) {
 ///
 /// Fails as `identify` does.
 pub fn estimate_delay(regressor: &dyn Regressor, logs: &[LogSource], options: &Options) -> Result<Delay, Error> {
-    let couplings = options.transmission.coupled();
-    let model = Model::new(regressor, &options.friction, &couplings);
+    let model = options.linear_model(regressor);
     let mut options = options.clone();
     let mut search = |delay: f64, away: bool| -> Result<(f64, usize), Error> {
         options.signal.delay = delay;

@@ -9,7 +9,6 @@
 
 use std::sync::Arc;
 
-use linear_model::linear_model::Model;
 use linear_model::regressor::Regressor;
 use logs::{Effort, Error, LogSource};
 use numerics::triangle::Triangle;
@@ -19,7 +18,7 @@ use crate::estimators::drive_gains::equations::{JointEquations, Scatter};
 use crate::estimators::drive_gains::likelihood::{DriveGains, Gain, drive_gains};
 use crate::estimators::drive_gains::replicates::Replicates;
 use crate::estimators::replicate_deviation::ReplicateDeviation;
-use crate::estimators::speed_bands::SpeedBands;
+use crate::estimators::state_bands::StateBands;
 use crate::rows::observation::Observation;
 use crate::rows::residual_sums::residual_sums;
 use crate::signals::records::SourceRecords;
@@ -39,12 +38,11 @@ pub fn estimate_drive_gains(
     }
     let mut options = options.clone();
     options.transmission.drive_gains = Some(vec![1.0; regressor.coordinates().len()]);
-    let couplings = options.transmission.coupled();
-    let model = Model::new(regressor, &options.friction, &couplings);
+    let model = options.linear_model(regressor);
     let records = SourceRecords::new(regressor, logs, &options.preparation())?;
     let observation = Observation::of_records(&model, &records, None)?;
     let joints = observation.joints(|_| true);
-    let bands = SpeedBands::new(&model, &observation.speed, Arc::new(|_, _| 1.0));
+    let bands = StateBands::new(&model, &observation, Arc::new(|_, _| 1.0));
     let bands = residual_sums(&model, &records, &vec![0.0; model.p()], bands)?;
     let replicates = Replicates::of(&model, &observation, bands);
     let equations = equations(&joints);

@@ -5,7 +5,6 @@
 //! deviation to believe of a parameter that stays is the white deviation in the smaller model, times the ratio of the
 //! deviation to believe to the white one in the whole model.
 
-use linear_model::linear_model::Model;
 use linear_model::regressor::Regressor;
 
 use crate::estimate::held_out::residuals;
@@ -22,8 +21,7 @@ const SIGNIFICANT_CHI_SQUARE: f64 = 3.84;
 
 /// The fit with only the essential parameters; the others are zero, with the deviation that they had.
 pub fn keep_essential(regressor: &dyn Regressor, fit: &mut Fit, options: &Options) {
-    let couplings = options.transmission.coupled();
-    let model = Model::new(regressor, &options.friction, &couplings);
+    let model = options.linear_model(regressor);
     let joints = fit.observation.joints(|_| true);
     let triangle = weighted(&joints, &fit.weights);
     // The norm grows by half the relative growth of its square.
@@ -53,9 +51,9 @@ pub fn keep_essential(regressor: &dyn Regressor, fit: &mut Fit, options: &Option
         let (held_out, f95, memory) = (joint.held_out, joint.f95, joint.memory);
         *joint = JointResidual { held_out, f95, memory, ..new };
     }
-    estimate.total = left.total;
+    estimate.total = Some(left.total);
     estimate.method = format!("essential parameters, {}", estimate.method);
-    (estimate.rank, estimate.condition_number) = (found.solution.rank, found.solution.condition_number);
+    (estimate.rank, estimate.condition_number) = (found.solution.rank, Some(found.solution.condition_number));
     // Both were made for all parameters.
     estimate.directions.clear();
     estimate.covariance.clear();
@@ -103,7 +101,7 @@ mod tests {
         let zero = |p: &&Identified| p.value == Some(0.0);
         let gone: Vec<&Identified> = fit.estimate.parameters.iter().filter(zero).collect();
         assert!(!gone.is_empty() && gone.iter().all(|p| p.status == Status::NotSignificant), "{gone:?}");
-        assert!(fit.estimate.total < 1.001 * whole.estimate.total);
+        assert!(fit.estimate.total.unwrap() < 1.001 * whole.estimate.total.unwrap());
         let said = fit.estimate.remarks.iter().any(|r| r.contains("left out, as zero: "));
         assert!(said, "{:?}", fit.estimate.remarks);
     }

@@ -30,7 +30,11 @@ pub fn cross_validate(model: &Model, observation: &Observation, weights: Weights
 }
 
 /// The same, and the error of each tenth over all joints, in the order of time.
-pub fn cross_validate_by_part(model: &Model, observation: &Observation, weights: Weights) -> (Residuals, Vec<f64>) {
+pub(crate) fn cross_validate_by_part(
+    model: &Model,
+    observation: &Observation,
+    weights: Weights,
+) -> (Residuals, Vec<f64>) {
     let mut sums = vec![Squares::default(); model.n()];
     let mut totals = Vec::new();
     for part in left_out(model, observation, weights) {

@@ -130,7 +130,7 @@ impl Identified {
     }
 
     /// The same as [`Identified::widened`], and the standard deviation that it had is that of white noise.
-    pub fn widened_beyond_white(self, deviation: f64) -> Identified {
+    pub(crate) fn widened_beyond_white(self, deviation: f64) -> Identified {
         let white = self.sigma;
         let wide = self.widened(deviation);
         Identified { white_sigma: white.filter(|_| wide.sigma.is_some()), ..wide }

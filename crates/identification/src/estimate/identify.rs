@@ -21,7 +21,7 @@ use crate::estimate::options::Options;
 use crate::estimate::remarks::{little_motion, remarks, weak};
 use crate::estimate::residuals::JointResidual;
 use crate::estimators::huber::{Reweighted, reweighted};
-use crate::estimators::replicate_deviation::{ReplicateDeviation, replicate_deviation, speed_bands, white_deviation};
+use crate::estimators::replicate_deviation::{ReplicateDeviation, replicate_deviation, state_bands, white_deviation};
 use crate::estimators::weighted::fit;
 use crate::rows::observation::Observation;
 use crate::rows::residual_sums::residual_sums;
@@ -37,7 +37,7 @@ pub fn identify(regressor: &dyn Regressor, log: &Log, options: &Options) -> Resu
 }
 
 /// Identifies a robot from several logs together.
-pub fn identify_all(regressor: &dyn Regressor, logs: &[Log], options: &Options) -> Result<Estimate, Error> {
+pub(crate) fn identify_all(regressor: &dyn Regressor, logs: &[Log], options: &Options) -> Result<Estimate, Error> {
     let fit = Fit::of(regressor, logs, options)?;
     Ok(fit.estimate)
 }
@@ -81,8 +81,7 @@ impl Fit {
         logs: Vec<String>,
         options: &Options,
     ) -> Result<Fit, Error> {
-        let couplings = options.transmission.coupled();
-        let model = Model::new(regressor, &options.friction, &couplings);
+        let model = options.linear_model(regressor);
         let observation = Observation::of_records(&model, records, None)?;
         Fit::of_observation(regressor, records, observation, logs, options)
     }
@@ -97,8 +96,7 @@ impl Fit {
         logs: Vec<String>,
         options: &Options,
     ) -> Result<Fit, Error> {
-        let couplings = options.transmission.coupled();
-        let model = Model::new(regressor, &options.friction, &couplings);
+        let model = options.linear_model(regressor);
         let mut joints = observation.joints(|_| true);
         if joints.iter().all(|t| t.rows == 0) {
             return Err(Error::new(NO_JOINT_MOVES));
@@ -115,7 +113,7 @@ impl Fit {
             joints = observation.joints(|_| true);
             (solution, weights) = (found.solution.clone(), found.weights.clone());
         }
-        let bands = speed_bands(&model, &observation, &weights, by_rows.as_ref());
+        let bands = state_bands(&model, &observation, &weights, by_rows.as_ref());
         let sums = (bands, (CrossTalkSums::new(model.n()), Autocorrelation::new(model.n())));
         let (bands, (talk, autocorrelation)) = residual_sums(&model, records, &solution.x, sums)?;
         let deviation = replicate_deviation(&model, &observation, &solution, &weights, by_rows.as_ref(), bands);
@@ -165,7 +163,7 @@ pub(super) fn of_signals(estimate: &mut Estimate, observation: &Observation, opt
         used.signal.cutoff = Some(observation.cutoff);
     }
     estimate.options = Some(used);
-    estimate.cutoff = observation.cutoff;
+    estimate.cutoff = Some(observation.cutoff).filter(|hz| *hz > 0.0);
 }
 
 /// A sentence on the rows beyond the bound of a loss.
@@ -236,8 +234,8 @@ pub(super) fn report(
     Estimate {
         parameters: model.parameters.iter().enumerate().map(parameter).collect(),
         joints: residuals.joints,
-        total: residuals.total,
-        condition_number: solution.condition_number,
+        total: Some(residuals.total),
+        condition_number: Some(solution.condition_number),
         rank: solution.rank,
         rows: joints.iter().map(|t| t.rows).sum(),
         remarks: remarks(model, observation, solution),

@@ -35,7 +35,7 @@ const WORTHWHILE_ERROR_RATIO: f64 = 0.985;
 /// Shares of a joint's largest speed over which Stribeck friction decays.
 const STRIBECK_SPEED_SHARES: [f64; 2] = [0.05, 0.15];
 /// Friction is at most this share of the load: no gear wastes more.
-pub const LARGEST_LOAD_COEFFICIENT: f64 = 0.2;
+pub(crate) const LARGEST_LOAD_COEFFICIENT: f64 = 0.2;
 /// Share of a column's square with which its parameter is held where a tenth is left out, as in `held_out`.
 const HOLD_SHARE: f64 = 1e-6;
 /// The same for the whole record: what no row determines stays near zero.

@@ -1,6 +1,8 @@
 //! How an identification is done: the file of `--options`.
 
 use linear_model::friction::terms::FrictionTerm;
+use linear_model::linear_model::Model;
+use linear_model::regressor::Regressor;
 use linear_model::yaml;
 use logs::{ColumnNames, Error};
 use serde::{Deserialize, Serialize};
@@ -61,6 +63,11 @@ impl Options {
         let options: Options = yaml::read(text).map_err(|e| Error::at(file, 0, e))?;
         possible_delay(options.signal.delay).map_err(|message| Error::at(file, 0, message))?;
         Ok(options)
+    }
+
+    /// The model of the torques: this regressor with the friction and the couplings.
+    pub fn linear_model<'a>(&'a self, regressor: &'a dyn Regressor) -> Model<'a> {
+        Model::new(regressor, &self.friction, &self.transmission.coupled())
     }
 
     /// The preparation of a log. Rows at standstill are kept where no friction of the model is dry.

@@ -19,10 +19,10 @@ const SLOW_JOINT_SPEED_SHARE: f64 = 0.2;
 const REMARKABLE_CONDITION_NUMBER: f64 = 100.0;
 
 /// Few joints of arms turn farther than two turns, rad. Columns in degrees go farther and are more common.
-pub const LARGEST_ARM_ANGLE_RAD: f64 = 4.0 * std::f64::consts::PI;
+pub(crate) const LARGEST_ARM_ANGLE_RAD: f64 = 4.0 * std::f64::consts::PI;
 
 /// Joints that hardly move: their range is small, and they are slow beside the fastest joint of their kind.
-pub fn little_motion(model: &Model, observation: &Observation) -> Vec<bool> {
+pub(crate) fn little_motion(model: &Model, observation: &Observation) -> Vec<bool> {
     let kind = |k: usize| model.regressor.is_prismatic(k);
     let fastest =
         |k: usize| (0..model.n()).filter(|&j| kind(j) == kind(k)).map(|j| observation.speed[j]).fold(0.0, f64::max);

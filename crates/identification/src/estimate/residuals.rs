@@ -81,15 +81,15 @@ impl Residuals {
 
 impl fmt::Display for Residuals {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write_residuals(f, &self.joints, self.total, None)
+        write_residuals(f, &self.joints, Some(self.total), None)
     }
 }
 
 /// Writes the table of joints; `held_out` is the error of all joints on the parts left out, where it is known.
-pub fn write_residuals(
+pub(crate) fn write_residuals(
     f: &mut fmt::Formatter<'_>,
     joints: &[JointResidual],
-    total: f64,
+    total: Option<f64>,
     held_out: Option<f64>,
 ) -> fmt::Result {
     let width = joints.iter().map(|j| j.coordinate.chars().count()).max().unwrap_or(0).max(5);
@@ -110,5 +110,8 @@ pub fn write_residuals(
         writeln!(f, "{}", j.f95.map_or(String::new(), |hz| format!("  {hz:>14.3}")))?;
     }
     let none = if mixed { " ".repeat(14) } else { " ".repeat(10) };
-    writeln!(f, "{:<width$}  {none}  {total:>8.4}{}", "total", shown(held_out))
+    match total {
+        Some(total) => writeln!(f, "{:<width$}  {none}  {total:>8.4}{}", "total", shown(held_out)),
+        None => Ok(()),
+    }
 }

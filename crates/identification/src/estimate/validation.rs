@@ -2,10 +2,10 @@
 
 use std::fmt;
 
+use linear_model::artefact::{self, EDITED, Kind};
 use linear_model::reference::ModelReference;
 use linear_model::regressor::Regressor;
 use linear_model::unit::Unit;
-use linear_model::yaml;
 use logs::Error;
 use serde::{Deserialize, Serialize};
 
@@ -30,6 +30,9 @@ pub struct Validation {
     /// Torques over time of the first motion, one picture per joint.
     #[serde(default)]
     pub pictures: Vec<TorquePicture>,
+    /// Whether the file that it was read from was changed after it was written.
+    #[serde(skip)]
+    pub is_edited: bool,
 }
 
 /// One joint over all motions.
@@ -115,26 +118,31 @@ impl Validation {
             total: whole.total,
             motions: logs.iter().map(motion).collect(),
             pictures: Vec::new(),
+            is_edited: false,
         }
     }
 
     /// The text of validation.yaml.
     pub fn to_yaml(&self) -> Result<String, Error> {
-        serde_yaml::to_string(self).map_err(|e| Error::new(format!("the validation cannot be written: {e}")))
+        artefact::write(Kind::Validation, self).map_err(Error::new)
     }
 
     /// Reads validation.yaml; fails with the line that is not that of a validation.
     pub fn from_yaml(file: &str, text: &str) -> Result<Validation, Error> {
-        yaml::read(text).map_err(|e| Error::at(file, 0, format!("this is no validation: {e}")))
+        let validation: Validation = artefact::read(Kind::Validation, text).map_err(|e| Error::at(file, 0, e))?;
+        Ok(Validation { is_edited: artefact::is_edited(text), ..validation })
     }
 }
 
 impl fmt::Display for Validation {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        if self.is_edited {
+            writeln!(f, "{EDITED}")?;
+        }
         if self.motions.iter().any(|m| !m.joints.is_empty()) {
             for motion in &self.motions {
                 writeln!(f, "{}, predicted by {}:", motion.name, self.method)?;
-                write_residuals(f, &motion.joints, motion.relative, None)?;
+                write_residuals(f, &motion.joints, Some(motion.relative), None)?;
                 writeln!(f)?;
             }
             return Ok(());

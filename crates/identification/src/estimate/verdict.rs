@@ -73,7 +73,7 @@ pub struct Evidence<'a> {
     /// The base parameters of the description.
     pub described_parameters: Option<&'a [f64]>,
     /// |tau - W X| / |tau| of the identified parameters, on the fitted logs or on those that are validated.
-    pub total: f64,
+    pub total: Option<f64>,
     /// Whether `total` is of the logs that were fitted.
     pub is_of_fit: bool,
     /// Errors on motion that was not fitted.
@@ -264,11 +264,9 @@ fn favours(evidence: &Evidence) -> Vec<String> {
     if let Some(error) = prediction.others.filter(|_| !prediction.others_repeat) {
         reasons.push(format!("logs that were not fitted are predicted with {}", percent(error)));
     } else if let Some(error) = prediction.held_out {
-        let of = percent(estimate.total);
-        reasons.push(format!(
-            "parts left out, each a motion of its own, are predicted with {}, those fitted with {of}",
-            percent(error)
-        ));
+        let fitted = estimate.total.map_or(String::new(), |x| format!(", those fitted with {}", percent(x)));
+        reasons
+            .push(format!("parts left out, each a motion of its own, are predicted with {}{fitted}", percent(error)));
     }
     let unsure = |e: &TorqueError| format!("{} {}", e.of.name(), percent(e.relative));
     let errors: Vec<String> = evidence.torque_errors.iter().map(unsure).collect();
@@ -278,8 +276,8 @@ fn favours(evidence: &Evidence) -> Vec<String> {
     if let Some(chi) = estimate.chi_square_per_freedom {
         reasons.push(format!("chi^2 per freedom {chi:.1}"));
     }
-    if estimate.condition_number.is_finite() && estimate.condition_number > 0.0 {
-        reasons.push(format!("condition number {:.0}", estimate.condition_number));
+    if let Some(condition) = estimate.condition_number.filter(|x| x.is_finite()) {
+        reasons.push(format!("condition number {condition:.0}"));
     }
     reasons
 }
@@ -294,17 +292,15 @@ fn found(evidence: &Evidence) -> String {
     let known = estimate.parameters.iter().enumerate().filter(|p| is_told(*p)).count();
     let from = if described.is_empty() { "zero" } else { "zero or from the description" };
     let parameters = format!("{known} of {} parameters are told from {from}", estimate.parameters.len());
-    match evidence.described {
-        Some(described) => format!(
+    match (evidence.described, evidence.total) {
+        (Some(described), Some(total)) => format!(
             "{parameters}; your description predicts this log with {}, the identified parameters with {} (friction fitted \
              in both)",
             percent(described),
-            percent(evidence.total)
+            percent(total)
         ),
-        None if evidence.total > 0.0 => {
-            format!("{parameters}; they leave {} of the torques unexplained", percent(evidence.total))
-        }
-        None => parameters,
+        (None, Some(total)) => format!("{parameters}; they leave {} of the torques unexplained", percent(total)),
+        (_, None) => parameters,
     }
 }
 

@@ -11,7 +11,7 @@
 //!
 //! chi^2(y)/2 - chi^2(x)/2 <= gamma (4 bodies + rotors + t(x) - t(y)) + w sum_i y_i (x_i - y_i) / sd_i^2
 //!
-//! [Boyd, Vandenberghe 2004, 3.1.3 and 11.2]. `slack` is this bound for every x up to [`LARGEST_BOUNDED_RATIO`] times
+//! [Boyd, Vandenberghe 2004, 3.1.3 and 11.2]. `slack` is this bound for every x up to `LARGEST_BOUNDED_RATIO` times
 //! as large. `consistent` says what stands in A and where the references come from.
 //!
 //! chi^2 is computed from the residual and not as 1/2 y'A'A y - z'A y + c. With torques a thousand times their noise,
@@ -35,7 +35,7 @@ const MAX_NEWTON_STEPS: usize = 40;
 
 /// A bound on chi^2 covers traces up to this many times those of the solution, and friction up to this many of its
 /// deviations.
-pub const LARGEST_BOUNDED_RATIO: f64 = 100.0;
+pub(crate) const LARGEST_BOUNDED_RATIO: f64 = 100.0;
 
 /// The problem in scaled variables.
 pub(crate) struct Problem {
@@ -55,13 +55,13 @@ pub(crate) struct Problem {
 
 impl Problem {
     /// Number of logarithms in the barrier, which is the order of the cone.
-    pub fn barriers(&self) -> f64 {
+    pub(crate) fn barriers(&self) -> f64 {
         (4 * self.bodies.len() + self.rotors.len()) as f64
     }
 
     /// Nats by which 1/2 chi^2 of the solution for a share of the prior can at most exceed that of any x up to
-    /// [`LARGEST_BOUNDED_RATIO`] times as large: the bound in the head.
-    pub fn slack(&self, y: &DVector<f64>, share: f64) -> f64 {
+    /// `LARGEST_BOUNDED_RATIO` times as large: the bound in the head.
+    pub(crate) fn slack(&self, y: &DVector<f64>, share: f64) -> f64 {
         let traces = self.bodies.iter().map(|&first| self.body(y, first).trace());
         let size: f64 = traces.chain(self.rotors.iter().map(|&c| y[c])).sum();
         let friction = self.friction.iter().map(|&(c, sd)| (y[c] / sd).abs());
@@ -75,7 +75,7 @@ impl Problem {
     }
 
     /// 1/2 chi^2 of the data.
-    pub fn quadratic(&self, y: &DVector<f64>) -> f64 {
+    pub(crate) fn quadratic(&self, y: &DVector<f64>) -> f64 {
         0.5 * (&self.rows * y - &self.right).norm_squared()
     }
 
@@ -132,7 +132,7 @@ impl Problem {
     /// The objective over gamma is self-concordant, so Newton's method takes steps of fixed gain until its decrement is
     /// below one. From a smaller gamma on it would take as many steps as chi^2 has gammas.
     /// [Boyd, Vandenberghe 2004, 9.6.4]
-    pub fn starting_gamma(&self, y: &DVector<f64>, least: f64) -> f64 {
+    pub(crate) fn starting_gamma(&self, y: &DVector<f64>, least: f64) -> f64 {
         let decrement = |gamma: f64| {
             let (g, h) = self.derivatives(y, gamma)?;
             Some(solve_scaled(h, &g)?.dot(&g) / gamma)
@@ -142,7 +142,7 @@ impl Problem {
     }
 
     /// Newton steps at one gamma, in place.
-    pub fn newton(&self, y: &mut DVector<f64>, gamma: f64) -> (usize, Outcome) {
+    pub(crate) fn newton(&self, y: &mut DVector<f64>, gamma: f64) -> (usize, Outcome) {
         let Some(mut value) = self.value(y, gamma) else { return (0, Outcome::Stalled) };
         for step in 0..MAX_NEWTON_STEPS {
             let Some((g, h)) = self.derivatives(y, gamma) else { return (step, Outcome::Stalled) };
@@ -193,7 +193,7 @@ pub(crate) struct CentralPath<'a> {
 
 impl CentralPath<'_> {
     /// Starts near the solution at `gamma`.
-    pub fn new(problem: &Problem, mut y: DVector<f64>, gamma: f64) -> CentralPath<'_> {
+    pub(crate) fn new(problem: &Problem, mut y: DVector<f64>, gamma: f64) -> CentralPath<'_> {
         let (steps, _) = problem.newton(&mut y, gamma);
         CentralPath { problem, y, gamma, factor: LARGEST_GAMMA_FACTOR, steps }
     }
@@ -202,7 +202,7 @@ impl CentralPath<'_> {
     ///
     /// A round that takes too many steps came from too far: bodies far from their reference grow along the path, and
     /// Newton's method creeps along the boundary of the cone. The round is done again from half as far, in logarithms.
-    pub fn follow(&mut self, gamma: f64) -> bool {
+    pub(crate) fn follow(&mut self, gamma: f64) -> bool {
         while self.gamma > gamma {
             let next = (self.gamma / self.factor).max(gamma);
             let mut y = self.y.clone();

@@ -41,7 +41,7 @@ pub struct BlockDeviation {
 const PARAMETER_HOLD_SHARE: f64 = 1e-5;
 
 /// Deviations of a solution from the triangles of blocks, `parts[g][j]`, and the weights by joint.
-pub fn block_deviation(parts: &[Vec<Triangle>], weights: &[f64], solution: &Solution) -> BlockDeviation {
+pub(crate) fn block_deviation(parts: &[Vec<Triangle>], weights: &[f64], solution: &Solution) -> BlockDeviation {
     let p = solution.x.len();
     let with_rows = parts.iter().filter(|part| part.iter().any(|joint| joint.rows > 0));
     let clusters: Vec<Cluster> = with_rows.map(|part| Cluster::of(&weighted(part, weights), &solution.x)).collect();

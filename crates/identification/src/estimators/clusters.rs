@@ -8,7 +8,7 @@
 //!
 //! | who | clusters | k |
 //! |---|---|---|
-//! | `replicate_deviation`, `drive_gains::replicates` | parts of a record; bands of speed | 19/20; 1/2 |
+//! | `replicate_deviation`, `drive_gains::replicates` | parts of a record; bands of speed and of position | 19/20; 1/2 |
 //! | `block_deviation` | logs, or blocks of one | 1 |
 //! | `spectrum::rist_mh::misfit` | the rows of one joint in one experiment | 19/20 |
 
@@ -29,7 +29,7 @@ pub(crate) struct Cluster {
 
 impl Cluster {
     /// The rows behind a triangle, of which the first columns are the unknowns: R'R and R'(z - R x).
-    pub fn of(rows: &Triangle, x: &[f64]) -> Cluster {
+    pub(crate) fn of(rows: &Triangle, x: &[f64]) -> Cluster {
         let p = rows.columns();
         let r = upper(rows);
         let left = DVector::from_fn(p, |i, _| rows.at(i, p) - (i..p).map(|c| rows.at(i, c) * x[c]).sum::<f64>());
@@ -37,7 +37,7 @@ impl Cluster {
     }
 
     /// All rows of some clusters as one, of p unknowns.
-    pub fn sum<'a>(p: usize, clusters: impl IntoIterator<Item = &'a Cluster>) -> Cluster {
+    pub(crate) fn sum<'a>(p: usize, clusters: impl IntoIterator<Item = &'a Cluster>) -> Cluster {
         let (mut gram, mut score) = (DMatrix::<f64>::zeros(p, p), DVector::<f64>::zeros(p));
         for cluster in clusters {
             for (b, &column) in cluster.columns.iter().enumerate() {
@@ -51,7 +51,7 @@ impl Cluster {
     /// Rows with these columns only, from the products of the columns and of the residual behind them.
     ///
     /// Product (i, j), i <= j, stands at j (m + 1) + i.
-    pub fn of_products(columns: Vec<usize>, products: &[f64]) -> Cluster {
+    pub(crate) fn of_products(columns: Vec<usize>, products: &[f64]) -> Cluster {
         let m = columns.len();
         let at = |i: usize, j: usize| products[i.max(j) * (m + 1) + i.min(j)];
         Cluster { columns, gram: DMatrix::from_fn(m, m, at), score: DVector::from_fn(m, |i, _| at(i, m)) }
@@ -71,14 +71,14 @@ pub(crate) struct Whole {
 
 impl Whole {
     /// A of the rows behind a triangle.
-    pub fn of(rows: &Triangle) -> Whole {
+    pub(crate) fn of(rows: &Triangle) -> Whole {
         let r = upper(rows);
         let norms = (0..rows.columns()).map(|c| rows.column_norm(c));
         Whole::scaled(r.tr_mul(&r), norms.collect())
     }
 
     /// A of clusters that together hold all rows.
-    pub fn of_clusters<'a>(p: usize, clusters: impl IntoIterator<Item = &'a Cluster>) -> Whole {
+    pub(crate) fn of_clusters<'a>(p: usize, clusters: impl IntoIterator<Item = &'a Cluster>) -> Whole {
         let gram = Cluster::sum(p, clusters).gram;
         let norms = gram.diagonal().iter().map(|d| d.max(0.0).sqrt()).collect();
         Whole::scaled(gram, norms)
@@ -106,7 +106,7 @@ impl Whole {
     }
 
     /// S_g of a cluster with k = `share`; `None` as for [`Whole::without`].
-    pub fn moved(&self, cluster: &Cluster, share: f64, held: f64) -> Option<Vec<f64>> {
+    pub(crate) fn moved(&self, cluster: &Cluster, share: f64, held: f64) -> Option<Vec<f64>> {
         let mut score = DVector::zeros(self.scale.len());
         for (b, &column) in cluster.columns.iter().enumerate() {
             score[column] = self.scale[column] * cluster.score[b];
@@ -116,7 +116,7 @@ impl Whole {
     }
 
     /// sum_g S_g^2, one per parameter; a cluster without S_g adds nothing.
-    pub fn variance(&self, clusters: &[Cluster], share: f64, held: f64) -> Vec<f64> {
+    pub(crate) fn variance(&self, clusters: &[Cluster], share: f64, held: f64) -> Vec<f64> {
         let mut variance = vec![0.0; self.scale.len()];
         for moved in clusters.iter().filter_map(|cluster| self.moved(cluster, share, held)) {
             variance.iter_mut().zip(moved).for_each(|(v, s)| *v += s * s);
@@ -126,7 +126,7 @@ impl Whole {
 
     /// Share of each cluster in what determines each parameter, (A^-1 A_g A^-1)_cc / (A^-1)_cc. The clusters have all
     /// columns.
-    pub fn told<'a>(&'a self, clusters: &'a [Cluster], held: f64) -> impl Iterator<Item = Vec<f64>> + 'a {
+    pub(crate) fn told<'a>(&'a self, clusters: &'a [Cluster], held: f64) -> impl Iterator<Item = Vec<f64>> + 'a {
         let p = self.scale.len();
         let inverse = self.without(None, held).map_or(DMatrix::zeros(p, p), |factor| factor.inverse());
         clusters.iter().map(move |cluster| {

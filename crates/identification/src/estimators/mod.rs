@@ -12,5 +12,5 @@ pub mod huber;
 pub mod loss;
 pub mod payload;
 pub mod replicate_deviation;
-pub mod speed_bands;
+pub mod state_bands;
 pub mod weighted;

@@ -12,16 +12,18 @@
 //! | clusters | hold | k, f |
 //! |---|---|---|
 //! | the parts of the record, a twentieth of it each | noise that stays the same for a while, and drift | 19/20, (G - 1)/G |
-//! | rows of a joint whose speed is of one octave, below 1/16 to 1 of its largest | friction of another law, hysteresis where a joint turns, ripple, play: they are the same at every pass | 1/2, 1 |
+//! | rows of a joint whose speed is of one octave, below 1/16 to 1 of its largest | friction of another law, hysteresis where a joint turns, play: they are the same at every pass | 1/2, 1 |
+//! | rows of a joint whose position is of one eighth of its range | ripple, friction that grows with the load, cross talk, a base that yields: they are the same at every pass of a position | 1/2, 1 |
 //!
 //! Drifts outlast the parts, so that k is near one there and the estimate is on the wide side. A twentieth of a part
 //! stays, because otherwise a direction that one part alone shows would have no value.
 //!
-//! Where all noise is white, both rows of the table estimate one variance. The larger of the two is then too large by
+//! Where all noise is white, the rows of the table estimate one variance. The largest of them is then too large by
 //! the scatter of their few draws, and their mean is not. Slow noise raises the variance by parts above that by bands,
 //! for nearly every parameter, and what the model lacks raises the variance by bands above that by parts. There the
-//! larger is right. The median over the parameters of the variance by speed over that by part tells which case it is
-//! (`ALIKE_OCTAVES`, `APART_OCTAVES`, `MIN_TELLING_PARAMETERS`). No sigma is below that of white noise.
+//! larger is right. The median over the parameters of the one variance over the other tells which case it is
+//! (`ALIKE_OCTAVES`, `APART_OCTAVES`, `MIN_TELLING_PARAMETERS`): first for speed and position, then for what both give
+//! and the parts. No sigma is below that of white noise.
 //! `tests/benches/coverage.rs` measures the result.
 //!
 //! An error that looks like a column of W cannot be seen here. Examples are a wrong gain, a wrong gravity, and friction
@@ -31,10 +33,11 @@ use std::sync::Arc;
 
 use linear_model::linear_model::Model;
 use numerics::least_squares::Solution;
+use numerics::student::reach;
 
 use crate::estimators::clusters::{Cluster, REMAINDER_ROUNDING_SHARE, Whole};
 use crate::estimators::huber::Reweighted;
-use crate::estimators::speed_bands::SpeedBands;
+use crate::estimators::state_bands::StateBands;
 use crate::rows::observation::{Observation, weighted};
 
 /// k of the parts of the record.
@@ -50,6 +53,9 @@ const ALIKE_OCTAVES: f64 = 0.5;
 /// The second of these limits.
 const APART_OCTAVES: f64 = 1.0;
 
+/// Probability of an error beyond the interval.
+const INTERVAL_RISK: f64 = 0.05;
+
 /// Fewer parameters do not tell the cases apart, because the ratio of a single one scatters by an octave and more.
 const MIN_TELLING_PARAMETERS: usize = 20;
 
@@ -63,6 +69,10 @@ pub struct ReplicateDeviation {
     pub by_part: Vec<f64>,
     /// The bands of speed of each joint as replicates.
     pub by_speed: Vec<f64>,
+    /// The bands of position of each joint as replicates.
+    pub by_position: Vec<f64>,
+    /// Degrees of freedom of these variances: the parts of the record less one.
+    pub freedom: f64,
     /// How many correlated samples are worth one.
     ///
     /// It is computed with k = 0, because the share that the fit has absorbed says how few the parts are, and not how
@@ -73,20 +83,29 @@ pub struct ReplicateDeviation {
 impl ReplicateDeviation {
     /// The deviation to believe, one per parameter.
     ///
-    /// It is the larger of both where they disagree, their mean where they do not, and at least that of white noise.
+    /// It is the largest of the three where they disagree, their mean where they do not, and at least that of white noise.
+    /// 1.96 of it are the 95 % interval: a deviation of few draws is widened by the quantile of Student's t for its freedom
+    /// over that of a normal error.
     pub fn sigma(&self) -> Vec<f64> {
-        let ratio = median_ratio(&self.by_speed, &self.by_part).filter(|_| self.white.len() >= MIN_TELLING_PARAMETERS);
-        // Where nothing says that they agree, they count as disagreeing.
-        let octaves = ratio.map_or(f64::INFINITY, |ratio| ratio.log2().abs());
-        let apart = ((octaves - ALIKE_OCTAVES) / (APART_OCTAVES - ALIKE_OCTAVES)).clamp(0.0, 1.0);
-        let variance = |part: f64, speed: f64| {
-            let apart = if part > 0.0 && speed > 0.0 { apart } else { 1.0 };
-            apart * part.max(speed) + (1.0 - apart) * 0.5 * (part + speed)
-        };
-        let both = self.by_part.iter().zip(&self.by_speed);
-        let believed = both.map(|(part, speed)| variance(part * part, speed * speed).sqrt());
-        believed.zip(&self.white).map(|(believed, white)| believed.max(*white)).collect()
+        let by_state = together(&self.by_position, &self.by_speed);
+        let believed = together(&by_state, &self.by_part);
+        let wider = reach(INTERVAL_RISK, self.freedom.max(1.0)) / reach(INTERVAL_RISK, f64::INFINITY);
+        believed.into_iter().zip(&self.white).map(|(believed, white)| (wider * believed).max(*white)).collect()
     }
+}
+
+/// Two deviations of each parameter as one: the root of the larger variance where they disagree, of the mean where they do
+/// not.
+fn together(above: &[f64], below: &[f64]) -> Vec<f64> {
+    let ratio = median_ratio(above, below).filter(|_| above.len() >= MIN_TELLING_PARAMETERS);
+    // Where nothing says that they agree, they count as disagreeing.
+    let octaves = ratio.map_or(f64::INFINITY, |ratio| ratio.log2().abs());
+    let apart = ((octaves - ALIKE_OCTAVES) / (APART_OCTAVES - ALIKE_OCTAVES)).clamp(0.0, 1.0);
+    let variance = |a: f64, b: f64| {
+        let apart = if a > 0.0 && b > 0.0 { apart } else { 1.0 };
+        apart * a.max(b) + (1.0 - apart) * 0.5 * (a + b)
+    };
+    above.iter().zip(below).map(|(a, b)| variance(a * a, b * b).sqrt()).collect()
 }
 
 /// The median over the parameters of the ratio of two variances, from their deviations; `None` where no parameter has
@@ -98,18 +117,19 @@ fn median_ratio(above: &[f64], below: &[f64]) -> Option<f64> {
     ratios.get(ratios.len() / 2).copied()
 }
 
-/// The bands of speed of a fit, without rows yet; `reweighted` says how its rows are reweighted, where they are.
-pub fn speed_bands<'a>(
+/// The bands of speed and position of a fit, without rows yet; `reweighted` says how its rows are reweighted, where they
+/// are.
+pub fn state_bands<'a>(
     model: &Model,
     observation: &'a Observation,
     weights: &'a [f64],
     reweighted: Option<&'a Reweighted>,
-) -> SpeedBands<'a> {
+) -> StateBands<'a> {
     let weight = move |j: usize, e: f64| weights[j] * weights[j] * reweighted.map_or(1.0, |found| found.weight(j, e));
-    SpeedBands::new(model, &observation.speed, Arc::new(weight))
+    StateBands::new(model, observation, Arc::new(weight))
 }
 
-/// The deviations of a fit, from its rows, its solution, its weights by joint and its [`speed_bands`].
+/// The deviations of a fit, from its rows, its solution, its weights by joint and its [`state_bands`].
 ///
 /// The rows are reweighted where `reweighted` says how. `bands` hold the rows and residuals.
 pub fn replicate_deviation(
@@ -118,21 +138,21 @@ pub fn replicate_deviation(
     solution: &Solution,
     weights: &[f64],
     reweighted: Option<&Reweighted>,
-    bands: SpeedBands,
+    bands: StateBands,
 ) -> ReplicateDeviation {
     let whole = Whole::of(&weighted(&observation.joints(|_| true), weights));
     let parts = observation.parts.iter().filter(|part| part.iter().any(|triangle| triangle.rows > 0));
     let parts: Vec<Cluster> = parts.map(|part| Cluster::of(&weighted(part, weights), &solution.x)).collect();
     // psi(u) s = slope w e: what a residual counts in the scores of a robust fit.
     let slope = reweighted.map_or(1.0, |found| found.slope);
-    of_clusters(&whole, &parts, &bands.clusters(model), slope, white_deviation(solution))
+    of_clusters(&whole, &parts, bands.clusters(model), slope, white_deviation(solution))
 }
 
-/// From all rows, those of the parts, those of the bands, the factor of the scores, and the deviations of white noise.
+/// From all rows, those of the parts, those of the bands of speed and of position, the factor of the scores, and the deviations of white noise.
 pub(crate) fn of_clusters(
     whole: &Whole,
     parts: &[Cluster],
-    bands: &[Cluster],
+    [speed, position]: [Vec<Cluster>; 2],
     slope: f64,
     white: Vec<f64>,
 ) -> ReplicateDeviation {
@@ -148,13 +168,14 @@ pub(crate) fn of_clusters(
     let sums = root(
         whole.variance(parts, 0.0, REMAINDER_ROUNDING_SHARE).into_iter().map(|v| v * count / (count - 1.0)).collect(),
     );
-    let by_speed = root(whole.variance(bands, BAND_LEVERAGE_EXPONENT, REMAINDER_ROUNDING_SHARE));
+    let by_band = |bands: &[Cluster]| root(whole.variance(bands, BAND_LEVERAGE_EXPONENT, REMAINDER_ROUNDING_SHARE));
+    let (by_speed, by_position) = (by_band(&speed), by_band(&position));
     let correlated = median_ratio(&sums, &white).unwrap_or(1.0).max(1.0);
-    ReplicateDeviation { white, by_part, by_speed, correlated }
+    ReplicateDeviation { white, by_part, by_speed, by_position, freedom: count - 1.0, correlated }
 }
 
 /// s sqrt(A^-1_cc): what white noise alone would leave.
-pub fn white_deviation(solution: &Solution) -> Vec<f64> {
+pub(crate) fn white_deviation(solution: &Solution) -> Vec<f64> {
     (0..solution.x.len()).map(|c| (solution.variance * solution.inverse[(c, c)]).sqrt()).collect()
 }
 
@@ -174,7 +195,7 @@ mod tests {
         let observation = Observation::of(model, &states, 20);
         let (solution, weights) = fit(&observation.joints(|_| true), Weights::Joint);
         let records = [states];
-        let bands = speed_bands(model, &observation, &weights, None);
+        let bands = state_bands(model, &observation, &weights, None);
         let bands = residual_sums(model, records.as_slice(), &solution.x, bands).unwrap();
         let found = replicate_deviation(model, &observation, &solution, &weights, None, bands);
         (solution, found)
@@ -214,7 +235,9 @@ mod tests {
     fn the_larger_counts_where_parts_and_speeds_disagree() {
         let sigma = |by_part: [f64; 3], by_speed: [f64; 3], times: usize| {
             let (white, by_part, by_speed) = (vec![0.5; 3 * times], by_part.repeat(times), by_speed.repeat(times));
-            ReplicateDeviation { white, by_part, by_speed, correlated: 1.0 }.sigma()[..3].to_vec()
+            let by_position = by_speed.clone();
+            ReplicateDeviation { white, by_part, by_speed, by_position, freedom: 1e9, correlated: 1.0 }.sigma()[..3]
+                .to_vec()
         };
         // The median ratio is one, so the mean of the variances counts, whatever a single parameter has.
         assert_eq!(sigma([1.0, 1.0, 7.0], [1.0, 7.0, 1.0], 7), [1.0, 5.0, 5.0]);
@@ -262,6 +285,35 @@ mod tests {
         assert!(at(32_000).1.by_part[c] < 0.5 * at(4000).1.by_part[c]);
     }
 
+    /// A ripple of seven periods a turn returns at every pass of a position: the bands of position hold it.
+    #[test]
+    fn ripple_by_position_is_held() {
+        let arm = Pendulum::new();
+        let model = Model::new(&arm, &[], &[]);
+        let (mut held, mut by_speed_alone, mut of_white, mut all) = (0, 0, 0, 0);
+        for phase in (0..24).map(|k| f64::from(k) * std::f64::consts::TAU / 24.0) {
+            let mut states = arm.states(4000);
+            for r in 0..states.len() {
+                states.tau[r] += 0.5 * (7.0 * states.q[r] + phase).sin();
+            }
+            let (solution, found) = of(&model, states);
+            let without = ReplicateDeviation { by_position: found.by_speed.clone(), ..found.clone() }.sigma();
+            for (c, sigma) in found.sigma().into_iter().enumerate() {
+                let error = (solution.x[c] - arm.truth[c]).abs();
+                held += usize::from(error <= 1.96 * sigma);
+                by_speed_alone += usize::from(error <= 1.96 * without[c]);
+                of_white += usize::from(error <= 1.96 * found.white[c]);
+                all += 1;
+            }
+        }
+        let share = |count: usize| count as f64 / all as f64;
+        println!("{} {} {}", share(held), share(by_speed_alone), share(of_white));
+        // A sinusoid of one phase is no draw of many: its error stays at its largest for a third of all phases.
+        assert!(share(held) > 0.8, "{}", share(held));
+        assert!(share(by_speed_alone) < share(held) - 0.1, "{} {}", share(by_speed_alone), share(held));
+        assert!(share(of_white) < 0.6, "{}", share(of_white));
+    }
+
     /// Rows that count less count less in the scores too, and nothing is claimed where no row counts.
     #[test]
     fn weighted_rows_and_empty_columns() {
@@ -277,7 +329,7 @@ mod tests {
         let found = reweighted(&model, records.as_slice(), &ls, Loss::Huber).unwrap();
         let records = records.as_slice();
         let (solution, weights) = (&found.solution, &found.weights);
-        let bands = speed_bands(&model, &found.observation, weights, Some(&found));
+        let bands = state_bands(&model, &found.observation, weights, Some(&found));
         let bands = residual_sums(&model, records, &solution.x, bands).unwrap();
         let robust = replicate_deviation(&model, &found.observation, solution, weights, Some(&found), bands);
         for c in 0..3 {

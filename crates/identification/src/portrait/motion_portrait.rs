@@ -4,6 +4,8 @@
 //! from their bounds. It is in the power of a drive: tau dq + FS |dq|.
 
 use experiments::excitation::artefact::ExcitingMotion;
+use experiments::excitation::ledger::{LowestPoint, MotionLedger};
+use experiments::excitation::left_out::LeftOut;
 use experiments::excitation::limits::{CoordinateLimits, LimitKind};
 use experiments::excitation::motion::Motion;
 use experiments::excitation::proof::{CertificateRow, DescribedFriction};
@@ -28,8 +30,14 @@ pub struct MotionPortrait {
     pub tip: Option<TipPath>,
     /// The limits with what proves them.
     pub certificate: Vec<CertificateRow>,
-    /// What was not looked at, in sentences.
+    /// What else is to be known, in sentences.
     pub notes: Vec<String>,
+    /// What the certificate leaves out.
+    pub left_out: Vec<LeftOut>,
+    /// Height of the floor, m.
+    pub floor: Option<f64>,
+    /// The lowest point of the links that move.
+    pub lowest: Option<LowestPoint>,
     /// Whether the certificate was found from the motion and the model, and not read from a file.
     pub is_found_anew: bool,
 }
@@ -73,9 +81,26 @@ impl MotionPortrait {
     /// From the artefact, with its own certificate and notes.
     pub fn of_file(artefact: &ExcitingMotion, motion: &Motion) -> MotionPortrait {
         let limits = artefact.joints.iter().map(|j| j.limits.clone()).collect();
-        let (certificate, notes) = (artefact.certificate.clone(), artefact.notes.clone());
-        let portrait = MotionPortrait::new(artefact, motion, limits, None);
-        MotionPortrait { certificate, notes, ..portrait }
+        MotionPortrait::new(artefact, motion, limits, None).with_certificate_of(artefact)
+    }
+
+    /// The same with the certificate that an artefact has.
+    pub fn with_certificate_of(self, artefact: &ExcitingMotion) -> MotionPortrait {
+        let ledger = artefact.ledger();
+        MotionPortrait {
+            certificate: artefact.certificate.clone(),
+            notes: artefact.notes.clone(),
+            left_out: ledger.left_out.to_vec(),
+            floor: ledger.floor,
+            lowest: ledger.lowest.cloned(),
+            ..self
+        }
+    }
+
+    /// Its certificate with what it leaves out.
+    pub fn ledger(&self) -> MotionLedger<'_> {
+        let (rows, left_out) = (&self.certificate, &self.left_out);
+        MotionLedger { rows, left_out, floor: self.floor, lowest: self.lowest.as_ref() }
     }
 
     /// From the motion and the robot; `limits` are one per coordinate. The caller adds certificate and notes.
@@ -127,6 +152,9 @@ impl MotionPortrait {
             tip: tip.map(|tip| TipPath { name: tip.name.clone(), points }),
             certificate: vec![],
             notes: vec![],
+            left_out: vec![],
+            floor: None,
+            lowest: None,
             is_found_anew: known.is_some(),
         }
     }

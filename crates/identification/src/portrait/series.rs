@@ -2,6 +2,7 @@
 
 use std::fmt::Write;
 
+use gate::shown::csv_cell;
 use linear_model::linear_model::Model;
 use logs::{Cells, Error, LogSource};
 
@@ -48,10 +49,13 @@ pub fn series(model: &Model, x: &[f64], options: &Options, logs: &[LogSource]) -
 pub fn series_to_csv(series: &[TorqueSeries], coordinates: &[String]) -> String {
     let mut text = "log,t".to_string();
     // Writing to a String never fails.
-    coordinates.iter().for_each(|name| write!(text, ",measured_{name},predicted_{name}").unwrap_or_default());
+    coordinates.iter().for_each(|name| {
+        let [measured, predicted] = ["measured", "predicted"].map(|what| format!("{what}_{name}"));
+        write!(text, ",{},{}", csv_cell(&measured), csv_cell(&predicted)).unwrap_or_default();
+    });
     text.push('\n');
     for one in series {
-        let (name, n) = (quoted(&one.name), coordinates.len());
+        let (name, n) = (csv_cell(&one.name), coordinates.len());
         let rows = one.t.iter().zip(one.measured.chunks(n).zip(one.predicted.chunks(n)));
         for (t, (measured, predicted)) in rows {
             let _ = write!(text, "{name},{t:.6}");
@@ -84,14 +88,6 @@ pub fn series_to_parquet(series: &[TorqueSeries], coordinates: &[String]) -> Res
         columns.push((format!("predicted_{coordinate}"), of_joint(|one| &one.predicted)));
     }
     logs::parquet_bytes(&columns)
-}
-
-/// A field of CSV.
-fn quoted(text: &str) -> String {
-    match text.contains([',', '"', '\n']) {
-        true => format!("\"{}\"", text.replace('"', "\"\"")),
-        false => text.into(),
-    }
 }
 
 #[cfg(test)]

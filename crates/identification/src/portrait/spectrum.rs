@@ -85,7 +85,7 @@ impl Spectrum {
 /// It is the noise of the torque where the driver has not filtered it.
 ///
 /// Fails where a log does not fit the transmission.
-pub fn noise_density(options: &Options, logs: &[LogSource]) -> Result<Vec<Option<f64>>, Error> {
+pub(crate) fn noise_density(options: &Options, logs: &[LogSource]) -> Result<Vec<Option<f64>>, Error> {
     let cutoff = options.signal.cutoff.unwrap_or(0.0);
     let mut spectra: Vec<Spectrum> = Vec::new();
     let mut add = |log: &Log| -> Result<(), Error> {

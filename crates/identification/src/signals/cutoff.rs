@@ -99,7 +99,7 @@ pub fn rule(q: &[Vec<f64>], period: f64) -> FrequencyContent {
 /// The frequency content of a motion as noisy encoders will show it, and the cut-off by the rule.
 ///
 /// `deviation` holds the standard deviations of the noise, rad or m, one per joint.
-pub fn rule_with_noise(q: &[Vec<f64>], period: f64, deviation: &[f64]) -> FrequencyContent {
+pub(crate) fn rule_with_noise(q: &[Vec<f64>], period: f64, deviation: &[f64]) -> FrequencyContent {
     let mut energy = MotionEnergy::default();
     energy.push(q, period);
     energy.end_record();
@@ -135,7 +135,7 @@ impl MotionEnergy {
     }
 
     /// Ends a record; positions pushed from now on belong to another.
-    pub fn end_record(&mut self) {
+    pub(crate) fn end_record(&mut self) {
         let left = self.waiting.first().map_or(0, Vec::len);
         self.transform(left);
     }

@@ -5,7 +5,7 @@ const MAX_RESAMPLED_SAMPLES: f64 = 1e8;
 
 /// Instants `period` apart from the first to at most the last of `t`; `None` for a period that
 /// gives fewer than two or absurdly many of them.
-pub fn uniform_clock(t: &[f64], period: f64) -> Option<Vec<f64>> {
+pub(crate) fn uniform_clock(t: &[f64], period: f64) -> Option<Vec<f64>> {
     let (first, last) = (*t.first()?, *t.last()?);
     // The factor keeps rounding from losing a whole period.
     let steps = ((last - first) / period * (1.0 + 1e-12)).floor();

@@ -37,7 +37,7 @@ pub struct Signal {
     /// Make the columns of dry friction of a velocity with a cut-off of its own, and pass them through the filter of
     /// the torques. The filter then rounds their jumps at reversals as it rounds those of the torques.
     pub filtered_sign: bool,
-    /// Cut-off of that velocity, Hz; by default [`REVERSAL_CUTOFF_RATIO`] times that of the torques.
+    /// Cut-off of that velocity, Hz; by default `REVERSAL_CUTOFF_RATIO` times that of the torques.
     pub reversal_cutoff: Option<f64>,
 }
 
@@ -63,7 +63,7 @@ impl Default for Signal {
 }
 
 /// Cut-off of the velocity that shows reversals, as a multiple of that of the torques.
-pub const REVERSAL_CUTOFF_RATIO: f64 = 10.0;
+pub(crate) const REVERSAL_CUTOFF_RATIO: f64 = 10.0;
 
 /// Longest delay, s. A delay is a fault of a logger, and none is as long as a second.
 const LONGEST_DELAY_S: f64 = 1.0;

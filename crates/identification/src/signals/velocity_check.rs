@@ -19,7 +19,7 @@ const PLAUSIBLE_SLOPES: std::ops::Range<f64> = 0.8..1.25;
 const SMALLEST_EXPLAINED_SHARE: f64 = 0.8;
 
 /// Fails for the first joint whose velocity is not the slope of its position; `period` in s.
-pub fn check_velocity(
+pub(crate) fn check_velocity(
     file: &str,
     coordinates: &[String],
     t: &[f64],

@@ -71,7 +71,7 @@ impl Default for Band {
 }
 
 /// The mean period of an experiment, kept up to the highest harmonic of the motion; `None` for a sweep.
-pub fn mean_period(experiment: &SpectralExperiment, band: &Band) -> Option<MeasuredMotion> {
+pub(crate) fn mean_period(experiment: &SpectralExperiment, band: &Band) -> Option<MeasuredMotion> {
     let period = experiment.period()?;
     let h = experiment.trajectory.sample_time;
     let highest = harmonics(band.motion.max(band.equations), period, h);
@@ -85,7 +85,7 @@ fn harmonics(f: f64, period: usize, h: f64) -> usize {
 }
 
 /// The spectra of the moving joints of a periodic experiment; none for a sweep. `motion`: its [`mean_period`].
-pub fn joint_spectra(
+pub(crate) fn joint_spectra(
     index: usize,
     experiment: &SpectralExperiment,
     motion: &MeasuredMotion,
@@ -205,12 +205,12 @@ impl JointSpectrum {
     }
 
     /// Rows of the friction columns, in the order of `rows`. `gain`: N m per unit of current.
-    pub fn friction_rows(&self, shape: &FrictionShape, gain: f64) -> Vec<Vec<f64>> {
+    pub(crate) fn friction_rows(&self, shape: &FrictionShape, gain: f64) -> Vec<Vec<f64>> {
         self.rows_of(&self.friction_series(shape, gain), 2)
     }
 
     /// d current / d delay of each row, per second: a turn of every coefficient.
-    pub fn delay_column(&self) -> Vec<f64> {
+    pub(crate) fn delay_column(&self) -> Vec<f64> {
         let mut column = vec![0.0; self.current.len()];
         for r in 1..column.len() {
             // 2 pi i f c: the real row loses w Im, the imaginary row gains w Re.
@@ -223,7 +223,7 @@ impl JointSpectrum {
     /// Columns for a motion that does not end as it began. The two unknowns are the jumps of the velocity and of the
     /// position from the end of the record to its start, as this joint feels them through the inertia. A jump of the
     /// momentum is the same at all frequencies; one of the position grows with i f.
-    pub fn end_columns(&self) -> Vec<[f64; 2]> {
+    pub(crate) fn end_columns(&self) -> Vec<[f64; 2]> {
         let count = self.frequency.len();
         (0..count)
             .map(|r| match r {

@@ -16,6 +16,7 @@ use crate::estimate::ledger::LACKING_MODEL_CHI_SQUARE;
 use crate::estimate::residuals::{Residuals, Squares};
 use crate::estimators::drive_gains::equations::JointEquations;
 use crate::estimators::drive_gains::likelihood::{DriveGains, Gain, drive_gains};
+use crate::estimators::drive_gains::total_least_squares::{Scaling, gains_by_total_least_squares};
 use crate::spectrum::experiment::{NoiseLevels, SpectralExperiment};
 use crate::spectrum::paper::{PaperWeights, paper_estimate, paper_rows};
 use crate::spectrum::rist_mh::data::{HarmonicData, HarmonicOptions};
@@ -27,8 +28,21 @@ use crate::spectrum::words::{cause_sentence, size_words};
 pub enum SpectralMethod {
     /// One harmonic, one quadrature, no friction.
     Paper,
+    /// The same, with the gains of drives by total least squares.
+    TotalLeastSquares,
     /// All harmonics, friction as nuisance.
     Harmonic,
+}
+
+impl SpectralMethod {
+    /// How it estimates, in words.
+    fn sentence(self) -> &'static str {
+        match self {
+            SpectralMethod::Paper => "rist: rows of Sp, weighted by their noise",
+            SpectralMethod::TotalLeastSquares => "tls: rows of Sp, drive gains by total least squares",
+            SpectralMethod::Harmonic => "rist-mh: all harmonics, friction as nuisance",
+        }
+    }
 }
 
 /// The parameters from the experiments of one robot.
@@ -48,18 +62,20 @@ pub fn identify_spectrum(
     };
     let mut estimate = Estimate {
         model: model.name.clone(),
-        fingerprint: model.fingerprint.clone(),
-        method: match method {
-            SpectralMethod::Paper => "rist: rows of Sp, weighted by their noise".into(),
-            SpectralMethod::Harmonic => "rist-mh: all harmonics, friction as nuisance".into(),
-        },
+        fingerprint: Some(model.fingerprint.clone()),
+        method: method.sentence().into(),
         rows: 0,
-        cutoff: options.band.equations,
+        cutoff: Some(options.band.equations),
         ..Estimate::default()
     };
     let known = |g: &Gain| if let Gain::Known(k) = g { Some(*k) } else { None };
     if let Some(gain) = gains.iter().map(known).collect::<Option<Vec<f64>>>() {
         match method {
+            SpectralMethod::TotalLeastSquares => {
+                return Err(Error::new(
+                    "[method=tls] estimates gains of drives, and all of them are known: [method=rist] takes them",
+                ));
+            }
             SpectralMethod::Paper => with_paper_rows(&mut estimate, regressor, experiments, &gain, &noise),
             SpectralMethod::Harmonic => with_harmonics(&mut estimate, regressor, experiments, &gain, &noise, options)?,
         }
@@ -67,9 +83,14 @@ pub fn identify_spectrum(
     }
     let one = vec![1.0; regressor.coordinates().len()];
     match method {
-        SpectralMethod::Paper => {
+        SpectralMethod::Paper | SpectralMethod::TotalLeastSquares => {
             let blocks: Vec<_> = experiments.iter().map(|e| paper_rows(e, regressor, &one, &noise.current)).collect();
-            let found = drive_gains(&paper_equations(&blocks, one.len()), gains)?;
+            let equations = paper_equations(&blocks, one.len());
+            let mut found = drive_gains(&equations, gains)?;
+            if method == SpectralMethod::TotalLeastSquares {
+                (found.gain, found.parameters) = by_total_least_squares(&equations, gains)?;
+                estimate.remarks.push(TLS_DEVIATIONS.into());
+            }
             with_gains(&mut estimate, regressor, &found);
             paper_residuals(&mut estimate, regressor, &blocks, &found.gain, &found.parameters);
         }
@@ -86,13 +107,7 @@ pub fn identify_spectrum(
             if let Some(friction) = found.friction {
                 harmonic_residuals(&mut estimate, regressor, &data, &friction);
                 estimate.remarks.push(describe(&friction, regressor));
-                if friction.drift_spread > LARGE_FRICTION_DRIFT {
-                    let percent = 100.0 * friction.drift_spread;
-                    estimate.doubts.push(format!(
-                        "friction comes out different by {percent:.0} % from experiment to experiment: it takes up something else \
-                         that the model does not have"
-                    ));
-                }
+                estimate.doubts.extend(drifting(&friction));
                 judge(&mut estimate, regressor, &friction);
             }
         }
@@ -101,6 +116,17 @@ pub fn identify_spectrum(
     estimate.remarks.push(scale(regressor, experiments, gains));
     remark_unidentifiable(&mut estimate);
     Ok(estimate)
+}
+
+/// A sentence on friction that no drive has: it takes up what the model lacks.
+fn drifting(found: &HarmonicEstimate) -> Option<String> {
+    let percent = 100.0 * found.drift_spread;
+    (found.drift_spread > LARGE_FRICTION_DRIFT).then(|| {
+        format!(
+            "friction comes out different by {percent:.0} % from experiment to experiment: it takes up something else that \
+             the model does not have"
+        )
+    })
 }
 
 /// A parameter with the deviation of white noise, since the rows of an experiment are few and far apart.
@@ -146,7 +172,7 @@ fn with_paper_rows(
         estimate.parameters.push(identified(base.into(), solution.x[i], sigma, solution.determined[i]));
     }
     estimate.rank = solution.rank;
-    estimate.condition_number = solution.condition_number;
+    estimate.condition_number = Some(solution.condition_number);
     let one = vec![1.0; gain.len()];
     paper_residuals(estimate, regressor, &blocks, &one, &solution.x);
     estimate.remarks.push("friction is not estimated: the rows are meant to be orthogonal to it".into());
@@ -163,7 +189,6 @@ fn with_harmonics(
 ) -> Result<(), Error> {
     let mut data = HarmonicData::new(experiments, regressor, gain, noise, &options.band);
     let found = data.estimate(options).ok_or_else(|| Error::new("the experiments give no equation"))?;
-    let p = found.parameters;
     let mut push = |parameter: Parameter, i: usize| {
         let white = found.solution.inverse[(i, i)].max(0.0).sqrt();
         let one = identified(parameter, found.solution.x[i], white, found.solution.determined[i]);
@@ -177,11 +202,11 @@ fn with_harmonics(
     for (j, coordinate) in regressor.coordinates().iter().enumerate() {
         for (c, term) in found.shape.parameters().into_iter().enumerate() {
             let parameter = of_joint(regressor, j, ParameterId::friction(term, coordinate));
-            push(parameter, p + j * found.shape.columns() + c);
+            push(parameter, found.layout.friction(j).start + c);
         }
     }
     estimate.rank = estimate.parameters.iter().filter(|p| p.value.is_some()).count();
-    estimate.condition_number = found.solution.condition_number;
+    estimate.condition_number = Some(found.solution.condition_number);
     estimate.rows = data.spectra().iter().map(|s| s.rows.len()).sum();
     harmonic_residuals(estimate, regressor, &data, &found);
     estimate.remarks.push(describe(&found, regressor));
@@ -211,7 +236,7 @@ fn judge(estimate: &mut Estimate, regressor: &dyn Regressor, found: &HarmonicEst
     estimate.remarks.push(match &found.cause {
         Some(cause) => cause_sentence(cause, regressor),
         None => {
-            "the cause is not told: late torques, ripple, joints that bend and play each explain less than half of it"
+            "the cause is not told: late torques, ripple, joints that bend and backlash each explain less than half of it"
                 .into()
         }
     });
@@ -222,7 +247,7 @@ fn widen_with_gains(estimate: &mut Estimate, found: &HarmonicEstimate) {
     if found.misfit.by_experiment.is_empty() {
         return;
     }
-    let lacked = (0..found.parameters).map(|i| found.lacked(i));
+    let lacked = found.layout.parameters().map(|i| found.lacked(i));
     let all = lacked.chain(found.misfit.gains_by_experiment.iter().copied());
     let parameters = std::mem::take(&mut estimate.parameters);
     estimate.parameters = parameters.into_iter().zip(all).map(|(p, lacked)| p.widened_beyond_white(lacked)).collect();
@@ -267,10 +292,26 @@ fn with_gains(estimate: &mut Estimate, regressor: &dyn Regressor, found: &DriveG
     }
     let determined = || found.determined.iter().chain(&found.gain_determined);
     estimate.rank = determined().filter(|d| **d).count();
-    estimate.condition_number = found.condition_number;
+    estimate.condition_number = Some(found.condition_number);
     if found.steps.is_none() {
         estimate.remarks.push("the gains did not converge".into());
     }
+}
+
+/// What is said of the deviations of total least squares.
+const TLS_DEVIATIONS: &str =
+    "the deviations are those of the same equations by maximum likelihood; total least squares has none of its own";
+
+/// Gains and parameters; every gain is known or free.
+///
+/// Fails where a gain is expected only, and where the equations leave the scale open.
+fn by_total_least_squares(equations: &[JointEquations], gains: &[Gain]) -> Result<(Vec<f64>, Vec<f64>), Error> {
+    if gains.iter().any(|gain| matches!(gain, Gain::Expected(..))) {
+        return Err(Error::new("[method=tls] takes a gain as known or as free; an expected one needs [method=rist]"));
+    }
+    let open = "total least squares finds no gains: there are too few equations, or their scale stays open; plan more \
+                experiments, or take [method=rist]";
+    gains_by_total_least_squares(equations, gains, Scaling::Noise).ok_or_else(|| Error::new(open))
 }
 
 /// A sentence on what sets the scale of an estimate with unknown gains.
@@ -328,7 +369,7 @@ fn residuals(estimate: &mut Estimate, regressor: &dyn Regressor, rows: &[Vec<(Ve
         Squares { torque, left, rows: rows.len() }
     };
     let found = Residuals::new(regressor, rows.iter().map(of_joint).collect());
-    (estimate.joints, estimate.total) = (found.joints, found.total);
+    (estimate.joints, estimate.total) = (found.joints, Some(found.total));
 }
 
 fn harmonic_residuals(

@@ -7,7 +7,7 @@ use crate::spectrum::rist_mh::cause::Cause;
 use crate::spectrum::rist_mh::effects::{Effect, EffectSize};
 
 /// The effect, its joint and its size: `q2 bends: 3.4e3 N m/rad`. `frequency`: of a spring, Hz; deviations on request.
-pub fn size_words(
+pub(crate) fn size_words(
     size: &EffectSize,
     regressor: &dyn Regressor,
     frequency: Option<f64>,
@@ -53,7 +53,9 @@ pub fn size_words(
             let unit = unit(joint, "N/m", "N m/rad");
             format!("{} bends: {}{spread} {unit}{damping}{at}", name(joint), significant(stiffness))
         }
-        Effect::Play { joint } => format!("{} has play of {} {}", name(joint), both(1e3, 2), unit(joint, "mm", "mrad")),
+        Effect::Play { joint } => {
+            format!("{} has backlash of {} {}", name(joint), both(1e3, 2), unit(joint, "mm", "mrad"))
+        }
     }
 }
 
@@ -66,7 +68,7 @@ fn remedy(cause: &Cause, regressor: &dyn Regressor) -> String {
             Effect::Delay => ("delay", "auto".to_string()),
             Effect::Ripple { joint, periods } => ("ripple", format!("{}={periods}", name(joint))),
             Effect::Elastic { joint } => ("elastic", name(joint).to_string()),
-            Effect::Play { joint } => ("play", name(joint).to_string()),
+            Effect::Play { joint } => ("backlash", name(joint).to_string()),
         };
         match words.first_mut() {
             Some(first) => first.push_str(&format!(",{word}")),

@@ -63,7 +63,7 @@ const SLOWEST_CLOCK_STEP_S: f64 = 0.5;
 const FASTEST_CLOCK_STEP_S: f64 = 1e-6;
 
 /// Fewer samples than this cannot be filtered and differentiated.
-pub const MIN_ROWS: usize = 50;
+pub(crate) const MIN_ROWS: usize = 50;
 
 impl LogReport {
     /// Adds the next part of the same file, which starts `step` s after the end of this.

@@ -1,4 +1,4 @@
 //! Counts and reports what is wrong with a log.
 
-pub mod account;
-pub mod suspects;
+pub(crate) mod account;
+pub(crate) mod suspects;

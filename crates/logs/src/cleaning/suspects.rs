@@ -59,7 +59,7 @@ impl fmt::Display for Suspect {
 ///
 /// A step within 0.5 rad of a whole turn counts as such a jump, because no joint turns so far from one sample to the
 /// next.
-pub fn unwrap(q: &mut [f64]) -> usize {
+pub(crate) fn unwrap(q: &mut [f64]) -> usize {
     let (mut turns, mut count) = (0.0, 0);
     for i in 1..q.len() {
         let step = q[i] + turns * TAU - q[i - 1];

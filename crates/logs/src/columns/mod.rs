@@ -1,5 +1,5 @@
 //! Which column is which signal.
 
-pub mod mapping;
-pub mod names;
-pub mod words;
+pub(crate) mod mapping;
+pub(crate) mod names;
+pub(crate) mod words;

@@ -27,7 +27,7 @@ pub enum Quantity {
 use Quantity::*;
 
 /// A unit as headers write it, and its factor to SI.
-pub type Unit = (&'static str, f64);
+pub(crate) type Unit = (&'static str, f64);
 
 type Words = (Quantity, &'static [&'static str], &'static [Unit]);
 
@@ -142,12 +142,12 @@ const QUANTITY_WORDS: [Words; 6] = [
 ];
 
 /// The units of a quantity, the one of headers without a unit first.
-pub fn units(quantity: Quantity) -> &'static [Unit] {
+pub(crate) fn units(quantity: Quantity) -> &'static [Unit] {
     QUANTITY_WORDS.iter().find(|w| w.0 == quantity).map_or(&[], |w| w.2)
 }
 
 /// A unit as people write it, of one as headers write it.
-pub fn written(unit: &str) -> &str {
+pub(crate) fn written(unit: &str) -> &str {
     match unit {
         "sec" => "s",
         "radians" => "rad",
@@ -171,7 +171,7 @@ pub fn written(unit: &str) -> &str {
 
 /// The unit of a sliding joint where the header of a turning one would have `unit`; `None` where `unit` is of neither a
 /// length nor a force. The default unit of a turning joint stands for a header without a unit.
-pub fn of_sliding(unit: &'static str) -> Option<&'static str> {
+pub(crate) fn of_sliding(unit: &'static str) -> Option<&'static str> {
     match written(unit) {
         "rad" => Some("m"),
         "rad/s" => Some("m/s"),
@@ -183,7 +183,7 @@ pub fn of_sliding(unit: &'static str) -> Option<&'static str> {
 }
 
 /// What a header may mean.
-pub struct Reading {
+pub(crate) struct Reading {
     pub column: usize,
     pub quantity: Quantity,
     pub joint: Designator,
@@ -192,7 +192,7 @@ pub struct Reading {
 
 /// Which joint a header names.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Designator {
+pub(crate) enum Designator {
     None,
     /// A number, counted from 0 or from 1. The other headers of the quantity decide which.
     Number(usize),
@@ -200,7 +200,7 @@ pub enum Designator {
 }
 
 /// The readings of every header of a table; a header of two quantities is refused.
-pub fn readings(table: &Table, coordinates: &[String]) -> Result<Vec<Reading>, Error> {
+pub(crate) fn readings(table: &Table, coordinates: &[String]) -> Result<Vec<Reading>, Error> {
     let lower: Vec<String> = coordinates.iter().map(|c| plain(&c.to_lowercase())).collect();
     let names = joint_names(table, &lower);
     let mut all = Vec::new();

@@ -59,7 +59,7 @@ impl Table {
             let message = "no array holds samples; arrays of shape (samples,) or (samples, joints) are expected";
             return Err(Error::at(file, 0, message));
         }
-        check_header(file, 0, &table.header)?;
+        check_header(file, 0, &mut table.header)?;
         Ok(table)
     }
 

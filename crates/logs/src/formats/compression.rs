@@ -7,7 +7,7 @@ use std::io::Read;
 
 /// How a block is compressed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Compression {
+pub(crate) enum Compression {
     #[cfg(any(feature = "mcap", feature = "parquet"))]
     None,
     Zstd,
@@ -28,7 +28,7 @@ pub enum Compression {
 }
 
 /// Largest size of an unpacked block. Writers make blocks of some megabytes.
-pub const MAX_UNPACKED_BYTES: usize = 1 << 30;
+pub(crate) const MAX_UNPACKED_BYTES: usize = 1 << 30;
 
 /// Nor may a block unfold to more than this many times its bytes, plus `UNPACKING_ALLOWANCE_BYTES`. Measured numbers do
 /// not compress so far.
@@ -44,13 +44,24 @@ const MAX_SNAPPY_RATIO: usize = 64;
 const MAX_LZ4_RATIO: usize = 256;
 
 impl Compression {
-    /// The `size` bytes that `packed` holds; another number of them is an error.
+    /// What `packed` holds, unpacked while it is read.
     #[cfg(feature = "mcap")]
-    pub fn unpack(self, packed: &[u8], size: usize) -> Result<Vec<u8>, String> {
-        let most = most_of(packed).min(MAX_UNPACKED_BYTES);
-        if size > most {
-            return Err(format!("a block of {} bytes claims to hold {size}; at most {most} are read", packed.len()));
-        }
+    pub(crate) fn reader<'a>(self, packed: &'a [u8]) -> Result<Box<dyn Read + 'a>, String> {
+        Ok(match self {
+            Compression::None => Box::new(packed),
+            Compression::Zstd => {
+                let decoder = ruzstd::decoding::StreamingDecoder::new(packed);
+                Box::new(decoder.map_err(|e| format!("it cannot be unpacked: {e}"))?)
+            }
+            Compression::Lz4Frame => Box::new(lz4_flex::frame::FrameDecoder::new(packed)),
+            #[cfg(feature = "parquet")]
+            other => Box::new(std::io::Cursor::new(other.unpack_within(packed, MAX_UNPACKED_BYTES)?)),
+        })
+    }
+
+    /// The `size` bytes that `packed` holds; another number of them is an error.
+    #[cfg(all(test, feature = "mcap"))]
+    pub(crate) fn unpack(self, packed: &[u8], size: usize) -> Result<Vec<u8>, String> {
         let out = self.unpack_within(packed, size)?;
         if out.len() != size {
             return Err(format!("it does not unpack to the {size} bytes it claims"));
@@ -59,7 +70,7 @@ impl Compression {
     }
 
     /// The bytes that `packed` holds; more than `most` of them are an error.
-    pub fn unpack_within(self, packed: &[u8], most: usize) -> Result<Vec<u8>, String> {
+    pub(crate) fn unpack_within(self, packed: &[u8], most: usize) -> Result<Vec<u8>, String> {
         let most = most.min(most_of(packed));
         let failed = |e: &dyn std::fmt::Display| format!("it cannot be unpacked: {e}");
         let out = match self {

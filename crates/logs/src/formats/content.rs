@@ -2,7 +2,7 @@
 
 /// The kind of a file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Content {
+pub(crate) enum Content {
     /// Delimited text, or nothing that is known.
     Text,
     /// A gzip stream of text.
@@ -33,16 +33,16 @@ const FILE_KINDS: [(&[u8], Content, &str, &str, bool); 9] = [
 ];
 
 /// Number of first bytes that tell the kind of a file.
-pub const MAGIC_BYTES: usize = 16;
+pub(crate) const MAGIC_BYTES: usize = 16;
 
 impl Content {
     /// The kind of a file with these first bytes, [`MAGIC_BYTES`] of them or all.
-    pub fn of(head: &[u8]) -> Content {
+    pub(crate) fn of(head: &[u8]) -> Content {
         FILE_KINDS.iter().find(|kind| head.starts_with(kind.0)).map_or(Text, |kind| kind.1)
     }
 
     /// Why files of this kind are not read, and what to do; `None` where they are.
-    pub fn refusal(self) -> Option<String> {
+    pub(crate) fn refusal(self) -> Option<String> {
         if self == Bag {
             return Some(
                 "this is a bag of ROS 1, which is not read; convert it: `mcap convert in.bag out.mcap`".into(),

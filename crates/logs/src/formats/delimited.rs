@@ -9,6 +9,9 @@
 use std::io::{BufReader, Cursor, Error as IoError, ErrorKind, Read};
 use std::path::Path;
 
+use gate::shown;
+use gate::source::Source;
+use gate::unfolding::{PackedBytes, Unfolding};
 use memchr::memchr_iter;
 
 use crate::Error;
@@ -35,12 +38,17 @@ const MIN_BYTES_FOR_THREADS: usize = 1 << 18;
 /// A file in which most rows are ragged is refused once its ragged rows have more cells than this.
 const MAX_RAGGED_CELLS: usize = 1 << 21;
 
+/// Bytes of a number of a table, whose columns grow by doubling.
+const NUMBER_BYTES: usize = 2 * size_of::<f64>();
+
 /// Rows of a text on their way into tables.
-pub struct TableReader<'a> {
+pub(crate) struct TableReader<'a> {
     file: String,
     header: Vec<String>,
     dialect: Dialect,
     text: Box<dyn Read + Send + 'a>,
+    /// Bytes of a packed text that were read.
+    packed: Option<PackedBytes>,
     /// The window: bytes from `at` on are not read yet.
     window: Vec<u8>,
     at: usize,
@@ -61,25 +69,39 @@ impl<'a> TableReader<'a> {
     /// Opens a file, plain or gzip by its first bytes.
     ///
     /// Fails when it cannot be read, is no text, or has no header.
-    pub fn open(path: &Path) -> Result<TableReader<'static>, Error> {
+    pub(crate) fn open(path: &Path) -> Result<TableReader<'static>, Error> {
         let file = path.display().to_string();
         let failed = |e: IoError| Error::at(&file, 0, format!("cannot be read: {e}"));
-        let mut source = std::fs::File::open(path).map_err(failed)?;
-        let mut head = Vec::new();
-        source.by_ref().take(MAGIC_BYTES as u64).read_to_end(&mut head).map_err(failed)?;
+        let mut source = Source::open(path).map_err(failed)?;
+        let head = source.head(MAGIC_BYTES).map_err(failed)?;
         TableReader::of_content(&file, Content::of(&head), Cursor::new(head).chain(source))
     }
 
     /// Reads the header of a text, or of one in a gzip stream.
-    pub fn of_content(file: &str, content: Content, source: impl Read + Send + 'a) -> Result<TableReader<'a>, Error> {
+    pub(crate) fn of_content(
+        file: &str,
+        content: Content,
+        source: impl Read + Send + 'a,
+    ) -> Result<TableReader<'a>, Error> {
         match content {
-            Content::Gzip => TableReader::new(file, flate2::read::MultiGzDecoder::new(BufReader::new(source))),
+            Content::Gzip => {
+                let gzip = |source| Ok(flate2::read::MultiGzDecoder::new(BufReader::new(source)));
+                TableReader::unfolding(file, Unfolding::new(source, gzip)?)
+            }
+            #[cfg(feature = "zstd")]
+            Content::Zstd => TableReader::unfolding(file, zstd(file, source)?),
             _ => TableReader::new(file, source),
         }
     }
 
+    /// Reads the header of a packed text.
+    pub(crate) fn unfolding(file: &str, text: Unfolding<impl Read + Send + 'a>) -> Result<TableReader<'a>, Error> {
+        let packed = Some(text.packed());
+        Ok(TableReader { packed, ..TableReader::new(file, text)? })
+    }
+
     /// Reads the header of a text.
-    pub fn new(file: &str, mut text: impl Read + Send + 'a) -> Result<TableReader<'a>, Error> {
+    pub(crate) fn new(file: &str, mut text: impl Read + Send + 'a) -> Result<TableReader<'a>, Error> {
         let mut head = Vec::new();
         let failed = |e: IoError| unreadable(file, 0, &e);
         text.by_ref().take(MAX_HEADER_BYTES).read_to_end(&mut head).map_err(failed)?;
@@ -120,12 +142,13 @@ impl<'a> TableReader<'a> {
                 (header, waiting) = (names, Some((line + 1, row.cells)));
             }
         }
-        check_header(file, line + 1, &header)?;
+        check_header(file, line + 1, &mut header)?;
         Ok(TableReader {
             file: file.into(),
             dialect: Dialect { wanted: vec![true; header.len()], ..dialect },
             header,
             text: Box::new(text),
+            packed: None,
             at: start + row.bytes,
             is_last: head.len() < MAX_HEADER_BYTES as usize,
             window: head,
@@ -138,12 +161,12 @@ impl<'a> TableReader<'a> {
     }
 
     /// How many columns the header names.
-    pub fn width(&self) -> usize {
+    pub(crate) fn width(&self) -> usize {
         self.header.len()
     }
 
     /// Leaves all but these columns unread from now on: they are empty in the tables that follow.
-    pub fn keep(&mut self, columns: impl Iterator<Item = usize>) {
+    pub(crate) fn keep(&mut self, columns: impl Iterator<Item = usize>) {
         self.dialect.wanted.fill(false);
         for column in columns {
             self.dialect.wanted[column] = true;
@@ -153,7 +176,7 @@ impl<'a> TableReader<'a> {
     /// The next rows, at most `most`; none at the end.
     ///
     /// Fails when a row cannot be read, when there are more numbers than [`MAX_CELLS`], or when most cells are not there.
-    pub fn rows(&mut self, most: usize) -> Result<Table, Error> {
+    pub(crate) fn rows(&mut self, most: usize) -> Result<Table, Error> {
         self.units()?;
         let mut table = Table {
             file: self.file.clone(),
@@ -203,7 +226,7 @@ impl<'a> TableReader<'a> {
                 break;
             }
             for (header, unit) in self.header.iter_mut().zip(&row.cells) {
-                *header = format!("{header}_{}", String::from_utf8_lossy(unit));
+                *header = format!("{header}_{}", shown::line(&String::from_utf8_lossy(unit)));
             }
             (self.at, self.ends) = (self.at + row.bytes, self.ends + row.ends);
         }
@@ -303,6 +326,11 @@ impl<'a> TableReader<'a> {
                 return Err(Error::at(&self.file, table.line(row), message));
             }
         }
+        if let Some(packed) = &self.packed {
+            let numbers = self.dialect.wanted.iter().filter(|wanted| **wanted).count().saturating_mul(table.rows());
+            let drawn = packed.budget().draw(numbers.saturating_mul(NUMBER_BYTES));
+            drawn.map_err(|e| Error::at(&self.file, 0, e))?;
+        }
         if table.rows().saturating_mul(width) > MAX_CELLS {
             let message =
                 format!("more than {MAX_CELLS} numbers; keep the columns of the robot, or cut the log into parts");
@@ -310,6 +338,21 @@ impl<'a> TableReader<'a> {
         }
         Ok(())
     }
+}
+
+/// What a packed source unfolds to.
+#[cfg(feature = "zstd")]
+pub(crate) type Unpacked<'a> = Unfolding<Box<dyn Read + Send + 'a>>;
+
+/// A zstd stream, unpacked while it is read.
+#[cfg(feature = "zstd")]
+pub(crate) fn zstd<'a>(file: &str, source: impl Read + Send + 'a) -> Result<Unpacked<'a>, Error> {
+    let unpacked = Unfolding::new(source, |source| -> Result<Box<dyn Read + Send + 'a>, _> {
+        Ok(Box::new(ruzstd::decoding::StreamingDecoder::new(BufReader::new(source))?))
+    });
+    unpacked.map_err(|e: ruzstd::decoding::errors::FrameDecoderError| {
+        Error::at(file, 0, format!("the zstd stream: it cannot be unpacked: {e}"))
+    })
 }
 
 /// Cells as a row of text that gives the same cells when it is read.

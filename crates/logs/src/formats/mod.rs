@@ -1,15 +1,15 @@
 //! The formats that logs come in, one reader each.
 
-pub mod arrays;
+pub(crate) mod arrays;
 #[cfg(feature = "zstd")]
-pub mod compression;
-pub mod content;
-pub mod delimited;
+pub(crate) mod compression;
+pub(crate) mod content;
+pub(crate) mod delimited;
 #[cfg(feature = "npz")]
-pub mod npz;
+pub(crate) mod npz;
 mod number;
 #[cfg(feature = "parquet")]
-pub mod parquet;
+pub(crate) mod parquet;
 #[cfg(any(feature = "mcap", feature = "rosbag2-sqlite"))]
-pub mod rosbag;
+pub(crate) mod rosbag;
 mod rows;

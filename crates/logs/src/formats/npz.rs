@@ -1,11 +1,13 @@
 //! Arrays of NumPy (.npz, .npy) as a table of named columns.
 //!
 //! `arrays` says how arrays become columns. A .npz is a zip of .npy files, stored or deflated. Only the variants of
-//! both that NumPy writes are read here. The sizes in the zip are not trusted: its files must not overlap, and all
-//! arrays together hold at most [`MAX_CELLS`] numbers.
+//! both that NumPy writes are read here. An array is unpacked piece by piece. The sizes in the zip are not trusted: its
+//! files must not overlap, and all arrays together stay within the [`Budget`] of the file and hold at most
+//! [`MAX_CELLS`] numbers. An array of numbers that is not read is noted.
 
-use std::borrow::Cow;
 use std::io::Read;
+
+use gate::budget::Budget;
 
 use crate::Error;
 use crate::formats::arrays::Array;
@@ -14,18 +16,32 @@ use crate::table::{MAX_CELLS, Table};
 /// Bytes of all arrays, unpacked.
 const MAX_ARRAY_BYTES: usize = 8 * MAX_CELLS;
 
-/// Reads the arrays of a file; a lone .npy has no names and is refused.
-pub fn read(file: &str, bytes: &[u8]) -> Result<Table, Error> {
+/// Bytes of an array that are unpacked at a time.
+const BYTES_PER_PIECE: usize = 1 << 16;
+
+/// Largest head of an array. NumPy writes some hundred bytes.
+const MAX_HEAD_BYTES: usize = 1 << 16;
+
+/// Reads the arrays of a file within a budget; a lone .npy has no names and is refused.
+pub(crate) fn read(file: &str, bytes: &[u8], budget: &mut Budget) -> Result<Table, Error> {
     let at = |message: String| Error::at(file, 0, message);
     if bytes.starts_with(b"\x93NUMPY") {
         return Err(at("one array without names; save a .npz with the names of the signals (t, q, tau)".into()));
     }
-    let mut arrays = Vec::new();
+    let (mut arrays, mut notes) = (Vec::new(), Vec::new());
     let mut numbers = 0;
     for entry in entries(bytes).map_err(at)? {
         let Some(key) = entry.name.strip_suffix(".npy") else { continue };
-        let array = unpacked(&entry).and_then(|content| array(&content));
-        if let Some(array) = array.map_err(|e| at(format!("array `{key}`: {e}")))? {
+        let found = content(&entry).and_then(|content| array(content, budget));
+        let found = match found.map_err(|e| at(format!("array `{key}`: {e}")))? {
+            ArrayContent::Numbers(array) => Some(array),
+            ArrayContent::Nothing => None,
+            ArrayContent::Unread(kind) => {
+                notes.push(format!("array `{key}` holds `{kind}`, which is not read: save it as float64"));
+                None
+            }
+        };
+        if let Some(array) = found {
             numbers += array.values.len();
             if numbers > MAX_CELLS {
                 return Err(at(format!(
@@ -35,7 +51,11 @@ pub fn read(file: &str, bytes: &[u8]) -> Result<Table, Error> {
             arrays.push((key.to_string(), array));
         }
     }
-    Table::from_arrays(file, arrays)
+    let mut table = Table::from_arrays(file, arrays).map_err(|e| {
+        if notes.is_empty() { e } else { Error::at(file, 0, format!("{}; {}", e.message(), notes.join("; "))) }
+    })?;
+    table.notes.extend(notes);
+    Ok(table)
 }
 
 fn number(bytes: &[u8], at: usize, len: usize) -> Result<usize, String> {
@@ -90,41 +110,77 @@ fn entries(bytes: &[u8]) -> Result<Vec<Entry<'_>>, String> {
     Ok(out)
 }
 
-fn unpacked<'a>(entry: &Entry<'a>) -> Result<Cow<'a, [u8]>, String> {
+/// The bytes of a file in the zip, unpacked while they are read.
+fn content<'a>(entry: &Entry<'a>) -> Result<Box<dyn Read + 'a>, String> {
     match entry.method {
-        0 => Ok(Cow::Borrowed(entry.packed)),
-        8 => {
-            let mut out = Vec::new();
-            let reader = flate2::read::DeflateDecoder::new(entry.packed);
-            let read = reader.take(entry.size as u64).read_to_end(&mut out);
-            read.map_err(|e| format!("the zip is damaged: {e}"))?;
-            let whole = out.len() == entry.size;
-            if whole { Ok(Cow::Owned(out)) } else { Err("the zip is damaged: an array is too short".into()) }
-        }
+        0 => Ok(Box::new(entry.packed)),
+        8 => Ok(Box::new(flate2::read::DeflateDecoder::new(entry.packed).take(entry.size as u64))),
         other => Err(format!("compression method {other} of zip is not read; save with numpy.savez")),
     }
 }
 
-/// The numbers of a .npy; `None` for arrays that hold none.
-fn array(bytes: &[u8]) -> Result<Option<Array>, String> {
-    if !bytes.starts_with(b"\x93NUMPY") {
+/// What a .npy holds.
+enum ArrayContent {
+    Numbers(Array),
+    /// Texts, truth values, or no element.
+    Nothing,
+    /// Numbers or objects of a type that is not read.
+    Unread(String),
+}
+
+/// The types of numbers that are read.
+const NUMBER_TYPES: [&str; 8] = ["<f8", "<f4", "<i8", "<u8", "<i4", "<i2", ">f8", ">f4"];
+
+/// Times that the numbers of an array are in memory at once: as they stand in the file and as columns.
+const COPIES: usize = 2;
+
+/// As many bytes as `out` takes, or fewer at the end.
+fn filled(reader: &mut dyn Read, out: &mut [u8]) -> Result<usize, String> {
+    let mut count = 0;
+    while count < out.len() {
+        match reader.read(&mut out[count..]).map_err(|e| format!("the zip is damaged: {e}"))? {
+            0 => break,
+            read => count += read,
+        }
+    }
+    Ok(count)
+}
+
+fn array(mut content: Box<dyn Read + '_>, budget: &mut Budget) -> Result<ArrayContent, String> {
+    let mut start = [0; 12];
+    filled(&mut content, &mut start[..10])?;
+    if !start.starts_with(b"\x93NUMPY") {
         return Err("this is no array of NumPy".into());
     }
-    let long = bytes.get(6) != Some(&1);
-    let (start, length) = if long { (12, number(bytes, 8, 4)?) } else { (10, number(bytes, 8, 2)?) };
-    let header = bytes.get(start..start + length).ok_or("the header is cut short")?;
-    let header = String::from_utf8_lossy(header);
-    let data = &bytes[start + length..];
+    let mut length = number(&start, 8, 2)?;
+    if start[6] != 1 {
+        filled(&mut content, &mut start[10..])?;
+        length = number(&start, 8, 4)?;
+    }
+    let mut header = vec![0; length.min(MAX_HEAD_BYTES)];
+    if filled(&mut content, &mut header)? < length {
+        return Err("the header is cut short".into());
+    }
+    let header = String::from_utf8_lossy(&header);
     let field = |key: &str| header.split(key).nth(1).map(|rest| rest.trim_start_matches([' ', ':', '\'', '"']));
     let kind: String = field("descr").unwrap_or("").chars().take_while(|c| *c != '\'' && *c != '"').collect();
     let fortran = field("fortran_order").is_some_and(|t| t.starts_with("True"));
     let shape = field("shape").and_then(|t| t.strip_prefix('(')).and_then(|t| t.split(')').next()).unwrap_or("");
-    let shape: Vec<usize> = shape.split(',').filter_map(|n| n.trim().parse().ok()).collect();
+    let lengths = shape.split(',').map(str::trim).filter(|n| !n.is_empty());
+    let shape: Vec<usize> =
+        lengths.map(str::parse).collect::<Result<_, _>>().map_err(|_| format!("its shape is absurd: ({shape})"))?;
     let count = shape.iter().try_fold(1usize, |a, &b| a.checked_mul(b)).filter(|&n| n <= MAX_CELLS);
     let count = count.ok_or("its shape is absurd")?;
     if count == 0 {
-        return Ok(None); // (0,), (0, 7), but also (10^12, 0)
+        return Ok(ArrayContent::Nothing); // (0,), (0, 7), but also (10^12, 0)
     }
+    if !NUMBER_TYPES.contains(&kind.as_str()) {
+        // Texts and truth values are no signal.
+        let is_number = kind.contains(['f', 'i', 'u', 'c', 'O', 'm', 'M']);
+        return Ok(if is_number { ArrayContent::Unread(kind) } else { ArrayContent::Nothing });
+    }
+    budget.draw(count.saturating_mul(COPIES * size_of::<f64>()))?;
+    let data = &mut content;
     let values = match kind.as_str() {
         "<f8" => take(data, count, f64::from_le_bytes)?,
         "<f4" => take(data, count, |b| f64::from(f32::from_le_bytes(b)))?,
@@ -132,20 +188,37 @@ fn array(bytes: &[u8]) -> Result<Option<Array>, String> {
         "<u8" => take(data, count, |b| u64::from_le_bytes(b) as f64)?,
         "<i4" => take(data, count, |b| f64::from(i32::from_le_bytes(b)))?,
         "<i2" => take(data, count, |b| f64::from(i16::from_le_bytes(b)))?,
-        // Texts, objects, booleans: no signal.
-        _ => return Ok(None),
+        ">f8" => take(data, count, f64::from_be_bytes)?,
+        _ => take(data, count, |b| f64::from(f32::from_be_bytes(b)))?,
     };
     let values = match shape[..] {
         [n, k] if fortran => (0..n * k).map(|i| values[i % k * n + i / k]).collect(),
         _ => values,
     };
-    Ok(Some(Array { shape, values }))
+    Ok(ArrayContent::Numbers(Array { shape, values }))
 }
 
-fn take<const N: usize>(data: &[u8], count: usize, read: impl Fn([u8; N]) -> f64) -> Result<Vec<f64>, String> {
-    let (chunks, _) = data.as_chunks::<N>();
-    let chunks = chunks.get(..count).ok_or("the data are cut short")?;
-    Ok(chunks.iter().map(|c| read(*c)).collect())
+/// `count` numbers of N bytes each. Memory is taken as they come.
+fn take<const N: usize>(
+    content: &mut dyn Read,
+    count: usize,
+    read: impl Fn([u8; N]) -> f64,
+) -> Result<Vec<f64>, String> {
+    let mut piece = [0; BYTES_PER_PIECE];
+    let mut values = Vec::new();
+    while values.len() < count {
+        let wanted = (N * (count - values.len())).min(BYTES_PER_PIECE / N * N);
+        let found = filled(content, &mut piece[..wanted])?;
+        if found < wanted {
+            return Err("the data are cut short".into());
+        }
+        if values.capacity() - values.len() < wanted / N {
+            // Twice as many, but never more than the array has.
+            values.reserve_exact(values.len().max(wanted / N).min(count - values.len()));
+        }
+        values.extend(piece[..wanted].as_chunks::<N>().0.iter().map(|number| read(*number)));
+    }
+    Ok(values)
 }
 
 #[cfg(test)]
@@ -222,6 +295,32 @@ mod tests {
         assert_eq!(table.columns[1], [2.0, 4.0, 6.0]);
         assert_eq!(table.columns[3], table.columns[1]);
         assert_eq!(table.columns[4], [0.0, 0.01, 0.02]);
+    }
+
+    /// Sixty million zeros in some kB take no memory, in one array or in many; an honest array of zeros is read.
+    #[test]
+    fn an_array_is_unpacked_within_the_budget_of_its_file() {
+        let zeros = |rows: usize| npy("<f8", &format!("({rows}, 2)"), "False", &vec![0; 16 * rows]);
+        let claim = npy("<f8", "(60000000, 2)", "False", &vec![0; 1 << 20]);
+        let many: Vec<(String, Vec<u8>, bool)> = (0..40).map(|k| (format!("q{k}.npy"), zeros(100_000), true)).collect();
+        let many: Vec<(&str, Vec<u8>, bool)> = many.iter().map(|(n, c, d)| (n.as_str(), c.clone(), *d)).collect();
+        for file in [zip(&[("q.npy", claim, true)]), zip(&many)] {
+            let message = Table::from_bytes("log.npz", &file).unwrap_err().to_string();
+            assert!(message.contains("64 times the file"), "{message}");
+        }
+        let table = Table::from_bytes("log.npz", &zip(&[("q.npy", zeros(1_000_000), true)])).unwrap();
+        assert_eq!(table.rows(), 1_000_000);
+    }
+
+    #[test]
+    fn kinds_of_numbers_that_are_not_read_are_told() {
+        let q = npy("<f8", "(2,)", "False", &doubles(&[1.0, 2.0]));
+        let big = npy(">f8", "(2,)", "False", &[1.0f64.to_be_bytes(), 2.5f64.to_be_bytes()].concat());
+        let half = npy("<f2", "(2,)", "False", &[0; 4]);
+        let table = zip(&[("q1.npy", q, false), ("dq1.npy", big, false), ("tau1.npy", half, false)]);
+        let table = Table::from_bytes("log.npz", &table).unwrap();
+        assert_eq!(table.columns[1], [1.0, 2.5]);
+        assert_eq!(table.notes, ["array `tau1` holds `<f2`, which is not read: save it as float64"]);
     }
 
     #[test]

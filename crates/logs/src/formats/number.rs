@@ -4,7 +4,7 @@
 ///
 /// Where cells are divided by semicolons, tabs or blanks, a comma is a decimal one. A date with its time is in s since
 /// 1970.
-pub fn number(cell: &[u8], delimiter: Option<u8>) -> Option<f64> {
+pub(super) fn number(cell: &[u8], delimiter: Option<u8>) -> Option<f64> {
     if cell.is_empty() {
         return Some(f64::NAN);
     }
@@ -27,7 +27,7 @@ pub fn number(cell: &[u8], delimiter: Option<u8>) -> Option<f64> {
 ///
 /// m 10^-k with integers needs one division if m and 10^k are floating-point numbers themselves, m <= 2^53 and k <= 22
 /// [Clinger 1990]. Controllers write such numbers. Other numbers are read by `fast_float2`.
-pub fn leading(bytes: &[u8]) -> Option<(f64, usize)> {
+pub(super) fn leading(bytes: &[u8]) -> Option<(f64, usize)> {
     let is_negative = bytes.first() == Some(&b'-');
     let start = usize::from(is_negative);
     let (mut integer, mut at) = (0u64, start);
@@ -90,7 +90,7 @@ const EXACT_POWERS_OF_TEN: [f64; 19] =
     [1e0, 1e1, 1e2, 1e3, 1e4, 1e5, 1e6, 1e7, 1e8, 1e9, 1e10, 1e11, 1e12, 1e13, 1e14, 1e15, 1e16, 1e17, 1e18];
 
 /// Whether a cell is a word: text, and no number.
-pub fn is_word(cell: &[u8], delimiter: Option<u8>) -> bool {
+pub(super) fn is_word(cell: &[u8], delimiter: Option<u8>) -> bool {
     std::str::from_utf8(cell).is_ok() && number(cell, delimiter).is_none()
 }
 

@@ -14,7 +14,7 @@ use crate::table::Lines;
 
 /// The delimiter of cells, and which columns are wanted.
 #[derive(Clone, Debug)]
-pub struct Dialect {
+pub(super) struct Dialect {
     /// `None`: runs of blanks.
     pub delimiter: Option<u8>,
     /// One per column of the header.
@@ -23,7 +23,7 @@ pub struct Dialect {
 
 /// Rows that were read.
 #[derive(Debug)]
-pub struct Block {
+pub(super) struct Block {
     /// Column after column, `room` numbers each; columns that are not wanted have none.
     data: Vec<f64>,
     room: usize,
@@ -41,7 +41,7 @@ pub struct Block {
 
 impl Block {
     /// The numbers of the k-th of the wanted columns.
-    pub fn column(&self, k: usize) -> &[f64] {
+    pub(super) fn column(&self, k: usize) -> &[f64] {
         &self.data[k * self.room..][..self.rows]
     }
 }
@@ -111,7 +111,7 @@ impl Dialect {
     }
 
     /// The first row, and the bytes and the ends of lines up to behind it; `None` without a row.
-    pub fn first_row(&self, bytes: &[u8]) -> Option<FirstRow> {
+    pub(super) fn first_row(&self, bytes: &[u8]) -> Option<FirstRow> {
         let (mut at, mut above) = (0, 0);
         while let Some(next) = self.behind_no_row(bytes, at) {
             if next >= bytes.len() {
@@ -147,7 +147,7 @@ impl Dialect {
 
     /// The whole rows at the start, at most `most` of them: the place behind them, and a bound of their number. `last`:
     /// whether the text ends with these bytes.
-    pub fn whole_rows(&self, bytes: &[u8], most: usize, last: bool) -> (usize, usize) {
+    pub(super) fn whole_rows(&self, bytes: &[u8], most: usize, last: bool) -> (usize, usize) {
         let is_lone = |at: usize| bytes.get(at + 1).is_some_and(|next| *next != b'\n');
         let (mut end, mut count) = (0, 0);
         for at in memchr3_iter(b'\n', b'\r', b'"', bytes) {
@@ -193,7 +193,7 @@ impl Dialect {
     }
 
     /// Reads rows, of which there are at most `room`; the first line is 0.
-    pub fn read(&self, bytes: &[u8], room: usize) -> Block {
+    pub(super) fn read(&self, bytes: &[u8], room: usize) -> Block {
         // Where the numbers of each column begin, if it is wanted.
         let mut wanted = 0;
         let places: Vec<Option<usize>> = self
@@ -284,7 +284,7 @@ impl Dialect {
 }
 
 /// A row as texts.
-pub struct FirstRow {
+pub(super) struct FirstRow {
     /// Trimmed.
     pub cells: Vec<Vec<u8>>,
     /// Bytes up to behind it.

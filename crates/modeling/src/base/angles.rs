@@ -18,7 +18,7 @@ pub(crate) struct Angles {
 }
 
 impl Angles {
-    pub fn of(graph: &Graph) -> Angles {
+    pub(crate) fn of(graph: &Graph) -> Angles {
         let mut ratios: BTreeMap<Expr, (Symbol, (i64, i64))> = BTreeMap::new();
         for node in graph.nodes() {
             if let Node::Sin(argument) | Node::Cos(argument) = *node
@@ -42,12 +42,12 @@ impl Angles {
     }
 
     /// The symbol of an argument, and by which power of its point it turns.
-    pub fn power(&self, argument: Expr) -> Option<(Symbol, u128)> {
+    pub(crate) fn power(&self, argument: Expr) -> Option<(Symbol, u128)> {
         self.powers.get(&argument).copied()
     }
 
     /// The symbol of an argument, and the ratio of the argument to it: numerator and denominator.
-    pub fn ratio(&self, argument: Expr) -> Option<(Symbol, u128, u128)> {
+    pub(crate) fn ratio(&self, argument: Expr) -> Option<(Symbol, u128, u128)> {
         let &(symbol, power) = self.powers.get(&argument)?;
         Some((symbol, power, self.common[&symbol]))
     }

@@ -33,31 +33,31 @@ pub(crate) struct Coefficient {
 }
 
 impl Coefficient {
-    pub fn zero() -> Coefficient {
+    pub(crate) fn zero() -> Coefficient {
         Coefficient::default()
     }
 
-    pub fn one() -> Coefficient {
+    pub(crate) fn one() -> Coefficient {
         Coefficient::ratio((1, 1))
     }
 
-    pub fn ratio(ratio: Ratio) -> Coefficient {
+    pub(crate) fn ratio(ratio: Ratio) -> Coefficient {
         Coefficient::product(Vec::new(), ratio)
     }
 
     /// ratio * product of the monomial, which has no power of a sine above one.
-    pub fn product(monomial: Monomial, ratio: Ratio) -> Coefficient {
+    pub(crate) fn product(monomial: Monomial, ratio: Ratio) -> Coefficient {
         let mut c = Coefficient::zero();
         c.add_term(monomial, ratio);
         c
     }
 
-    pub fn is_zero(&self) -> bool {
+    pub(crate) fn is_zero(&self) -> bool {
         self.terms.is_empty()
     }
 
     /// An expression in named constants; `None` when it is no such polynomial (a division by a sum).
-    pub fn from_expr(graph: &Graph, e: Expr) -> Option<Coefficient> {
+    pub(crate) fn from_expr(graph: &Graph, e: Expr) -> Option<Coefficient> {
         let part = |e: Expr| Coefficient::from_expr(graph, e);
         let symbol = |e: Expr| match graph.node(e) {
             Node::Symbol(s) if matches!(graph.symbols()[s.0 as usize].1, SymbolKind::Constant(_)) => Some(s.0),
@@ -91,7 +91,7 @@ impl Coefficient {
         }
     }
 
-    pub fn plus(&self, other: &Coefficient) -> Coefficient {
+    pub(crate) fn plus(&self, other: &Coefficient) -> Coefficient {
         let mut sum = self.clone();
         for (m, &r) in &other.terms {
             sum.add_term(m.clone(), r);
@@ -99,11 +99,11 @@ impl Coefficient {
         sum
     }
 
-    pub fn negated(&self) -> Coefficient {
+    pub(crate) fn negated(&self) -> Coefficient {
         Coefficient { terms: self.terms.iter().map(|(m, &(n, d))| (m.clone(), (-n, d))).collect() }
     }
 
-    pub fn times(&self, other: &Coefficient) -> Coefficient {
+    pub(crate) fn times(&self, other: &Coefficient) -> Coefficient {
         let mut product = Coefficient::zero();
         for (a, &(an, ad)) in &self.terms {
             for (b, &(bn, bd)) in &other.terms {
@@ -129,7 +129,7 @@ impl Coefficient {
     }
 
     /// The coefficient where each constant has its value.
-    pub fn number(&self, graph: &Graph) -> f64 {
+    pub(crate) fn number(&self, graph: &Graph) -> f64 {
         let value = |s: u32| match graph.symbols()[s as usize].1 {
             SymbolKind::Constant(x) => x,
             SymbolKind::Input => f64::NAN,
@@ -146,24 +146,24 @@ impl Coefficient {
     }
 
     /// The coefficient where the constants are assigned these elements.
-    pub fn residue(&self, constants: &[Assignment]) -> Residue {
+    pub(crate) fn residue(&self, constants: &[Assignment]) -> Residue {
         let ratio =
             |n: i128, d: i128| Residue::integer((n % i128::from(P)) as i64) * Residue::integer(d as i64).inverse();
         self.terms.iter().fold(Residue::ZERO, |sum, (m, &(n, d))| sum + ratio(n, d) * residue(m, constants))
     }
 
     /// The number of summands.
-    pub fn n_terms(&self) -> usize {
+    pub(crate) fn n_terms(&self) -> usize {
         self.terms.len()
     }
 
     /// As text; `name` is the name of a symbol.
-    pub fn display<'a>(&'a self, name: &'a dyn Fn(u32) -> String) -> impl fmt::Display + 'a {
+    pub(crate) fn display<'a>(&'a self, name: &'a dyn Fn(u32) -> String) -> impl fmt::Display + 'a {
         Displayed { coefficient: self, name }
     }
 
     /// The summands, each alone, unless together they are the square or the double of an angle.
-    pub fn summands(&self) -> Vec<Coefficient> {
+    pub(crate) fn summands(&self) -> Vec<Coefficient> {
         if double_angle(&self.terms, &|_| String::new()).is_some() {
             return vec![self.clone()];
         }
@@ -171,7 +171,7 @@ impl Coefficient {
     }
 
     #[cfg(test)]
-    pub fn is_one(&self) -> bool {
+    pub(crate) fn is_one(&self) -> bool {
         *self == Coefficient::one()
     }
 }

@@ -105,9 +105,9 @@ impl Rank {
 /// Relative difference of an exact coefficient and a numeric one that rounding explains. The weakest kept column
 /// amplifies rounding by the inverse of its distance, to 1e-16 / 1e-7 = 1e-9 at worst
 /// ([`crate::base::rank::INDEPENDENT`]). A wrong coefficient differs by its own size.
-const ROUNDING: f64 = 1e-6;
+const RULE_ROUNDING: f64 = 1e-6;
 
 /// Whether rounding explains how an exact coefficient and a numeric one differ.
 pub(crate) fn agree(exact: f64, numeric: f64) -> bool {
-    (exact - numeric).abs() <= ROUNDING * (1.0 + exact.abs())
+    (exact - numeric).abs() <= RULE_ROUNDING * (1.0 + exact.abs())
 }

@@ -62,7 +62,7 @@ pub(crate) struct Echelon {
 
 impl Echelon {
     /// Whether the row is independent of those that were added before.
-    pub fn add(&mut self, mut row: Vec<Residue>) -> bool {
+    pub(crate) fn add(&mut self, mut row: Vec<Residue>) -> bool {
         for c in 0..row.len() {
             if row[c] == Residue::ZERO {
                 continue;
@@ -84,7 +84,7 @@ impl Echelon {
     }
 
     /// The columns that are independent of those before them: where the rows begin.
-    pub fn columns(&self) -> Vec<usize> {
+    pub(crate) fn columns(&self) -> Vec<usize> {
         self.rows.keys().copied().collect()
     }
 }

@@ -9,8 +9,8 @@
 use crate::random::SplitMix;
 
 /// 2^61 less this is P.
-const BELOW: u64 = 465;
-pub(crate) const P: u64 = (1 << 61) - BELOW;
+const PRIME_OFFSET: u64 = 465;
+pub(crate) const P: u64 = (1 << 61) - PRIME_OFFSET;
 /// The roots of two and three modulo P.
 const ROOT_2: Residue = Residue(1_986_480_468_971_546_878);
 const ROOT_3: Residue = Residue(1_111_797_624_405_771_273);
@@ -20,22 +20,22 @@ const ROOT_3: Residue = Residue(1_111_797_624_405_771_273);
 pub(crate) struct Residue(pub u64);
 
 impl Residue {
-    pub const ZERO: Residue = Residue(0);
-    pub const ONE: Residue = Residue(1);
+    pub(crate) const ZERO: Residue = Residue(0);
+    pub(crate) const ONE: Residue = Residue(1);
 
-    pub fn integer(n: i64) -> Residue {
+    pub(crate) fn integer(n: i64) -> Residue {
         Residue(n.rem_euclid(P as i64) as u64)
     }
 
     /// n/d.
-    pub fn ratio((n, d): (i128, i128)) -> Residue {
+    pub(crate) fn ratio((n, d): (i128, i128)) -> Residue {
         let element = |x: i128| Residue(x.rem_euclid(i128::from(P)) as u64);
         element(n) * element(d).inverse()
     }
 
     /// The f64 as the rational it is: a ratio of small integers where it is one but for rounding (a third, 0.35), else the
     /// dyadic number.
-    pub fn number(x: f64) -> Residue {
+    pub(crate) fn number(x: f64) -> Residue {
         match small_ratio(x) {
             Some((n, d)) => Residue::ratio((n.into(), d.into())),
             None => Residue::dyadic(x),
@@ -53,7 +53,7 @@ impl Residue {
     }
 
     /// Uniform, but neither zero nor one.
-    pub fn random(random: &mut SplitMix) -> Residue {
+    pub(crate) fn random(random: &mut SplitMix) -> Residue {
         loop {
             let x = random.next() >> 3;
             if x < P && x > 1 {
@@ -62,11 +62,11 @@ impl Residue {
         }
     }
 
-    pub fn inverse(self) -> Residue {
+    pub(crate) fn inverse(self) -> Residue {
         self.power(P - 2)
     }
 
-    pub fn power(self, mut n: u64) -> Residue {
+    pub(crate) fn power(self, mut n: u64) -> Residue {
         let (mut square, mut result) = (self, Residue::ONE);
         while n > 0 {
             if n & 1 == 1 {
@@ -79,13 +79,13 @@ impl Residue {
     }
 
     /// A square root, where there is one: P is 3 modulo 4.
-    pub fn root(self) -> Option<Residue> {
+    pub(crate) fn root(self) -> Option<Residue> {
         let root = self.power((P + 1) / 4);
         (root * root == self).then_some(root)
     }
 
     /// n/d with |n|, d <= bound, when there is one.
-    pub fn as_ratio(self, bound: i64) -> Option<(i64, i64)> {
+    pub(crate) fn as_ratio(self, bound: i64) -> Option<(i64, i64)> {
         for d in 1..=bound {
             let n = (self * Residue::integer(d)).0;
             if n <= bound as u64 {
@@ -124,15 +124,15 @@ impl std::ops::Sub for Residue {
 impl std::ops::Mul for Residue {
     type Output = Residue;
     fn mul(self, b: Residue) -> Residue {
-        // 2^61 is BELOW. The second time, less than 2^10 stands above the 61 bits.
+        // 2^61 is PRIME_OFFSET. The second time, less than 2^10 stands above the 61 bits.
         let product = u128::from(self.0) * u128::from(b.0);
-        let folded = (product >> 61) * u128::from(BELOW) + (product & u128::from(LOW));
-        let sum = (folded >> 61) as u64 * BELOW + (folded as u64 & LOW);
+        let folded = (product >> 61) * u128::from(PRIME_OFFSET) + (product & u128::from(LOW_BITS));
+        let sum = (folded >> 61) as u64 * PRIME_OFFSET + (folded as u64 & LOW_BITS);
         Residue(if sum >= P { sum - P } else { sum })
     }
 }
 
-const LOW: u64 = (1 << 61) - 1;
+const LOW_BITS: u64 = (1 << 61) - 1;
 
 /// Denominators of ratios that count as small: those of decimals with six digits.
 const MAX_DENOMINATOR: i64 = 1_000_000;
@@ -172,7 +172,7 @@ pub(crate) struct Assignment {
 }
 
 impl Assignment {
-    pub fn random(random: &mut SplitMix) -> Assignment {
+    pub(crate) fn random(random: &mut SplitMix) -> Assignment {
         let length = Residue::random(random);
         let (cos, sin) = circle(random);
         Assignment { length, cos, sin }

@@ -21,7 +21,12 @@ pub(crate) struct FieldAlgebra<'a> {
 }
 
 impl<'a> FieldAlgebra<'a> {
-    pub fn new(graph: &'a Graph, angles: &'a Angles, constants: &'a [Assignment], random: &'a mut SplitMix) -> Self {
+    pub(crate) fn new(
+        graph: &'a Graph,
+        angles: &'a Angles,
+        constants: &'a [Assignment],
+        random: &'a mut SplitMix,
+    ) -> Self {
         FieldAlgebra { graph, angles, constants, random, points: BTreeMap::new(), others: BTreeMap::new() }
     }
 

@@ -39,9 +39,9 @@ type Point = (Vec<Assignment>, Solutions);
 const MAX_RATIO: i64 = 64;
 
 /// Curves through each closed point.
-const CURVES: usize = 3;
+const CURVES_PER_POINT: usize = 3;
 /// Closed points looked at for one of the right assembly, at given constants.
-const ASSEMBLIES: usize = 8;
+const TRIED_ASSEMBLIES: usize = 8;
 
 /// Unknowns of a fit at most. The monomials of k angles at size s are (2 s + 2)^k and each takes an evaluation of the
 /// columns and a row of a dense matrix: 256 cost some ten milliseconds, 4096 some minutes. Three angles at size two
@@ -330,11 +330,11 @@ impl<'a> FieldSamples<'a> {
     ) -> Option<Vec<Vec<Residue>>> {
         let is_related = |c: &usize| self.relations.iter().any(|r| r.column == *c);
         let kept: Vec<usize> = (0..self.function.outputs[0].columns).filter(|c| !is_related(c)).collect();
-        let order = unknowns.max(kept.len() / CURVES) + 2;
-        for _ in 0..ASSEMBLIES {
+        let order = unknowns.max(kept.len() / CURVES_PER_POINT) + 2;
+        for _ in 0..TRIED_ASSEMBLIES {
             let point = closed.point_at(constants, &mut self.random)?;
             let (mut rows, mut echelon) = (Vec::new(), Echelon::default());
-            for _ in 0..CURVES {
+            for _ in 0..CURVES_PER_POINT {
                 let Ok(along) = curve(closed, &point, order, &mut self.random) else { continue };
                 let of_curve = regressor_rows(self.function, &self.angles, &point, along, order, &mut self.random);
                 rows.extend(of_curve.unwrap_or_default().concat());

@@ -11,7 +11,7 @@ use nalgebra::{DMatrix, DVector};
 /// Distance, relative to the column's norm, from which a column is independent.
 pub(crate) const INDEPENDENT: f64 = 1e-7;
 /// Norm, relative to the largest column's, below which a column is zero.
-const NEGLIGIBLE: f64 = 1e-9;
+const NEGLIGIBLE_PIVOT_RATIO: f64 = 1e-9;
 /// A rank is clear-cut when the largest dropped distance is this many times below the smallest kept.
 pub(crate) const CLEAR_GAP: f64 = 1e3;
 
@@ -49,7 +49,7 @@ pub(crate) fn scan(triangle: &DMatrix<f64>, chosen: Option<&[usize]>) -> Result<
     // kept column k = sum_i basis_i factors[k][i]
     let mut factors: Vec<Vec<f64>> = Vec::new();
     for c in 0..p {
-        if norms[c] <= NEGLIGIBLE * largest && is_chosen(c) != Some(true) {
+        if norms[c] <= NEGLIGIBLE_PIVOT_RATIO * largest && is_chosen(c) != Some(true) {
             s.zero.push(c);
             s.distance[c] = if largest > 0.0 { norms[c] / largest } else { 0.0 };
             continue;

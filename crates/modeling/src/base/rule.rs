@@ -11,12 +11,12 @@ pub(crate) struct Factor {
 }
 
 impl Factor {
-    pub fn one() -> Factor {
+    pub(crate) fn one() -> Factor {
         Factor { negative: false, magnitude: "1".into() }
     }
 
     /// The factors of a coefficient, one per summand; `name` is the name of a symbol.
-    pub fn summands(c: &Coefficient, name: &dyn Fn(u32) -> String) -> Vec<Factor> {
+    pub(crate) fn summands(c: &Coefficient, name: &dyn Fn(u32) -> String) -> Vec<Factor> {
         let factor = |c: Coefficient| {
             let text = c.display(name).to_string();
             match text.strip_prefix('-') {
@@ -27,7 +27,7 @@ impl Factor {
         c.summands().into_iter().map(factor).collect()
     }
 
-    pub fn number(x: f64) -> Factor {
+    pub(crate) fn number(x: f64) -> Factor {
         Factor { negative: x < 0.0, magnitude: rounded(x.abs()).to_string() }
     }
 }

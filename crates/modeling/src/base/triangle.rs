@@ -13,14 +13,15 @@ use nalgebra::DMatrix;
 
 /// What is left in the rows of a joint, relative to the norm of the whole column, is rounding below this. Reflections
 /// leave 1e-15; the next pass through the rows leaves 1e-30 of it. The rank looks at 1e-7.
-const ROUNDING: f64 = 1e-15;
+const COLUMN_ROUNDING: f64 = 1e-15;
 
 /// R, p x p, of a matrix whose row i belongs to joint i modulo `joints`.
 pub(crate) fn triangle(matrix: &DMatrix<f64>, joints: usize) -> DMatrix<f64> {
     let (rows, p) = matrix.shape();
     let mut r = vec![0.0; p * p];
     // The square of a denormal's root is no divisor.
-    let rounding = |c: nalgebra::DVectorView<f64>| (ROUNDING * ROUNDING * c.norm_squared()).max(f64::MIN_POSITIVE);
+    let rounding =
+        |c: nalgebra::DVectorView<f64>| (COLUMN_ROUNDING * COLUMN_ROUNDING * c.norm_squared()).max(f64::MIN_POSITIVE);
     let rounding: Vec<f64> = matrix.column_iter().map(rounding).collect();
     for joint in 0..joints.max(1) {
         let own: Vec<usize> = (joint..rows).step_by(joints.max(1)).collect();

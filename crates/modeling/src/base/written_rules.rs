@@ -21,7 +21,7 @@ use crate::base::{names, rule};
 
 /// The rules are expanded while all of them together stay below this many characters. A humanoid of 44 joints needs a
 /// third of it.
-const SHORT: usize = 200_000;
+const EXPANDED_RULES_CHARACTERS: usize = 200_000;
 /// Most summands of rules that are to be expanded whatever their length: some 30 MB of text.
 const MOST_SUMMANDS: usize = 1_000_000;
 
@@ -58,7 +58,7 @@ pub(crate) struct RuleSources {
 type Expanded = BTreeMap<usize, Vec<(usize, Beta)>>;
 
 impl RuleSources {
-    pub fn new(
+    pub(crate) fn new(
         regrouping: Regrouping,
         robot: &Robot,
         standard: &[StandardParameter],
@@ -77,16 +77,16 @@ impl RuleSources {
     }
 
     /// Expanded where they are short, else nested. `kept`: the columns of the base parameters.
-    pub fn short(&self, kept: &[usize]) -> Rules {
+    pub(crate) fn short(&self, kept: &[usize]) -> Rules {
         // A summand takes at least five characters, ` + M3`, and two summands may merge into a double angle.
-        let expanded = self.expand(SHORT / 2).map(|expanded| self.written(&expanded, kept));
+        let expanded = self.expand(EXPANDED_RULES_CHARACTERS / 2).map(|expanded| self.written(&expanded, kept));
         expanded
-            .filter(|rules| rules.base.iter().map(String::len).sum::<usize>() <= SHORT)
+            .filter(|rules| rules.base.iter().map(String::len).sum::<usize>() <= EXPANDED_RULES_CHARACTERS)
             .unwrap_or_else(|| self.nested(kept))
     }
 
     /// Expanded whatever their length; `None` beyond a million summands.
-    pub fn expanded(&self, kept: &[usize]) -> Option<Rules> {
+    pub(crate) fn expanded(&self, kept: &[usize]) -> Option<Rules> {
         self.expand(MOST_SUMMANDS).map(|expanded| self.written(&expanded, kept))
     }
 
@@ -137,7 +137,7 @@ impl RuleSources {
     }
 
     /// Nested rules, each naming the regrouped parameters of the next link.
-    pub fn nested(&self, kept: &[usize]) -> Rules {
+    pub(crate) fn nested(&self, kept: &[usize]) -> Rules {
         let direct: Vec<(usize, usize, Beta)> = {
             let tree = self
                 .regrouping
@@ -217,7 +217,7 @@ impl<'a> Names<'a> {
         let links: BTreeMap<&str, usize> = labels.iter().enumerate().map(|(j, l)| (l.0.as_str(), j)).collect();
         let link = |place: &str| {
             let place = place.trim_end_matches('_');
-            PLACES.iter().find_map(|letters| links.get(place.strip_prefix(letters)?).copied())
+            PLACE_LETTERS.iter().find_map(|letters| links.get(place.strip_prefix(letters)?).copied())
         };
         let own = symbols.symbols().iter().enumerate().filter_map(|(s, (name, _))| {
             let mut own = BTreeMap::new();
@@ -245,7 +245,7 @@ impl<'a> Names<'a> {
 }
 
 /// The letters of a place, before the label of its link.
-const PLACES: [&str; 6] = ["gamma", "b", "alpha", "d", "theta", "r"];
+const PLACE_LETTERS: [&str; 6] = ["gamma", "b", "alpha", "d", "theta", "r"];
 
 impl Beta {
     fn plus(&self, other: &Beta, graph: &Graph) -> Beta {

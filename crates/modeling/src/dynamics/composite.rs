@@ -23,11 +23,11 @@ pub(crate) struct Body {
 }
 
 impl Body {
-    pub fn new([xx, xy, xz, yy, yz, zz, mx, my, mz, m]: [Expr; 10]) -> Body {
+    pub(crate) fn new([xx, xy, xz, yy, yz, zz, mx, my, mz, m]: [Expr; 10]) -> Body {
         Body { inertia: [xx, xy, xz, yy, yz, zz], first_moment: [mx, my, mz], mass: m }
     }
 
-    pub fn plus(self, g: &mut Graph, b: Body) -> Body {
+    pub(crate) fn plus(self, g: &mut Graph, b: Body) -> Body {
         Body {
             inertia: std::array::from_fn(|i| g.add(self.inertia[i], b.inertia[i])),
             first_moment: add(g, self.first_moment, b.first_moment),
@@ -36,7 +36,7 @@ impl Body {
     }
 
     /// The same body in axes turned back about z.
-    pub fn unturned(self, g: &mut Graph, turn: Turn) -> Body {
+    pub(crate) fn unturned(self, g: &mut Graph, turn: Turn) -> Body {
         let [xx, xy, xz, yy, yz, zz] = self.inertia;
         // k = s (xx - yy) + 2 c xy; xx' = xx - s k, yy' = yy + s k, xy' = c k - xy. A half turn and a quarter turn only
         // exchange entries.
@@ -107,7 +107,7 @@ impl Body {
     }
 
     /// J v.
-    pub fn times(self, g: &mut Graph, v: Vector) -> Vector {
+    pub(crate) fn times(self, g: &mut Graph, v: Vector) -> Vector {
         let [xx, xy, xz, yy, yz, zz] = self.inertia;
         [[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]].map(|row| dot(g, row, v))
     }

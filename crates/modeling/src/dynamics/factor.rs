@@ -12,7 +12,7 @@ pub(crate) struct Factor {
 
 impl Factor {
     /// Factors `a`, n x n, row by row.
-    pub fn new(g: &mut Graph, mut a: Vec<Expr>, n: usize) -> Factor {
+    pub(crate) fn new(g: &mut Graph, mut a: Vec<Expr>, n: usize) -> Factor {
         // Column by column, L^T takes the place of A above the diagonal, and D on it.
         for c in 0..n {
             for r in c + 1..n {
@@ -40,7 +40,7 @@ impl Factor {
     }
 
     /// x with A x = right.
-    pub fn solve(&self, g: &mut Graph, mut right: Vec<Expr>) -> Vec<Expr> {
+    pub(crate) fn solve(&self, g: &mut Graph, mut right: Vec<Expr>) -> Vec<Expr> {
         let n = self.n;
         for c in 0..n {
             for r in c + 1..n {
@@ -60,14 +60,14 @@ impl Factor {
     }
 
     /// A^-1 B, B row by row.
-    pub fn solve_columns(&self, g: &mut Graph, b: &[Expr]) -> Vec<Expr> {
+    pub(crate) fn solve_columns(&self, g: &mut Graph, b: &[Expr]) -> Vec<Expr> {
         let n = self.n;
         let columns: Vec<Vec<Expr>> = (0..n).map(|c| self.solve(g, (0..n).map(|r| b[r * n + c]).collect())).collect();
         (0..n * n).map(|k| columns[k % n][k / n]).collect()
     }
 
     /// A^-1 = L^-T D^-1 L^-1, each entry once.
-    pub fn inverse(&self, g: &mut Graph) -> Vec<Expr> {
+    pub(crate) fn inverse(&self, g: &mut Graph) -> Vec<Expr> {
         let n = self.n;
         let mut inverse = vec![Expr::ZERO; n * n];
         for c in (0..n).rev() {

@@ -91,7 +91,7 @@ impl Momenta {
     }
 
     /// B(W): force and moment.
-    pub fn times(&self, g: &mut Graph, W: Vector) -> (Vector, Vector) {
+    pub(crate) fn times(&self, g: &mut Graph, W: Vector) -> (Vector, Vector) {
         let E = &self.E;
         let n = [0, 1, 2].map(|a| {
             let (b, c) = ((a + 1) % 3, (a + 2) % 3);
@@ -104,7 +104,7 @@ impl Momenta {
     }
 
     /// The row u with u . W the moment of B(W) about z; `is_force`: its force along z.
-    pub fn along_z(&self, g: &mut Graph, is_force: bool) -> Vector {
+    pub(crate) fn along_z(&self, g: &mut Graph, is_force: bool) -> Vector {
         let E = &self.E;
         if is_force { [self.h[1], -self.h[0], Expr::ZERO] } else { [-E[0][2], -E[1][2], g.add(E[0][0], E[1][1])] }
     }

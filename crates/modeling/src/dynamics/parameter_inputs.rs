@@ -16,7 +16,7 @@ pub(crate) struct ParameterInputs {
 }
 
 impl ParameterInputs {
-    pub fn standard(derivation: &mut Derivation) -> ParameterInputs {
+    pub(crate) fn standard(derivation: &mut Derivation) -> ParameterInputs {
         let parameters = StandardParameter::all(derivation.robot);
         let name = |p: &StandardParameter| p.display(derivation.robot).to_string();
         let names: Vec<String> = parameters.iter().map(name).collect();
@@ -24,7 +24,7 @@ impl ParameterInputs {
     }
 
     /// A base parameter stands in the place of the standard one it is named after.
-    pub fn base(derivation: &mut Derivation, base: &BaseParameters) -> ParameterInputs {
+    pub(crate) fn base(derivation: &mut Derivation, base: &BaseParameters) -> ParameterInputs {
         let names: Vec<String> = base.base.iter().map(|b| b.name.clone()).collect();
         ParameterInputs::of(derivation, base.base.iter().map(|b| base.standard[b.column]).collect(), &names)
     }
@@ -36,16 +36,16 @@ impl ParameterInputs {
     }
 
     /// Zero where the parameter is not among them.
-    pub fn get(&self, link: LinkId, inertial: Inertial) -> Expr {
+    pub(crate) fn get(&self, link: LinkId, inertial: Inertial) -> Expr {
         let parameter = StandardParameter { link, inertial };
         self.parameters.iter().position(|p| *p == parameter).map_or(Expr::ZERO, |c| self.x[c])
     }
 
-    pub fn body(&self, link: LinkId) -> [Expr; 10] {
+    pub(crate) fn body(&self, link: LinkId) -> [Expr; 10] {
         Inertial::BODY.map(|i| self.get(link, i))
     }
 
-    pub fn input(&self) -> Input {
+    pub(crate) fn input(&self) -> Input {
         Input { name: "x".into(), entries: self.x.clone() }
     }
 }

@@ -17,7 +17,7 @@ pub(crate) struct Angle {
 }
 
 impl Angle {
-    pub fn plus(&self, other: &Angle) -> Angle {
+    pub(crate) fn plus(&self, other: &Angle) -> Angle {
         let mut sum = self.clone();
         sum.quarter_turns += other.quarter_turns;
         for &(symbol, n) in &other.terms {
@@ -26,20 +26,20 @@ impl Angle {
         sum
     }
 
-    pub fn negated(&self) -> Angle {
+    pub(crate) fn negated(&self) -> Angle {
         self.times(-1)
     }
 
-    pub fn times(&self, factor: i64) -> Angle {
+    pub(crate) fn times(&self, factor: i64) -> Angle {
         let terms = self.terms.iter().map(|&(s, n)| (s, factor * n)).filter(|t| t.1 != 0).collect();
         Angle { quarter_turns: factor * self.quarter_turns, terms }
     }
 
-    pub fn is_zero(&self) -> bool {
+    pub(crate) fn is_zero(&self) -> bool {
         self.quarter_turns.rem_euclid(4) == 0 && self.terms.is_empty()
     }
 
-    pub fn add_term(&mut self, symbol: Expr, n: i64) {
+    pub(crate) fn add_term(&mut self, symbol: Expr, n: i64) {
         match self.terms.binary_search_by_key(&symbol, |t| t.0) {
             Ok(i) => {
                 self.terms[i].1 += n;
@@ -56,7 +56,7 @@ impl Angle {
     }
 
     /// Cosine and sine; exact zeros and ones for quarter turns.
-    pub fn turn(&self, g: &mut Graph) -> Turn {
+    pub(crate) fn turn(&self, g: &mut Graph) -> Turn {
         let mut turn = match self.quarter_turns.rem_euclid(4) {
             0 => Turn { cos: Expr::ONE, sin: Expr::ZERO },
             1 => Turn { cos: Expr::ZERO, sin: Expr::ONE },

@@ -17,9 +17,9 @@ use std::fmt;
 use crate::random::SplitMix;
 
 /// |e| of a closed loop relative to the larger of 1 and the largest entry of J_p: m and rad.
-const CLOSED: f64 = 1e-11;
+const CLOSED_LOOP_ERROR: f64 = 1e-11;
 /// Below this ratio of singular values a configuration counts as singular.
-const SINGULAR: f64 = 1e-6;
+const SINGULAR_VALUE_RATIO: f64 = 1e-6;
 /// Samples keep away from singular configurations by this ratio.
 const FAR_FROM_SINGULAR: f64 = 1e-2;
 /// Most steps of a search. Near the solution each step doubles the correct digits, and fewer halved steps than this
@@ -28,20 +28,20 @@ const MAX_STEPS: usize = 60;
 /// A step is halved until |e| shrinks or until this fraction is left. The smallest step is then taken in any case, to
 /// leave a minimum of |e| above zero.
 const SMALLEST_FRACTION: f64 = 1e-3;
-/// A search that ends within this many times [`CLOSED`] is closed: rounding may keep it from the goal itself.
-const ALMOST: f64 = 100.0;
+/// A search that ends within this many times [`CLOSED_LOOP_ERROR`] is closed: rounding may keep it from the goal itself.
+const ALMOST_CLOSED_RATIO: f64 = 100.0;
 /// Above this ratio of pivots a block is far enough from singular that its pseudoinverse is its inverse.
-const INVERTIBLE: f64 = 1e-2;
+const INVERTIBLE_PIVOT_RATIO: f64 = 1e-2;
 /// Most sweeps of the singular value decomposition; it takes some ten.
-const SWEEPS: usize = 200;
+const MAX_SVD_SWEEPS: usize = 200;
 /// Largest step of a coordinate when an assembly is followed, rad or m. It is small against the distance between
 /// assemblies, which meet only in singular configurations.
-const STRIDE: f64 = 0.05;
+const LARGEST_STRIDE: f64 = 0.05;
 /// Random configurations tried until one closes. A mechanism whose loops close at less than one place in a thousand may
 /// not be found.
-const ORIGINS: usize = 2000;
+const MAX_RANDOM_TRIES: usize = 2000;
 /// Attempts until the random coordinates cover a whole turn.
-const NEAR: usize = 100;
+const ATTEMPTS_PER_TURN: usize = 100;
 /// Paths tried for each sample wanted. Many paths end at once, where the assembly ends.
 const WAYS_A_SAMPLE: usize = 20;
 
@@ -151,7 +151,7 @@ impl Closure {
             if !is_finite(&e, &j) {
                 break;
             }
-            let is_closed = e.norm() <= CLOSED * size(&j);
+            let is_closed = e.norm() <= CLOSED_LOOP_ERROR * size(&j);
             let Some(step) = self.step(&e, &j) else { break };
             let mut fraction = 1.0;
             loop {
@@ -174,11 +174,11 @@ impl Closure {
         }
         let gap = e.norm();
         // NaN is not closed either.
-        if gap.is_nan() || gap > ALMOST * CLOSED * size(&j) {
+        if gap.is_nan() || gap > ALMOST_CLOSED_RATIO * CLOSED_LOOP_ERROR * size(&j) {
             return Err(Open::NotClosed { gap });
         }
         let ratio = self.ratio(&e, &j);
-        if ratio < SINGULAR {
+        if ratio < SINGULAR_VALUE_RATIO {
             return Err(Open::Singular { ratio });
         }
         Ok((passive.iter().copied().collect(), ratio))
@@ -232,9 +232,9 @@ impl Closure {
     /// not singular there, else at random coordinates near it, of a fixed seed. `None` where none was found.
     pub fn find_origin(&mut self, n: usize) -> Option<(Vec<f64>, Vec<f64>)> {
         let random = &mut SplitMix(7);
-        (0..ORIGINS).find_map(|attempt| {
+        (0..MAX_RANDOM_TRIES).find_map(|attempt| {
             // Ever further from zero: the start is that of q = 0.
-            let reach = std::f64::consts::PI * (attempt as f64 / NEAR as f64).min(1.0);
+            let reach = std::f64::consts::PI * (attempt as f64 / ATTEMPTS_PER_TURN as f64).min(1.0);
             let q: Vec<f64> = (0..n).map(|_| reach * random.unit()).collect();
             let (passive, ratio) = self.solve_with_ratio(&q, None).ok()?;
             (ratio > FAR_FROM_SINGULAR).then_some((q, passive))
@@ -251,7 +251,7 @@ impl Closure {
         let (e, j) = self.at(&from.0, &DVector::from_column_slice(&from.1));
         let (mut ratio, mut slope) = (self.ratio(&e, &j), 1.0_f64);
         while done < length {
-            let stride = STRIDE.min(0.5 * ratio / slope).min(length - done);
+            let stride = LARGEST_STRIDE.min(0.5 * ratio / slope).min(length - done);
             let fraction = if stride < length - done { (done + stride) / length } else { 1.0 };
             let q: Vec<f64> = from.0.iter().zip(goal).map(|(a, b)| a + fraction * (b - a)).collect();
             let Ok((passive, next)) = self.solve_with_ratio(&q, Some(&at.1)) else { break };
@@ -288,7 +288,7 @@ impl Closure {
             if block.rows.len() < block.columns.len() {
                 return None;
             }
-            let values = block.of(j).try_svd(false, false, f64::EPSILON, SWEEPS)?.singular_values;
+            let values = block.of(j).try_svd(false, false, f64::EPSILON, MAX_SVD_SWEEPS)?.singular_values;
             Some(values.min() / values.max())
         };
         self.blocks.iter().map(|block| ratio(block).unwrap_or(0.0)).fold(1.0, f64::min)
@@ -300,12 +300,12 @@ fn solved(j: DMatrix<f64>, e: &DVector<f64>) -> Option<DVector<f64>> {
     if j.is_square() {
         let lu = j.clone().full_piv_lu();
         let pivots = lu.u().diagonal().abs();
-        if pivots.min() > INVERTIBLE * pivots.max() {
+        if pivots.min() > INVERTIBLE_PIVOT_RATIO * pivots.max() {
             return lu.solve(e);
         }
     }
-    let svd = j.try_svd(true, true, f64::EPSILON, SWEEPS)?;
-    svd.solve(e, SINGULAR * svd.singular_values.max()).ok()
+    let svd = j.try_svd(true, true, f64::EPSILON, MAX_SVD_SWEEPS)?;
+    svd.solve(e, SINGULAR_VALUE_RATIO * svd.singular_values.max()).ok()
 }
 
 fn is_finite(e: &DVector<f64>, j: &DMatrix<f64>) -> bool {

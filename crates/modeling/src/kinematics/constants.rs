@@ -44,17 +44,17 @@ enum Kind {
 }
 
 impl<'a> Constants<'a> {
-    pub fn new(robot: &'a Robot) -> Constants<'a> {
+    pub(crate) fn new(robot: &'a Robot) -> Constants<'a> {
         Constants { robot, symbols: vec![None; robot.symbols.len()], numbers: Vec::new() }
     }
 
     /// -g in the base frame, m/s^2: how the base seems to accelerate.
-    pub fn weight(&mut self, g: &mut Graph) -> Vector {
+    pub(crate) fn weight(&mut self, g: &mut Graph) -> Vector {
         [(0, "gx"), (1, "gy"), (2, "gz")].map(|(i, name)| -self.length(g, &self.robot.gravity[i], name))
     }
 
     /// A length, m. `place` names the number if it has no name: `d3`.
-    pub fn length(&mut self, g: &mut Graph, value: &Value, place: &str) -> Expr {
+    pub(crate) fn length(&mut self, g: &mut Graph, value: &Value, place: &str) -> Expr {
         match value {
             Value::Number(x) => self.number(g, Kind::Length, *x, place),
             Value::Neg(a) => -self.length(g, a, place),
@@ -87,7 +87,7 @@ impl<'a> Constants<'a> {
     }
 
     /// The constants that stand at several places, by the name they have in the graph: `d3` -> `d3`, `d7`.
-    pub fn places(&self, g: &Graph) -> BTreeMap<String, Vec<String>> {
+    pub(crate) fn places(&self, g: &Graph) -> BTreeMap<String, Vec<String>> {
         let several = self.numbers.iter().filter(|n| n.places.len() > 1);
         several
             .filter_map(|n| match g.node(n.constant) {
@@ -155,7 +155,7 @@ impl<'a> Constants<'a> {
     }
 
     /// An angle, rad. `place` names the number if it has no name: `alpha5`.
-    pub fn angle(&mut self, g: &mut Graph, value: &Value, place: &str) -> Angle {
+    pub(crate) fn angle(&mut self, g: &mut Graph, value: &Value, place: &str) -> Angle {
         if let Some((n, d)) = value.as_multiple_of_pi(&self.robot.symbols)
             && (2 * n) % d == 0
         {

@@ -249,12 +249,12 @@ fn gap(g: &mut Graph, robot: &Robot, links: &[LinkMotion], cut: LinkId, twin: Li
 }
 
 /// Number of closed configurations at which orders of elimination are compared.
-const CONFIGURATIONS: usize = 5;
+const TRIED_CONFIGURATIONS: usize = 5;
 
 /// Pivots (equation, passive coordinate) by complete pivoting at one closed configuration, the best of several. Each
 /// order is judged by its smallest pivot at all of them.
 fn elimination_order(closure: &mut Closure, n: usize, m: usize) -> Option<Vec<(usize, usize)>> {
-    let samples = closure.sample(n, CONFIGURATIONS, &mut SplitMix(7));
+    let samples = closure.sample(n, TRIED_CONFIGURATIONS, &mut SplitMix(7));
     let mut best: Option<(f64, Vec<(usize, usize)>)> = None;
     let jacobians: Vec<DMatrix<f64>> =
         samples.iter().map(|(q, p)| closure.at(q, &nalgebra::DVector::from_column_slice(p)).1).collect();
@@ -271,7 +271,7 @@ fn elimination_order(closure: &mut Closure, n: usize, m: usize) -> Option<Vec<(u
 
 /// A pivot below this is no pivot. Entries are of order one (rad a rad, or m a rad), closed
 /// configurations are accurate to 1e-11, and samples stay away from singular ones.
-const VANISHES: f64 = 1e-9;
+const VANISHING_ENTRY: f64 = 1e-9;
 
 fn complete_pivots(mut a: DMatrix<f64>, m: usize) -> Option<Vec<(usize, usize)>> {
     let mut order: Vec<(usize, usize)> = Vec::new();
@@ -279,7 +279,7 @@ fn complete_pivots(mut a: DMatrix<f64>, m: usize) -> Option<Vec<(usize, usize)>>
         let free = |&(r, c): &(usize, usize)| order.iter().all(|&(row, column)| row != r && column != c);
         let places = (0..a.nrows()).flat_map(|r| (0..m).map(move |c| (r, c))).filter(free);
         let (r, c) = places.max_by(|x, y| a[*x].abs().total_cmp(&a[*y].abs()))?;
-        if a[(r, c)].abs() < VANISHES {
+        if a[(r, c)].abs() < VANISHING_ENTRY {
             return None;
         }
         for row in (0..a.nrows()).filter(|&row| row != r && order.iter().all(|o| o.0 != row)) {

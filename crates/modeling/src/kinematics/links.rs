@@ -15,76 +15,14 @@
 //! and a vector is turned once. A chain of passive joints that turn back (a parallelogram) thereby turns by exactly
 //! nothing.
 
-use expr::{Expr, Graph, Input, SymbolKind};
+use expr::{Expr, Graph};
 use robot::{JointKind, Link, Robot};
 
 use crate::kinematics::angle::Angle;
 use crate::kinematics::constants::Constants;
-use crate::kinematics::names::{coordinate_labels, name_motion, name_twists};
+pub(crate) use crate::kinematics::motion::{Motion, MotionInput};
+use crate::kinematics::names::{name_motion, name_twists};
 use crate::kinematics::vector::{NULL, Turn, Vector, acceleration_matrix, add, cross, dot, products};
-
-/// Every joint variable and its rates: n coordinates, then the passive ones, whose rates follow from
-/// the coordinates'.
-#[derive(Clone, Debug)]
-pub(crate) struct Motion {
-    pub q: Vec<Expr>,
-    pub dq: Vec<Expr>,
-    pub ddq: Vec<Expr>,
-    /// Number of coordinates.
-    pub n: usize,
-}
-
-/// A part of the motion that a function takes as an input, named after the variant in small letters.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum MotionInput {
-    Q,
-    Passive,
-    Dq,
-    Ddq,
-}
-
-impl Motion {
-    pub fn new(g: &mut Graph, robot: &Robot) -> Motion {
-        let labels = coordinate_labels(robot);
-        let mut inputs = |prefix: &str, labels: &[String]| -> Vec<Expr> {
-            labels.iter().map(|label| g.symbol(&format!("{prefix}{label}"), SymbolKind::Input)).collect()
-        };
-        let (mut q, mut dq, mut ddq) = (inputs("q", &labels), inputs("dq", &labels), inputs("ddq", &labels));
-        let n = q.len();
-        let passive: Vec<String> = (1..=robot.passive.len()).map(|p| p.to_string()).collect();
-        q.extend(inputs("passive", &passive));
-        dq.resize(q.len(), Expr::ZERO);
-        ddq.resize(q.len(), Expr::ZERO);
-        Motion { q, dq, ddq, n }
-    }
-
-    /// `q`, `passive` where there are such, `dq`, `ddq`.
-    pub fn inputs(&self) -> Vec<Input> {
-        let mut inputs = self.configuration();
-        inputs.extend([self.input(MotionInput::Dq), self.input(MotionInput::Ddq)]);
-        inputs
-    }
-
-    /// `q`, and `passive` where there are such.
-    pub fn configuration(&self) -> Vec<Input> {
-        let mut inputs = vec![self.input(MotionInput::Q)];
-        if self.q.len() > self.n {
-            inputs.push(self.input(MotionInput::Passive));
-        }
-        inputs
-    }
-
-    /// One input of a function.
-    pub fn input(&self, which: MotionInput) -> Input {
-        let (name, entries) = match which {
-            MotionInput::Q => ("q", &self.q[..self.n]),
-            MotionInput::Passive => ("passive", &self.q[self.n..]),
-            MotionInput::Dq => ("dq", &self.dq[..self.n]),
-            MotionInput::Ddq => ("ddq", &self.ddq[..self.n]),
-        };
-        Input { name: name.into(), entries: entries.to_vec() }
-    }
-}
 
 /// Angular and linear part of the twist of a link frame per unit of one coordinate's rate.
 #[derive(Clone, Copy, Debug)]
@@ -123,18 +61,18 @@ pub(crate) struct Placement {
 
 impl Placement {
     /// Components in frame j of a vector given in frame i.
-    pub fn to_link(&self, g: &mut Graph, v: Vector) -> Vector {
+    pub(crate) fn to_link(&self, g: &mut Graph, v: Vector) -> Vector {
         let v = self.to_link_before_theta(g, v);
         self.theta.turned(g, v)
     }
 
-    pub fn to_link_before_theta(&self, g: &mut Graph, v: Vector) -> Vector {
+    pub(crate) fn to_link_before_theta(&self, g: &mut Graph, v: Vector) -> Vector {
         let v = self.gamma.turned(g, v);
         self.alpha.turned_about_x(g, v)
     }
 
     /// Components in frame i of a vector given in frame j.
-    pub fn to_antecedent(&self, g: &mut Graph, v: Vector) -> Vector {
+    pub(crate) fn to_antecedent(&self, g: &mut Graph, v: Vector) -> Vector {
         let v = self.theta.unturned(g, v);
         let v = self.alpha.unturned_about_x(g, v);
         self.gamma.unturned(g, v)
@@ -238,7 +176,7 @@ pub(crate) struct Geometry {
 
 impl Geometry {
     /// The constant part, from the link's description.
-    pub fn of(g: &mut Graph, constants: &mut Constants, link: &Link) -> Geometry {
+    pub(crate) fn of(g: &mut Graph, constants: &mut Constants, link: &Link) -> Geometry {
         let name = |letter: &str| format!("{letter}{}", link.label);
         let dh = &link.geometry;
         let gamma = constants.angle(g, &dh.gamma, &name("gamma"));

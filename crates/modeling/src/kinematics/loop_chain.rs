@@ -34,7 +34,7 @@ pub(crate) struct ChainJoint {
 
 impl LoopChains {
     /// `g` and `constants` are those of the derivation, so that the symbols are.
-    pub fn new(g: &mut Graph, robot: &Robot, constants: &mut Constants) -> LoopChains {
+    pub(crate) fn new(g: &mut Graph, robot: &Robot, constants: &mut Constants) -> LoopChains {
         let (mut entries, mut joints, mut loops) = (Vec::new(), Vec::new(), Vec::new());
         for OpenLoop { robot, cut, twin } in open_loops(robot) {
             let before = joints.len();

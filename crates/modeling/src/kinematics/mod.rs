@@ -9,6 +9,7 @@ pub(crate) mod constants;
 pub(crate) mod implicit;
 pub(crate) mod links;
 pub(crate) mod loop_chain;
+pub(crate) mod motion;
 pub(crate) mod names;
 pub(crate) mod polar;
 pub(crate) mod vector;

@@ -65,25 +65,25 @@ pub(crate) struct Turn {
 
 impl Turn {
     /// Components of a fixed vector in the axes turned by the angle: Rz(-angle) v.
-    pub fn turned(self, g: &mut Graph, v: Vector) -> Vector {
+    pub(crate) fn turned(self, g: &mut Graph, v: Vector) -> Vector {
         let [x, y, z] = v;
         let (cx, sy, cy, sx) = (g.mul(self.cos, x), g.mul(self.sin, y), g.mul(self.cos, y), g.mul(self.sin, x));
         [g.add(cx, sy), g.sub(cy, sx), z]
     }
 
     /// Back again: Rz(angle) v.
-    pub fn unturned(self, g: &mut Graph, v: Vector) -> Vector {
+    pub(crate) fn unturned(self, g: &mut Graph, v: Vector) -> Vector {
         Turn { cos: self.cos, sin: -self.sin }.turned(g, v)
     }
 
     /// The same about x: Rx(-angle) v.
-    pub fn turned_about_x(self, g: &mut Graph, v: Vector) -> Vector {
+    pub(crate) fn turned_about_x(self, g: &mut Graph, v: Vector) -> Vector {
         let [y, z, x] = self.turned(g, [v[1], v[2], v[0]]);
         [x, y, z]
     }
 
     /// Rx(angle) v.
-    pub fn unturned_about_x(self, g: &mut Graph, v: Vector) -> Vector {
+    pub(crate) fn unturned_about_x(self, g: &mut Graph, v: Vector) -> Vector {
         let [y, z, x] = self.unturned(g, [v[1], v[2], v[0]]);
         [x, y, z]
     }

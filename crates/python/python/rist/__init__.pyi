@@ -198,13 +198,13 @@ class Estimate:
     @property
     def verdict(self) -> Verdict: ...
     @property
-    def total(self) -> float: ...
+    def total(self) -> float | None: ...
     @property
     def cross_validation(self) -> float | None: ...
     @property
-    def cutoff(self) -> float: ...
+    def cutoff(self) -> float | None: ...
     @property
-    def condition_number(self) -> float: ...
+    def condition_number(self) -> float | None: ...
     @property
     def rank(self) -> int: ...
     @property
@@ -368,8 +368,8 @@ def identify(
     load: Path | Mapping[str, Any] | None | None = None,
     ripple: float | Sequence[float] | Mapping[str, float | Sequence[float]] | None = None,
     elastic: bool | str | Sequence[str] = False,
-    play: bool | str | Sequence[str] = False,
-    method: Literal["ls", "essential", "rist", "rist-mh", "iv", "didim"] = "ls",
+    backlash: bool | str | Sequence[str] = False,
+    method: Literal["ls", "essential", "rist", "tls", "rist-mh", "iv", "didim"] = "ls",
     loaded: Logs = (),
     validate: Logs = (),
     plan: ExperimentPlan | Path | None = None,
@@ -403,14 +403,14 @@ def identify(
     - ripple: Estimate ripple of torque and gain with so many periods a turn, of a coordinate or of all
     - elastic: Estimate the springs of these coordinates, or of all; the encoders are at the motors. The equations
       end at 10 Hz then, unless cutoff= says otherwise [default: False]
-    - play: Estimate the play of these joints, or of all, as elastic= does springs [default: False]
+    - backlash: Estimate the backlash of these joints, or of all, as elastic= does springs [default: False]
     - method: The equations to solve; all but ls and essential need the plan behind the logs [default: 'ls']
     - loaded: Logs with a load on the last link, which is identified too
     - validate: Logs that are predicted, not fitted, for the verdict
     - plan: The plan behind the logs
 
     With method="rist-mh" it also estimates, where asked: ripple (periods a turn of all joints, or {"q2": 12}, or
-    {"q2": [6, 12]}), elastic and play (True for all joints, or ["q2", "q3"]: springs and gaps behind the motors, which have
+    {"q2": [6, 12]}), elastic and backlash (True for all joints, or ["q2", "q3"]: springs and gaps behind the motors, which have
     the encoders; the equations end at 10 Hz then, unless cutoff says otherwise), delay="auto". cutoff: highest frequency of
     the equations (20 Hz).
 
@@ -542,8 +542,8 @@ def excite(
     - rate: Sample rate of the file to play and of the log, Hz [default: 200.0]
     - limits: YAML with tighter limits: `coordinates: {NAME: {position: [LOW, HIGH], velocity, acceleration, jerk,
       effort, power, locked: POSITION, slowed: FACTOR}}`; `all:` has them for every coordinate; `space:` has the
-      room of the bodies in the base frame, m: `{floor: Z, walls: [{point, normal, links}], boxes: [{low, high,
-      links}], distance: 0.01, own_links: true, ignored_pairs: [[A, B]]}`
+      room of the bodies in the base frame, m: `{floor: Z or none, walls: [{point, normal, links}], boxes: [{low,
+      high, links}], distance: 0.01, own_links: true, accept: [[LINK, LINK, REASON]]}`
     - effort_share: Share of the limits of effort and power that the torque of the description may use [default:
       0.9]
     - friction: Friction columns a joint that the identification will have, as of `rist identify`, or none
@@ -559,11 +559,16 @@ def check(
     motion: ExcitingMotion,
     *,
     limits: Path | Mapping[str, Any] | None | None = None,
+    after: Path | Mapping[str, Any] | None | None = None,
 ) -> list[str]:
-    """Proves anew that a motion keeps its limits, and those of `limits`, a path to YAML or its content as a dict, too; returns
-    what speaks against it, nothing where every limit is proven.
+    """Proves anew that a motion keeps its limits, and those of `limits`, a path to YAML or its content as a dict, too; torques
+    are those of the description, or of the estimate `after`. Returns what speaks against the motion: nothing where all that
+    is looked at is proven, and where all that `limits` asks for is looked at.
 
     Options:
     - limits: Limits of your own that the motion must keep too, as for `rist excite limits=`; those that the file
-      lacks are not assumed"""
+      lacks are not assumed. What a motion may leave out, `space: {floor: none, accept: ..}`, counts in this file
+      alone
+    - after: An estimate of this model: efforts and powers are proved with its torques instead of the
+      description's"""
 def compare(reference: Accumulator, robots: Mapping[str, Accumulator], fdr: float = 0.05) -> Comparison: ...

@@ -11,7 +11,7 @@ use crate::error::Error;
 use crate::model::Model;
 
 /// The regressor of a model, compiled or not, together with the reverse mode of its function.
-pub struct RegressorSlope<'a> {
+pub(crate) struct RegressorSlope<'a> {
     regressor: &'a dyn Regressor,
     adjoint: Adjoint,
     /// Workspaces of finished evaluations, to be used again: one a thread at most.
@@ -20,7 +20,7 @@ pub struct RegressorSlope<'a> {
 
 impl<'a> RegressorSlope<'a> {
     /// Fails where joints are found numerically, because the function does not know how they follow the coordinates.
-    pub fn new(model: &'a Model) -> Result<RegressorSlope<'a>, Error> {
+    pub(crate) fn new(model: &'a Model) -> Result<RegressorSlope<'a>, Error> {
         match model.robot.passive.first() {
             None => Ok(RegressorSlope {
                 regressor: model.regressor(),

@@ -10,7 +10,7 @@ use numerics::jet::Jet;
 use crate::model::Model;
 
 /// tau(q, dq, ddq) with parameters in place.
-pub struct TorqueEnclosure<'a> {
+pub(crate) struct TorqueEnclosure<'a> {
     function: &'a Function,
     /// The standard parameters, inputs of the function.
     values: Vec<f64>,
@@ -20,7 +20,7 @@ pub struct TorqueEnclosure<'a> {
 
 impl<'a> TorqueEnclosure<'a> {
     /// `None` where no link has inertial parameters, or joints are found numerically.
-    pub fn new(model: &'a Model) -> Option<TorqueEnclosure<'a>> {
+    pub(crate) fn new(model: &'a Model) -> Option<TorqueEnclosure<'a>> {
         if !model.robot.passive.is_empty() || model.described_parameters().is_none() {
             return None;
         }
@@ -31,7 +31,7 @@ impl<'a> TorqueEnclosure<'a> {
 
     /// The torques of identified base parameters; `None` where joints are found numerically, or there are not as many
     /// parameters as the model has.
-    pub fn identified(model: &'a Model, parameters: &[f64]) -> Option<TorqueEnclosure<'a>> {
+    pub(crate) fn identified(model: &'a Model, parameters: &[f64]) -> Option<TorqueEnclosure<'a>> {
         let fits = model.robot.passive.is_empty()
             && !parameters.is_empty()
             && parameters.len() == model.regressor().parameters().len();

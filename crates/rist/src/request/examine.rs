@@ -1,6 +1,7 @@
 //! What is asked of a look at logs, at an estimate, at a motion, at sums.
 
 use experiments::excitation::limits::LimitsFile;
+use identification::estimate::artefact::Estimate;
 use identification::estimate::options::Options;
 
 use super::{Range, request};
@@ -29,8 +30,10 @@ request! {
     /// What a motion is held to.
     pub struct CheckRequest {
         /// Limits of your own that the motion must keep too, as for `rist excite [limits]`; those that the file lacks are not
-        /// assumed.
+        /// assumed. What a motion may leave out, `space: {floor: none, accept: ..}`, counts in this file alone.
         limits: Option<LimitsFile> = None, value_name("FILE");
+        /// An estimate of this model: efforts and powers are proved with its torques instead of the description's.
+        after: Option<Estimate> = None, value_name("ESTIMATE");
     }
 }
 

@@ -47,8 +47,8 @@ request! {
         rate: f64 = 200.0, range(Range::Positive), value_name("HZ");
         /// YAML with tighter limits: `coordinates: {NAME: {position: [LOW, HIGH], velocity, acceleration, jerk, effort,
         /// power, locked: POSITION, slowed: FACTOR}}`; `all:` has them for every coordinate; `space:` has the room of the
-        /// bodies in the base frame, m: `{floor: Z, walls: [{point, normal, links}], boxes: [{low, high, links}], distance:
-        /// 0.01, own_links: true, ignored_pairs: [[A, B]]}`.
+        /// bodies in the base frame, m: `{floor: Z or none, walls: [{point, normal, links}], boxes: [{low, high, links}],
+        /// distance: 0.01, own_links: true, accept: [[LINK, LINK, REASON]]}`.
         limits: Option<LimitsFile> = None, value_name("FILE");
         /// Share of the limits of effort and power that the torque of the description may use.
         effort_share: f64 = 0.9, range(Range::Share), value_name("SHARE");

@@ -3,11 +3,52 @@
 
 use std::path::PathBuf;
 
+use experiments::motion::trajectory_file::TrajectoryFormat;
+
 use super::request;
+use super::words::words;
 
 const METHOD: &str = "Method";
 const BODIES: &str = "Bodies and loads";
 const OUTPUTS: &str = "Outputs";
+
+words! { TrajectoryFormat:
+    Csv = "csv" "A row per sample",
+    RosYaml = "ros-yaml" "A JointTrajectory of ROS, as YAML",
+    RosJson = "ros-json" "A JointTrajectory of ROS, as JSON",
+}
+
+request! {
+    /// Of a plan.
+    pub struct TrajectoryFiles {
+        /// Write each motion for a controller to play into this directory.
+        trajectories: Option<PathBuf> = None, value_name("DIRECTORY");
+        /// Format of the motions of [trajectories].
+        format: TrajectoryFormat = TrajectoryFormat::Csv;
+    }
+}
+
+request! {
+    /// Of a page: what stands on it.
+    pub struct ReportFiles {
+        /// The plan of rist plan.
+        plan: Option<PathBuf> = None, value_name("FILE");
+        /// The motion of rist excite.
+        motion: Option<PathBuf> = None, value_name("FILE");
+        /// The estimate of rist identify or rist solve.
+        estimate: Option<PathBuf> = None, value_name("FILE");
+        /// The validation of rist validate.
+        validation: Option<PathBuf> = None, value_name("FILE");
+        /// The description that the estimate, or the motion, was made with.
+        model: Option<PathBuf> = None, value_name("FILE");
+        /// Logs to draw; they need [model] [default: those that the estimate was made from].
+        log: Vec<PathBuf> = Vec::new(), value_name("LOG");
+        /// The date on the page, in any form.
+        date: Option<String> = None;
+        /// Write the pictures as SVG into this directory too.
+        svg: Option<PathBuf> = None, value_name("DIRECTORY");
+    }
+}
 
 request! {
     /// Of the methods that take the logs of a plan.

@@ -143,8 +143,8 @@ request! {
         /// Estimate the springs of these coordinates, or of all; the encoders are at the motors. The equations end at 10 Hz
         /// then, unless [cutoff] says otherwise.
         elastic: Vec<Whose> = Vec::new(), value_name("COORDINATE|all"), heading(METHOD);
-        /// Estimate the play of these joints, or of all, as [elastic] does springs.
-        play: Vec<Whose> = Vec::new(), value_name("COORDINATE|all"), heading(METHOD);
+        /// Estimate the backlash of these joints, or of all, as [elastic] does springs.
+        backlash: Vec<Whose> = Vec::new(), value_name("COORDINATE|all"), heading(METHOD);
         ..
         /// What it has in common with the paper's equations.
         paper: PaperRequest;
@@ -292,6 +292,6 @@ impl PaperRequest {
 impl HarmonicRequest {
     /// Whether an effect of single joints is asked for.
     pub fn has_joint_effects(&self) -> bool {
-        !(self.ripple.is_empty() && self.elastic.is_empty() && self.play.is_empty())
+        !(self.ripple.is_empty() && self.elastic.is_empty() && self.backlash.is_empty())
     }
 }

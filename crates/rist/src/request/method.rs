@@ -15,6 +15,8 @@ pub enum Method {
     Essential,
     /// The paper's.
     Rist,
+    /// The same, with the gains of drives by total least squares.
+    Tls,
     /// All harmonics of the experiments.
     RistMh,
     /// Instrumental variables.
@@ -27,6 +29,7 @@ words! { Method:
     Ls = "ls" "Least squares on filtered samples",
     Essential = "essential" "Least squares with the parameters that the data need; the others are zero",
     Rist = "rist" "The paper's equations, rows of the operator Sp",
+    Tls = "tls" "The paper's equations with unknown gains of drives, by total least squares",
     RistMh = "rist-mh" "All harmonics, with friction",
     Iv = "iv" "Instrumental variables: the experiments, simulated in closed loop, are the instruments of the samples",
     Didim = "didim" "Direct and inverse dynamics: only torques are fitted, to the experiments simulated in closed loop",
@@ -43,7 +46,7 @@ impl Method {
         match self {
             Method::Ls => IdentifyRequest::fields(),
             Method::Essential => SamplesRequest::fields(),
-            Method::Rist => PaperRequest::fields(),
+            Method::Rist | Method::Tls => PaperRequest::fields(),
             Method::RistMh => HarmonicRequest::fields(),
             Method::Iv | Method::Didim => ClosedLoopRequest::fields(),
         }
@@ -54,7 +57,7 @@ impl Method {
         match self {
             Method::Ls => BodiesFiles::fields(),
             Method::Essential => SamplesFiles::fields(),
-            Method::Rist | Method::RistMh | Method::Iv | Method::Didim => PlanFiles::fields(),
+            Method::Rist | Method::Tls | Method::RistMh | Method::Iv | Method::Didim => PlanFiles::fields(),
         }
     }
 

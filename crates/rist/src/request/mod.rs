@@ -22,6 +22,7 @@
 //! Not here: what needs a model, such as whether there is a coordinate of a name.
 
 mod derive;
+mod describe;
 mod effect;
 mod examine;
 mod excite;
@@ -45,12 +46,13 @@ mod types;
 mod words;
 
 pub use derive::DeriveRequest;
+pub use describe::{ConvertRequest, DescriptionFormat, EvaluateRequest, InspectRequest, SheetFormat, StateQuantity};
 pub use effect::{Delay, Whose};
 pub use examine::{CheckRequest, CompareRequest, DoctorRequest, ValidateRequest};
 pub(crate) use excite::HARMONICS;
 pub use excite::{ExciteRequest, Family, Series};
 pub use field::Field;
-pub use files::{BodiesFiles, PlanFiles, SamplesFiles};
+pub use files::{BodiesFiles, PlanFiles, ReportFiles, SamplesFiles, TrajectoryFiles};
 pub use friction::FrictionChoice;
 pub use generate::{GenerateRequest, SourceLanguage, function_names};
 pub use identify::{
@@ -72,6 +74,9 @@ pub use words::Words;
 pub fn requests() -> Vec<(String, Vec<Field>)> {
     let steps = [
         ("model", ModelOptions::fields()),
+        ("inspect", InspectRequest::fields()),
+        ("convert", ConvertRequest::fields()),
+        ("evaluate", EvaluateRequest::fields()),
         ("generate", GenerateRequest::fields()),
         ("derive", DeriveRequest::fields()),
         ("plan", PlanRequest::fields()),
@@ -90,7 +95,8 @@ pub fn requests() -> Vec<(String, Vec<Field>)> {
 /// The fields of all requests, which is what a text may name.
 pub fn all_fields() -> Vec<Field> {
     let requests: Vec<Field> = requests().into_iter().flat_map(|(_, fields)| fields).collect();
-    let files: Vec<Field> = Method::all().flat_map(Method::files).collect();
+    let files = Method::all().flat_map(Method::files).chain(TrajectoryFiles::fields()).chain(ReportFiles::fields());
+    let files: Vec<Field> = files.collect();
     [requests, MethodRequest::fields(), files].concat()
 }
 

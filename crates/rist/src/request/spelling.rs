@@ -52,7 +52,7 @@ const OF_FILES: [&str; 19] = [
     "options",
     "out",
     "plan",
-    "play",
+    "backlash",
     "report",
     "series",
     "validate",
@@ -220,7 +220,7 @@ mod tests {
                 "logs/[rate]/a [rate].csv --rate..",
                 "logs/[rate]/a [rate].csv rate=..",
             ),
-            ("[play=q1,q2]", "--play q1,q2", "play=['q1', 'q2']"),
+            ("[backlash=q1,q2]", "--backlash q1,q2", "backlash=['q1', 'q2']"),
             ("[-2, 2] [x] [default: 3] [rate", "[-2, 2] [x] [default: 3] [rate", "[-2, 2] [x] [default: 3] [rate"),
         ] {
             assert_eq!(spelled(text, Reader::Program), program);

@@ -1,5 +1,5 @@
 //! A function of a robot as a tape, evaluated at states, with one workspace per thread.
 
-pub mod state_tape;
-pub mod tape_regressor;
-pub mod thread_tapes;
+pub(crate) mod state_tape;
+pub(crate) mod tape_regressor;
+pub(crate) mod thread_tapes;

@@ -8,7 +8,7 @@ use modeling::Closure;
 use crate::tape::thread_tapes::ThreadTapes;
 
 /// f(q, passive joints, dq, ddq, X), of which it may need only some.
-pub struct StateTape {
+pub(crate) struct StateTape {
     tapes: ThreadTapes,
     arguments: Vec<Argument>,
     closure: Option<Mutex<Closure>>,
@@ -16,7 +16,7 @@ pub struct StateTape {
 
 /// An argument of the function.
 #[derive(Clone, Copy, PartialEq)]
-pub enum Argument {
+pub(crate) enum Argument {
     /// rad (m).
     Q,
     /// Coordinates of so many passive joints.
@@ -31,7 +31,7 @@ pub enum Argument {
 
 impl StateTape {
     /// The function, with the solver where it depends on passive joints.
-    pub fn new(function: &Function, closure: Option<Closure>) -> StateTape {
+    pub(crate) fn new(function: &Function, closure: Option<Closure>) -> StateTape {
         let argument = |input: &expr::Input| match input.name.as_str() {
             "q" => Argument::Q,
             "dq" => Argument::Dq,
@@ -49,14 +49,19 @@ impl StateTape {
     }
 
     /// What the function depends on, in order.
-    pub fn arguments(&self) -> &[Argument] {
+    pub(crate) fn arguments(&self) -> &[Argument] {
         &self.arguments
     }
 
     /// Writes the outputs at each state q, dq, ddq, one after the other; an argument that is not needed may be empty.
     ///
     /// Where the loops do not close, the outputs are NaN, which is refused later.
-    pub fn fill<'a>(&self, states: impl Iterator<Item = [&'a [f64]; 3]>, parameters: &[f64], outputs: &mut [f64]) {
+    pub(crate) fn fill<'a>(
+        &self,
+        states: impl Iterator<Item = [&'a [f64]; 3]>,
+        parameters: &[f64],
+        outputs: &mut [f64],
+    ) {
         let mut closure = self.closure.as_ref().map(|c| c.lock().unwrap_or_else(PoisonError::into_inner));
         let (mut count, mut open) = (0, Vec::new());
         self.tapes.with(|tapes, work, inputs| {

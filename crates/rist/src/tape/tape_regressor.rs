@@ -8,7 +8,7 @@ use modeling::Closure;
 use crate::tape::state_tape::StateTape;
 
 /// tau = Y(q, dq, ddq) X by interpreting the function of Y.
-pub struct TapeRegressor {
+pub(crate) struct TapeRegressor {
     tape: StateTape,
     coordinates: Vec<String>,
     prismatic: Vec<bool>,
@@ -18,7 +18,7 @@ pub struct TapeRegressor {
 
 impl TapeRegressor {
     /// The function of Y, with the solver of its passive joints where it has some.
-    pub fn new(
+    pub(crate) fn new(
         base: &Function,
         closure: Option<Closure>,
         coordinates: Vec<Coordinate>,

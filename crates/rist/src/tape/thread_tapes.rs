@@ -6,7 +6,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use expr::{Tape, Workspace};
 
 /// Tapes that are evaluated together.
-pub struct ThreadTapes {
+pub(crate) struct ThreadTapes {
     tapes: Vec<Tape>,
     /// Distinguishes their memory from that of other sets on the same thread.
     number: usize,
@@ -29,12 +29,12 @@ thread_local! {
 
 impl ThreadTapes {
     /// Makes a set of these tapes, with a number of its own.
-    pub fn new(tapes: Vec<Tape>) -> ThreadTapes {
+    pub(crate) fn new(tapes: Vec<Tape>) -> ThreadTapes {
         ThreadTapes { tapes, number: MADE.fetch_add(1, Ordering::Relaxed) }
     }
 
     /// Hands out the tapes, this thread's memory of each, and an empty list for their inputs.
-    pub fn with<T>(&self, run: impl FnOnce(&[Tape], &mut [Workspace], &mut Vec<f64>) -> T) -> T {
+    pub(crate) fn with<T>(&self, run: impl FnOnce(&[Tape], &mut [Workspace], &mut Vec<f64>) -> T) -> T {
         MEMORY.with_borrow_mut(|memory| {
             if memory.number != self.number {
                 memory.work = self.tapes.iter().map(Tape::workspace).collect();

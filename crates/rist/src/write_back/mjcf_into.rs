@@ -15,12 +15,12 @@ use crate::write_back::text_edit::Edits;
 use crate::write_back::urdf::WrittenBack;
 
 /// Tolerance of positions, m, and of the components of quaternions. Models round to four digits.
-const ROUNDED: f64 = 1e-3;
+const POSE_TOLERANCE: f64 = 1e-3;
 
 /// The MJCF `text` with these bodies (ten parameters about the origin of the link frame) and joints.
 ///
 /// Fails where the text is no XML, lacks a body or a joint, or places a body elsewhere than the description does.
-pub fn mjcf_into(
+pub(super) fn mjcf_into(
     text: &str,
     file: &str,
     robot: &Robot,
@@ -91,7 +91,7 @@ fn check_place(robot: &Robot, link: &Link, id: LinkId, poses: &[Pose], node: &No
     let numbers =
         |key: &str| -> Option<Vec<f64>> { node.attribute(key)?.split_whitespace().map(|x| x.parse().ok()).collect() };
     let near = |found: &[f64], expected: &[f64]| {
-        found.len() == expected.len() && found.iter().zip(expected).all(|(a, b)| (a - b).abs() < ROUNDED)
+        found.len() == expected.len() && found.iter().zip(expected).all(|(a, b)| (a - b).abs() < POSE_TOLERANCE)
     };
     let position = numbers("pos").unwrap_or_else(|| vec![0.0; 3]);
     let is_turned = numbers("quat").is_some_and(|found| {

@@ -2,9 +2,12 @@
 //!
 //! [`steps`] are what a user calls; the other files know bodies and text alone.
 
-pub mod body;
-pub mod mjcf;
-pub mod mjcf_into;
-pub mod steps;
+mod body;
+mod mjcf;
+mod mjcf_into;
+mod steps;
 mod text_edit;
-pub mod urdf;
+mod urdf;
+
+pub use steps::{write_mjcf, write_urdf};
+pub use urdf::WrittenBack;

@@ -6,19 +6,19 @@ use std::ops::Range;
 use roxmltree::Node;
 
 /// Changes of a text, made together.
-pub struct Edits<'a> {
+pub(super) struct Edits<'a> {
     text: &'a str,
     edits: Vec<(Range<usize>, String)>,
 }
 
 impl<'a> Edits<'a> {
     /// None yet.
-    pub fn of(text: &'a str) -> Edits<'a> {
+    pub(super) fn of(text: &'a str) -> Edits<'a> {
         Edits { text, edits: Vec::new() }
     }
 
     /// The text with all changes.
-    pub fn apply(mut self) -> String {
+    pub(super) fn apply(mut self) -> String {
         // From the end, so that the places of the other changes stay valid.
         self.edits.sort_by_key(|e| Reverse((e.0.start, e.0.end)));
         let mut text = self.text.to_string();
@@ -27,12 +27,12 @@ impl<'a> Edits<'a> {
     }
 
     /// Puts `new` in place of a range.
-    pub fn replace(&mut self, range: Range<usize>, new: &str) {
+    pub(super) fn replace(&mut self, range: Range<usize>, new: &str) {
         self.edits.push((range, new.into()));
     }
 
     /// Sets attributes of a child element; makes the element where there is none.
-    pub fn set_child(&mut self, parent: &Node, tag: &str, attributes: &[(&str, String)]) {
+    pub(super) fn set_child(&mut self, parent: &Node, tag: &str, attributes: &[(&str, String)]) {
         match parent.children().find(|n| n.has_tag_name(tag)) {
             Some(child) => self.set_attributes(&child, attributes),
             None => self.insert(parent, &tagged(tag, attributes)),
@@ -40,7 +40,7 @@ impl<'a> Edits<'a> {
     }
 
     /// Sets attributes of an element.
-    pub fn set_attributes(&mut self, node: &Node, attributes: &[(&str, String)]) {
+    pub(super) fn set_attributes(&mut self, node: &Node, attributes: &[(&str, String)]) {
         let mut missing = String::new();
         for (name, value) in attributes {
             match node.attribute_node(*name) {
@@ -55,7 +55,7 @@ impl<'a> Edits<'a> {
     }
 
     /// Puts text right after the opening tag of an element, opening it where it is empty.
-    pub fn insert(&mut self, node: &Node, content: &str) {
+    pub(super) fn insert(&mut self, node: &Node, content: &str) {
         let range = node.range();
         let tag = node.tag_name().name();
         // The end of the opening tag: the first `>` outside of quotes.
@@ -79,7 +79,7 @@ impl<'a> Edits<'a> {
 }
 
 /// An element without content.
-pub fn tagged(tag: &str, attributes: &[(&str, String)]) -> String {
+pub(super) fn tagged(tag: &str, attributes: &[(&str, String)]) -> String {
     let attributes: String = attributes.iter().map(|(k, v)| format!(" {k}=\"{v}\"")).collect();
     format!("<{tag}{attributes}/>")
 }

@@ -31,7 +31,7 @@ pub(super) struct Names {
 
 impl Names {
     /// Adds a symbol, whose value may name those before it.
-    pub fn define(&mut self, source: Source, name: String, node: &Node) -> Result<(), Error> {
+    pub(super) fn define(&mut self, source: Source, name: String, node: &Node) -> Result<(), Error> {
         let value = self.constant(source, &format!("the symbol `{name}`"), node)?;
         self.costs.push(self.cost(&value));
         self.symbols.push(Symbol { name, value, generic: false });
@@ -39,7 +39,7 @@ impl Names {
     }
 
     /// Adds a symbol without a value of its own, unless it is there already.
-    pub fn define_generic(&mut self, name: &str, value: f64) {
+    pub(super) fn define_generic(&mut self, name: &str, value: f64) {
         if !self.symbols.iter().any(|s| s.name == name) {
             self.costs.push(1);
             self.symbols.push(Symbol { name: name.into(), value: Value::Number(value), generic: true });
@@ -47,7 +47,7 @@ impl Names {
     }
 
     /// Gives symbols values instead of their own. Fails where there is no such symbol, and on values of no robot.
-    pub fn set_values(&mut self, source: Source, values: &[(String, f64)]) -> Result<(), Error> {
+    pub(super) fn set_values(&mut self, source: Source, values: &[(String, f64)]) -> Result<(), Error> {
         for (name, value) in values {
             let Some(symbol) = self.symbols.iter_mut().find(|s| s.name == *name) else {
                 let known: Vec<&str> = self.symbols.iter().map(|s| s.name.as_str()).collect();
@@ -64,23 +64,23 @@ impl Names {
     }
 
     /// A value free of coordinates, finite.
-    pub fn constant(&self, source: Source, what: &str, node: &Node) -> Result<Value, Error> {
+    pub(super) fn constant(&self, source: Source, what: &str, node: &Node) -> Result<Value, Error> {
         let value = self.value(source, what, node, &[])?;
         self.finite(source, what, node, value.number(&self.symbols))?;
         Ok(value)
     }
 
     /// The f64 of a value free of coordinates.
-    pub fn number(&self, source: Source, what: &str, node: &Node) -> Result<f64, Error> {
+    pub(super) fn number(&self, source: Source, what: &str, node: &Node) -> Result<f64, Error> {
         Ok(self.constant(source, what, node)?.number(&self.symbols))
     }
 
     /// A value that may name coordinates.
-    pub fn variable(&self, source: Source, what: &str, node: &Node) -> Result<Value, Error> {
+    pub(super) fn variable(&self, source: Source, what: &str, node: &Node) -> Result<Value, Error> {
         self.value(source, what, node, &self.coordinates)
     }
 
-    pub fn finite(&self, source: Source, what: &str, node: &Node, x: f64) -> Result<(), Error> {
+    pub(super) fn finite(&self, source: Source, what: &str, node: &Node, x: f64) -> Result<(), Error> {
         if x.abs() <= LARGEST_NUMBER {
             return Ok(());
         }

@@ -5,6 +5,7 @@
 
 mod budget;
 mod expression;
+mod names;
 mod node;
 mod options;
 mod par;

@@ -44,29 +44,29 @@ pub(super) struct Source<'a> {
 }
 
 impl Source<'_> {
-    pub fn error(self, line: usize, column: usize, message: impl Into<String>) -> Error {
+    pub(super) fn error(self, line: usize, column: usize, message: impl Into<String>) -> Error {
         Error { place: Place { file: self.file.into(), line, column }, message: message.into() }
     }
 
-    pub fn place(self, at: (usize, usize), message: impl Into<String>) -> Error {
+    pub(super) fn place(self, at: (usize, usize), message: impl Into<String>) -> Error {
         self.error(at.0, at.1, message)
     }
 
     /// An error of the file, at no place of it.
-    pub fn whole(self, message: impl Into<String>) -> Error {
+    pub(super) fn whole(self, message: impl Into<String>) -> Error {
         self.error(0, 0, message)
     }
 
-    pub fn at(self, node: &Node, message: impl Into<String>) -> Error {
+    pub(super) fn at(self, node: &Node, message: impl Into<String>) -> Error {
         self.error(node.line, node.column, message)
     }
 
-    pub fn at_key(self, key: &Key, message: impl Into<String>) -> Error {
+    pub(super) fn at_key(self, key: &Key, message: impl Into<String>) -> Error {
         self.error(key.line, key.column, message)
     }
 
     /// Parses the text.
-    pub fn parse(self, text: &str) -> Result<Node, Error> {
+    pub(super) fn parse(self, text: &str) -> Result<Node, Error> {
         let options = serde_yaml::options! {
             budget: budget(text),
             strict_booleans: true,
@@ -101,7 +101,7 @@ fn without_place(message: &str) -> &str {
 
 impl Node {
     /// What the value is, for a message.
-    pub fn kind(&self) -> String {
+    pub(super) fn kind(&self) -> String {
         match &self.content {
             Content::Null => "nothing".into(),
             Content::Bool(b) => format!("`{b}`"),
@@ -114,7 +114,7 @@ impl Node {
     }
 
     /// The entries of a map whose keys are all among `valid`; `what` names the map in errors.
-    pub fn fields<'a>(&'a self, source: Source<'a>, what: &'a str, valid: &[&str]) -> Result<Fields<'a>, Error> {
+    pub(super) fn fields<'a>(&'a self, source: Source<'a>, what: &'a str, valid: &[&str]) -> Result<Fields<'a>, Error> {
         let entries = self.map(source, what)?;
         for (key, _) in entries {
             if !valid.contains(&key.text.as_str()) {
@@ -127,14 +127,14 @@ impl Node {
         Ok(Fields { source, what, node: self, entries })
     }
 
-    pub fn map<'a>(&'a self, source: Source, what: &str) -> Result<&'a [(Key, Node)], Error> {
+    pub(super) fn map<'a>(&'a self, source: Source, what: &str) -> Result<&'a [(Key, Node)], Error> {
         match &self.content {
             Content::Map(entries) => Ok(entries),
             _ => Err(source.at(self, format!("{what} must be a map of keys to values, found {}", self.kind()))),
         }
     }
 
-    pub fn list<'a>(&'a self, source: Source, what: &str) -> Result<&'a [Node], Error> {
+    pub(super) fn list<'a>(&'a self, source: Source, what: &str) -> Result<&'a [Node], Error> {
         match &self.content {
             Content::List(items) => Ok(items),
             _ => Err(source.at(self, format!("{what} must be a list, found {}", self.kind()))),
@@ -142,7 +142,7 @@ impl Node {
     }
 
     /// A text, or a number as its text.
-    pub fn word(&self, source: Source, what: &str) -> Result<String, Error> {
+    pub(super) fn word(&self, source: Source, what: &str) -> Result<String, Error> {
         match &self.content {
             Content::Text(t) if !t.trim().is_empty() => Ok(t.clone()),
             Content::Number(x) => Ok(x.to_string()),
@@ -151,7 +151,7 @@ impl Node {
     }
 
     /// One of a few words, by its index.
-    pub fn choice(&self, source: Source, what: &str, words: &[&str]) -> Result<usize, Error> {
+    pub(super) fn choice(&self, source: Source, what: &str, words: &[&str]) -> Result<usize, Error> {
         let found = words.iter().position(|w| matches!(&self.content, Content::Text(t) if t == w));
         found.ok_or_else(|| {
             let meant = match &self.content {
@@ -173,11 +173,11 @@ pub(super) struct Fields<'a> {
 }
 
 impl<'a> Fields<'a> {
-    pub fn get(&self, key: &str) -> Option<&'a Node> {
+    pub(super) fn get(&self, key: &str) -> Option<&'a Node> {
         self.entries.iter().find(|(k, _)| k.text == key).map(|(_, v)| v)
     }
 
-    pub fn require(&self, key: &str) -> Result<&'a Node, Error> {
+    pub(super) fn require(&self, key: &str) -> Result<&'a Node, Error> {
         self.get(key).ok_or_else(|| self.source.at(self.node, format!("`{key}` is missing in {}", self.what)))
     }
 }

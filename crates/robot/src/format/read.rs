@@ -1,10 +1,12 @@
 //! Reads a file of any format. Its extension tells the format; for standard input (`-`) the start of the text tells it.
 
-use std::fs::File;
-use std::io::{self, Read};
+use std::io;
 use std::path::Path;
 use std::sync::OnceLock;
 
+use gate::source::{self, Source};
+
+use super::names;
 use super::par::read_par_with;
 use super::urdf::read_urdf_with;
 use super::yaml::read_yaml_with;
@@ -92,11 +94,12 @@ impl DescriptionFormat {
 
     fn parse(self, text: &str, path: &Path, options: ReadOptions) -> Result<Robot, Error> {
         let file_name = path.display().to_string();
-        match self {
+        let robot = match self {
             DescriptionFormat::Yaml => read_yaml_with(text, &file_name, options),
             DescriptionFormat::Urdf => read_urdf_with(text, &file_name, options),
             DescriptionFormat::Par => read_par_with(text, &file_name, options),
-        }
+        };
+        robot.map(names::shown)
     }
 }
 
@@ -107,20 +110,13 @@ pub fn read_text(path: &Path) -> Result<String, Error> {
     decoded(path, false)
 }
 
-/// All of a source, or as much as shows that it is too large.
-fn begun(source: impl Read) -> io::Result<Vec<u8>> {
-    let mut bytes = Vec::new();
-    source.take(MAX_FILE_BYTES + 1).read_to_end(&mut bytes)?;
-    Ok(bytes)
-}
-
 /// The bytes of standard input, kept because it can be read only once and a description may be read twice.
 fn standard_input() -> io::Result<&'static [u8]> {
     static BYTES: OnceLock<Vec<u8>> = OnceLock::new();
     if let Some(bytes) = BYTES.get() {
         return Ok(bytes);
     }
-    let bytes = begun(io::stdin())?;
+    let bytes = Source::standard_input().whole(MAX_FILE_BYTES)?;
     Ok(BYTES.get_or_init(|| bytes))
 }
 
@@ -128,15 +124,13 @@ fn decoded(path: &Path, may_be_latin: bool) -> Result<String, Error> {
     let file_name = &path.display().to_string();
     let fail = |e: io::Error| match e.kind() {
         io::ErrorKind::NotFound => whole_file(file_name, "there is no such file".into()),
+        io::ErrorKind::FileTooLarge => whole_file(file_name, "the file is larger than 16 MiB".into()),
         _ => whole_file(file_name, format!("the file cannot be read: {e}")),
     };
     let bytes = match is_standard_input(path) {
         true => standard_input().map_err(fail)?.to_vec(),
-        false => begun(File::open(path).map_err(fail)?).map_err(fail)?,
+        false => source::read(path, MAX_FILE_BYTES).map_err(fail)?,
     };
-    if bytes.len() as u64 > MAX_FILE_BYTES {
-        return Err(whole_file(file_name, "the file is larger than 16 MiB".into()));
-    }
     if may_be_latin && std::str::from_utf8(&bytes).is_err() {
         // A byte of Latin-1 is a character of the same number.
         return Ok(bytes.iter().map(|&b| char::from(b)).collect());

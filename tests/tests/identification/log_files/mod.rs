@@ -1,12 +1,12 @@
 //! Logs as other programs write them, byte by byte: messages, MCAP, NumPy's zip; Parquet is in `parquet`.
 
-pub mod parquet;
+pub(crate) mod parquet;
 
 use std::io::Write;
 
 /// One sensor_msgs/JointState.
 #[derive(Clone, Default)]
-pub struct State {
+pub(crate) struct State {
     pub stamp: (u32, u32),
     pub names: Vec<&'static str>,
     /// position, velocity, effort
@@ -15,7 +15,7 @@ pub struct State {
 
 impl State {
     /// As ROS 2 serialises it: numbers aligned to their size behind a head of four bytes.
-    pub fn cdr(&self, big_endian: bool) -> Vec<u8> {
+    pub(crate) fn cdr(&self, big_endian: bool) -> Vec<u8> {
         let mut body = Vec::new();
         let u32s = |body: &mut Vec<u8>, x: u32| {
             body.resize(body.len().next_multiple_of(4), 0);
@@ -42,7 +42,7 @@ impl State {
     }
 
     /// As ROS 1 serialised it: nothing aligned, a sequence number first.
-    pub fn ros1(&self) -> Vec<u8> {
+    pub(crate) fn ros1(&self) -> Vec<u8> {
         let u32s = |x: usize| (x as u32).to_le_bytes().to_vec();
         let text = |x: &str| [u32s(x.len()), x.as_bytes().to_vec()].concat();
         let mut out = [u32s(7), u32s(self.stamp.0 as usize), u32s(self.stamp.1 as usize), text("base")].concat();
@@ -57,7 +57,7 @@ impl State {
 }
 
 /// An MCAP file in the making; messages gather in chunks, or not where `chunked` is none.
-pub struct Mcap {
+pub(crate) struct Mcap {
     pub bytes: Vec<u8>,
     chunk: Vec<u8>,
     /// "", zstd or lz4.
@@ -75,14 +75,14 @@ fn record(opcode: u8, content: &[u8]) -> Vec<u8> {
 }
 
 impl Mcap {
-    pub fn new(chunked: Option<&'static str>) -> Mcap {
+    pub(crate) fn new(chunked: Option<&'static str>) -> Mcap {
         let mut bytes = b"\x89MCAP0\r\n".to_vec();
         bytes.extend(record(1, &[text("ros2"), text("rist's tests")].concat()));
         Mcap { bytes, chunk: Vec::new(), chunked, checked: true }
     }
 
     /// A file with one channel 1 of joint states.
-    pub fn joint_states(chunked: Option<&'static str>, encoding: &str) -> Mcap {
+    pub(crate) fn joint_states(chunked: Option<&'static str>, encoding: &str) -> Mcap {
         let mut file = Mcap::new(chunked);
         let ros1 = encoding == "ros1";
         let schema = if ros1 { "sensor_msgs/JointState" } else { "sensor_msgs/msg/JointState" };
@@ -90,17 +90,17 @@ impl Mcap {
         file
     }
 
-    pub fn put(&mut self, record: Vec<u8>) {
+    pub(crate) fn put(&mut self, record: Vec<u8>) {
         if self.chunked.is_some() { &mut self.chunk } else { &mut self.bytes }.extend(record);
     }
 
-    pub fn channel(&mut self, id: u16, topic: &str, schema: &str, encoding: &str) {
+    pub(crate) fn channel(&mut self, id: u16, topic: &str, schema: &str, encoding: &str) {
         let id = id.to_le_bytes();
         self.put(record(3, &[&id[..], &text(schema), &text("ros2msg"), &text("")].concat()));
         self.put(record(4, &[&id[..], &id, &text(topic), &text(encoding), &text("")].concat()));
     }
 
-    pub fn message(&mut self, channel: u16, log_time: u64, data: &[u8]) {
+    pub(crate) fn message(&mut self, channel: u16, log_time: u64, data: &[u8]) {
         let time = log_time.to_le_bytes();
         self.put(record(5, &[&channel.to_le_bytes()[..], &[0; 4], &time, &time, data].concat()));
         if self.chunk.len() > 20_000 {
@@ -108,7 +108,7 @@ impl Mcap {
         }
     }
 
-    pub fn close_chunk(&mut self) {
+    pub(crate) fn close_chunk(&mut self) {
         let Some(compression) = self.chunked else { return };
         let packed = match compression {
             "zstd" => ruzstd::encoding::compress_to_vec(&self.chunk[..], ruzstd::encoding::CompressionLevel::Fastest),
@@ -128,7 +128,7 @@ impl Mcap {
     }
 
     /// The file with an end, and an index nobody needs.
-    pub fn finish(mut self) -> Vec<u8> {
+    pub(crate) fn finish(mut self) -> Vec<u8> {
         if !self.chunk.is_empty() {
             self.close_chunk();
         }
@@ -140,13 +140,13 @@ impl Mcap {
 }
 
 /// The record of a chunk that claims to unpack to `size` bytes.
-pub fn chunk(size: u64, crc: u32, compression: &str, packed: &[u8]) -> Vec<u8> {
+pub(crate) fn chunk(size: u64, crc: u32, compression: &str, packed: &[u8]) -> Vec<u8> {
     let head = [&[0; 16][..], &size.to_le_bytes(), &crc.to_le_bytes(), &text(compression)].concat();
     record(6, &[&head[..], &(packed.len() as u64).to_le_bytes(), packed].concat())
 }
 
 /// Arrays of doubles as numpy.savez writes them.
-pub fn npz(columns: &[(String, Vec<f64>)]) -> Vec<u8> {
+pub(crate) fn npz(columns: &[(String, Vec<f64>)]) -> Vec<u8> {
     let (mut out, mut directory) = (Vec::new(), Vec::new());
     for (name, values) in columns {
         let head = format!("{{'descr': '<f8', 'fortran_order': False, 'shape': ({},), }}\n", values.len());
@@ -171,7 +171,7 @@ pub fn npz(columns: &[(String, Vec<f64>)]) -> Vec<u8> {
 }
 
 /// The columns as text, every number with the digits that give it back.
-pub fn csv(columns: &[(String, Vec<f64>)]) -> Vec<u8> {
+pub(crate) fn csv(columns: &[(String, Vec<f64>)]) -> Vec<u8> {
     let names: Vec<&str> = columns.iter().map(|c| c.0.as_str()).collect();
     let mut out = names.join(",") + "\n";
     for r in 0..columns[0].1.len() {

@@ -4,7 +4,7 @@ use std::io::Write;
 
 /// The numbers of a column; `None` is null.
 #[derive(Clone)]
-pub enum Values {
+pub(crate) enum Values {
     Double(Vec<Option<f64>>),
     Float(Vec<f32>),
     Int64(Vec<i64>),
@@ -15,7 +15,7 @@ pub enum Values {
 
 /// How pages are written.
 #[derive(Clone, Copy, Debug)]
-pub struct Pages {
+pub(crate) struct Pages {
     /// Parquet's number: 0 none, 1 snappy, 2 gzip, 6 zstd, 7 lz4_raw.
     pub codec: u8,
     /// 1 or 2.
@@ -24,15 +24,15 @@ pub struct Pages {
     pub rows_a_group: usize,
 }
 
-pub const PLAIN: Pages = Pages { codec: 0, version: 1, dictionary: false, rows_a_group: 1000 };
+pub(crate) const PLAIN: Pages = Pages { codec: 0, version: 1, dictionary: false, rows_a_group: 1000 };
 
-pub fn doubles(columns: &[(String, Vec<f64>)]) -> Vec<(String, Values)> {
+pub(crate) fn doubles(columns: &[(String, Vec<f64>)]) -> Vec<(String, Values)> {
     let some = |x: &Vec<f64>| Values::Double(x.iter().map(|x| Some(*x)).collect());
     columns.iter().map(|(name, values)| (name.clone(), some(values))).collect()
 }
 
 /// The file.
-pub fn file(columns: &[(String, Values)], pages: Pages) -> Vec<u8> {
+pub(crate) fn file(columns: &[(String, Values)], pages: Pages) -> Vec<u8> {
     let rows = columns[0].1.len();
     let mut out = b"PAR1".to_vec();
     let mut groups = Vec::new();

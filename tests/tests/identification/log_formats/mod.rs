@@ -35,7 +35,7 @@ fn signals() -> Vec<(String, Vec<f64>)> {
 }
 
 /// Row r as a message; every other one names the joints the other way round.
-pub fn state(signals: &[(String, Vec<f64>)], r: usize) -> State {
+pub(crate) fn state(signals: &[(String, Vec<f64>)], r: usize) -> State {
     let stamp = START + STEP * r as i64;
     let order = if r % 2 == 1 { [1, 0] } else { [0, 1] };
     let arrays = [1, 3, 5].map(|k| order.map(|j| signals[k + j].1[r]).to_vec());

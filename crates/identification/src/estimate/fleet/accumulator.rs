@@ -29,7 +29,7 @@ use crate::estimate::fleet::settings::Settings;
 use crate::rows::observation::Observation;
 
 /// Largest number of logs, or groups of logs, that are kept apart.
-pub const MAX_REPLICATES: usize = 64;
+pub(crate) const MAX_REPLICATES: usize = 64;
 
 /// A log that could not be used.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]

@@ -8,9 +8,9 @@
 
 use std::fmt;
 
+use linear_model::artefact::{self, EDITED, Kind};
 use linear_model::parameter::ParameterId;
 use linear_model::unit::Unit;
-use linear_model::yaml;
 use logs::Error;
 use numerics::behrens_fisher::two_sided_difference;
 use serde::{Deserialize, Serialize};
@@ -31,6 +31,9 @@ pub struct Comparison {
     pub rate: f64,
     /// In the order given.
     pub robots: Vec<ComparedRobot>,
+    /// Whether the file that it was read from was changed after it was written.
+    #[serde(skip)]
+    pub is_edited: bool,
 }
 
 /// One robot against the reference.
@@ -101,7 +104,7 @@ pub fn compare(
         robot.parameters.iter_mut().zip(family.found).for_each(|(d, found)| d.moved = found);
     }
     let model = reference.1.settings().model.name.clone();
-    Ok(Comparison { model, reference: reference.0.into(), rate, robots: compared })
+    Ok(Comparison { model, reference: reference.0.into(), rate, robots: compared, is_edited: false })
 }
 
 /// A robot and its reference.
@@ -168,12 +171,13 @@ impl Comparison {
 
     /// The text of comparison.yaml.
     pub fn to_yaml(&self) -> Result<String, Error> {
-        serde_yaml::to_string(self).map_err(|e| Error::new(format!("the comparison cannot be written: {e}")))
+        artefact::write(Kind::Comparison, self).map_err(Error::new)
     }
 
     /// Reads comparison.yaml; fails with the line that is not that of a comparison.
     pub fn from_yaml(file: &str, text: &str) -> Result<Comparison, Error> {
-        yaml::read(text).map_err(|e| Error::at(file, 0, format!("this is no comparison: {e}")))
+        let comparison: Comparison = artefact::read(Kind::Comparison, text).map_err(|e| Error::at(file, 0, e))?;
+        Ok(Comparison { is_edited: artefact::is_edited(text), ..comparison })
     }
 }
 
@@ -183,6 +187,9 @@ const MAX_NAMED_ROBOTS: usize = 8;
 impl fmt::Display for Comparison {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let (changed, all) = (self.changed(), self.robots.len());
+        if self.is_edited {
+            writeln!(f, "{EDITED}")?;
+        }
         writeln!(
             f,
             "{}: {changed} of {all} changed against {}, with a false discovery rate of {} %",

@@ -13,7 +13,7 @@
 //! families that are shown. A family that says yes has a parameter that does.
 
 /// The smallest rate at which each question is answered with yes.
-pub fn adjusted(p: &[f64]) -> Vec<f64> {
+pub(crate) fn adjusted(p: &[f64]) -> Vec<f64> {
     let m = p.len();
     let mut order: Vec<usize> = (0..m).collect();
     order.sort_by(|&a, &b| p[a].total_cmp(&p[b]).then(a.cmp(&b)));
@@ -40,7 +40,7 @@ pub struct Family {
 }
 
 /// Answers the questions of families with a false discovery rate of `rate`.
-pub fn families(p: &[Vec<f64>], rate: f64) -> Vec<Family> {
+pub(crate) fn families(p: &[Vec<f64>], rate: f64) -> Vec<Family> {
     let within: Vec<Vec<f64>> = p.iter().map(|p| adjusted(p)).collect();
     let simes: Vec<f64> = within.iter().map(|q| q.iter().copied().fold(1.0, f64::min)).collect();
     let between = adjusted(&simes);

@@ -1,6 +1,6 @@
 //! One log as triangles: blocks of its rows, an account of where they come from, and how the joints moved.
 //!
-//! A log is kept in [`MAX_BLOCKS_PER_LOG`] blocks, of which fewer are left as more logs come together (`accumulator`).
+//! A log is kept in `MAX_BLOCKS_PER_LOG` blocks, of which fewer are left as more logs come together (`accumulator`).
 //! Blocks are folded four at a time, neighbours first. So a log of which four blocks are left is the same to the bit
 //! whenever it was folded.
 
@@ -12,7 +12,7 @@ use crate::rows::observation::Observation;
 use crate::signals::records::{Records, SourceRecords};
 
 /// Largest number of blocks of one log.
-pub const MAX_BLOCKS_PER_LOG: usize = 16;
+pub(crate) const MAX_BLOCKS_PER_LOG: usize = 16;
 
 /// Number of blocks that are folded into one.
 const BLOCKS_PER_FOLD: usize = 4;
@@ -85,7 +85,7 @@ impl Replicate {
     }
 
     /// Leaves at most `blocks` blocks of it.
-    pub fn fold_to(&mut self, blocks: usize) {
+    pub(crate) fn fold_to(&mut self, blocks: usize) {
         while self.observation.parts.len() > blocks.max(1) {
             fold(&mut self.observation, BLOCKS_PER_FOLD);
         }

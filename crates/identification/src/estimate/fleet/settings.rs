@@ -137,7 +137,7 @@ impl Settings {
     /// The columns as a regressor, which has no values.
     ///
     /// Fails where the columns are not those that the friction and the couplings of the options give.
-    pub fn columns_alone(&self) -> Result<ColumnsAlone, Error> {
+    pub(crate) fn columns_alone(&self) -> Result<ColumnsAlone, Error> {
         let options = &self.options;
         let couplings = options.transmission.coupled();
         let friction = columns_before(&options.friction, self.coordinates.len());

@@ -5,7 +5,6 @@
 //! its degrees of freedom, so that 1.96 of it hold 95 %, and it is at least that of white noise. Not here, because they
 //! need the rows: residuals that move with another joint, rows that do not fit.
 
-use linear_model::linear_model::Model;
 use logs::Error;
 use numerics::least_squares::Solution;
 use numerics::student::reach;
@@ -72,8 +71,7 @@ impl Accumulator {
     pub fn solve(&self) -> Result<Estimate, Error> {
         let columns: ColumnsAlone = self.settings().columns_alone()?;
         let options = &self.settings().options;
-        let couplings = options.transmission.coupled();
-        let model = Model::new(&columns, &options.friction, &couplings);
+        let model = options.linear_model(&columns);
         let solved = Solved::of(self)?;
         // Below one degree of freedom the reach would grow without end, and the deviation is no estimate.
         let sigma = solved.sigma(|freedom| reach(0.05, freedom.max(1.0)) / INTERVAL);
@@ -90,7 +88,7 @@ impl Accumulator {
             .extend(self.failed().iter().map(|failed| format!("not in it: {}: {}", failed.name, failed.reason)));
         let settings = self.settings();
         estimate.model = settings.model.name.clone();
-        estimate.fingerprint = settings.model.fingerprint.clone();
+        estimate.fingerprint = Some(settings.model.fingerprint.clone());
         estimate.description = settings.description.clone();
         estimate.method = format!("{}, from sums", options.weights.method());
         estimate.logs = self.logs().into_iter().map(|log| log.name.clone()).collect();

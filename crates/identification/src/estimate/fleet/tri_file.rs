@@ -10,6 +10,11 @@
 //! largest position, speed, effort, f95 and samples at rest. The cut-off comes last. Columns that hold only zeros have
 //! no place.
 
+use std::io::{Cursor, ErrorKind, Read};
+use std::path::Path;
+
+use gate::budget::Budget;
+use gate::source::Source;
 use linear_model::yaml;
 use logs::Error;
 use numerics::triangle::Triangle;
@@ -29,9 +34,11 @@ const TRI_MAGIC_WORD: &str = "rist-tri";
 /// these.
 const TRI_FORMAT_VERSION: u32 = 2;
 
-/// Largest number of entries of all triangles of a file, zeros included. It limits to 4 GiB the memory that a
-/// stranger's head may ask for.
-const MAX_TRIANGLE_ENTRIES: usize = 1 << 29;
+/// Largest file of sums.
+const MAX_TRI_BYTES: u64 = 1 << 31;
+
+/// Bytes of an entry of a triangle in memory. Its zeros take memory too, and no place in the file.
+const ENTRY_BYTES: usize = 8;
 
 /// Largest length of the first line.
 const MAX_FIRST_LINE_BYTES: usize = 120;
@@ -63,6 +70,25 @@ impl Accumulator {
         Ok(joined(&head, &body.0))
     }
 
+    /// Reads a `.tri` file. What does not begin as one is not read on, so that a device without end is refused.
+    ///
+    /// Fails where it cannot be read, is larger than 2 GiB, and as [`Accumulator::from_bytes`].
+    pub fn read(path: &Path) -> Result<Accumulator, Error> {
+        let file = &path.display().to_string();
+        let failed = |e: std::io::Error| match e.kind() {
+            ErrorKind::NotFound => Error::at(file, 0, "there is no such file"),
+            ErrorKind::FileTooLarge => Error::at(file, 0, "the file is larger than 2 GiB: merge fewer logs into one"),
+            _ => Error::at(file, 0, format!("cannot be read: {e}")),
+        };
+        let mut source = Source::open(path).map_err(failed)?;
+        let head = source.head(TRI_MAGIC_WORD.len()).map_err(failed)?;
+        let bytes = match head == TRI_MAGIC_WORD.as_bytes() {
+            true => Source::of(Cursor::new(head).chain(source)).whole(MAX_TRI_BYTES).map_err(failed)?,
+            false => head,
+        };
+        Accumulator::from_bytes(file, &bytes)
+    }
+
     /// Reads the content of a `.tri` file; `file` stands in messages.
     ///
     /// Fails where it is none, was cut short or damaged, or is of another version.
@@ -74,10 +100,11 @@ impl Accumulator {
         let damaged = || at("its triangles are not those of its head: make it again".into());
         head.settings.columns_alone().map_err(|e| at(e.to_string()))?;
         let (n, p) = (head.settings.coordinates.len(), head.settings.columns.len());
-        let mut words = Words { left: body, cells: MAX_TRIANGLE_ENTRIES };
+        let mut words = Words { left: body, budget: Budget::of(bytes.len()), excess: None };
         let mut replicates = Vec::new();
         for ReplicateHead { logs } in head.replicates {
-            let observation = words.replicate(n, p).filter(|_| !logs.is_empty()).ok_or_else(damaged)?;
+            let observation = words.replicate(n, p).filter(|_| !logs.is_empty());
+            let observation = observation.ok_or_else(|| words.excess.take().map_or_else(damaged, at))?;
             replicates.push(Replicate { logs, observation });
         }
         if !words.left.is_empty() || replicates.len() > MAX_REPLICATES {
@@ -175,8 +202,10 @@ impl Body {
 /// Numbers of a file that are still to be read; `None` where there are too few.
 struct Words<'a> {
     left: &'a [u8],
-    /// Number of entries that triangles may still have.
-    cells: usize,
+    /// Memory that triangles may still take.
+    budget: Budget,
+    /// Why the budget did not suffice.
+    excess: Option<String>,
 }
 
 impl Words<'_> {
@@ -211,7 +240,11 @@ impl Words<'_> {
     }
 
     fn triangle(&mut self, p: usize) -> Option<Triangle> {
-        self.cells = self.cells.checked_sub((p + 1).checked_mul(p + 1)?)?;
+        let entries = (p + 1).saturating_mul(p + 1);
+        if let Err(excess) = self.budget.draw(entries.saturating_mul(ENTRY_BYTES)) {
+            self.excess = Some(excess);
+            return None;
+        }
         let rows = self.count(usize::MAX / 1024)?;
         let count = self.count(p + 1)?;
         let live = (0..count).map(|_| self.count(p)).collect::<Option<Vec<usize>>>()?;
@@ -288,7 +321,7 @@ mod tests {
     fn a_head_is_believed_only_so_far() {
         let nested = joined(&"[".repeat(100_000), &[]);
         assert!(Accumulator::from_bytes("a.tri", &nested).unwrap_err().to_string().contains("its head is not that"));
-        let mut words = Words { left: &[0; 1000], cells: MAX_TRIANGLE_ENTRIES };
+        let mut words = Words { left: &[0; 1000], budget: Budget::of(1000), excess: None };
         assert!(words.triangle(1 << 20).is_none() && words.triangle(usize::MAX - 1).is_none());
     }
 

@@ -14,7 +14,7 @@ const USELESS_ANGLE_RAD: f64 = std::f64::consts::FRAC_PI_4;
 const USELESS_SCALE: f64 = 0.5;
 
 /// The claims of tested hypotheses; `joints`: one per coordinate.
-pub fn claims_of_faults(tested: &[Tested], joints: &[JointResidual]) -> Vec<Claim> {
+pub(crate) fn claims_of_faults(tested: &[Tested], joints: &[JointResidual]) -> Vec<Claim> {
     let gain = |t: &Tested| t.held_out.map_or(1.0, |(without, with)| with / without);
     let strongest = tested.iter().filter(|t| t.is_found()).min_by(|a, b| gain(a).total_cmp(&gain(b)));
     let mut claims: Vec<Claim> = strongest.map(|t| contradicted(t, joints)).into_iter().collect();

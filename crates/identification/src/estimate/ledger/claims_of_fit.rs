@@ -1,6 +1,7 @@
 //! What a fit leaves open, and what it predicts, as claims.
 
 use claims::{Claim, Figure, Outcome, Remedy, Subject, Trial};
+use linear_model::artefact::EDITED;
 use linear_model::label::Label;
 use linear_model::parameter::{FrictionParameter, ParameterId};
 
@@ -14,7 +15,7 @@ use crate::estimate::residuals::JointResidual;
 /// Chi^2 per degree of freedom above which the model lacks something. Simulations whose model is right have 0.3 to 0.7,
 /// because the scatter between periods holds the chatter of the controller too. A ripple of 2 % gives 2.8, joints that
 /// bend at 25 Hz give 950, and torques that are 1.5 ms late give 32 (`tests/tests/identification/misfit.rs`).
-pub const LACKING_MODEL_CHI_SQUARE: f64 = 2.0;
+pub(crate) const LACKING_MODEL_CHI_SQUARE: f64 = 2.0;
 
 /// Error on another motion up to which an estimate predicts well.
 const GOOD_PREDICTION_ERROR: f64 = 0.05;
@@ -57,7 +58,7 @@ pub struct Prediction {
 }
 
 /// The claims of a fit, contradictions first. `total`: the error on the logs that are looked at.
-pub fn claims_of_fit(estimate: &Estimate, total: f64, prediction: &Prediction) -> Vec<Claim> {
+pub(crate) fn claims_of_fit(estimate: &Estimate, total: Option<f64>, prediction: &Prediction) -> Vec<Claim> {
     let mut claims = vec![other_motion(estimate, prediction)];
     claims.extend(estimate.refusal.iter().map(|why| earlier(why)));
     claims.extend(friction(estimate));
@@ -78,11 +79,14 @@ pub fn claims_of_fit(estimate: &Estimate, total: f64, prediction: &Prediction) -
         });
     }
     claims.extend(estimate.doubts.iter().map(|why| cannot_tell(whole(RESIDUAL), why, "a model that has it")));
+    if estimate.is_edited {
+        claims.push(cannot_tell(whole(PARAMETERS), EDITED, "the file as it was written, or a new identification"));
+    }
     if estimate.settled == Some(false) {
         let why = "the method did not settle: the values still change from round to round";
         claims.push(cannot_tell(whole(RESIDUAL), why, "a richer motion"));
     }
-    if total > LARGE_RESIDUAL {
+    if let Some(total) = total.filter(|x| *x > LARGE_RESIDUAL) {
         claims.push(cannot_tell(
             whole(RESIDUAL),
             format!("{} of the torques stay unexplained", percent(total)),
@@ -101,8 +105,8 @@ pub fn claims_of_fit(estimate: &Estimate, total: f64, prediction: &Prediction) -
     if !weak.is_empty() {
         claims.push(cannot_tell(whole(PARAMETERS), format!("little motion decides {weak}"), moved));
     }
-    let condition = estimate.condition_number;
-    if condition.is_finite() && condition > DECIDING_CONDITION_NUMBER {
+    let is_deciding = |x: &f64| x.is_finite() && *x > DECIDING_CONDITION_NUMBER;
+    if let Some(condition) = estimate.condition_number.filter(is_deciding) {
         let why = format!("the condition number is {condition:.0}");
         claims.push(cannot_tell(
             whole(PARAMETERS),
@@ -164,7 +168,7 @@ fn other_motion(estimate: &Estimate, prediction: &Prediction) -> Claim {
         };
         return Claim::new(subject, Outcome::NotLookedAt { why: why.into(), would_tell: would_tell.into() });
     };
-    let is_noise = is_noise(estimate) && error < OVERFITTED_ERROR_RATIO * estimate.total;
+    let is_noise = is_noise(estimate) && estimate.total.is_some_and(|x| error < OVERFITTED_ERROR_RATIO * x);
     let most = if is_noise { GOOD_NOISY_PREDICTION_ERROR } else { GOOD_PREDICTION_ERROR };
     match error <= most {
         true => Claim::new(subject, Outcome::Agrees { smallest: Figure::new(100.0 * error, "% of the torque") }),
@@ -178,21 +182,21 @@ fn other_motion(estimate: &Estimate, prediction: &Prediction) -> Claim {
 
 /// Whether what is left at every joint has no longer memory than noise.
 fn is_noise(estimate: &Estimate) -> bool {
-    let memory = |j: &JointResidual| j.memory.map(|m| times(estimate, m));
+    let memory = |j: &JointResidual| Some(times(estimate.cutoff?, j.memory?));
     let known: Vec<f64> = estimate.joints.iter().filter_map(memory).collect();
     !known.is_empty() && known.iter().all(|times| *times <= LONG_MEMORY_RATIO)
 }
 
-/// The memory of a residual over that of noise.
-fn times(estimate: &Estimate, memory: f64) -> f64 {
-    memory * estimate.cutoff / NOISE_MEMORY_PERIODS
+/// The memory of a residual over that of noise below the cut-off.
+fn times(cutoff: f64, memory: f64) -> f64 {
+    memory * cutoff / NOISE_MEMORY_PERIODS
 }
 
 /// What the autocorrelation of the residual says, for the joint with the longest memory.
-pub fn not_noise(estimate: &Estimate) -> Option<String> {
+pub(crate) fn not_noise(estimate: &Estimate) -> Option<String> {
     let known = estimate.joints.iter().filter_map(|joint| Some((joint, joint.memory?)));
-    let (joint, memory) = known.max_by(|a, b| a.1.total_cmp(&b.1)).filter(|_| estimate.cutoff > 0.0)?;
-    let (name, times) = (&joint.coordinate, times(estimate, memory));
+    let (joint, memory) = known.max_by(|a, b| a.1.total_cmp(&b.1))?;
+    let (name, times) = (&joint.coordinate, times(estimate.cutoff?, memory));
     Some(match times > LONG_MEMORY_RATIO {
         true => format!(
             "what is left at {name} is not noise alone: it stays alike for {} s, {times:.0} times as long as noise does, so friction or \
@@ -205,8 +209,8 @@ pub fn not_noise(estimate: &Estimate) -> Option<String> {
 
 fn overfitted(estimate: &Estimate, prediction: &Prediction) -> Option<String> {
     let error = prediction.others.or(prediction.held_out)?;
-    let total = estimate.total;
-    (error > SMALL_HELD_OUT_ERROR && total > 0.0 && error > OVERFITTED_ERROR_RATIO * total).then(|| {
+    let total = estimate.total?;
+    (error > SMALL_HELD_OUT_ERROR && error > OVERFITTED_ERROR_RATIO * total).then(|| {
         format!(
             "data that were not fitted are predicted with {}, those that were with {}: the log is too short or too poor \
              for so many parameters",

@@ -9,8 +9,8 @@
 //!                        mount         h   = the torques per angle of a tilted gravity
 //! ```
 //! W is taken out of h and of tau by one triangle: what is left of both tells u, its deviation, and how large u must be to
-//! be found. A fault is found where u is above `SIGMAS` deviations and parts of the record that were left out are
-//! predicted with an error below `WORTHWHILE` of what it is without. The deviation is the scatter of u while tenths of
+//! be found. A fault is found where u is above `FOUND_FAULT_SIGMAS` deviations and parts of the record that were left out are
+//! predicted with an error below `WORTHWHILE_ERROR_RATIO` of what it is without. The deviation is the scatter of u while tenths of
 //! the record are left out (jackknife), at least that of white noise.
 //!
 //! Not told: a common scale of all torques, and the zero of a joint whose bodies may lie as they like.
@@ -62,9 +62,9 @@ pub struct Tested {
 
 impl Tested {
     /// Whether the fault is there.
-    pub fn is_found(&self) -> bool {
-        let is_large = self.value.abs() > self.least().max(SIGMAS * self.deviation);
-        is_large && self.held_out.is_some_and(|(without, with)| with < WORTHWHILE * without)
+    pub(crate) fn is_found(&self) -> bool {
+        let is_large = self.value.abs() > self.least().max(FOUND_FAULT_SIGMAS * self.deviation);
+        is_large && self.held_out.is_some_and(|(without, with)| with < WORTHWHILE_ERROR_RATIO * without)
     }
 
     /// The least size that matters.
@@ -81,22 +81,22 @@ impl Tested {
 pub type Tilt<'a> = &'a dyn Fn(&[f64]) -> Vec<f64>;
 
 /// A fault is told by so many of its deviations.
-const SIGMAS: f64 = 6.0;
+const FOUND_FAULT_SIGMAS: f64 = 6.0;
 /// Error on parts left out over that without the fault, below which the fault is worth naming.
-const WORTHWHILE: f64 = 0.9;
+const WORTHWHILE_ERROR_RATIO: f64 = 0.9;
 /// Smaller angles and scales than these are errors of calibration, rad and 1.
 const LEAST_ANGLE_RAD: f64 = std::f64::consts::PI / 180.0;
 const LEAST_SCALE: f64 = 0.03;
 /// Samples that are looked at.
 const MOST_SAMPLES: usize = 3000;
 /// Parts of the record that are left out in turn.
-const PARTS: usize = 10;
+const LEFT_OUT_PARTS: usize = 10;
 /// Share of a column's norm with which its parameter is held at the fit, for parameters that the data leave open.
-const HELD: f64 = 1e-4;
+const HELD_COLUMN_SHARE: f64 = 1e-4;
 /// A column that the parameters explain but for this share of its norm tells nothing.
-const EXPLAINED: f64 = 1e-3;
+const EXPLAINED_COLUMN_SHARE: f64 = 1e-3;
 /// Step of the derivative by a position, rad (m).
-const STEP: f64 = 1e-4;
+const POSITION_STEP: f64 = 1e-4;
 /// Robots of more coordinates take too long.
 const MOST_COORDINATES: usize = 12;
 
@@ -120,7 +120,7 @@ pub fn hypotheses<R: Records + ?Sized>(
     records.each(&mut |states| count += states.len())?;
     let every = count.div_ceil(MOST_SAMPLES).max(1);
     let (p, width) = (model.p(), model.p() + all.len());
-    let mut parts: Vec<TriangleBuilder> = (0..PARTS).map(|_| TriangleBuilder::new(width)).collect();
+    let mut parts: Vec<TriangleBuilder> = (0..LEFT_OUT_PARTS).map(|_| TriangleBuilder::new(width)).collect();
     let mut seen = 0;
     records.each(&mut |states| {
         let kept = thinned(states, (every - seen % every) % every, every);
@@ -129,7 +129,7 @@ pub fn hypotheses<R: Records + ?Sized>(
         let columns = columns(model, &kept, x, &all, tilts);
         let mut row = vec![0.0; width];
         model.rows(&kept, 0..kept.len(), |r, w| {
-            let part = (first + r * every) * PARTS / count.max(1);
+            let part = (first + r * every) * LEFT_OUT_PARTS / count.max(1);
             for j in (0..n).filter(|j| kept.used[r * n + j]) {
                 let weight = weights[j];
                 for (out, w) in row.iter_mut().zip(&w[j * p..(j + 1) * p]) {
@@ -138,7 +138,7 @@ pub fn hypotheses<R: Records + ?Sized>(
                 for (out, column) in row[p..].iter_mut().zip(&columns) {
                     *out = weight * column[r * n + j];
                 }
-                parts[part.min(PARTS - 1)].push(&row, weight * kept.tau[r * n + j]);
+                parts[part.min(LEFT_OUT_PARTS - 1)].push(&row, weight * kept.tau[r * n + j]);
             }
         });
     })?;
@@ -205,9 +205,9 @@ fn columns(model: &Model, states: &States, x: &[f64], all: &[Hypothesis], tilts:
                         q[k] = position + by;
                         torques(&q, r, &mut y)
                     };
-                    let (behind, before) = (moved(STEP), moved(-STEP));
+                    let (behind, before) = (moved(POSITION_STEP), moved(-POSITION_STEP));
                     q[k] = position;
-                    column.extend(behind.iter().zip(before).map(|(a, b)| (a - b) / (2.0 * STEP)));
+                    column.extend(behind.iter().zip(before).map(|(a, b)| (a - b) / (2.0 * POSITION_STEP)));
                 }
                 Hypothesis::Scale(k) => column.extend(only(k, here[k])),
                 Hypothesis::Spring(k) => column.extend(only(k, q[k])),
@@ -234,7 +234,7 @@ fn tested(parts: &[Triangle], x: &[f64], all: &[Hypothesis]) -> Vec<Tested> {
     let noise = (all_in.square() / rows).sqrt();
     let test = |(e, hypothesis): (usize, &Hypothesis)| {
         let (value, norm) = all_in.unknown(e);
-        let is_told = norm > EXPLAINED * whole.column_norm(p + e) && norm > 0.0;
+        let is_told = norm > EXPLAINED_COLUMN_SHARE * whole.column_norm(p + e) && norm > 0.0;
         if !is_told {
             let of = hypothesis.clone();
             return Tested { of, value: 0.0, deviation: f64::INFINITY, power: f64::INFINITY, held_out: None };
@@ -245,9 +245,10 @@ fn tested(parts: &[Triangle], x: &[f64], all: &[Hypothesis]) -> Vec<Tested> {
         let scatter = others.iter().map(|u| (u - mean).powi(2)).sum::<f64>() * (m - 1.0) / m;
         let deviation = scatter.sqrt().max(noise / norm);
         let mut one = Tested { of: hypothesis.clone(), value, deviation, power: f64::INFINITY, held_out: None };
-        let by_error = (1.0 / (WORTHWHILE * WORTHWHILE) - 1.0).sqrt() * all_in.square().sqrt() / norm;
-        one.power = by_error.max(SIGMAS * deviation).max(one.least());
-        if value.abs() > SIGMAS * deviation {
+        let by_error =
+            (1.0 / (WORTHWHILE_ERROR_RATIO * WORTHWHILE_ERROR_RATIO) - 1.0).sqrt() * all_in.square().sqrt() / norm;
+        one.power = by_error.max(FOUND_FAULT_SIGMAS * deviation).max(one.least());
+        if value.abs() > FOUND_FAULT_SIGMAS * deviation {
             let columns: Vec<usize> = (0..p).chain([p + e]).collect();
             one.held_out = Some(held_out(parts, &held, &columns, p));
         }
@@ -283,7 +284,7 @@ fn held(rows: &Triangle, x: &[f64]) -> Triangle {
     let mut block = TriangleBuilder::new(rows.columns());
     for (c, x) in x.iter().enumerate() {
         let mut row = vec![0.0; rows.columns()];
-        row[c] = HELD * rows.column_norm(c).max(f64::MIN_POSITIVE);
+        row[c] = HELD_COLUMN_SHARE * rows.column_norm(c).max(f64::MIN_POSITIVE);
         block.push(&row, row[c] * x);
     }
     block.finish()

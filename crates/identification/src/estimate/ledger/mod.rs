@@ -16,6 +16,7 @@ pub mod purposes;
 pub mod topics;
 pub mod torque_error;
 
-pub use claims_of_faults::claims_of_faults;
-pub use claims_of_fit::{LACKING_MODEL_CHI_SQUARE, Prediction, claims_of_fit, not_noise};
+pub(crate) use claims_of_faults::claims_of_faults;
+pub use claims_of_fit::Prediction;
+pub(crate) use claims_of_fit::{LACKING_MODEL_CHI_SQUARE, claims_of_fit, not_noise};
 pub use claims_of_log::{FreeFit, claims_of_log};

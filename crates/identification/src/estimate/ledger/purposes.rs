@@ -13,10 +13,10 @@ use crate::estimate::ledger::topics::*;
 use crate::estimate::ledger::torque_error::{TorqueError, Use};
 
 /// Error of predicted torque by the covariance, relative, up to which it is sure.
-pub const SURE_TORQUE: f64 = 0.05;
+pub(crate) const SURE_TORQUE: f64 = 0.05;
 
 /// The name of the use of bodies.
-pub const SIMULATOR: &str = "bodies for a simulator";
+pub(crate) const SIMULATOR: &str = "bodies for a simulator";
 
 fn topic(of: Use) -> Topic {
     match of {
@@ -27,7 +27,7 @@ fn topic(of: Use) -> Topic {
 }
 
 /// What a use of predicted torques needs.
-pub fn torque_purpose(of: Use) -> Purpose {
+pub(crate) fn torque_purpose(of: Use) -> Purpose {
     let purpose = common(of.name()).and(Need::where_told(Subject::whole(topic(of))));
     match of {
         Use::Gravity => purpose,
@@ -39,7 +39,7 @@ pub fn torque_purpose(of: Use) -> Purpose {
 }
 
 /// What bodies need.
-pub fn bodies_purpose() -> Purpose {
+pub(crate) fn bodies_purpose() -> Purpose {
     common(SIMULATOR).and(Need::where_told(Subject::whole(BODIES)))
 }
 
@@ -52,7 +52,7 @@ fn common(name: &'static str) -> Purpose {
 }
 
 /// The claim on the torque of one use.
-pub fn claim_of_torque(error: &TorqueError) -> Claim {
+pub(crate) fn claim_of_torque(error: &TorqueError) -> Claim {
     let subject = Subject::whole(topic(error.of));
     if error.relative <= SURE_TORQUE {
         return Claim::new(subject, Outcome::Agrees { smallest: Figure::new(100.0 * error.relative, "%") });

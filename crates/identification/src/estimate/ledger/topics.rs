@@ -5,9 +5,9 @@ use claims::{Claim, Outcome, Subject, Topic};
 /// Anything about a log that no estimate from it survives.
 pub const LOG: Topic = Topic("log");
 /// Which way torque and motion count.
-pub const SIGN: Topic = Topic("sign");
+pub(crate) const SIGN: Topic = Topic("sign");
 /// Torque per torque of the description, of all joints alike.
-pub const COMMON_SCALE: Topic = Topic("common scale of the torques");
+pub(crate) const COMMON_SCALE: Topic = Topic("common scale of the torques");
 /// Torque of a joint beside that of the others.
 pub const SCALE: Topic = Topic("scale beside the other joints");
 /// Where a joint is at zero.
@@ -17,21 +17,21 @@ pub const MOUNT: Topic = Topic("mount");
 /// A spring at a joint.
 pub const SPRING: Topic = Topic("spring");
 /// By how much torques lag positions.
-pub const DELAY: Topic = Topic("delay");
+pub(crate) const DELAY: Topic = Topic("delay");
 /// Friction.
 pub const FRICTION: Topic = Topic("friction");
 /// What the fit leaves.
-pub const RESIDUAL: Topic = Topic("residual");
+pub(crate) const RESIDUAL: Topic = Topic("residual");
 /// Whether parameters are determined.
 pub const PARAMETERS: Topic = Topic("parameters");
 /// Motion that was not fitted.
-pub const OTHER_MOTION: Topic = Topic("another motion");
+pub(crate) const OTHER_MOTION: Topic = Topic("another motion");
 /// Torque for gravity compensation.
-pub const GRAVITY_TORQUE: Topic = Topic("torque at rest");
+pub(crate) const GRAVITY_TORQUE: Topic = Topic("torque at rest");
 /// Torque for feedforward at the speeds seen.
-pub const TORQUE_SEEN: Topic = Topic("torque at the speeds seen");
+pub(crate) const TORQUE_SEEN: Topic = Topic("torque at the speeds seen");
 /// Torque for feedforward at the speed limits.
-pub const TORQUE_AT_LIMITS: Topic = Topic("torque at the speed limits");
+pub(crate) const TORQUE_AT_LIMITS: Topic = Topic("torque at the speed limits");
 /// The bodies for a simulator.
 pub const BODIES: Topic = Topic("bodies");
 

@@ -14,7 +14,7 @@ use crate::estimate::passport::regression::Partial;
 
 /// One change of a log.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Change {
+pub(super) enum Change {
     /// The position of a joint is larger by this angle, rad.
     Turned(usize, f64),
     /// The motion of a joint has the other sign.
@@ -46,7 +46,7 @@ const DEGREE_RAD: f64 = std::f64::consts::PI / 180.0;
 
 impl Change {
     /// Which columns it exchanges, where it exchanges all of a kind.
-    pub fn exchanges(self) -> Option<Columns> {
+    pub(super) fn exchanges(self) -> Option<Columns> {
         match self {
             SwappedJoints(..) => Some(Columns::All),
             SwappedMotions(..) => Some(Columns::Motions),
@@ -56,7 +56,7 @@ impl Change {
     }
 
     /// The same exchange of velocities, of a change that exchanges positions.
-    pub fn of_velocities(self) -> Change {
+    pub(super) fn of_velocities(self) -> Change {
         match self {
             SwappedPositions(k, l) => SwappedVelocities(k, l),
             other => other,
@@ -92,7 +92,7 @@ impl Change {
 }
 
 /// A description: its torque at any motion.
-pub struct Description<'a> {
+pub(super) struct Description<'a> {
     pub regressor: &'a dyn Regressor,
     /// Base parameters.
     pub parameters: &'a [f64],
@@ -100,7 +100,7 @@ pub struct Description<'a> {
 
 impl Description<'_> {
     /// Its torques at the instants `rows` of the changed log, sample by sample, n each.
-    pub fn torques(&self, states: &States, rows: &[usize], changes: &[Change]) -> Vec<f64> {
+    pub(super) fn torques(&self, states: &States, rows: &[usize], changes: &[Change]) -> Vec<f64> {
         let mut torques = self.moving(states, rows, changes, 1.0);
         if changes.contains(&Weightless) {
             let at_rest = self.moving(states, rows, changes, 0.0);
@@ -154,15 +154,15 @@ impl Description<'_> {
 const INSTANTS_PER_PASS: usize = 64;
 
 /// Joints with fewer samples than this say nothing.
-pub const MIN_SAMPLES_PER_JOINT: usize = 60;
+pub(super) const MIN_SAMPLES_PER_JOINT: usize = 60;
 
 /// Column k of an array with n columns, at the chosen samples.
-pub fn column(x: &[f64], n: usize, k: usize, rows: &[usize]) -> Vec<f64> {
+pub(super) fn column(x: &[f64], n: usize, k: usize, rows: &[usize]) -> Vec<f64> {
     rows.iter().map(|&r| x[r * n + k]).collect()
 }
 
 /// The places among `rows` of the samples at which joint j counts.
-pub fn used(states: &States, rows: &[usize], j: usize) -> Vec<usize> {
+pub(super) fn used(states: &States, rows: &[usize], j: usize) -> Vec<usize> {
     (0..rows.len()).filter(|&i| states.used[rows[i] * states.n + j]).collect()
 }
 
@@ -170,7 +170,7 @@ pub fn used(states: &States, rows: &[usize], j: usize) -> Vec<usize> {
 /// it is.
 ///
 /// A slope within a factor of two of `scale` is allowed.
-pub fn misfits(found: &[Partial], as_it_is: &[Partial], changes: &[Change], scale: f64) -> Vec<f64> {
+pub(super) fn misfits(found: &[Partial], as_it_is: &[Partial], changes: &[Change], scale: f64) -> Vec<f64> {
     let misfit = |(j, p): (usize, &Partial)| {
         let slope = scale * (p.slope() / scale).clamp(0.5, 2.0);
         let whole = as_it_is[torque_of(changes, j).0].yy;
@@ -183,7 +183,7 @@ pub fn misfits(found: &[Partial], as_it_is: &[Partial], changes: &[Change], scal
 /// The joint whose velocity in the log is that of joint j.
 ///
 /// The change done last is met first. Changes of sign do not matter, because they change no span of columns.
-pub fn motion_of(changes: &[Change], j: usize) -> usize {
+pub(super) fn motion_of(changes: &[Change], j: usize) -> usize {
     changes.iter().rev().fold(j, |j, change| match *change {
         SwappedMotions(k, l) | SwappedJoints(k, l) | SwappedVelocities(k, l) if k == j => l,
         SwappedMotions(k, l) | SwappedJoints(k, l) | SwappedVelocities(k, l) if l == j => k,
@@ -192,7 +192,7 @@ pub fn motion_of(changes: &[Change], j: usize) -> usize {
 }
 
 /// Which column of the log is the torque of joint j, and its sign.
-pub fn torque_of(changes: &[Change], j: usize) -> (usize, f64) {
+pub(super) fn torque_of(changes: &[Change], j: usize) -> (usize, f64) {
     changes.iter().rev().fold((j, 1.0), |(of, sign), change| {
         let (next, s) = change.torque(of);
         (next, sign * s)

@@ -20,7 +20,7 @@ use crate::estimate::passport::samples::Samples;
 
 /// A delay of all torques.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Lag {
+pub(super) struct Lag {
     /// The delay, s; positive: the torques are late.
     pub seconds: f64,
     /// Share of the squares left of the torques that the delay explains, a mean over the joints.
@@ -48,7 +48,7 @@ const MAX_JOINTS_FOR_DELAY: usize = 8;
 const MAX_ROWS_PER_JOINT: usize = 200;
 
 /// The delay that explains the torques; `None` where there is none.
-pub fn common_lag(regressor: &dyn Regressor, samples: &Samples, rows: &[usize]) -> Option<Lag> {
+pub(super) fn common_lag(regressor: &dyn Regressor, samples: &Samples, rows: &[usize]) -> Option<Lag> {
     let n = samples.kept.n;
     if n > MAX_JOINTS_FOR_DELAY {
         return None;

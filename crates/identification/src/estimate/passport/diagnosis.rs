@@ -19,7 +19,7 @@ use crate::estimate::passport::search::{Search, Suspicion, counts};
 use crate::estimate::passport::trials::Trials;
 
 /// What a diagnosis looks at.
-pub struct Look<'a> {
+pub(super) struct Look<'a> {
     pub samples: &'a Samples,
     /// The kept samples that are looked at.
     pub rows: &'a [usize],
@@ -39,7 +39,7 @@ const POWER_OF_TEN_TOLERANCE: f64 = 0.2;
 
 impl Look<'_> {
     /// Appends the findings, and what cannot be told.
-    pub fn diagnose(&self, slopes: Option<&[Partial]>, passport: &mut Passport) {
+    pub(super) fn diagnose(&self, slopes: Option<&[Partial]>, passport: &mut Passport) {
         let mut findings = self.dead_and_saturated();
         let is_dead = findings.iter().any(|f| f.fault == Fault::DeadTorque);
         findings.extend(self.short());
@@ -80,17 +80,17 @@ impl Look<'_> {
     }
 
     /// The name of a coordinate.
-    pub fn name(&self, k: usize) -> String {
+    pub(super) fn name(&self, k: usize) -> String {
         self.regressor.coordinates()[k].clone()
     }
 
     /// Number of coordinates.
-    pub fn n(&self) -> usize {
+    pub(super) fn n(&self) -> usize {
         self.samples.kept.n
     }
 
     /// Distance between the ends of a joint's motion, rad (m).
-    pub fn range(&self, k: usize) -> f64 {
+    pub(super) fn range(&self, k: usize) -> f64 {
         self.samples.range[k].1 - self.samples.range[k].0
     }
 

@@ -60,10 +60,10 @@ pub enum Fault {
 }
 
 /// Common slopes within these are errors of nominal inertials, not another unit.
-pub const NOMINAL_INERTIAL_SLOPES: std::ops::Range<f64> = 0.25..4.0;
+pub(crate) const NOMINAL_INERTIAL_SLOPES: std::ops::Range<f64> = 0.25..4.0;
 
 /// Slopes of all joints within these may be errors of nominal inertials, even where they are alike.
-pub const COMMON_FACTORS: std::ops::Range<f64> = 0.7..1.43;
+pub(crate) const COMMON_FACTORS: std::ops::Range<f64> = 0.7..1.43;
 
 /// The columns of a log that share an order.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -27,7 +27,12 @@ pub struct OwnFriction {
 }
 
 /// Friction of joint j; `None` where it hardly moves or counts in too few samples.
-pub fn own_friction(regressor: &dyn Regressor, states: &States, rows: &[usize], j: usize) -> Option<OwnFriction> {
+pub(crate) fn own_friction(
+    regressor: &dyn Regressor,
+    states: &States,
+    rows: &[usize],
+    j: usize,
+) -> Option<OwnFriction> {
     let (n, p) = (states.n, regressor.parameters().len());
     let rows: Vec<usize> = used(states, rows, j).into_iter().map(|i| rows[i]).collect();
     if rows.len() < MIN_SAMPLES_PER_JOINT.max(3 * p / 2) {

@@ -31,7 +31,7 @@ pub mod visited;
 use logs::{Error, Suspect};
 
 use crate::estimate::passport::change::{Description, MIN_SAMPLES_PER_JOINT, column, used};
-pub use crate::estimate::passport::finding::COMMON_FACTORS;
+pub(crate) use crate::estimate::passport::finding::COMMON_FACTORS;
 use crate::estimate::passport::friction::own_friction;
 use crate::estimate::passport::power::zero_power;
 use crate::estimate::passport::regression::Partial;

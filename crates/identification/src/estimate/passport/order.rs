@@ -28,7 +28,7 @@ const EXCHANGE_KINDS: [Exchange; 3] = [Change::SwappedJoints, Change::SwappedMot
 
 impl Search<'_> {
     /// The order that leaves least, as exchanges, with its misfits; `None` for a single joint.
-    pub fn order(&self, as_it_is: &[Partial], sum: Sum) -> Option<(Vec<Change>, Vec<f64>)> {
+    pub(super) fn order(&self, as_it_is: &[Partial], sum: Sum) -> Option<(Vec<Change>, Vec<f64>)> {
         let few: Vec<usize> = self.rows.iter().step_by((self.rows.len() / RANKING_SAMPLES).max(1)).copied().collect();
         let few = Trials::new(self.description, &self.samples.kept, &few);
         let unmoved = few.described(&[]);

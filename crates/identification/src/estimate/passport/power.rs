@@ -13,7 +13,7 @@ use super::change::misfits;
 const TRIED_DEG: [f64; 10] = [5.0, 10.0, 15.0, 20.0, 30.0, 45.0, 60.0, 90.0, 135.0, 180.0];
 
 /// rad; `None` where no offset of joint k would have been found.
-pub fn zero_power(trials: &Trials, slopes: &[Partial], k: usize) -> Option<f64> {
+pub(super) fn zero_power(trials: &Trials, slopes: &[Partial], k: usize) -> Option<f64> {
     let sum = |changes: &[Change], partials: &[Partial]| {
         let left = misfits(partials, slopes, changes, 1.0);
         let counted = left.iter().zip(slopes).filter(|(_, p)| counts(p, 1.0, COUNTED_JOINT_SHARE));

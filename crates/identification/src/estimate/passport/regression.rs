@@ -9,11 +9,11 @@ const DEPENDENT_COLUMN_SHARE: f64 = 1e-9;
 
 /// Orthonormal columns of equal length.
 #[derive(Clone, Debug, Default)]
-pub struct Basis(Vec<Vec<f64>>);
+pub(crate) struct Basis(Vec<Vec<f64>>);
 
 impl Basis {
     /// The space of these columns; those that are no more than rounding beside the others span nothing.
-    pub fn of(columns: Vec<Vec<f64>>) -> Basis {
+    pub(crate) fn of(columns: Vec<Vec<f64>>) -> Basis {
         let mut basis = Basis::default();
         for column in columns {
             let norm = square(&column).sqrt();
@@ -29,12 +29,12 @@ impl Basis {
     }
 
     /// Number of independent columns.
-    pub fn len(&self) -> usize {
+    pub(crate) fn len(&self) -> usize {
         self.0.len()
     }
 
     /// What the columns leave of a signal.
-    pub fn without(&self, mut signal: Vec<f64>) -> Vec<f64> {
+    pub(crate) fn without(&self, mut signal: Vec<f64>) -> Vec<f64> {
         for column in &self.0 {
             let share = product(column, &signal);
             signal.iter_mut().zip(column).for_each(|(x, c)| *x -= share * c);
@@ -45,7 +45,7 @@ impl Basis {
 
 /// A signal y and a column x, both without the columns of a basis, by their products.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Partial {
+pub(super) struct Partial {
     /// y'.y', x'.x', x'.y'.
     pub yy: f64,
     pub xx: f64,
@@ -54,39 +54,39 @@ pub struct Partial {
 
 impl Partial {
     /// From signals of which the basis has been taken out.
-    pub fn of(y: &[f64], x: &[f64]) -> Partial {
+    pub(super) fn of(y: &[f64], x: &[f64]) -> Partial {
         Partial { yy: square(y), xx: square(x), xy: product(x, y) }
     }
 
     /// y per x; 0 for a column of zeros.
-    pub fn slope(&self) -> f64 {
+    pub(super) fn slope(&self) -> f64 {
         if self.xx > 0.0 { self.xy / self.xx } else { 0.0 }
     }
 
     /// Share of y'.y' that the column explains, 0 to 1.
-    pub fn share(&self) -> f64 {
+    pub(super) fn share(&self) -> f64 {
         let both = self.xx * self.yy;
         if both > 0.0 { (self.xy * self.xy / both).min(1.0) } else { 0.0 }
     }
 
     /// Share of y'.y' that is left with this slope; above 1 where the column makes it worse.
-    pub fn left(&self, slope: f64) -> f64 {
+    pub(super) fn left(&self, slope: f64) -> f64 {
         if self.yy > 0.0 { (1.0 - slope * (2.0 * self.xy - slope * self.xx) / self.yy).max(0.0) } else { 0.0 }
     }
 
     /// The square of the column over that of the signal, which is its share there with slope 1.
-    pub fn weight(&self) -> f64 {
+    pub(super) fn weight(&self) -> f64 {
         if self.yy > 0.0 { self.xx / self.yy } else { 0.0 }
     }
 }
 
 /// |x|^2.
-pub fn square(x: &[f64]) -> f64 {
+pub(crate) fn square(x: &[f64]) -> f64 {
     product(x, x)
 }
 
 /// x . y.
-pub fn product(x: &[f64], y: &[f64]) -> f64 {
+pub(super) fn product(x: &[f64], y: &[f64]) -> f64 {
     x.iter().zip(y).map(|(x, y)| x * y).sum()
 }
 

@@ -46,13 +46,13 @@ pub struct Passport {
 }
 
 /// Share explained by the description, above which a joint's slope counts. Below it the slope is in brackets.
-pub const COUNTED_SLOPE_SHARE: f64 = 0.5;
+pub(crate) const COUNTED_SLOPE_SHARE: f64 = 0.5;
 /// Share below which a slope is not shown.
 const SHOWN_SLOPE_SHARE: f64 = 0.05;
 
 impl Passport {
     /// Whether there was a description to hold the log against.
-    pub fn has_description(&self) -> bool {
+    pub(crate) fn has_description(&self) -> bool {
         self.joints.iter().any(|j| j.slope.is_some())
     }
 

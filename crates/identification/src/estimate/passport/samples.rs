@@ -25,7 +25,7 @@ const LIKELY_SIZES: std::ops::Range<f64> = 0.5..2.0;
 
 /// What a passport is made from.
 #[derive(Clone, Debug, Default)]
-pub struct Samples {
+pub(crate) struct Samples {
     /// The kept samples, one after the other.
     pub kept: States,
     /// The samples just before and just behind each kept one, and the time between those two, s.
@@ -46,7 +46,7 @@ pub struct Samples {
 
 /// Sums over all samples of one coordinate; `bend` is the second difference of the position, `jerk` that of the velocity.
 #[derive(Clone, Copy, Debug, Default)]
-pub struct RateSums {
+pub(crate) struct RateSums {
     /// (slope - dq) bend, and bend^2.
     lag: f64,
     bend: f64,
@@ -60,7 +60,7 @@ impl Samples {
     /// Goes through the records once.
     ///
     /// Fails when a record cannot be read.
-    pub fn of<R: Records + ?Sized>(records: &R, n: usize) -> Result<Samples, Error> {
+    pub(crate) fn of<R: Records + ?Sized>(records: &R, n: usize) -> Result<Samples, Error> {
         let mut all = Samples {
             range: vec![(f64::MAX, f64::MIN); n],
             path: vec![0.0; n],
@@ -146,19 +146,19 @@ impl Samples {
     }
 
     /// The places of every `step`-th kept sample.
-    pub fn every(&self, step: usize) -> Vec<usize> {
+    pub(crate) fn every(&self, step: usize) -> Vec<usize> {
         (0..self.kept.len()).step_by(step.max(1)).collect()
     }
 
     /// How often a joint goes there and back: its way over twice its range.
-    pub fn periods(&self, k: usize) -> f64 {
+    pub(crate) fn periods(&self, k: usize) -> f64 {
         let range = self.range[k].1 - self.range[k].0;
         if range > 0.0 { 0.5 * self.path[k] / range } else { 0.0 }
     }
 
     /// Time by which the velocity of k lags the slope of its position, s: a first-order low-pass of the velocity, or a clock
     /// of its own. `None` where k hardly moves.
-    pub fn velocity_lag(&self, k: usize) -> Option<f64> {
+    pub(crate) fn velocity_lag(&self, k: usize) -> Option<f64> {
         let fastest = self.velocity.iter().copied().fold(0.0, f64::max);
         let sums = &self.rates[k];
         let moves = self.velocity[k] > SLOW_SHARE * SLOW_SHARE * fastest && sums.bend > 0.0;
@@ -166,7 +166,7 @@ impl Samples {
     }
 
     /// Whether the acceleration of k is another signal than the slope of its velocity.
-    pub fn is_acceleration_wrong(&self, k: usize) -> bool {
+    pub(crate) fn is_acceleration_wrong(&self, k: usize) -> bool {
         let sums = &self.rates[k];
         let both = sums.acceleration * sums.slope;
         let size = if sums.slope > 0.0 { (sums.acceleration / sums.slope).sqrt() } else { 1.0 };
@@ -174,7 +174,7 @@ impl Samples {
     }
 
     /// The square of the correlation of the velocity of k with the slope of the position of l, and its sign.
-    pub fn alike(&self, k: usize, l: usize) -> f64 {
+    pub(crate) fn alike(&self, k: usize, l: usize) -> f64 {
         let together = self.together[k * self.kept.n + l];
         let both = self.velocity[k] * self.slope[l];
         if both > 0.0 { together * together.abs() / both } else { 0.0 }

@@ -13,7 +13,7 @@ use crate::estimate::passport::samples::Samples;
 use crate::estimate::passport::trials::Trials;
 
 /// Where and with what to search.
-pub struct Search<'a> {
+pub(super) struct Search<'a> {
     pub samples: &'a Samples,
     pub rows: &'a [usize],
     /// The trials at `rows`.
@@ -27,7 +27,7 @@ pub struct Search<'a> {
 
 /// A mistake that explains the log, with the mean misfit of the joints that count before and after.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Suspicion {
+pub(super) struct Suspicion {
     /// One change, or the exchanges that make up an order.
     pub changes: Vec<Change>,
     pub before: f64,
@@ -40,7 +40,7 @@ const MAX_MISTAKES: usize = 3;
 /// All changes together must leave less than this share of the misfits.
 const LARGEST_MISFIT_SHARE_LEFT: f64 = 0.6;
 /// Each change must remove so much of the sum of the misfits.
-pub const SMALLEST_MISFIT_GAIN: f64 = 0.5;
+pub(super) const SMALLEST_MISFIT_GAIN: f64 = 0.5;
 /// An arbitrary zero must leave less than this share of what the plain changes leave.
 const LARGEST_SHARE_LEFT_BY_ZERO: f64 = 0.7;
 
@@ -52,10 +52,10 @@ const KNOWN_SWAP_GAIN_SHARE: f64 = 0.1;
 
 /// A joint counts where the description's torque is more than this share of the measured one, in squares. A wrist that
 /// is all friction does not count.
-pub const COUNTED_JOINT_SHARE: f64 = 0.05;
+pub(super) const COUNTED_JOINT_SHARE: f64 = 0.05;
 
 /// Whether the description's torque is more than a share of the measured one, in squares.
-pub fn counts(partial: &Partial, scale: f64, share: f64) -> bool {
+pub(super) fn counts(partial: &Partial, scale: f64, share: f64) -> bool {
     partial.weight() * scale * scale > share
 }
 
@@ -70,11 +70,11 @@ const ZERO_SEARCH_STEP_RAD: f64 = PI / 12.0;
 const QUARTER_TURN_TOLERANCE_RAD: f64 = PI / 36.0;
 
 /// The sum of those misfits that count.
-pub type Sum<'a> = &'a (dyn Fn(&[f64]) -> f64 + Sync);
+pub(super) type Sum<'a> = &'a (dyn Fn(&[f64]) -> f64 + Sync);
 
 impl Search<'_> {
     /// The mistakes found, and the misfits of the joints with them undone.
-    pub fn best(&self, as_it_is: &[Partial]) -> (Vec<Suspicion>, Vec<f64>) {
+    pub(super) fn best(&self, as_it_is: &[Partial]) -> (Vec<Suspicion>, Vec<f64>) {
         let counted: Vec<bool> = as_it_is.iter().map(|p| counts(p, self.scale, COUNTED_JOINT_SHARE)).collect();
         let n = counted.iter().filter(|c| **c).count().max(1) as f64;
         let sum = |misfits: &[f64]| misfits.iter().zip(&counted).filter(|(_, c)| **c).map(|(m, _)| m).sum::<f64>();
@@ -165,7 +165,7 @@ impl Search<'_> {
     }
 
     /// The misfits with these changes.
-    pub fn all_tried(&self, changes: &[Change], as_it_is: &[Partial]) -> Vec<f64> {
+    pub(super) fn all_tried(&self, changes: &[Change], as_it_is: &[Partial]) -> Vec<f64> {
         misfits(&self.trials.partials(changes), as_it_is, changes, self.scale)
     }
 
@@ -218,7 +218,7 @@ const ZERO_SEARCH_ROUNDS: usize = 10;
 
 impl Suspicion {
     /// The joints that were changed, of n.
-    pub fn joints(&self, n: usize) -> Vec<usize> {
+    pub(super) fn joints(&self, n: usize) -> Vec<usize> {
         use Change::*;
         match *self.changes.as_slice() {
             [Turned(k, _) | Mirrored(k) | Opposed(k) | Reversed(k)] => vec![k],
@@ -228,7 +228,7 @@ impl Suspicion {
     }
 
     /// The joint whose columns are those of joint k.
-    pub fn source(&self, k: usize) -> usize {
+    pub(super) fn source(&self, k: usize) -> usize {
         let changes: Vec<Change> = self.changes.iter().map(|change| change.of_velocities()).collect();
         match motion_of(&changes, k) {
             same if same == k => torque_of(&changes, k).0,
@@ -236,7 +236,7 @@ impl Suspicion {
         }
     }
 
-    pub fn fault(&self) -> Fault {
+    pub(super) fn fault(&self) -> Fault {
         use Change::*;
         let Some(&first) = self.changes.first() else { return Fault::OtherRobot };
         if self.changes.len() > 1 {
@@ -260,7 +260,7 @@ impl Suspicion {
     /// What undoes it, for a robot of n joints.
     ///
     /// Where that is an option with a list over the joints, the list serves all suspicions together.
-    pub fn remedy(&self, n: usize, all: &[Suspicion]) -> String {
+    pub(super) fn remedy(&self, n: usize, all: &[Suspicion]) -> String {
         use Change::*;
         let suspected: Vec<Change> = all.iter().flat_map(|s| s.changes.iter().copied()).collect();
         let list = |of: &dyn Fn(Change) -> Option<(usize, f64)>, others: f64| {

@@ -27,7 +27,7 @@ const SATURATED_ROWS_SHARE: f64 = 0.05;
 
 impl Look<'_> {
     /// Torques that never change, and torques that stand at a limit.
-    pub fn dead_and_saturated(&self) -> Vec<Finding> {
+    pub(super) fn dead_and_saturated(&self) -> Vec<Finding> {
         let mut found = Vec::new();
         let dead: Vec<&Suspect> = self.suspects.iter().filter(|s| s.constant.is_some()).collect();
         if !dead.is_empty() {
@@ -52,7 +52,7 @@ impl Look<'_> {
     }
 
     /// A log in which nothing comes back.
-    pub fn short(&self) -> Option<Finding> {
+    pub(super) fn short(&self) -> Option<Finding> {
         let moving = (0..self.n()).filter(|&k| self.range(k) > SMALLEST_TELLING_RANGE);
         let periods = moving.map(|k| self.samples.periods(k)).fold(0.0, f64::max);
         (periods < MIN_PERIODS).then(|| Finding {
@@ -66,7 +66,7 @@ impl Look<'_> {
     }
 
     /// Angles that no arm reaches.
-    pub fn degrees(&self) -> Option<Finding> {
+    pub(super) fn degrees(&self) -> Option<Finding> {
         let far = |k: &usize| {
             let (low, high) = self.samples.range[*k];
             !self.regressor.is_prismatic(*k) && low.abs().max(high.abs()) > LARGEST_ARM_ANGLE_RAD
@@ -83,7 +83,7 @@ impl Look<'_> {
     }
 
     /// Joints whose velocity is not the slope of their position, with the joint of whose position it is the slope.
-    pub fn velocities(&self) -> Vec<(usize, Option<usize>, Finding)> {
+    pub(super) fn velocities(&self) -> Vec<(usize, Option<usize>, Finding)> {
         let mut found = Vec::new();
         for k in (0..self.n()).filter(|&k| self.range(k) > SMALLEST_TELLING_RANGE && self.samples.velocity[k] > 0.0) {
             let own = self.samples.alike(k, k);
@@ -113,7 +113,7 @@ impl Look<'_> {
     }
 
     /// Friction that drives, in joints of which nothing else is known.
-    pub fn friction(&self, passport: &Passport, known: &[Finding]) -> Vec<Finding> {
+    pub(super) fn friction(&self, passport: &Passport, known: &[Finding]) -> Vec<Finding> {
         let accused = |name: &String| known.iter().any(|f| f.joints.contains(name));
         let judged: Vec<_> = passport.joints.iter().filter_map(|j| Some((j, j.friction?))).collect();
         let drives: Vec<_> = judged

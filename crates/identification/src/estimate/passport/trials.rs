@@ -13,7 +13,7 @@ use crate::estimate::passport::change::{
 use crate::estimate::passport::regression::{Basis, Partial};
 
 /// A log and a description, to be held against one another.
-pub struct Trials<'a> {
+pub(super) struct Trials<'a> {
     description: &'a Description<'a>,
     states: &'a States,
     rows: &'a [usize],
@@ -33,7 +33,7 @@ struct Own {
 
 impl<'a> Trials<'a> {
     /// Trials at the samples `rows`.
-    pub fn new(description: &'a Description<'a>, states: &'a States, rows: &'a [usize]) -> Trials<'a> {
+    pub(super) fn new(description: &'a Description<'a>, states: &'a States, rows: &'a [usize]) -> Trials<'a> {
         let n = states.n;
         let own = |j: usize| {
             let places = used(states, rows, j);
@@ -45,17 +45,17 @@ impl<'a> Trials<'a> {
     }
 
     /// The torques of the description for the changed log, sample by sample.
-    pub fn described(&self, changes: &[Change]) -> Vec<f64> {
+    pub(super) fn described(&self, changes: &[Change]) -> Vec<f64> {
         self.description.torques(self.states, self.rows, changes)
     }
 
     /// The torque of each joint compared with that of the description, beside the joint's own columns.
-    pub fn partials(&self, changes: &[Change]) -> Vec<Partial> {
+    pub(super) fn partials(&self, changes: &[Change]) -> Vec<Partial> {
         self.partials_of(&self.described(changes), changes)
     }
 
     /// The same from the torques `described` of the description.
-    pub fn partials_of(&self, described: &[f64], changes: &[Change]) -> Vec<Partial> {
+    pub(super) fn partials_of(&self, described: &[f64], changes: &[Change]) -> Vec<Partial> {
         let n = self.states.n;
         let joint = |(j, own): (usize, &Own)| {
             if own.places.len() < MIN_SAMPLES_PER_JOINT {

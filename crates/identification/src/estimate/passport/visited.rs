@@ -22,7 +22,7 @@ const MOST_STATES: usize = 2000;
 /// States of the other motion that are looked at.
 const TRIED_STATES: usize = 300;
 /// Parts of a motion, of which each is held against the others.
-const PARTS: usize = 10;
+const RECORD_PARTS: usize = 10;
 /// Mean square distance per joint and signal, in standard deviations, above which a state is a new one.
 const NEW_STATE_DISTANCE: f64 = 0.15;
 /// Share of new states from which on a motion is another.
@@ -47,7 +47,7 @@ impl Visited {
     /// Whether each part of the motion is another than the rest: it can be predicted from the rest as a new motion.
     pub fn has_new_parts(&self) -> bool {
         let count = self.len();
-        let part = |i: usize| i * PARTS / count.max(1);
+        let part = |i: usize| i * RECORD_PARTS / count.max(1);
         self.is_new(self, |i, j| part(i) != part(j))
     }
 
@@ -63,7 +63,7 @@ impl Visited {
     /// Whether most states of `other` are far from all of these that `counts` tells to be held against them.
     fn is_new(&self, other: &Visited, counts: impl Fn(usize, usize) -> bool) -> bool {
         let width = 2 * self.n;
-        if self.len() < PARTS || other.len() < PARTS || other.n != self.n {
+        if self.len() < RECORD_PARTS || other.len() < RECORD_PARTS || other.n != self.n {
             return false;
         }
         let scale = self.deviations();

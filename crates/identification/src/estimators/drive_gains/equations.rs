@@ -33,7 +33,12 @@ impl JointEquations {
     ///
     /// `rows[r]` holds the nuisance, then p parameters. Its weight is known up to a factor, which follows from the
     /// scatter. The known torque goes through the same triangle, behind the parameters.
-    pub fn without_nuisance(rows: &[Vec<f64>], known: &[f64], current: &[f64], nuisance: usize) -> JointEquations {
+    pub(crate) fn without_nuisance(
+        rows: &[Vec<f64>],
+        known: &[f64],
+        current: &[f64],
+        nuisance: usize,
+    ) -> JointEquations {
         let Some(width) = rows.first().map(Vec::len) else { return JointEquations::default() };
         let mut block = TriangleBuilder::new(width + 1);
         let mut longer = vec![0.0; width + 1];

@@ -39,7 +39,7 @@ pub enum Gain {
 
 impl Gain {
     /// Whether the gain is estimated from the data.
-    pub fn is_unknown(&self) -> bool {
+    pub(crate) fn is_unknown(&self) -> bool {
         !matches!(self, Gain::Known(_))
     }
 }
@@ -265,15 +265,15 @@ pub(crate) mod tests {
     use super::*;
     use numerics::random::Random;
 
-    pub const GAINS: [f64; 3] = [2.393, 0.870, 1.0];
-    pub const TRUTH: [f64; 5] = [0.3, -0.1, 0.05, 1.2, -0.4];
+    pub(crate) const GAINS: [f64; 3] = [2.393, 0.870, 1.0];
+    pub(crate) const TRUTH: [f64; 5] = [0.3, -0.1, 0.05, 1.2, -0.4];
     /// Contribution of the load in the second half of the experiments.
-    pub const LOAD: [f64; 5] = [0.2, 0.0, 0.1, 0.8, 0.3];
-    pub const THIRD: [Gain; 3] = [Gain::Free, Gain::Free, Gain::Known(1.0)];
+    pub(crate) const LOAD: [f64; 5] = [0.2, 0.0, 0.1, 0.8, 0.3];
+    pub(crate) const THIRD: [Gain; 3] = [Gain::Free, Gain::Free, Gain::Known(1.0)];
 
     /// The first joint has hardly more rows than its own parameters, as on a real arm. With a load every experiment is
     /// done twice.
-    pub fn joints(random: &mut Random, noise: f64, is_loaded: bool) -> Vec<JointEquations> {
+    pub(crate) fn joints(random: &mut Random, noise: f64, is_loaded: bool) -> Vec<JointEquations> {
         let mut pattern = Random::new(1);
         let mut joint = |j: usize, count: usize| {
             let mut e = JointEquations::default();

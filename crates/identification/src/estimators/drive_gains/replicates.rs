@@ -19,7 +19,7 @@ use numerics::triangle::Triangle;
 use crate::estimators::clusters::{Cluster, Whole};
 use crate::estimators::drive_gains::likelihood::{DriveGains, Gain};
 use crate::estimators::replicate_deviation::{ReplicateDeviation, of_clusters};
-use crate::estimators::speed_bands::SpeedBands;
+use crate::estimators::state_bands::StateBands;
 use crate::rows::observation::Observation;
 
 /// Rows of one joint that share an error.
@@ -35,13 +35,13 @@ struct Rows {
 pub struct Replicates {
     /// By part of the record, the joints one by one.
     parts: Vec<Vec<Rows>>,
-    /// By joint and band of its speed.
-    bands: Vec<Rows>,
+    /// By joint and band of its speed, and by joint and band of its position.
+    bands: [Vec<Rows>; 2],
 }
 
 impl Replicates {
     /// From rows whose right-hand side is the current; `bands` hold the current as the residual, with weights of one.
-    pub fn of(model: &Model, observation: &Observation, bands: SpeedBands) -> Replicates {
+    pub fn of(model: &Model, observation: &Observation, bands: StateBands) -> Replicates {
         let of_triangle = |(joint, triangle): (usize, &Triangle)| {
             let columns = triangle.live().into_iter().filter(|&c| c < triangle.columns());
             let all: Vec<usize> = columns.clone().chain([triangle.columns()]).collect();
@@ -56,10 +56,9 @@ impl Replicates {
             Rows { joint, columns, products }
         };
         let parts = observation.parts.iter().filter(|part| part.iter().any(|triangle| triangle.rows > 0));
-        Replicates {
-            parts: parts.map(|part| part.iter().enumerate().map(of_triangle).collect()).collect(),
-            bands: bands.products().map(of_band).collect(),
-        }
+        let mut of = [Vec::new(), Vec::new()];
+        bands.products().for_each(|(joint, shared, products)| of[shared as usize].push(of_band((joint, products))));
+        Replicates { parts: parts.map(|part| part.iter().enumerate().map(of_triangle).collect()).collect(), bands: of }
     }
 
     /// Deviations of the parameters at an answer, then of the logarithms of the gains that were not known.
@@ -74,7 +73,7 @@ impl Replicates {
         let cluster = |rows: &Rows| rows.linearised(found, unknown.iter().position(|&j| j == rows.joint));
         let of_part = |part: &Vec<Rows>| Cluster::sum(width, &part.iter().map(cluster).collect::<Vec<Cluster>>());
         let parts: Vec<Cluster> = self.parts.iter().map(of_part).collect();
-        let bands: Vec<Cluster> = self.bands.iter().map(cluster).collect();
+        let bands = self.bands.each_ref().map(|rows| rows.iter().map(cluster).collect());
         let expected: Vec<Cluster> = unknown
             .iter()
             .enumerate()
@@ -85,9 +84,9 @@ impl Replicates {
             .map(|(column, row, s)| Cluster::of_products(vec![column], &[s * row * row, 0.0, s * row, 0.0]))
             .collect();
         let whole = Whole::of_clusters(width, parts.iter().chain(&expected));
-        let mut deviation = of_clusters(&whole, &parts, &bands, 1.0, white);
+        let mut deviation = of_clusters(&whole, &parts, bands, 1.0, white);
         let of_expected = whole.variance(&expected, 0.0, 0.0);
-        for by_cluster in [&mut deviation.by_part, &mut deviation.by_speed] {
+        for by_cluster in [&mut deviation.by_part, &mut deviation.by_speed, &mut deviation.by_position] {
             by_cluster.iter_mut().zip(&of_expected).for_each(|(deviation, v)| *deviation = deviation.hypot(v.sqrt()));
         }
         deviation

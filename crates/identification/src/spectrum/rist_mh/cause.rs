@@ -5,8 +5,8 @@
 //!   1 - (chi_1^2 / nu_1) / (chi_0^2 / nu_0),
 //! and how likely it is that its m columns take as much from a residual that has nothing to do with them,
 //!   F = ((chi_0^2 - chi_1^2) / m) / (chi_1^2 / nu_1) ~ F(m, nu_1).
-//! The candidate with the largest share is the cause, if it takes at least [`NAMED_CAUSE_SHARE`] and F is beyond
-//! [`SIGNIFICANCE_LEVEL`].
+//! The candidate with the largest share is the cause, if it takes at least `NAMED_CAUSE_SHARE` and F is beyond
+//! `SIGNIFICANCE_LEVEL`.
 //!
 //! The share decides. What a model lacks is no noise, so over some hundred rows F lets pass any column that resembles
 //! it a little. A cause that leaves half of the residual where it was is at most one of several. F protects where the
@@ -32,12 +32,12 @@ use crate::spectrum::rist_mh::misfit::Misfit;
 
 /// Share of chi^2 per freedom that a cause must take away to be named. With half it explains more than all others
 /// together.
-pub const NAMED_CAUSE_SHARE: f64 = 0.5;
+pub(crate) const NAMED_CAUSE_SHARE: f64 = 0.5;
 /// Probability of an F by chance below which columns count.
-pub const SIGNIFICANCE_LEVEL: f64 = 1e-3;
+pub(crate) const SIGNIFICANCE_LEVEL: f64 = 1e-3;
 /// Most periods a turn that are tried. No encoder resolves ripple of more.
 const MAX_RIPPLE_PERIODS_PER_TURN: usize = 1024;
-/// A joint is named only where its size is beyond this many deviations, which is [`SIGNIFICANCE_LEVEL`] of a normal
+/// A joint is named only where its size is beyond this many deviations, which is `SIGNIFICANCE_LEVEL` of a normal
 /// error.
 const NAMED_JOINT_SIGMAS: f64 = 3.3;
 /// A joint is named only where its columns carry this share of what those of the strongest joint carry. Less is a trace

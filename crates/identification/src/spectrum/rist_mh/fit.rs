@@ -10,6 +10,7 @@ use numerics::triangle::{Triangle, TriangleBuilder};
 use crate::estimators::drive_gains::likelihood::Gain;
 use crate::spectrum::harmonics::JointSpectrum;
 use crate::spectrum::rist_mh::data::{HarmonicData, HarmonicOptions};
+use crate::spectrum::rist_mh::layout::Layout;
 
 /// Steps of the evidence iteration, which contracts by about half each time. The last steps change nothing.
 const DRIFT_ITERATIONS: usize = 12;
@@ -44,6 +45,8 @@ pub(crate) struct Fit {
     friction: Vec<Vec<Vec<f64>>>,
     pub deviation: Vec<Vec<f64>>,
     pub x: Vec<f64>,
+    /// Where the unknowns of `x` stand.
+    pub layout: Layout,
     drift: Vec<f64>,
     spread: f64,
     /// Weighted squares of the residual of each spectrum.
@@ -56,13 +59,19 @@ pub(crate) struct Fit {
 
 impl Fit {
     /// Iterates to the end for one shape; `deviation` is that of each row of each spectrum.
-    pub fn new(data: &HarmonicData, shape: &FrictionShape, options: &HarmonicOptions, deviation: Vec<Vec<f64>>) -> Fit {
+    pub(crate) fn new(
+        data: &HarmonicData,
+        shape: &FrictionShape,
+        options: &HarmonicOptions,
+        deviation: Vec<Vec<f64>>,
+    ) -> Fit {
         let friction = data.spectra.iter().map(|s| s.friction_rows(shape, data.gain[s.joint])).collect();
         let mut fit = Fit {
             shape: *shape,
             friction,
             deviation,
             x: vec![],
+            layout: Layout::default(),
             drift: vec![0.0; data.spectra.len()],
             spread: 0.0,
             squares: vec![],
@@ -84,7 +93,7 @@ impl Fit {
         fit
     }
 
-    pub fn has_drift(&self) -> bool {
+    pub(crate) fn has_drift(&self) -> bool {
         self.spread >= SMALLEST_DRIFT_SPREAD
     }
 
@@ -94,21 +103,21 @@ impl Fit {
     }
 
     /// s; zero where there is no drift.
-    pub fn drift_spread(&self) -> f64 {
+    pub(crate) fn drift_spread(&self) -> f64 {
         if self.has_drift() { self.spread } else { 0.0 }
     }
 
-    pub fn criterion(&self) -> f64 {
+    pub(crate) fn criterion(&self) -> f64 {
         self.chi_square + self.effective * (self.rows.max(1) as f64).ln()
     }
 
     /// Share of the rows that no unknown takes up.
-    pub fn free_share(&self) -> f64 {
+    pub(crate) fn free_share(&self) -> f64 {
         (1.0 - self.effective / self.rows.max(1) as f64).max(0.1)
     }
 
     /// The deviations, scaled joint by joint to what the rows leave unexplained.
-    pub fn calibrated(&self, data: &HarmonicData) -> Vec<Vec<f64>> {
+    pub(crate) fn calibrated(&self, data: &HarmonicData) -> Vec<Vec<f64>> {
         let share = self.free_share();
         let factor = |joint: usize| {
             let of_joint = || data.spectra.iter().zip(&self.squares).filter(|(s, _)| s.joint == joint);
@@ -123,28 +132,35 @@ impl Fit {
     }
 
     /// Squares of the residuals, weighted by these deviations of the rows, spectrum by spectrum.
-    pub fn squares_by(&self, data: &HarmonicData, options: &HarmonicOptions, deviation: &[Vec<f64>]) -> Vec<f64> {
+    pub(crate) fn squares_by(
+        &self,
+        data: &HarmonicData,
+        options: &HarmonicOptions,
+        deviation: &[Vec<f64>],
+    ) -> Vec<f64> {
         let residuals = self.residuals(data, options, deviation);
         residuals.iter().map(|of| of.iter().map(|r| r * r).sum()).collect()
     }
 
     /// The residuals over these deviations of the rows, spectrum by spectrum.
-    pub fn residuals(&self, data: &HarmonicData, options: &HarmonicOptions, deviation: &[Vec<f64>]) -> Vec<Vec<f64>> {
-        let (p, m) = (data.p, self.shape.columns());
-        let unknowns = self.unknowns(data, options);
-        let first_effect = unknowns - data.effect_columns();
-        let first_end = first_effect.saturating_sub(2 * data.spectra.len());
+    pub(crate) fn residuals(
+        &self,
+        data: &HarmonicData,
+        options: &HarmonicOptions,
+        deviation: &[Vec<f64>],
+    ) -> Vec<Vec<f64>> {
+        let at = self.layout;
         let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
         let of = |(e, s): (usize, &JointSpectrum)| {
-            let friction = &self.x[p + s.joint * m..p + (s.joint + 1) * m];
+            let friction = &self.x[at.friction(s.joint)];
             let ends = s.end_columns();
             let residual = |r: usize| {
-                let mut model = s.known[r] + dot(&s.rows[r], &self.x[..p]);
+                let mut model = s.known[r] + dot(&s.rows[r], &self.x[at.parameters()]);
                 model += (1.0 + self.drift[e]) * dot(&self.friction[e][r], friction);
                 if options.ends {
-                    model += dot(&ends[r], &self.x[first_end + 2 * e..first_end + 2 * e + 2]);
+                    model += dot(&ends[r], &self.x[at.ends(e)]);
                 }
-                model += data.effect_rows.get(e).map_or(0.0, |rows| dot(&rows[r], &self.x[first_effect..]));
+                model += data.effect_rows.get(e).map_or(0.0, |rows| dot(&rows[r], &self.x[at.effects()]));
                 (data.gain[s.joint] * s.current[r] - model) / deviation[e][r]
             };
             (0..s.rows.len()).map(residual).collect()
@@ -152,16 +168,21 @@ impl Fit {
         data.spectra.iter().enumerate().map(of).collect()
     }
 
-    fn unknowns(&self, data: &HarmonicData, options: &HarmonicOptions) -> usize {
-        let drifts = if self.has_drift() { self.drift.len() } else { 0 };
-        let ends = if options.ends { 2 * data.spectra.len() } else { 0 };
-        data.p + data.n * self.shape.columns() + drifts + ends + data.effect_columns()
+    /// Where the unknowns of the present fit stand.
+    pub(crate) fn layout_of(&self, data: &HarmonicData, options: &HarmonicOptions) -> Layout {
+        Layout {
+            base: data.p,
+            joints: data.n,
+            friction_of_joint: self.shape.columns(),
+            drift_count: if self.has_drift() { self.drift.len() } else { 0 },
+            ended_spectra: if options.ends { data.spectra.len() } else { 0 },
+            effect_columns: data.effect_columns(),
+        }
     }
 
     /// The linearised, weighted rows about the present friction and drift.
-    pub fn triangle(&self, data: &HarmonicData, options: &HarmonicOptions) -> Triangle {
-        let unknowns = self.unknowns(data, options);
-        let mut block = TriangleBuilder::new(unknowns);
+    pub(crate) fn triangle(&self, data: &HarmonicData, options: &HarmonicOptions) -> Triangle {
+        let mut block = TriangleBuilder::new(self.layout_of(data, options).unknowns());
         self.each_equation(data, options, |_, row, known, y| {
             block.push(row, y - known);
         });
@@ -169,56 +190,56 @@ impl Fit {
     }
 
     /// The same rows one by one. `take` gets the owner, the coefficients, the known torque and the right-hand side.
-    pub fn each_equation(
+    pub(crate) fn each_equation(
         &self,
         data: &HarmonicData,
         options: &HarmonicOptions,
         mut take: impl FnMut(Owner, &[f64], f64, f64),
     ) {
-        let (p, m) = (data.p, self.shape.columns());
-        let unknowns = self.unknowns(data, options);
-        let (first_drift, first_effect) = (p + data.n * m, unknowns - data.effect_columns());
-        let mut row = vec![0.0; unknowns];
+        let at = self.layout_of(data, options);
+        let first_drift = at.drifts().start;
+        let mut row = vec![0.0; at.unknowns()];
         let mut push = |owner: Owner, row: &mut Vec<f64>, known: f64, y: f64| {
             take(owner, row, known, y);
             row.fill(0.0);
         };
+        // tau + u C f = D X + (1 + u) C f' + (C f) u' + ends + effects, of each harmonic of each spectrum.
         for (e, s) in data.spectra.iter().enumerate() {
             let gain = data.gain[s.joint];
-            let first = p + s.joint * m;
+            let of_joint = at.friction(s.joint);
             let ends = s.end_columns();
             for r in 0..s.rows.len() {
                 let w = 1.0 / self.deviation[e][r];
                 let c = &self.friction[e][r];
                 let mut y = gain * s.current[r];
-                row[..p].iter_mut().zip(&s.rows[r]).for_each(|(x, d)| *x = w * d);
+                row[at.parameters()].iter_mut().zip(&s.rows[r]).for_each(|(x, d)| *x = w * d);
                 let scale = 1.0 + self.drift[e];
-                row[first..first + m].iter_mut().zip(c).for_each(|(x, c)| *x = w * scale * c);
+                row[of_joint.clone()].iter_mut().zip(c).for_each(|(x, c)| *x = w * scale * c);
                 if self.has_drift() && !self.x.is_empty() {
-                    let now: f64 = c.iter().zip(&self.x[first..first + m]).map(|(c, f)| c * f).sum();
+                    let now: f64 = c.iter().zip(&self.x[of_joint.clone()]).map(|(c, f)| c * f).sum();
                     row[first_drift + e] = w * now;
                     y += self.drift[e] * now;
                 }
                 if options.ends {
-                    let first = first_effect - 2 * data.spectra.len() + 2 * e;
-                    row[first] = w * ends[r][0];
-                    row[first + 1] = w * ends[r][1];
+                    row[at.ends(e)].iter_mut().zip(&ends[r]).for_each(|(x, end)| *x = w * end);
                 }
                 if let Some(rows) = data.effect_rows.get(e) {
-                    row[first_effect..].iter_mut().zip(&rows[r]).for_each(|(x, c)| *x = w * c);
+                    row[at.effects()].iter_mut().zip(&rows[r]).for_each(|(x, c)| *x = w * c);
                 }
                 push(Owner { joint: s.joint, cluster: e }, &mut row, w * s.known[r], w * y);
             }
         }
+        // The rows of gravity, which have no friction.
         for (k, sweep) in data.sweeps.iter().enumerate() {
             for (i, d) in sweep.rows.iter().enumerate() {
                 let (joint, gain) = (sweep.joint[i], data.gain[sweep.joint[i]]);
                 let w = 1.0 / (gain * sweep.deviation[i]);
-                row[..p].iter_mut().zip(d).for_each(|(x, d)| *x = w * d);
+                row[at.parameters()].iter_mut().zip(d).for_each(|(x, d)| *x = w * d);
                 let owner = Owner { joint, cluster: data.spectra.len() + k };
                 push(owner, &mut row, w * sweep.known[i], w * gain * sweep.right[i]);
             }
         }
+        // u' / s = 0 holds each drift to zero.
         if self.has_drift() {
             for (e, s) in data.spectra.iter().enumerate() {
                 row[first_drift + e] = 1.0 / self.spread;
@@ -230,7 +251,12 @@ impl Fit {
     /// The equations with the gains as unknowns, linearised about the present gains. Expected gains are the last rows.
     ///
     /// In currents a row is w k (I - m / k), where m is the torque of the model. But for the residual, m is k I.
-    pub fn gain_equations(&self, data: &HarmonicData, options: &HarmonicOptions, gains: &[Gain]) -> Vec<GainEquation> {
+    pub(crate) fn gain_equations(
+        &self,
+        data: &HarmonicData,
+        options: &HarmonicOptions,
+        gains: &[Gain],
+    ) -> Vec<GainEquation> {
         let unknowns = self.x.len();
         let free: Vec<usize> = (0..gains.len()).filter(|&j| gains[j].is_unknown()).collect();
         let mut count = vec![0; data.spectra.len()];
@@ -255,7 +281,7 @@ impl Fit {
     }
 
     /// One Gauss-Newton step and one step of the spread; a drift that vanishes is taken out of the unknowns.
-    pub fn solve(&mut self, data: &HarmonicData, options: &HarmonicOptions) {
+    pub(crate) fn solve(&mut self, data: &HarmonicData, options: &HarmonicOptions) {
         self.step(data, options);
         if !self.has_drift() && self.drift.iter().any(|u| *u != 0.0) {
             self.drift.fill(0.0);
@@ -264,6 +290,7 @@ impl Fit {
     }
 
     fn step(&mut self, data: &HarmonicData, options: &HarmonicOptions) {
+        let at = self.layout_of(data, options);
         let triangle = self.triangle(data, options);
         let unknowns = triangle.columns();
         let x = triangle.solution();
@@ -271,8 +298,7 @@ impl Fit {
         self.rows = triangle.rows;
         self.effective = unknowns as f64 + if self.shape.stribeck.is_some() { 1.0 } else { 0.0 };
         if self.has_drift() {
-            let first = data.p + data.n * self.shape.columns();
-            let drifts = first..first + self.drift.len();
+            let drifts = at.drifts();
             let variances = triangle.inverse_products(drifts.clone());
             let decided: f64 = variances.iter().map(|v| 1.0 - v / self.spread.powi(2)).sum();
             self.drift.copy_from_slice(&x[drifts]);
@@ -282,6 +308,7 @@ impl Fit {
             self.spread = (squares / decided.max(1e-3)).sqrt();
         }
         self.x = x;
+        self.layout = at;
         self.squares = self.squares_by(data, options, &self.deviation);
     }
 }

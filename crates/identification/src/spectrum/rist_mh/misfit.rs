@@ -13,7 +13,7 @@
 //! a direction that one experiment alone shows keeps a value.
 //!
 //! a grows with chi^2 / freedom of the joint that lacks most. It is 0 at 1, where noise explains all, and 1 at
-//! [`LACKING_MODEL_CHI_SQUARE`], so that an interval does not jump where the model is said to lack something. Each
+//! `LACKING_MODEL_CHI_SQUARE`, so that an interval does not jump where the model is said to lack something. Each
 //! joint is looked at alone, because the chatter of the others makes their part of the total small.
 
 use numerics::triangle::{Triangle, TriangleBuilder};
@@ -64,7 +64,7 @@ impl HarmonicData<'_> {
         let mut misfit = self.squares_left(fit, options);
         let beyond = misfit.beyond_noise();
         if beyond > 0.0 {
-            let mut x = fit.shared(self);
+            let mut x = fit.shared();
             let shared = x.len();
             // The unknown of a gain is its change, which is zero at the present gain.
             x.extend(gains.iter().filter(|g| g.is_unknown()).map(|_| 0.0));
@@ -107,21 +107,20 @@ fn by_experiment(triangles: &[Triangle], x: &[f64]) -> Vec<f64> {
 
 impl Fit {
     /// Columns that experiments share: parameters, friction and effects.
-    fn shared_columns(&self, data: &HarmonicData, unknowns: usize) -> Vec<usize> {
-        let friction = data.n * self.shape.columns();
-        (0..data.p + friction).chain(unknowns - data.effect_columns()..unknowns).collect()
+    fn shared_columns(&self) -> Vec<usize> {
+        self.layout.parameters_and_friction().chain(self.layout.effects()).collect()
     }
 
     /// The unknowns of these columns.
-    fn shared(&self, data: &HarmonicData) -> Vec<f64> {
-        self.shared_columns(data, self.x.len()).iter().map(|&c| self.x[c]).collect()
+    fn shared(&self) -> Vec<f64> {
+        self.shared_columns().iter().map(|&c| self.x[c]).collect()
     }
 
     /// The triangle of each spectrum in the shared columns, with its own columns projected out. Those of the gravity
     /// rows and of the expected gains follow. An estimated gain is a column behind the shared ones.
     fn clusters(&self, data: &HarmonicData, options: &HarmonicOptions, gains: &[Gain]) -> Vec<Triangle> {
         let unknowns = self.x.len();
-        let mut shared = self.shared_columns(data, unknowns);
+        let mut shared = self.shared_columns();
         let of_others: Vec<usize> = (0..unknowns).filter(|c| !shared.contains(c)).collect();
         shared.extend(unknowns..unknowns + gains.iter().filter(|g| g.is_unknown()).count());
         let (mut rows, mut expected) = (vec![Vec::new(); data.spectra.len() + data.sweeps.len()], Vec::new());

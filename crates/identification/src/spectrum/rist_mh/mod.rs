@@ -5,6 +5,7 @@ pub mod data;
 pub mod effects;
 pub mod fit;
 pub mod gains;
+pub mod layout;
 pub mod misfit;
 mod noise_by_frequency;
 pub mod search;

@@ -36,7 +36,7 @@ struct Row {
 impl Fit {
     /// Sets the deviations of the gains found with this fit, and of the parameters beside them, as the head of this
     /// file says.
-    pub fn deviations_by_frequency(
+    pub(crate) fn deviations_by_frequency(
         &self,
         data: &HarmonicData,
         options: &HarmonicOptions,

@@ -30,6 +30,7 @@ use crate::spectrum::rist_mh::cause::Cause;
 use crate::spectrum::rist_mh::data::{HarmonicData, HarmonicOptions};
 use crate::spectrum::rist_mh::effects::{Effect, EffectSize};
 use crate::spectrum::rist_mh::fit::Fit;
+use crate::spectrum::rist_mh::layout::Layout;
 use crate::spectrum::rist_mh::misfit::Misfit;
 
 /// Most rounds in which springs and gaps are followed.
@@ -40,11 +41,10 @@ const SETTLED_SIZE_CHANGE: f64 = 1e-4;
 /// Parameters, friction and how well they explain the record.
 #[derive(Clone, Debug)]
 pub struct HarmonicEstimate {
-    /// Unknowns in the order parameters, friction of joint 0, 1, ..., drifts, ends, effects; `inverse` is the
-    /// covariance for the noise of the weights.
+    /// Unknowns in the order of `layout`; `inverse` is the covariance for the noise of the weights.
     pub solution: Solution,
-    /// Number of base parameters, the first of the unknowns.
-    pub parameters: usize,
+    /// Where the unknowns stand.
+    pub layout: Layout,
     /// The friction columns that fit best.
     pub shape: FrictionShape,
     /// (experiment, joint, u).
@@ -77,12 +77,12 @@ impl HarmonicEstimate {
 
     /// The base parameters.
     pub fn values(&self) -> &[f64] {
-        &self.solution.x[..self.parameters]
+        &self.solution.x[self.layout.parameters()]
     }
 
     /// Standard deviations of the base parameters for the noise of the weights.
     pub fn deviations(&self) -> Vec<f64> {
-        (0..self.parameters).map(|i| self.solution.inverse[(i, i)].max(0.0).sqrt()).collect()
+        self.layout.parameters().map(|i| self.solution.inverse[(i, i)].max(0.0).sqrt()).collect()
     }
 
     /// Deviation of parameter or friction coefficient i by what the model lacks; zero where it lacks nothing.
@@ -95,8 +95,7 @@ impl HarmonicEstimate {
 
     /// Friction coefficients of a joint, in the order of the shape's columns.
     pub fn friction(&self, joint: usize) -> &[f64] {
-        let m = self.shape.columns();
-        &self.solution.x[self.parameters + joint * m..self.parameters + (joint + 1) * m]
+        &self.solution.x[self.layout.friction(joint)]
     }
 }
 
@@ -173,15 +172,14 @@ impl<'a> HarmonicData<'a> {
 
     /// Follows springs and gaps until the fit no longer changes them.
     fn settle(&mut self, fit: &mut Fit, options: &HarmonicOptions) {
-        let sizes = |fit: &Fit, columns: usize| fit.x[fit.x.len() - columns..].to_vec();
-        let columns = self.effect_columns();
+        let sizes = |fit: &Fit| fit.x[fit.layout.effects()].to_vec();
         for _ in 0..MAX_YIELDING_ROUNDS {
-            let before = sizes(fit, columns);
+            let before = sizes(fit);
             self.yield_by(fit);
             let deviation = if options.weights { fit.calibrated(self) } else { fit.deviation.clone() };
             *fit = Fit::new(self, &fit.shape, options, deviation);
             let is_settled = |(a, b): (&f64, &f64)| (a - b).abs() <= SETTLED_SIZE_CHANGE * b.abs();
-            if sizes(fit, columns).iter().zip(&before).all(is_settled) {
+            if sizes(fit).iter().zip(&before).all(is_settled) {
                 break;
             }
         }
@@ -246,19 +244,17 @@ impl<'a> HarmonicData<'a> {
         gains: &[Gain],
     ) -> HarmonicEstimate {
         let solution = solve(&best.triangle(self, options));
-        let first_drift = self.p + self.n * best.shape.columns();
-        let drift = |(i, s): (usize, &JointSpectrum)| (s.experiment, s.joint, solution.x[first_drift + i]);
-        let with_drift = best.has_drift();
-        let first_effect = solution.x.len() - self.effect_columns();
-        let first_end = first_effect.saturating_sub(2 * self.spectra.len());
-        let ends = |i: usize| [solution.x[first_end + 2 * i], solution.x[first_end + 2 * i + 1]];
+        let at = best.layout_of(self, options);
+        let drift = |(s, i): (&JointSpectrum, usize)| (s.experiment, s.joint, solution.x[i]);
+        let ends = |i: usize| at.ends(i).map(|i| solution.x[i]).collect::<Vec<_>>();
+        let ends = |i: usize| ends(i).try_into().unwrap_or_default();
         HarmonicEstimate {
-            ends: if options.ends { (0..self.spectra.len()).map(ends).collect() } else { vec![] },
-            parameters: self.p,
+            ends: (0..at.ended_spectra).map(ends).collect(),
+            layout: at,
             shape: best.shape,
-            drift: if with_drift { self.spectra.iter().enumerate().map(drift).collect() } else { vec![] },
+            drift: self.spectra.iter().zip(at.drifts()).map(drift).collect(),
             drift_spread: best.drift_spread(),
-            effects: self.sizes(&solution, first_effect),
+            effects: self.sizes(&solution, at.effects().start),
             misfit: self.misfit(best, options, gains),
             cause: None,
             chi_square: best.chi_square,
@@ -271,7 +267,7 @@ impl<'a> HarmonicData<'a> {
     /// The effects of a fit.
     pub(crate) fn effect_sizes(&self, fit: &Fit, options: &HarmonicOptions) -> Vec<EffectSize> {
         let solution = solve(&fit.triangle(self, options));
-        self.sizes(&solution, solution.x.len() - self.effect_columns())
+        self.sizes(&solution, fit.layout_of(self, options).effects().start)
     }
 
     fn sizes(&self, solution: &Solution, mut first: usize) -> Vec<EffectSize> {

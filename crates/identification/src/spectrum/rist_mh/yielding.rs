@@ -69,7 +69,7 @@ impl HarmonicData<'_> {
 
     /// Moves the links by what the fit says of springs and gaps, and linearises their columns there.
     pub(crate) fn yield_by(&mut self, fit: &Fit) {
-        let sizes = fit.x[fit.x.len() - self.effect_columns()..].to_vec();
+        let sizes = fit.x[fit.layout.effects()].to_vec();
         let motions = std::mem::take(&mut self.motions);
         for (experiment, motion) in motions.iter().enumerate() {
             if let Some(motion) = motion {
@@ -167,8 +167,7 @@ impl Fit {
     /// The torque of a drive less the friction of its joint, N m, at every instant of the mean period.
     fn behind_friction(&self, s: &JointSpectrum, spectrum: usize, data: &HarmonicData) -> Vec<f64> {
         let gain = data.gain[s.joint];
-        let m = self.shape.columns();
-        let friction = &self.x[data.p + s.joint * m..data.p + (s.joint + 1) * m];
+        let friction = &self.x[self.layout.friction(s.joint)];
         let scale = self.scale(spectrum);
         let columns = s.friction_series(&self.shape, gain);
         let of = |(i, c): (usize, &f64)| {

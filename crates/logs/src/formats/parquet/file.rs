@@ -10,6 +10,7 @@
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
 use bytes::Bytes;
+use gate::budget::Budget;
 use parquet::basic::Repetition;
 use parquet::column::reader::{ColumnReader, ColumnReaderImpl, get_column_reader};
 use parquet::data_type::{AsBytes, DataType};
@@ -28,8 +29,14 @@ const PARQUET_MAGIC: &[u8] = b"PAR1";
 /// Rows decoded at a time.
 const ROWS_PER_BATCH: usize = 1 << 13;
 
-/// Reads the columns of a file.
-pub fn read(file: &str, bytes: &[u8]) -> Result<Table, Error> {
+/// Bytes of a number of a table, whose columns grow by doubling.
+const NUMBER_BYTES: usize = 2 * size_of::<f64>();
+
+/// Times that a page is in memory at once: unpacked, in its plain encoding, and joined with its levels.
+const PAGE_COPIES: usize = 3;
+
+/// Reads the columns of a file within a budget.
+pub(crate) fn read(file: &str, bytes: &[u8], budget: &mut Budget) -> Result<Table, Error> {
     let at = |message: String| Error::at(file, 0, message);
     let metadata = footer(bytes).map_err(at)?;
     let bytes = Bytes::copy_from_slice(bytes);
@@ -38,13 +45,14 @@ pub fn read(file: &str, bytes: &[u8]) -> Result<Table, Error> {
         return Err(at(format!("{} columns; at most {MAX_COLUMNS} are expected", columns.len())));
     }
     let rows = rows(&metadata).map_err(at)?;
+    let content = Content { bytes: &bytes, metadata: &metadata, rows: &rows };
     let mut table = Table { file: file.into(), ..Table::default() };
     let fields = metadata.file_metadata().schema_descr().root_schema();
     let mut names = Vec::new();
     fields.get_fields().iter().for_each(|field| leaves(field, &mut Vec::new(), false, &mut names));
     for (place, (leaf, name)) in columns.iter().zip(&names).enumerate() {
         let room = MAX_CELLS / rows.iter().sum::<usize>().max(1) - table.header.len();
-        let column = column(&bytes, &metadata, &rows, place, leaf, name, room);
+        let column = content.column(place, leaf, name, room, budget);
         let column = column.map_err(|e| at(format!("column `{name}`: {e}")))?;
         let width = column.series.len();
         if width > room || table.header.len() + width > MAX_COLUMNS {
@@ -65,7 +73,7 @@ pub fn read(file: &str, bytes: &[u8]) -> Result<Table, Error> {
             table.notes.push(note);
         }
     }
-    check_header(file, 0, &table.header)?;
+    check_header(file, 0, &mut table.header)?;
     // A column without numbers is empty, so the rows are those of the longest column.
     let Some(rows) = table.columns.iter().map(Vec::len).max().filter(|&n| n > 0) else {
         let what = if rows.iter().all(|&n| n == 0) { "the file has no row" } else { "no column holds numbers" };
@@ -134,59 +142,68 @@ struct Column {
     timed: bool,
 }
 
-/// Reads a column; lists of more than `room` elements are not taken apart.
-fn column(
-    bytes: &Bytes,
-    metadata: &ParquetMetaData,
-    rows: &[usize],
-    place: usize,
-    leaf: &ColumnDescPtr,
-    name: &str,
-    room: usize,
-) -> Result<Column, String> {
-    let text = |text: String| Ok(Column { series: vec![Vec::new()], text: Some(text), ..Column::default() });
-    let kind = if leaf.max_rep_level() > 1 { Kind::Other("lists of lists".into()) } else { Kind::of(leaf) };
-    if let Kind::Other(what) = kind {
-        return text(what);
+/// A file and the rows of its row groups.
+struct Content<'a> {
+    bytes: &'a Bytes,
+    metadata: &'a ParquetMetaData,
+    rows: &'a [usize],
+}
+
+impl Content<'_> {
+    /// Reads a column; lists of more than `room` elements are not taken apart.
+    fn column(
+        &self,
+        place: usize,
+        leaf: &ColumnDescPtr,
+        name: &str,
+        room: usize,
+        budget: &mut Budget,
+    ) -> Result<Column, String> {
+        let text = |text: String| Ok(Column { series: vec![Vec::new()], text: Some(text), ..Column::default() });
+        let kind = if leaf.max_rep_level() > 1 { Kind::Other("lists of lists".into()) } else { Kind::of(leaf) };
+        if let Kind::Other(what) = kind {
+            return text(what);
+        }
+        let timed = matches!(kind, Kind::Time { .. });
+        let lists = leaf.max_rep_level() > 0;
+        let mut numbers = Numbers::new(kind);
+        let mut series = Series { lists, room: room.min(MAX_COLUMNS), ..Series::default() };
+        for (group, &rows) in self.metadata.row_groups().iter().zip(self.rows) {
+            let chunk = group.columns().get(place).ok_or("a row group lacks it")?;
+            if chunk.file_path().is_some() {
+                return Err("its data are in another file".into());
+            }
+            let most = if lists { rows.saturating_mul(room.clamp(1, MAX_COLUMNS)).min(MAX_CELLS) } else { rows };
+            let count = usize::try_from(chunk.num_values()).unwrap_or(usize::MAX);
+            if count > most || (!lists && count < rows) {
+                return Err(format!("it claims {count} values where its row group has {rows} rows"));
+            }
+            budget.draw(count.saturating_mul(NUMBER_BYTES))?;
+            let pages = Box::new(UnpackedPages::of(self.bytes, chunk, rows, budget.left() / PAGE_COPIES)?);
+            if chunk.column_type() != leaf.physical_type() {
+                return Err(format!("its type is {} in a row group and {name} in the schema", chunk.column_type()));
+            }
+            // The library may panic on damaged pages. `pages` refuses all damage that is known to cause this, so the catch
+            // is for unknown cases. The series it was writing to are dropped with the error.
+            let decode = || cells(get_column_reader(leaf.clone(), pages), leaf, rows, &mut numbers, &mut series);
+            let found = catch_unwind(AssertUnwindSafe(decode));
+            let found = found.unwrap_or_else(|_| Err("its pages are damaged".into()))?;
+            if found != rows {
+                return Err(format!("it has {found} rows where its row group has {rows}"));
+            }
+            if let Some(odd) = series.odd.take() {
+                return text(odd);
+            }
+        }
+        if series.columns.is_empty() {
+            return if lists {
+                text("empty lists".into())
+            } else {
+                Ok(Column { series: vec![Vec::new()], ..Column::default() })
+            };
+        }
+        Ok(Column { series: series.columns, lists, text: None, timed })
     }
-    let timed = matches!(kind, Kind::Time { .. });
-    let lists = leaf.max_rep_level() > 0;
-    let mut numbers = Numbers::new(kind);
-    let mut series = Series { lists, room: room.min(MAX_COLUMNS), ..Series::default() };
-    for (group, &rows) in metadata.row_groups().iter().zip(rows) {
-        let chunk = group.columns().get(place).ok_or("a row group lacks it")?;
-        if chunk.file_path().is_some() {
-            return Err("its data are in another file".into());
-        }
-        let most = if lists { rows.saturating_mul(room.clamp(1, MAX_COLUMNS)).min(MAX_CELLS) } else { rows };
-        let count = usize::try_from(chunk.num_values()).unwrap_or(usize::MAX);
-        if count > most || (!lists && count < rows) {
-            return Err(format!("it claims {count} values where its row group has {rows} rows"));
-        }
-        let pages = Box::new(UnpackedPages::of(bytes, chunk, rows)?);
-        if chunk.column_type() != leaf.physical_type() {
-            return Err(format!("its type is {} in a row group and {name} in the schema", chunk.column_type()));
-        }
-        // The library may panic on damaged pages. `pages` refuses all damage that is known to cause this, so the catch
-        // is for unknown cases. The series it was writing to are dropped with the error.
-        let decode = || cells(get_column_reader(leaf.clone(), pages), leaf, rows, &mut numbers, &mut series);
-        let found = catch_unwind(AssertUnwindSafe(decode));
-        let found = found.unwrap_or_else(|_| Err("its pages are damaged".into()))?;
-        if found != rows {
-            return Err(format!("it has {found} rows where its row group has {rows}"));
-        }
-        if let Some(odd) = series.odd.take() {
-            return text(odd);
-        }
-    }
-    if series.columns.is_empty() {
-        return if lists {
-            text("empty lists".into())
-        } else {
-            Ok(Column { series: vec![Vec::new()], ..Column::default() })
-        };
-    }
-    Ok(Column { series: series.columns, lists, text: None, timed })
 }
 
 /// Numbers of the rows read so far.

@@ -1,8 +1,8 @@
 //! Parquet: columns in compressed pages.
 
-pub mod file;
-pub mod number;
-pub mod pages;
-pub mod schema_guard;
-pub mod split_values;
-pub mod write;
+pub(crate) mod file;
+pub(crate) mod number;
+pub(crate) mod pages;
+pub(crate) mod schema_guard;
+pub(crate) mod split_values;
+pub(crate) mod write;

@@ -8,7 +8,7 @@ use parquet::schema::types::ColumnDescriptor;
 
 /// What the numbers of a column are.
 #[derive(Clone, Debug, PartialEq)]
-pub enum Kind {
+pub(crate) enum Kind {
     /// As they are, single or double precision.
     Real,
     /// Half precision.
@@ -29,7 +29,7 @@ pub enum Kind {
 }
 
 impl Kind {
-    pub fn of(column: &ColumnDescriptor) -> Kind {
+    pub(crate) fn of(column: &ColumnDescriptor) -> Kind {
         let unit = |unit: &TimeUnit| match unit {
             TimeUnit::MILLIS => 1e3,
             TimeUnit::MICROS => 1e6,
@@ -73,19 +73,19 @@ impl Kind {
 }
 
 /// Makes numbers of the values of one column, in their order.
-pub struct Numbers {
+pub(crate) struct Numbers {
     pub kind: Kind,
     /// The first time.
     origin: Option<i64>,
 }
 
 impl Numbers {
-    pub fn new(kind: Kind) -> Numbers {
+    pub(crate) fn new(kind: Kind) -> Numbers {
         Numbers { kind, origin: None }
     }
 
     /// The number of a value that is stored as a whole number of `bits` bits.
-    pub fn integer(&mut self, value: i64, bits: u32) -> f64 {
+    pub(crate) fn integer(&mut self, value: i64, bits: u32) -> f64 {
         match self.kind {
             Kind::Time { per_second } => {
                 let first = *self.origin.get_or_insert(value);
@@ -100,7 +100,7 @@ impl Numbers {
     }
 
     /// The number of the bytes of a decimal, the highest first, or of a number of half precision.
-    pub fn bytes(&self, bytes: &[u8]) -> f64 {
+    pub(crate) fn bytes(&self, bytes: &[u8]) -> f64 {
         match (&self.kind, bytes) {
             (Kind::Half, [low, high]) => half(u16::from_le_bytes([*low, *high])),
             (Kind::Decimal { scale }, [first, rest @ ..]) => {

@@ -20,9 +20,11 @@ use crate::formats::compression::{Compression, MAX_UNPACKED_BYTES};
 use crate::formats::parquet::split_values::{joined, values_begin};
 
 /// Pages of a chunk.
-pub struct UnpackedPages {
+pub(crate) struct UnpackedPages {
     packed: SerializedPageReader<Bytes>,
     codec: Compression,
+    /// Bytes that a page may unfold to.
+    most: usize,
     /// Values that the chunk still has to give.
     left: u64,
     /// The least number of bytes of a value.
@@ -36,8 +38,15 @@ pub struct UnpackedPages {
 }
 
 impl UnpackedPages {
+    /// `most` are the bytes to which a page may unfold.
+    ///
     /// Fails when the chunk lies outside the file or is packed in a way that is not read.
-    pub fn of(file: &Bytes, chunk: &ColumnChunkMetaData, rows: usize) -> std::result::Result<UnpackedPages, String> {
+    pub(crate) fn of(
+        file: &Bytes,
+        chunk: &ColumnChunkMetaData,
+        rows: usize,
+        most: usize,
+    ) -> std::result::Result<UnpackedPages, String> {
         let start = chunk.dictionary_page_offset().unwrap_or(chunk.data_page_offset());
         let end = start.checked_add(chunk.compressed_size()).filter(|&end| start >= 0 && end >= start);
         if end.is_none_or(|end| end.cast_unsigned() > file.len() as u64) {
@@ -70,11 +79,14 @@ impl UnpackedPages {
         let one_width = !matches!(chunk.column_type(), Type::BOOLEAN | Type::BYTE_ARRAY);
         let levels = [chunk.column_descr().max_rep_level(), chunk.column_descr().max_def_level()];
         let packed = packed.map_err(|e| e.to_string())?;
-        Ok(UnpackedPages { packed, codec, left, width, one_width, levels, dictionary: false })
+        Ok(UnpackedPages { packed, codec, most, left, width, one_width, levels, dictionary: false })
     }
 
     fn unpack(&self, packed: &[u8]) -> Result<Bytes> {
-        self.codec.unpack_within(packed, MAX_UNPACKED_BYTES).map(Bytes::from).map_err(ParquetError::General)
+        self.codec
+            .unpack_within(packed, self.most.min(MAX_UNPACKED_BYTES))
+            .map(Bytes::from)
+            .map_err(ParquetError::General)
     }
 
     /// Counts the values of a data page; fails where it claims more than its column has.

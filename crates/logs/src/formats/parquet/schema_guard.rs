@@ -17,7 +17,7 @@ const MAX_SKIPPED_DEPTH: usize = 16;
 const INDEX_ENDS_EARLY: &str = "the index of the file is damaged: it ends too early";
 
 /// Refuses a footer whose schema is nested too deeply or claims more than it holds.
-pub fn check(footer: &[u8]) -> Result<(), String> {
+pub(crate) fn check(footer: &[u8]) -> Result<(), String> {
     let mut bytes = Bytes(footer);
     let mut children = Vec::new();
     bytes.fields(&mut |bytes, id, kind| match (id, kind) {

@@ -11,7 +11,7 @@
 use parquet::basic::Encoding;
 
 /// The bytes of values in BYTE_STREAM_SPLIT in the order of the values; `None` where they are not whole values of `width`.
-pub fn joined(split: &[u8], width: usize) -> Option<Vec<u8>> {
+pub(crate) fn joined(split: &[u8], width: usize) -> Option<Vec<u8>> {
     let count = split.len().checked_div(width).filter(|count| count * width == split.len())?;
     Some((0..split.len()).map(|k| split[k % width * count + k / width]).collect())
 }
@@ -21,7 +21,7 @@ pub fn joined(split: &[u8], width: usize) -> Option<Vec<u8>> {
 ///
 /// By Encodings.md of the Parquet format, levels in RLE have their length before them in four bytes. In BIT_PACKED each
 /// level takes the bits of the largest.
-pub fn values_begin(page: &[u8], values: u32, levels: [(i16, Encoding); 2]) -> Option<usize> {
+pub(crate) fn values_begin(page: &[u8], values: u32, levels: [(i16, Encoding); 2]) -> Option<usize> {
     let mut begin = 0_usize;
     for (largest, encoding) in levels.into_iter().filter(|level| level.0 > 0) {
         #[expect(deprecated, reason = "old files have it")]

@@ -7,13 +7,13 @@
 
 /// How a message is written.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Encoding {
+pub(crate) enum Encoding {
     Cdr,
     Ros1,
 }
 
 impl Encoding {
-    pub fn of(name: &str) -> Option<Encoding> {
+    pub(crate) fn of(name: &str) -> Option<Encoding> {
         match name {
             "cdr" => Some(Encoding::Cdr),
             "ros1" => Some(Encoding::Ros1),
@@ -24,7 +24,7 @@ impl Encoding {
 
 /// The arrays of a message; one that is not measured is empty.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct JointState<'a> {
+pub(crate) struct JointState<'a> {
     /// ns; zero where the driver sets none.
     pub stamp: i64,
     pub names: Vec<&'a str>,
@@ -34,7 +34,7 @@ pub struct JointState<'a> {
 }
 
 impl JointState<'_> {
-    pub fn decode(data: &[u8], encoding: Encoding) -> Result<JointState<'_>, String> {
+    pub(crate) fn decode(data: &[u8], encoding: Encoding) -> Result<JointState<'_>, String> {
         let mut cursor = Cursor { data, at: 0, aligned: encoding == Encoding::Cdr, big_endian: false };
         match encoding {
             Encoding::Cdr => {

@@ -9,6 +9,8 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
+use gate::shown;
+
 use crate::formats::rosbag::joint_state::JointState;
 use crate::table::{MAX_CELLS, Table};
 
@@ -23,7 +25,7 @@ const SPARSE_JOINT_RATIO: usize = 64;
 
 /// The messages of one topic.
 #[derive(Default)]
-pub struct JointTable {
+pub(crate) struct JointTable {
     /// Times of the messages by their headers and by the recorder, ns.
     stamps: Vec<i64>,
     log_times: Vec<i64>,
@@ -45,22 +47,27 @@ struct Series {
 }
 
 impl JointTable {
-    pub fn messages(&self) -> usize {
+    pub(crate) fn messages(&self) -> usize {
         self.stamps.len()
     }
 
     /// The joints that were named, in the order of their first naming.
-    pub fn joints(&self) -> &[String] {
+    pub(crate) fn joints(&self) -> &[String] {
         &self.joints
+    }
+
+    /// Numbers that a message adds: two times and its arrays.
+    pub(crate) fn cells_of(state: &JointState) -> usize {
+        2 + [&state.position, &state.velocity, &state.effort].iter().map(|a| a.len()).sum::<usize>()
     }
 
     /// Takes in a message that the recorder got at `log_time` ns.
     ///
     /// Fails when it names a joint twice, or when there are too many joints or numbers.
-    pub fn push(&mut self, log_time: i64, state: &JointState) -> Result<(), String> {
+    pub(crate) fn push(&mut self, log_time: i64, state: &JointState) -> Result<(), String> {
         let row = self.stamps.len();
         let arrays = [&state.position, &state.velocity, &state.effort];
-        self.cells += 2 + arrays.iter().map(|a| a.len()).sum::<usize>();
+        self.cells += JointTable::cells_of(state);
         if self.cells > MAX_CELLS {
             return Err(format!("with it there are more than {MAX_CELLS} numbers; cut the recording into parts"));
         }
@@ -91,7 +98,7 @@ impl JointTable {
         if joint == MAX_JOINTS {
             return Err(format!("it names joint {}; at most {MAX_JOINTS} are expected", joint + 1));
         }
-        self.joints.push(name.into());
+        self.joints.push(shown::line(name).into_owned());
         self.places.insert(name.into(), joint);
         self.series.push(Default::default());
         Ok(joint)
@@ -100,7 +107,7 @@ impl JointTable {
     /// The table of the messages of topic `name` in `file`.
     ///
     /// Fails when it would hold more than [`MAX_CELLS`] numbers.
-    pub fn table(mut self, name: &str, file: &str, notes: Vec<String>) -> Result<Table, String> {
+    pub(crate) fn table(mut self, name: &str, file: &str, notes: Vec<String>) -> Result<Table, String> {
         let rows = self.stamps.len();
         let stamped = self.stamps.iter().any(|&s| s != 0);
         // The difference of whole numbers is exact, so that one division gives the nearest f64.
@@ -166,7 +173,7 @@ impl Series {
 }
 
 /// A list of names that does not fill the screen.
-pub fn clipped(text: String) -> String {
+pub(crate) fn clipped(text: String) -> String {
     if text.chars().count() <= 600 { text } else { text.chars().take(600).chain(" ..".chars()).collect() }
 }
 

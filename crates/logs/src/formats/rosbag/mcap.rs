@@ -1,12 +1,13 @@
 //! The messages of an MCAP file (mcap.dev, version 0), in file order.
 //!
-//! The crate `mcap` takes records apart. Chunks are unpacked here, within bounds, and a record is passed to the crate
+//! The crate `mcap` takes records apart. Chunks are unpacked here, record by record, and a record is passed to the crate
 //! only if the file is long enough to hold it. The index at the end is not used. So the file of a recorder that was
 //! killed is read as far as it is whole. Attachments and metadata are skipped unparsed.
 
 use std::collections::BTreeMap;
 use std::io::Read;
 
+use gate::budget::Budget;
 use mcap::McapError;
 use mcap::records::{ChunkHeader, Record, op};
 use mcap::sans_io::linear_reader::{LinearReadEvent, LinearReader, LinearReaderOptions};
@@ -20,11 +21,11 @@ const BYTES_PER_PIECE: usize = 1 << 16;
 /// Receiver of records: opcode and content.
 type RecordReceiver<'a> = dyn FnMut(u8, &[u8]) -> Result<(), String> + 'a;
 
-/// Hands every message of a file of `length` bytes to `each`.
+/// Hands every message of a file of `length` bytes to `each`. What its chunks unfold to is drawn from `work`.
 ///
 /// Fails when a record is damaged; a file that ends early is no failure but an `Outcome`.
-pub fn read(source: impl Read, length: u64, each: &mut Receiver) -> Result<Outcome, String> {
-    let mut reader = Reader { schemas: BTreeMap::new(), channels: BTreeMap::new(), each };
+pub(crate) fn read(source: impl Read, length: u64, work: &mut Budget, each: &mut Receiver) -> Result<Outcome, String> {
+    let mut reader = Reader { schemas: BTreeMap::new(), channels: BTreeMap::new(), work, each };
     let options = LinearReaderOptions::default().with_emit_chunks(true).with_skip_end_magic(true);
     let mut at = mcap::MAGIC.len() as u64;
     let whole = records(source, length, options, &mut |opcode, content| {
@@ -70,9 +71,53 @@ fn records(
     Ok(true)
 }
 
+/// Refuses a record whose strings claim to be longer than it is: the crate reserves what a string claims before it
+/// reads, and an allocation that fails cannot be caught.
+fn strings_fit(opcode: u8, content: &[u8]) -> Result<(), String> {
+    // Bytes before the strings, how many strings there are, and whether a map of strings follows.
+    let (mut at, strings, has_map) = match opcode {
+        op::SCHEMA => (2, 2, false),
+        op::CHANNEL => (4, 2, true),
+        op::CHUNK => (28, 1, false),
+        _ => return Ok(()),
+    };
+    let damaged = |claimed: usize| {
+        let length = content.len();
+        format!("a string claims {claimed} bytes in a record of {length}: the record is damaged")
+    };
+    let length = |at: usize| {
+        let four = content.get(at..at.saturating_add(4)).and_then(|four| <[u8; 4]>::try_from(four).ok());
+        four.map(|four| u32::from_le_bytes(four) as usize)
+    };
+    let skip = |at: &mut usize, end: usize| match length(*at) {
+        Some(claimed) if claimed > end.saturating_sub(*at + 4) => Err(damaged(claimed)),
+        Some(claimed) => {
+            *at += 4 + claimed;
+            Ok(())
+        }
+        // Cut short: the crate says so.
+        None => {
+            *at = end;
+            Ok(())
+        }
+    };
+    for _ in 0..strings {
+        skip(&mut at, content.len())?;
+    }
+    if let Some(claimed) = length(at).filter(|_| has_map) {
+        at += 4;
+        let end = at.checked_add(claimed).filter(|&end| end <= content.len()).ok_or_else(|| damaged(claimed))?;
+        while at < end {
+            skip(&mut at, end)?;
+        }
+    }
+    Ok(())
+}
+
 struct Reader<'a, 'b> {
     schemas: BTreeMap<u16, String>,
     channels: BTreeMap<u16, Channel>,
+    work: &'a mut Budget,
     each: &'a mut Receiver<'b>,
 }
 
@@ -81,6 +126,7 @@ impl Reader<'_, '_> {
         if !matches!(opcode, op::SCHEMA | op::CHANNEL | op::MESSAGE | op::CHUNK) {
             return Ok(());
         }
+        strings_fit(opcode, content)?;
         match mcap::parse_record(opcode, content).map_err(|e| format!("{e}: the record is damaged"))? {
             Record::Schema { header, .. } => {
                 self.schemas.insert(header.id, header.name);
@@ -116,16 +162,12 @@ impl Reader<'_, '_> {
         };
         let damaged = |e: String| format!("the chunk is damaged: {e}; `mcap recover` saves the others");
         let size = usize::try_from(header.uncompressed_size).unwrap_or(usize::MAX);
-        let unpacked = compression.unpack(packed, size).map_err(damaged)?;
-        let (mut found, claimed) = (flate2::Crc::new(), header.uncompressed_crc);
-        found.update(&unpacked);
-        // A checksum of zero says that the writer made none.
-        if claimed != 0 && claimed != found.sum() {
-            return Err(damaged(format!("its checksum is {:08x} instead of {claimed:08x}", found.sum())));
-        }
+        self.work.draw(size).map_err(damaged)?;
+        let unpacked = compression.reader(packed).map_err(damaged)?;
+        let mut unpacked = Summed { source: unpacked, sum: flate2::Crc::new() };
         let options = LinearReaderOptions::default().with_emit_chunks(true).with_skip_end_magic(true);
         let mut taken = 0;
-        records(&unpacked[..], size as u64, options.with_skip_start_magic(true), &mut |opcode, content| {
+        let read = records(&mut unpacked, size as u64, options.with_skip_start_magic(true), &mut |opcode, content| {
             taken += 9 + content.len();
             match opcode {
                 // No record has this number: what is unpacked is filled with zeros.
@@ -133,8 +175,34 @@ impl Reader<'_, '_> {
                 op::CHUNK => Ok(()),
                 _ => self.record(opcode, content),
             }
-        })?;
+        });
+        // Where the bytes are damaged, that is the reason and not what their records seem to be.
+        let rest = std::io::copy(&mut unpacked.by_ref().take(1 + size as u64), &mut std::io::sink());
+        let (found, claimed) = (&unpacked.sum, header.uncompressed_crc);
+        rest.map_err(|e| damaged(format!("it cannot be unpacked: {e}")))?;
+        if u64::from(found.amount()) != (size as u64) % (1 << 32) {
+            return Err(damaged(format!("it does not unpack to the {size} bytes it claims")));
+        }
+        // A checksum of zero says that the writer made none.
+        if claimed != 0 && claimed != found.sum() {
+            return Err(damaged(format!("its checksum is {:08x} instead of {claimed:08x}", found.sum())));
+        }
+        read?;
         if taken == size { Ok(()) } else { Err(damaged("it ends within a record".into())) }
+    }
+}
+
+/// A source of which a checksum is made.
+struct Summed<R> {
+    source: R,
+    sum: flate2::Crc,
+}
+
+impl<R: Read> Read for Summed<R> {
+    fn read(&mut self, out: &mut [u8]) -> std::io::Result<usize> {
+        let count = self.source.read(out)?;
+        self.sum.update(&out[..count]);
+        Ok(count)
     }
 }
 
@@ -163,7 +231,7 @@ mod tests {
 
     fn messages(bytes: &[u8]) -> (Found, Result<Outcome, String>) {
         let mut found = Vec::new();
-        let outcome = read(bytes, bytes.len() as u64, &mut |m| {
+        let outcome = read(bytes, bytes.len() as u64, &mut Budget::of(bytes.len()), &mut |m| {
             found.push((m.channel.clone(), m.log_time, m.data.to_vec()));
             Ok(())
         });
@@ -199,7 +267,7 @@ mod tests {
     fn an_error_of_the_receiver_has_its_place() {
         let bytes = file();
         let refuse = &mut |_: &Message| Err("it is not liked".to_string());
-        let message = read(&bytes[..], bytes.len() as u64, refuse).unwrap_err();
+        let message = read(&bytes[..], bytes.len() as u64, &mut Budget::of(bytes.len()), refuse).unwrap_err();
         assert_eq!(message, "record at byte 84: message of /a: it is not liked");
     }
 }

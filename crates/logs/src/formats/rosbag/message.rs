@@ -2,7 +2,7 @@
 
 /// A topic as a recording describes it.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Channel {
+pub(crate) struct Channel {
     pub topic: String,
     /// The name of the message type: `sensor_msgs/msg/JointState`.
     pub schema: String,
@@ -10,7 +10,7 @@ pub struct Channel {
     pub encoding: String,
 }
 
-pub struct Message<'a> {
+pub(crate) struct Message<'a> {
     pub channel: &'a Channel,
     /// ns, when the recorder got the message.
     pub log_time: i64,
@@ -18,11 +18,11 @@ pub struct Message<'a> {
 }
 
 /// Receiver of the messages of a recording. Its error ends the reading.
-pub type Receiver<'a> = dyn FnMut(&Message) -> Result<(), String> + 'a;
+pub(crate) type Receiver<'a> = dyn FnMut(&Message) -> Result<(), String> + 'a;
 
 /// The result of reading a file.
 #[derive(Debug, Default)]
-pub struct Outcome {
+pub(crate) struct Outcome {
     pub channels: Vec<Channel>,
     /// Up to where the file was read, if not to its end.
     pub cut: Option<String>,

@@ -1,10 +1,10 @@
 //! Recordings of ROS: joint states in MCAP files and rosbag2 directories.
 
-pub mod joint_state;
-pub mod joint_table;
+pub(crate) mod joint_state;
+pub(crate) mod joint_table;
 #[cfg(feature = "mcap")]
-pub mod mcap;
-pub mod message;
-pub mod recording;
+pub(crate) mod mcap;
+pub(crate) mod message;
+pub(crate) mod recording;
 #[cfg(feature = "rosbag2-sqlite")]
-pub mod sqlite;
+pub(crate) mod sqlite;

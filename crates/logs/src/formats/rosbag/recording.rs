@@ -7,6 +7,9 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
+use gate::budget::Budget;
+use gate::source::{self, Source};
+
 use crate::Error;
 use crate::formats::compression::{Compression, MAX_UNPACKED_BYTES};
 use crate::formats::content::{Content, MAGIC_BYTES};
@@ -17,13 +20,13 @@ use crate::formats::rosbag::mcap;
 use crate::formats::rosbag::message::{Channel, Message, Outcome};
 #[cfg(feature = "rosbag2-sqlite")]
 use crate::formats::rosbag::sqlite;
-use crate::table::Table;
+use crate::table::{MAX_FILE_BYTES, Table};
 
 /// The names of the message type with joint states.
 const JOINT_STATE_TYPES: [&str; 2] = ["sensor_msgs/msg/JointState", "sensor_msgs/JointState"];
 
 /// Reads the recording at a path, with `#topic` behind it or without; `None`: there is none.
-pub fn read(path: &Path) -> Result<Option<Table>, Error> {
+pub(crate) fn read(path: &Path) -> Result<Option<Table>, Error> {
     let (place, topic) = address(path);
     let name = path.display().to_string();
     // Reading a pipe would consume it, so the first bytes are read from regular files only.
@@ -32,16 +35,16 @@ pub fn read(path: &Path) -> Result<Option<Table>, Error> {
         let message = "only a recording (MCAP, rosbag2) has topics; name the file alone";
         return if topic.is_some() { Err(Error::at(&name, 0, message)) } else { Ok(None) };
     }
-    let mut recording = Recording { wanted: topic, ..Recording::default() };
+    let mut recording = Recording { wanted: topic, ..Recording::within(Budget::of(0)) };
     for file in if place.is_dir() { files(&place)? } else { vec![place.clone()] } {
         recording.add(&file)?;
     }
     recording.table(&place.display().to_string(), &name).map(Some)
 }
 
-/// Reads the content of an MCAP or a sqlite3 file.
-pub fn from_bytes(file: &str, bytes: &[u8]) -> Result<Table, Error> {
-    let mut recording = Recording::default();
+/// Reads the content of an MCAP or a sqlite3 file within a budget.
+pub(crate) fn from_bytes(file: &str, bytes: &[u8], budget: &Budget) -> Result<Table, Error> {
+    let mut recording = Recording { wanted: None, ..Recording::within(budget.clone()) };
     recording.add_bytes(file, bytes)?;
     recording.table(file, file)
 }
@@ -56,11 +59,8 @@ fn address(path: &Path) -> (PathBuf, Option<String>) {
 }
 
 fn head(path: &Path) -> Result<Content, Error> {
-    use std::io::Read;
-    let mut head = Vec::new();
-    let read = std::fs::File::open(path).and_then(|file| file.take(MAGIC_BYTES as u64).read_to_end(&mut head));
-    read.map_err(|e| unreadable(path, &e))?;
-    Ok(Content::of(&head))
+    let head = Source::open(path).and_then(|mut source| source.head(MAGIC_BYTES));
+    Ok(Content::of(&head.map_err(|e| unreadable(path, &e))?))
 }
 
 fn unreadable(path: &Path, e: &std::io::Error) -> Error {
@@ -101,8 +101,11 @@ fn files(directory: &Path) -> Result<Vec<PathBuf>, Error> {
     Ok(found)
 }
 
-#[derive(Default)]
 struct Recording {
+    /// For the joint states.
+    memory: Budget,
+    /// For what is unpacked on the way to them.
+    work: Budget,
     wanted: Option<String>,
     topics: BTreeMap<String, JointTable>,
     /// Every topic with its type.
@@ -110,20 +113,40 @@ struct Recording {
     notes: Vec<String>,
 }
 
+/// Bytes of a number of a message: it and its row, in arrays that grow by doubling.
+const CELL_BYTES: usize = 2 * (size_of::<f64>() + size_of::<u32>());
+
 impl Recording {
+    fn within(budget: Budget) -> Recording {
+        let (topics, all, notes) = (BTreeMap::new(), BTreeSet::new(), Vec::new());
+        Recording { memory: budget.clone(), work: budget, wanted: None, topics, all, notes }
+    }
+
+    /// A file of so many bytes follows.
+    fn grow(&mut self, bytes: u64) {
+        let bytes = usize::try_from(bytes).unwrap_or(usize::MAX);
+        self.memory.grow(bytes);
+        self.work.grow(bytes);
+    }
+
     fn add(&mut self, path: &Path) -> Result<(), Error> {
         let file = path.display().to_string();
         match head(path)? {
             #[cfg(feature = "mcap")]
             Content::Mcap => {
-                let source = std::fs::File::open(path).map_err(|e| unreadable(path, &e))?;
-                let length = source.metadata().map_err(|e| unreadable(path, &e))?.len();
-                self.take(&file, |_, each| mcap::read(std::io::BufReader::new(source), length, each))
+                let source = Source::open(path).map_err(|e| unreadable(path, &e))?;
+                let length = source.length().unwrap_or(u64::MAX);
+                self.grow(source.length().unwrap_or(0));
+                self.take(&file, |_, work, each| mcap::read(std::io::BufReader::new(source), length, work, each))
             }
             #[cfg(feature = "rosbag2-sqlite")]
-            Content::Sqlite => self.take(&file, |wanted, each| sqlite::read(&sqlite::open(path)?, wanted, each)),
+            Content::Sqlite => {
+                self.grow(std::fs::metadata(path).map_err(|e| unreadable(path, &e))?.len());
+                self.take(&file, |wanted, work, each| sqlite::read(&sqlite::open(path)?, wanted, work, each))
+            }
             Content::Zstd => {
-                let packed = std::fs::read(path).map_err(|e| unreadable(path, &e))?;
+                let packed = source::read(path, MAX_FILE_BYTES).map_err(|e| unreadable(path, &e))?;
+                self.grow(packed.len() as u64);
                 let unpacked = Compression::Zstd.unpack_within(&packed, MAX_UNPACKED_BYTES);
                 self.add_bytes(&file, &unpacked.map_err(|e| Error::at(&file, 0, e))?)
             }
@@ -134,9 +157,11 @@ impl Recording {
     fn add_bytes(&mut self, file: &str, bytes: &[u8]) -> Result<(), Error> {
         match Content::of(bytes) {
             #[cfg(feature = "mcap")]
-            Content::Mcap => self.take(file, |_, each| mcap::read(bytes, bytes.len() as u64, each)),
+            Content::Mcap => self.take(file, |_, work, each| mcap::read(bytes, bytes.len() as u64, work, each)),
             #[cfg(feature = "rosbag2-sqlite")]
-            Content::Sqlite => self.take(file, |wanted, each| sqlite::read(&sqlite::of_bytes(bytes)?, wanted, each)),
+            Content::Sqlite => {
+                self.take(file, |wanted, work, each| sqlite::read(&sqlite::of_bytes(bytes)?, wanted, work, each))
+            }
             other => Err(Error::at(file, 0, other.refusal().unwrap_or("this is no recording".into()))),
         }
     }
@@ -147,10 +172,11 @@ impl Recording {
         file: &str,
         read: impl FnOnce(
             &dyn Fn(&Channel) -> bool,
+            &mut Budget,
             &mut dyn FnMut(&Message) -> Result<(), String>,
         ) -> Result<Outcome, String>,
     ) -> Result<(), Error> {
-        let Recording { wanted, topics, .. } = self;
+        let Recording { wanted, topics, memory, work, .. } = self;
         let meant = |channel: &Channel| {
             JOINT_STATE_TYPES.contains(&channel.schema.as_str()) && wanted.as_ref().is_none_or(|w| *w == channel.topic)
         };
@@ -162,9 +188,10 @@ impl Recording {
             let encoding = Encoding::of(&channel.encoding)
                 .ok_or_else(|| format!("it is written as `{}`; cdr and ros1 are read", channel.encoding))?;
             let state = JointState::decode(message.data, encoding)?;
+            memory.draw(CELL_BYTES * JointTable::cells_of(&state))?;
             topics.entry(channel.topic.clone()).or_default().push(message.log_time, &state)
         };
-        let outcome = read(&meant, &mut each).map_err(|e| Error::at(file, 0, e))?;
+        let outcome = read(&meant, work, &mut each).map_err(|e| Error::at(file, 0, e))?;
         self.all.extend(outcome.channels.into_iter().map(|c| (c.topic, c.schema)));
         self.notes.extend(outcome.cut.map(|cut| format!("{file} {cut}")));
         Ok(())

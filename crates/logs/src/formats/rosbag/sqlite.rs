@@ -11,6 +11,7 @@ use std::collections::BTreeMap;
 use std::io::Read;
 use std::path::Path;
 
+use gate::budget::Budget;
 use rusqlite::config::DbConfig;
 use rusqlite::ffi::SQLITE_READONLY_ROLLBACK;
 use rusqlite::limits::Limit;
@@ -27,13 +28,13 @@ const MAX_MESSAGE_BYTES: i32 = 1 << 24;
 const LOCKLESS_FILE_SYSTEM: &str = if cfg!(windows) { "win32-none" } else { "unix-none" };
 
 /// Opens a file, which must not be written by another program meanwhile.
-pub fn open(path: &Path) -> Result<Connection, String> {
+pub(crate) fn open(path: &Path) -> Result<Connection, String> {
     let flags = OpenFlags::SQLITE_OPEN_READ_ONLY | OpenFlags::SQLITE_OPEN_NO_MUTEX;
     Connection::open_with_flags_and_vfs(path, flags, LOCKLESS_FILE_SYSTEM).map_err(|e| refused(&e))
 }
 
 /// Opens the content of a file.
-pub fn of_bytes(bytes: &[u8]) -> Result<Connection, String> {
+pub(crate) fn of_bytes(bytes: &[u8]) -> Result<Connection, String> {
     // In memory there is no write-ahead log beside the file. So its mode, bytes 18 and 19, is set to that of a plain
     // file.
     let (head, rest) = bytes.split_at(bytes.len().min(20));
@@ -54,10 +55,15 @@ fn refused(e: &rusqlite::Error) -> String {
     format!("this is no rosbag2 in sqlite3 that can be read: {e}; `sqlite3 FILE .recover` may save what is in it")
 }
 
-/// Hands the messages of the channels that are `wanted` to `each`.
+/// Hands the messages of the channels that are `wanted` to `each`. What packed messages unfold to is drawn from `work`.
 ///
 /// Fails when the tables of a rosbag2 are not there; damage among the messages is an `Outcome`.
-pub fn read(database: &Connection, wanted: &dyn Fn(&Channel) -> bool, each: &mut Receiver) -> Result<Outcome, String> {
+pub(crate) fn read(
+    database: &Connection,
+    wanted: &dyn Fn(&Channel) -> bool,
+    work: &mut Budget,
+    each: &mut Receiver,
+) -> Result<Outcome, String> {
     guard(database).map_err(|e| refused(&e))?;
     for table in ["topics", "messages"] {
         // Views, virtual tables and computed columns would run code of the file, so they are refused.
@@ -104,6 +110,7 @@ pub fn read(database: &Connection, wanted: &dyn Fn(&Channel) -> bool, each: &mut
         let unpacked;
         let data = if Content::of(data) == Content::Zstd {
             unpacked = Compression::Zstd.unpack_within(data, MAX_MESSAGE_BYTES as usize).map_err(at)?;
+            work.draw(unpacked.len()).map_err(at)?;
             &unpacked
         } else {
             data

@@ -31,9 +31,9 @@ use crate::kinematics::loop_chain::{LoopChains, PLACEMENT};
 use crate::random::SplitMix;
 
 /// Draws of all constants before it is given up: with k equations of the second degree, one of 2^k draws has a point.
-const DRAWS: usize = 400;
+const DRAWS_OF_CONSTANTS: usize = 400;
 /// Draws that end for another reason than a root before it is given up: roots that meet leave equations of another form.
-const FAILURES: usize = 24;
+const MAX_FAILED_DRAWS: usize = 24;
 /// The same where angles are drawn first, which meet nowhere.
 const FAILURES_OF_ANGLES: usize = 4;
 /// Draws of all variables, the constants as they are.
@@ -64,7 +64,7 @@ pub(crate) struct ClosedPoints {
 }
 
 impl ClosedPoints {
-    pub fn new(derivation: &mut Derivation, closure: Function) -> Result<ClosedPoints, NoCertificate> {
+    pub(crate) fn new(derivation: &mut Derivation, closure: Function) -> Result<ClosedPoints, NoCertificate> {
         let Derivation { robot, graph, constants, .. } = derivation;
         let chains = LoopChains::new(graph, robot, constants);
         let variables = Variables::new(robot.n_coordinates(), robot.n_variables(), &chains.joints);
@@ -85,8 +85,8 @@ impl ClosedPoints {
 
     /// A closed point by random draws of constants, variables and roots; with `other_roots`, of the other root of each
     /// equation as long as the draws are the same.
-    pub fn point(&self, random: &mut SplitMix, other_roots: bool) -> Result<ClosedPoint, NoCertificate> {
-        let first = self.attempts(FAILURES, random, |random| self.constants_first(random, other_roots));
+    pub(crate) fn point(&self, random: &mut SplitMix, other_roots: bool) -> Result<ClosedPoint, NoCertificate> {
+        let first = self.attempts(MAX_FAILED_DRAWS, random, |random| self.constants_first(random, other_roots));
         first.or_else(|_| self.attempts(FAILURES_OF_ANGLES, random, |random| self.angles_first(random, other_roots)))
     }
 
@@ -98,7 +98,7 @@ impl ClosedPoints {
     ) -> Result<ClosedPoint, NoCertificate> {
         let mut failures = 0;
         let mut reason = NoCertificate::OtherForm;
-        for _ in 0..DRAWS {
+        for _ in 0..DRAWS_OF_CONSTANTS {
             match draw(random) {
                 // Whatever way it was found, all equations must hold.
                 Ok(Some(point)) if self.is_closed(&point) => return Ok(point),
@@ -117,7 +117,7 @@ impl ClosedPoints {
     }
 
     /// A closed point with these constants, if constants may come first.
-    pub fn point_at(&self, constants: &[Assignment], random: &mut SplitMix) -> Option<ClosedPoint> {
+    pub(crate) fn point_at(&self, constants: &[Assignment], random: &mut SplitMix) -> Option<ClosedPoint> {
         for _ in 0..DRAWS_OF_A_STATE {
             if let Some(state) = self.state_at(constants, random, false).ok()? {
                 let point = ClosedPoint { constants: constants.to_vec(), state };
@@ -128,7 +128,7 @@ impl ClosedPoints {
     }
 
     /// Random constants that planar loops can be closed with.
-    pub fn constants(&self, random: &mut SplitMix) -> Result<Vec<Assignment>, NoCertificate> {
+    pub(crate) fn constants(&self, random: &mut SplitMix) -> Result<Vec<Assignment>, NoCertificate> {
         let mut constants = self.assigned(random);
         self.fit_planes(&mut constants, random)?;
         Ok(constants)
@@ -277,14 +277,14 @@ impl ClosedPoints {
         }
     }
 
-    pub fn planar_loops(&self, constants: &[Assignment]) -> Vec<Option<PlanarLoop>> {
+    pub(crate) fn planar_loops(&self, constants: &[Assignment]) -> Vec<Option<PlanarLoop>> {
         let Ok(placements) = self.placements(constants) else { return vec![None] };
         let planar = |branches| PlanarLoop::new(&self.variables, &placements, &self.chains.joints, branches);
         self.chains.loops.iter().map(planar).collect()
     }
 
     /// The variables as inputs of a function, still.
-    pub fn inputs(&self, state: &State) -> BTreeMap<Symbol, Moving> {
+    pub(crate) fn inputs(&self, state: &State) -> BTreeMap<Symbol, Moving> {
         let moving = |k: usize| Moving {
             point: state.points[k].unwrap_or_default(),
             denominator: self.variables.denominators[k],
@@ -294,7 +294,7 @@ impl ClosedPoints {
     }
 
     /// e and J_p, row by row, at a point; `None` where they are no elements of the field.
-    pub fn closure_at(&self, point: &ClosedPoint) -> Option<(Vec<Residue>, Vec<Residue>)> {
+    pub(crate) fn closure_at(&self, point: &ClosedPoint) -> Option<(Vec<Residue>, Vec<Residue>)> {
         let inputs = self.inputs(&point.state);
         let graph = self.closure.graph();
         let mut algebra = SeriesAlgebra::new(graph, &self.closure_angles, &point.constants, &inputs, 0);

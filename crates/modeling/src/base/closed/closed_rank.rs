@@ -17,16 +17,16 @@ use crate::derivation::Derivation;
 use crate::random::SplitMix;
 
 /// Points looked at: in pairs of the same draws, the second with the other root of each equation.
-const POINTS: u64 = 12;
+const MAX_CLOSED_POINTS: u64 = 12;
 /// Points looked at in any case: two assemblies of one robot, and one of another.
-const FEWEST: u64 = 3;
+const FEWEST_CLOSED_POINTS: u64 = 3;
 /// Points that must agree with each other, and with the numbers.
-const AGREE: usize = 2;
+const AGREEING_RANKS: usize = 2;
 /// Curves through each point. With one coordinate, three rows of each order may be independent: those of its acceleration,
 /// of its squared rate, and of gravity.
-const CURVES: usize = 4;
+const CURVES_PER_POINT: usize = 4;
 /// Orders at the end that must bring no new row.
-const SETTLED: usize = 2;
+const SETTLED_ORDERS: usize = 2;
 /// The longest series.
 const MOST_ORDERS: usize = 200;
 
@@ -44,7 +44,7 @@ pub(crate) struct ClosedRank {
 
 impl ClosedRank {
     /// Whether a column is a combination of these at every point, with one set of coefficients each.
-    pub fn is_spanned(&self, column: usize, support: &[usize]) -> bool {
+    pub(crate) fn is_spanned(&self, column: usize, support: &[usize]) -> bool {
         let picked = |row: &Vec<Residue>| support.iter().chain([&column]).map(|&c| row[c]).collect();
         self.rows.iter().all(|rows| solve(rows.iter().map(picked).collect(), support.len()).is_some())
     }
@@ -64,7 +64,7 @@ pub(crate) fn closed_rank(
     let (mut found, mut failure): (Vec<At>, _) = (Vec::new(), NoCertificate::OtherForm);
     // The first assembly that the numbers agree with.
     let mut chosen: Option<Vec<usize>> = None;
-    for k in 0..POINTS {
+    for k in 0..MAX_CLOSED_POINTS {
         let mut random = SplitMix(1979 + k / 2);
         let point = points.point(&mut random, k % 2 == 1)?;
         match columns_at(&points, regressor, &angles, expected, &point, &mut random) {
@@ -77,7 +77,7 @@ pub(crate) fn closed_rank(
             Err(reason) => failure = reason,
         }
         let n_agree = found.iter().filter(|at| chosen.as_ref() == Some(&at.columns)).count();
-        if k + 1 >= FEWEST && n_agree >= AGREE {
+        if k + 1 >= FEWEST_CLOSED_POINTS && n_agree >= AGREEING_RANKS {
             break;
         }
         // Another assembly may not be singular; one that does not move will not move at other lengths.
@@ -88,7 +88,7 @@ pub(crate) fn closed_rank(
     let Some(first) = found.first() else { return Err(failure) };
     let columns = chosen.clone().unwrap_or(first.columns.clone());
     let (same, others): (Vec<At>, Vec<At>) = found.into_iter().partition(|at| at.columns == columns);
-    if same.len() < AGREE || (chosen.is_none() && !others.is_empty()) {
+    if same.len() < AGREEING_RANKS || (chosen.is_none() && !others.is_empty()) {
         return Err(NoCertificate::OtherAssemblies);
     }
     let rows = same.into_iter().map(|at| at.rows).collect();
@@ -110,10 +110,11 @@ fn columns_at(
     random: &mut SplitMix,
 ) -> Result<At, NoCertificate> {
     let n = regressor.outputs[0].rows.max(1);
-    let mut order = (expected + expected / 3 + 8).div_ceil(n * (CURVES - 1)).max(SETTLED + 1) + SETTLED;
+    let mut order =
+        (expected + expected / 3 + 8).div_ceil(n * (CURVES_PER_POINT - 1)).max(SETTLED_ORDERS + 1) + SETTLED_ORDERS;
     loop {
         let mut by_order: Vec<Vec<Vec<Residue>>> = vec![Vec::new(); order + 1];
-        for _ in 0..CURVES {
+        for _ in 0..CURVES_PER_POINT {
             let along = curve(points, point, order, random)?;
             let rows = regressor_rows(regressor, angles, point, along, order, random)?;
             by_order.iter_mut().zip(rows).for_each(|(all, rows)| all.extend(rows));
@@ -127,7 +128,7 @@ fn columns_at(
                 }
             }
         }
-        if order - settled_since >= SETTLED {
+        if order - settled_since >= SETTLED_ORDERS {
             return Ok(At { columns: echelon.columns(), rows: by_order.concat() });
         }
         if order >= MOST_ORDERS {

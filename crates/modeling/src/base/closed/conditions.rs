@@ -12,7 +12,7 @@ use crate::random::SplitMix;
 
 impl ClosedPoints {
     /// The ends of a planar loop lie in one plane: a condition on the lengths across it, which the numbers fulfil.
-    pub fn fit_planes(&self, constants: &mut [Assignment], random: &mut SplitMix) -> Result<(), NoCertificate> {
+    pub(crate) fn fit_planes(&self, constants: &mut [Assignment], random: &mut SplitMix) -> Result<(), NoCertificate> {
         self.fit_angles(constants);
         let offsets = |constants: &[Assignment]| -> Vec<Residue> {
             self.planar_loops(constants).into_iter().flatten().map(|l| l.offset).collect()
@@ -37,7 +37,7 @@ impl ClosedPoints {
     /// Where the orientation of a planar loop depends on no variable, its constant angles add up to nothing. They do so by
     /// numbers of the file that are no symbols, such as the constant of a relation between passive angles: one of them is
     /// fitted.
-    pub fn fit_angles(&self, constants: &mut [Assignment]) {
+    pub(crate) fn fit_angles(&self, constants: &mut [Assignment]) {
         let none = State::unknown(self.variables.len());
         let whole = (Residue::ONE, Residue::ZERO);
         let defects = |constants: &[Assignment]| -> Vec<Option<(Residue, Residue)>> {
@@ -64,7 +64,7 @@ impl ClosedPoints {
     }
 
     /// The symbols that a function reads as lengths.
-    pub fn lengths_of(&self, function: &Function) -> Vec<usize> {
+    pub(crate) fn lengths_of(&self, function: &Function) -> Vec<usize> {
         let graph = function.graph();
         let mut is_length = vec![false; graph.symbols().len()];
         let symbol = |e: expr::Expr| match graph.node(e) {
@@ -79,7 +79,7 @@ impl ClosedPoints {
 
     /// Whether the loops stay closed where the lengths change: each change of e is then one that passive variables undo, but
     /// for the offsets across planar loops, which no variable changes.
-    pub fn lengths_are_free(&self, point: &ClosedPoint, lengths: &[usize]) -> bool {
+    pub(crate) fn lengths_are_free(&self, point: &ClosedPoint, lengths: &[usize]) -> bool {
         let offsets = |constants: &[Assignment]| -> Vec<Residue> {
             self.planar_loops(constants).into_iter().flatten().map(|l| l.offset).collect()
         };

@@ -23,7 +23,7 @@ pub(crate) struct Orientation {
 }
 
 impl Orientation {
-    pub fn new(
+    pub(crate) fn new(
         variables: &Variables,
         placements: &[Pose],
         joints: &[ChainJoint],
@@ -69,7 +69,7 @@ impl Orientation {
     }
 
     /// The variables that are not known.
-    pub fn unknown(&self, state: &State) -> Vec<usize> {
+    pub(crate) fn unknown(&self, state: &State) -> Vec<usize> {
         let mut all: Vec<usize> =
             self.letters.iter().flat_map(|l| l.1.iter().map(|t| t.0)).filter(|&k| state.points[k].is_none()).collect();
         all.sort_unstable();
@@ -78,13 +78,13 @@ impl Orientation {
     }
 
     /// Whether the turns make nothing, where all are known.
-    pub fn is_closed(&self, state: &State) -> bool {
+    pub(crate) fn is_closed(&self, state: &State) -> bool {
         let word = self.reduced(state);
         word.letters.is_empty() && word.last == UNTURNED
     }
 
     /// Closes the orientation by these angles; all others are known.
-    pub fn close(&self, variables: &Variables, state: &mut State, by: &[usize], other_root: bool) -> Closing {
+    pub(crate) fn close(&self, variables: &Variables, state: &mut State, by: &[usize], other_root: bool) -> Closing {
         let word = self.reduced(state);
         let single = |powers: &Powers| match powers.as_slice() {
             [(k, p)] if p.abs() == 1 && variables.may_be_solved_as_angle(*k) && by.contains(k) => Some((*k, *p)),

@@ -32,7 +32,7 @@ pub(crate) struct Group {
 }
 
 impl Group {
-    pub fn vanishes(&self) -> bool {
+    pub(crate) fn vanishes(&self) -> bool {
         let zero = [Residue::ZERO; 2];
         self.vector == zero && self.per_length.iter().all(|v| *v == zero)
     }

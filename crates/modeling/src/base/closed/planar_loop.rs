@@ -38,7 +38,7 @@ struct Side {
 
 impl PlanarLoop {
     /// `None` where its joints do not all move in one plane. `placements` and `joints` by link.
-    pub fn new(
+    pub(crate) fn new(
         variables: &Variables,
         placements: &[Pose],
         joints: &[ChainJoint],
@@ -69,7 +69,7 @@ impl PlanarLoop {
     }
 
     /// The variables of the loop that are not known.
-    pub fn unknown(&self, state: &State) -> Vec<usize> {
+    pub(crate) fn unknown(&self, state: &State) -> Vec<usize> {
         let of_side = |s: &Side| s.turn.iter().map(|t| t.0).chain(s.slides.iter().map(|t| t.0)).collect::<Vec<_>>();
         let mut all: Vec<usize> = self
             .turn
@@ -84,19 +84,19 @@ impl PlanarLoop {
     }
 
     /// The defect of the orientation where all its angles are known.
-    pub fn defect(&self, state: &State) -> Option<Point> {
+    pub(crate) fn defect(&self, state: &State) -> Option<Point> {
         let (known, rest) = state.turn(&self.turn);
         let (c, s) = self.delta;
         rest.is_empty().then(|| sum(known, (c, -s)))
     }
 
     /// How many variables close it, given what is known.
-    pub fn n_solved(&self, state: &State) -> usize {
+    pub(crate) fn n_solved(&self, state: &State) -> usize {
         2 + usize::from(!state.turn(&self.turn).1.is_empty())
     }
 
     /// Closes the loop by these variables; all others are known.
-    pub fn close(&self, variables: &Variables, state: &mut State, by: &[usize], other_root: bool) -> Closing {
+    pub(crate) fn close(&self, variables: &Variables, state: &mut State, by: &[usize], other_root: bool) -> Closing {
         let angles: Vec<usize> = by.iter().copied().filter(|&k| variables.may_be_solved_as_angle(k)).collect();
         let lengths: Vec<usize> = by.iter().copied().filter(|&k| variables.may_be_solved_as_length(k)).collect();
         if angles.len() + lengths.len() != by.len() {

@@ -20,10 +20,10 @@ pub(crate) struct Pose {
 }
 
 impl Pose {
-    pub const IDENTITY: Pose = Pose { rotation: UNTURNED, position: [ZERO; 3] };
+    pub(crate) const IDENTITY: Pose = Pose { rotation: UNTURNED, position: [ZERO; 3] };
 
     /// Rz(gamma) Tz(b) Rx(alpha) Tx(d) Rz(theta) Tz(r), from the entries of [`crate::kinematics::loop_chain`].
-    pub fn placement(entries: &[Residue]) -> Pose {
+    pub(crate) fn placement(entries: &[Residue]) -> Pose {
         let [cg, sg, b, ca, sa, d, ct, st, r] = <[Residue; PLACEMENT]>::try_from(entries).unwrap_or_default();
         let gamma = Pose { rotation: about_z((cg, sg)), position: [ZERO, ZERO, b] };
         let alpha = Pose { rotation: [[ONE, ZERO, ZERO], [ZERO, ca, -sa], [ZERO, sa, ca]], position: [ZERO; 3] };
@@ -31,7 +31,7 @@ impl Pose {
         gamma.then(&alpha).then(&theta)
     }
 
-    pub fn then(&self, next: &Pose) -> Pose {
+    pub(crate) fn then(&self, next: &Pose) -> Pose {
         let moved = turned(&self.rotation, next.position);
         let position = [0, 1, 2].map(|i| self.position[i] + moved[i]);
         Pose { rotation: product(&self.rotation, &next.rotation), position }

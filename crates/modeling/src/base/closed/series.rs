@@ -19,12 +19,12 @@ use crate::base::field::{Assignment, P, Point, Residue, times};
 pub(crate) struct Series(pub Vec<Residue>);
 
 impl Series {
-    pub fn number(x: Residue) -> Series {
+    pub(crate) fn number(x: Residue) -> Series {
         Series(vec![x]).trimmed()
     }
 
     /// a_k.
-    pub fn at(&self, k: usize) -> Residue {
+    pub(crate) fn at(&self, k: usize) -> Residue {
         self.0.get(k).copied().unwrap_or_default()
     }
 
@@ -125,7 +125,7 @@ pub(crate) struct Moving {
 
 impl Moving {
     /// A number that is no angle.
-    pub fn still(x: Residue) -> Moving {
+    pub(crate) fn still(x: Residue) -> Moving {
         Moving { point: (Residue::ONE, Residue::ZERO), denominator: 1, value: Series::number(x) }
     }
 }
@@ -145,7 +145,7 @@ pub(crate) struct SeriesAlgebra<'a> {
 }
 
 impl<'a> SeriesAlgebra<'a> {
-    pub fn new(
+    pub(crate) fn new(
         graph: &'a Graph,
         angles: &'a Angles,
         constants: &'a [Assignment],

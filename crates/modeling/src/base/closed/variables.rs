@@ -26,7 +26,7 @@ pub(crate) type Powers = Vec<(usize, i128)>;
 
 impl Variables {
     /// `None` where a joint turns by no ratio of small integers.
-    pub fn new(n: usize, total: usize, joints: &[ChainJoint]) -> Option<Variables> {
+    pub(crate) fn new(n: usize, total: usize, joints: &[ChainJoint]) -> Option<Variables> {
         let mut all =
             Variables { n, denominators: vec![1; total], turns: vec![false; total], slides: vec![false; total] };
         for joint in joints {
@@ -45,22 +45,22 @@ impl Variables {
         Some(all)
     }
 
-    pub fn len(&self) -> usize {
+    pub(crate) fn len(&self) -> usize {
         self.turns.len()
     }
 
     /// Whether it is an angle and nothing else, with whole ratios.
-    pub fn may_be_solved_as_angle(&self, k: usize) -> bool {
+    pub(crate) fn may_be_solved_as_angle(&self, k: usize) -> bool {
         self.turns[k] && !self.slides[k] && self.denominators[k] == 1
     }
 
     /// Whether it is a length and nothing else.
-    pub fn may_be_solved_as_length(&self, k: usize) -> bool {
+    pub(crate) fn may_be_solved_as_length(&self, k: usize) -> bool {
         self.slides[k] && !self.turns[k]
     }
 
     /// The angle of a revolute joint.
-    pub fn powers(&self, joint: &ChainJoint) -> Powers {
+    pub(crate) fn powers(&self, joint: &ChainJoint) -> Powers {
         let power = |&(k, c): &(usize, f64)| {
             let (n, d) = small_ratio(c).unwrap_or_default();
             (k, i128::from(n) * (self.denominators[k] / d.max(1) as u128) as i128)
@@ -79,37 +79,37 @@ pub(crate) struct State {
 }
 
 impl State {
-    pub fn unknown(total: usize) -> State {
+    pub(crate) fn unknown(total: usize) -> State {
         State { points: vec![None; total], lengths: vec![None; total] }
     }
 
     /// A variable counts as known when whatever it may be is.
-    pub fn knows(&self, k: usize) -> bool {
+    pub(crate) fn knows(&self, k: usize) -> bool {
         self.points[k].is_some() && self.lengths[k].is_some()
     }
 
-    pub fn draw(&mut self, k: usize, random: &mut SplitMix) {
+    pub(crate) fn draw(&mut self, k: usize, random: &mut SplitMix) {
         self.draw_angle(k, random);
         self.lengths[k] = Some(Residue::random(random));
     }
 
     /// Only as an angle; a variable that slides stays open.
-    pub fn draw_angle(&mut self, k: usize, random: &mut SplitMix) {
+    pub(crate) fn draw_angle(&mut self, k: usize, random: &mut SplitMix) {
         self.points[k] = Some(circle(random));
     }
 
-    pub fn set_angle(&mut self, k: usize, point: Point) {
+    pub(crate) fn set_angle(&mut self, k: usize, point: Point) {
         self.points[k] = Some(point);
         self.lengths[k] = Some(Residue::ONE);
     }
 
-    pub fn set_length(&mut self, k: usize, length: Residue) {
+    pub(crate) fn set_length(&mut self, k: usize, length: Residue) {
         self.points[k] = Some((Residue::ONE, Residue::ZERO));
         self.lengths[k] = Some(length);
     }
 
     /// The point of the known part of an angle, and what is not known of it.
-    pub fn turn(&self, powers: &[(usize, i128)]) -> (Point, Powers) {
+    pub(crate) fn turn(&self, powers: &[(usize, i128)]) -> (Point, Powers) {
         let (mut sum, mut rest) = ((Residue::ONE, Residue::ZERO), Vec::new());
         for &(k, power) in powers {
             match self.points[k] {

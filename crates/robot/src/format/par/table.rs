@@ -81,7 +81,7 @@ pub(super) struct Table<'a> {
 }
 
 impl<'a> Table<'a> {
-    pub fn new(source: Source<'a>, text: &'a ParText, notes: &mut Vec<Note>) -> Result<Table<'a>, Error> {
+    pub(super) fn new(source: Source<'a>, text: &'a ParText, notes: &mut Vec<Note>) -> Result<Table<'a>, Error> {
         let entries = &text.entries[..];
         if entries.is_empty() {
             return Err(source.error(1, 1, "the file has no `key = value`; expected NL, NJ, Type, ant, sigma, ..."));
@@ -127,18 +127,18 @@ impl<'a> Table<'a> {
     }
 
     /// An error at a key.
-    pub fn at(&self, key: &str, message: String) -> Error {
+    pub(super) fn at(&self, key: &str, message: String) -> Error {
         let place = self.entry(key).map_or((0, 0), |e| (e.line, e.column));
         self.source.place(place, message)
     }
 
     /// The items of a list; `None` when the file has no such list.
-    pub fn list(&self, key: &str) -> Option<&'a [Node]> {
+    pub(super) fn list(&self, key: &str) -> Option<&'a [Node]> {
         self.entry(key).map(|e| &e.items[..])
     }
 
     /// Whole numbers of a list from `lowest` to `highest`; `default` of the frame where absent.
-    pub fn integers(
+    pub(super) fn integers(
         &self,
         key: &str,
         lowest: usize,

@@ -23,7 +23,7 @@ pub(super) struct Follows {
 
 impl Follows {
     /// Puts the constant part where the geometry has it.
-    pub fn shift(&self, geometry: &mut ModifiedDh, prismatic: bool) {
+    pub(super) fn shift(&self, geometry: &mut ModifiedDh, prismatic: bool) {
         if self.offset == 0.0 {
             return;
         }
@@ -35,7 +35,7 @@ impl Follows {
     }
 
     /// Narrows the range of the coordinate to where this joint's own limits hold.
-    pub fn narrow(&self, leader: &mut Coordinate, own: Limits) {
+    pub(super) fn narrow(&self, leader: &mut Coordinate, own: Limits) {
         let Some((low, high)) = own.position else { return };
         if self.multiplier == 0.0 {
             return;

@@ -297,9 +297,14 @@ fn limits(joint: &urdf_rs::Joint, checked: &Checked, notes: &mut Vec<Note>) -> L
     }
     let limit = &joint.limit;
     let magnitude = |x: f64| (x > 0.0 && x.is_finite()).then_some(x);
-    let position = (!turns && limit.lower < limit.upper).then_some((limit.lower, limit.upper));
-    if !turns && position.is_none() {
-        note("has limits that leave no range: taken as unlimited");
+    // What is not written counts as zero: then nobody meant to hold the joint still.
+    let is_written = checked.joints.get(&joint.name).is_some_and(|m| m.has_range);
+    let position = (!turns && (is_written || limit.lower < limit.upper)).then_some((limit.lower, limit.upper));
+    match position {
+        None if !turns => note("has limits that leave no range: taken as unlimited"),
+        Some((low, high)) if low == high => note("has the same lower and upper limit: it stands still"),
+        Some((low, high)) if low > high => note("has a lower limit above its upper one: no motion keeps both"),
+        _ => {}
     }
     Limits {
         position,

@@ -96,6 +96,8 @@ pub(super) struct JointMark {
     pub child_at: At,
     pub mimic_at: At,
     pub has_limit: bool,
+    /// Whether both of its positions are written.
+    pub has_range: bool,
     pub has_damping: bool,
     pub has_friction: bool,
 }
@@ -325,6 +327,7 @@ impl Reader<'_, '_> {
                 child_at: at("child"),
                 mimic_at: at("mimic"),
                 has_limit: first(node, "limit").is_some(),
+                has_range: has("limit", "lower") && has("limit", "upper"),
                 has_damping: has("dynamics", "damping"),
                 has_friction: has("dynamics", "friction"),
             };

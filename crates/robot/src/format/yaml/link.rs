@@ -162,22 +162,22 @@ pub(super) fn placement(
 
 impl<'a> Draft<'a> {
     /// The key that holds the joint variable.
-    pub fn variable_key(&self) -> &'static str {
+    pub(super) fn variable_key(&self) -> &'static str {
         variable_key(self.kind)
     }
 
-    pub fn variable_node(&self) -> Option<&'a Node> {
+    pub(super) fn variable_node(&self) -> Option<&'a Node> {
         if self.kind == JointKind::Fixed { None } else { self.fields.get(self.variable_key()) }
     }
 
-    pub fn name(&self, source: Source) -> Result<String, Error> {
+    pub(super) fn name(&self, source: Source) -> Result<String, Error> {
         match self.fields.get("name") {
             Some(node) => node.word(source, "`name` of a link"),
             None => Ok(format!("link {}", self.label)),
         }
     }
 
-    pub fn antecedent(&self, source: Source, drafts: &[Draft]) -> Result<Option<LinkId>, Error> {
+    pub(super) fn antecedent(&self, source: Source, drafts: &[Draft]) -> Result<Option<LinkId>, Error> {
         let node = self.fields.get("antecedent").ok_or_else(|| {
             let message = format!("link {} has no `antecedent`: `base`, or the link that carries it", self.label);
             source.at(self.node, message)
@@ -194,7 +194,7 @@ impl<'a> Draft<'a> {
     }
 
     /// The geometry, and the joint variable without its constant part.
-    pub fn placement(
+    pub(super) fn placement(
         &self,
         source: Source,
         names: &Names,
@@ -226,7 +226,7 @@ impl<'a> Draft<'a> {
         }
     }
 
-    pub fn rotor_inertia(&self, source: Source, names: &Names) -> Result<Option<RotorInertia>, Error> {
+    pub(super) fn rotor_inertia(&self, source: Source, names: &Names) -> Result<Option<RotorInertia>, Error> {
         use crate::format::node::Content::Text;
         let Some(node) = self.fields.get("rotor_inertia") else { return Ok(None) };
         let rotor = match &node.content {
@@ -240,18 +240,18 @@ impl<'a> Draft<'a> {
         Ok(Some(rotor))
     }
 
-    pub fn friction(&self, source: Source, names: &Names) -> Result<Friction, Error> {
+    pub(super) fn friction(&self, source: Source, names: &Names) -> Result<Friction, Error> {
         let Some(node) = self.fields.get("friction") else { return Ok(Friction::default()) };
         let fields = node.fields(source, "the friction of a joint", &["viscous", "coulomb", "offset"])?;
         let number = |key: &str| fields.get(key).map(|n| names.number(source, key, n)).transpose();
         Ok(Friction { viscous: number("viscous")?, coulomb: number("coulomb")?, offset: number("offset")? })
     }
 
-    pub fn drive_gain(&self, source: Source, names: &Names) -> Result<Option<f64>, Error> {
+    pub(super) fn drive_gain(&self, source: Source, names: &Names) -> Result<Option<f64>, Error> {
         self.fields.get("drive_gain").map(|n| names.number(source, "`drive_gain`", n)).transpose()
     }
 
-    pub fn limits(&self, source: Source, names: &Names) -> Result<Option<Limits>, Error> {
+    pub(super) fn limits(&self, source: Source, names: &Names) -> Result<Option<Limits>, Error> {
         const KEYS: [&str; 7] =
             ["position", "position_deg", "velocity", "velocity_deg", "acceleration", "acceleration_deg", "effort"];
         let Some(node) = self.fields.get("limits") else { return Ok(None) };

@@ -1,0 +1,74 @@
+//! The room that two links have over poses of the robot.
+//!
+//! Two links that touch in nearly every pose are held together by their joints, or are drawn larger than they are: no
+//! motion parts them. All others can meet somewhere and be apart elsewhere, whether they touch at zero or not.
+
+use robot::Pose;
+
+use crate::clearance::{Against, Clearance, Gap};
+use crate::vector::{minus, norm};
+
+/// Bodies nearer than this touch, m.
+const TOUCHING_DISTANCE_M: f64 = 1e-6;
+/// Share of the poses in which links touch that no motion parts.
+pub const ALWAYS_TOUCHING_SHARE: f64 = 0.99;
+/// The room is what this share of the poses exceeds.
+const ROOMY_SHARE: f64 = 0.1;
+/// What the room is where fewer poses than that leave any.
+const LEAST_ROOMY_SHARE: f64 = 0.01;
+
+/// What poses tell of a pair.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum SampledRoom {
+    /// The links touch in nearly every pose.
+    AlwaysTouching,
+    /// They have this room, m: no more than `enough`.
+    Room(f64),
+}
+
+impl Clearance {
+    /// The room of a pair over `poses`, each of all links; rooms above `enough` are not told apart.
+    pub(crate) fn sampled_room(&self, gap: &Gap, poses: &[Vec<Pose>], enough: f64) -> SampledRoom {
+        let count = |share: f64| (share * poses.len() as f64).floor() as usize;
+        let (mut rooms, mut ample, mut free) = (Vec::with_capacity(poses.len()), 0, 0);
+        for poses in poses {
+            let room = self.room_up_to(gap, poses, enough);
+            ample += usize::from(room >= enough);
+            free += usize::from(room > TOUCHING_DISTANCE_M);
+            if ample > count(ROOMY_SHARE) {
+                return SampledRoom::Room(enough);
+            }
+            rooms.push(room);
+        }
+        if free <= rooms.len() - rooms.len().min((ALWAYS_TOUCHING_SHARE * rooms.len() as f64).ceil() as usize) {
+            return SampledRoom::AlwaysTouching;
+        }
+        rooms.sort_by(|a, b| b.total_cmp(a));
+        let of = |share: f64| rooms.get(count(share)).copied().filter(|room| *room > TOUCHING_DISTANCE_M);
+        // As many poses as leave any room, where it is less than the shares ask for.
+        let least = rooms[..free].last().copied().unwrap_or(TOUCHING_DISTANCE_M);
+        SampledRoom::Room(of(ROOMY_SHARE).or(of(LEAST_ROOMY_SHARE)).unwrap_or(least))
+    }
+
+    /// The distance of a pair, m; one above `enough` is told as some value above it.
+    fn room_up_to(&self, gap: &Gap, poses: &[Pose], enough: f64) -> f64 {
+        let Against::Body(other) = gap.against else { return f64::INFINITY };
+        let (body, other) = (&self.bodies[gap.body], &self.bodies[other]);
+        let mut least = f64::INFINITY;
+        for &s in &gap.shapes {
+            let shape = &body.shapes[s];
+            let centre = self.centre(body, shape, poses);
+            for opposite in &other.shapes {
+                let towards = minus(centre, self.centre(other, opposite, poses));
+                let between_balls = norm(towards) - shape.ball - opposite.ball;
+                if between_balls >= enough {
+                    least = least.min(between_balls);
+                    continue;
+                }
+                let (a, b) = (self.standing(body, shape, poses), self.standing(other, opposite, poses));
+                least = least.min(crate::separation::separation(a, b, towards).reached);
+            }
+        }
+        least
+    }
+}

@@ -1,0 +1,10 @@
+//! A function as every language gets it.
+
+use crate::formula::listing::Listing;
+
+/// A function as its language prints it.
+pub(crate) struct Shown<'a> {
+    pub name: &'a str,
+    pub doc: &'a [String],
+    pub listing: Listing,
+}

@@ -1,0 +1,298 @@
+//! What may be said of a motion: a claim for each row of its certificate and for all that it leaves out.
+//!
+//! | claim | from |
+//! |---|---|
+//! | proven | a row that is proven |
+//! | contradicted | a row that is broken |
+//! | cannot be told | a row that is neither |
+//! | assumed, not looked at | [`LeftOut`] |
+//!
+//! A motion is refused where anything is contradicted or cannot be told, and where nobody looked at what the user asked
+//! for. The last line of `excite` and `check` says all four.
+
+use std::fmt;
+
+use claims::{Bound, Claim, Figure, Need, Outcome, Purpose, Remedy, Standing, Subject, Topic, Trial, worst};
+use serde::{Deserialize, Serialize};
+
+use crate::excitation::left_out::{LeftOut, Matter, Why};
+use crate::excitation::limits::LimitKind;
+use crate::excitation::proof::{CertificateRow, Kept};
+
+const POSITION: Topic = Topic("position");
+const VELOCITY: Topic = Topic("velocity");
+const ACCELERATION: Topic = Topic("acceleration");
+const JERK: Topic = Topic("jerk");
+const EFFORT: Topic = Topic("effort");
+const POWER: Topic = Topic("power");
+const DISTANCE: Topic = Topic("distance");
+const FLOOR: Topic = Topic("floor");
+const REGION: Topic = Topic("region");
+const LIMIT: Topic = Topic("limit");
+const APPROACH: Topic = Topic("approach and return");
+
+/// The lowest point of the links that move.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct LowestPoint {
+    /// z of the base frame, m.
+    pub z_m: f64,
+    /// Whose it is.
+    pub link: String,
+    /// Time after the start, s.
+    pub time_s: f64,
+}
+
+/// A motion's certificate with what it leaves out.
+#[derive(Clone, Copy)]
+pub struct MotionLedger<'a> {
+    /// The limits with what proves them.
+    pub rows: &'a [CertificateRow],
+    /// What no row is about.
+    pub left_out: &'a [LeftOut],
+    /// Height of the floor, m.
+    pub floor: Option<f64>,
+    /// The lowest point that was seen.
+    pub lowest: Option<&'a LowestPoint>,
+}
+
+/// Why a row that is not proven has no trial.
+const NOT_TRIED: &str = "a smaller motion is another motion";
+
+impl MotionLedger<'_> {
+    /// What may be said, row by row, then what is left out.
+    pub fn claims(&self) -> Vec<Claim> {
+        self.rows.iter().map(claim_of_row).chain(self.left_out.iter().map(claim_of_left_out)).collect()
+    }
+
+    /// How the motion stands.
+    pub fn standing(&self) -> Standing {
+        let rows = self.rows.iter().map(|row| Need::at_least(subject_of_row(row), Standing::Assumed));
+        let left_out = self.left_out.iter().filter(|out| out.matter != Matter::Approach).map(|out| {
+            let subject = subject_of_left_out(out);
+            if out.is_asked { Need::at_least(subject, Standing::Assumed) } else { Need::where_told(subject) }
+        });
+        let mut needs = rows.chain(left_out);
+        let Some(first) = needs.next() else { return Standing::Open };
+        let purpose = needs.fold(Purpose::new("playing the motion", first), Purpose::and);
+        worst(&self.claims(), &purpose)
+    }
+
+    /// Whether nothing is broken, nothing stays open and nothing is owed to the user.
+    pub fn is_kept(&self) -> bool {
+        self.standing().exit_code() == 0
+    }
+
+    /// What speaks against the motion, in sentences.
+    pub fn faults(&self) -> Vec<String> {
+        let rows = self.rows.iter().filter(|row| row.kept != Kept::Proven).map(ToString::to_string);
+        let owed = self.left_out.iter().filter(|out| out.is_owed()).map(|out| claim_of_left_out(out).to_string());
+        rows.chain(owed).collect()
+    }
+
+    /// What is assumed and what nobody looked at, a sentence for each.
+    pub fn left_out_sentences(&self) -> Vec<String> {
+        self.left_out.iter().map(|out| claim_of_left_out(out).to_string()).collect()
+    }
+
+    /// The same in lines.
+    pub fn left_out_text(&self) -> String {
+        self.left_out_sentences().iter().map(|line| format!("{line}\n")).collect()
+    }
+}
+
+fn topic_of(limit: LimitKind, subject: &str) -> Topic {
+    match limit {
+        LimitKind::Position => POSITION,
+        LimitKind::Velocity => VELOCITY,
+        LimitKind::Acceleration => ACCELERATION,
+        LimitKind::Jerk => JERK,
+        LimitKind::Effort => EFFORT,
+        LimitKind::Power => POWER,
+        LimitKind::Distance => DISTANCE,
+        LimitKind::Region if subject.ends_with(" at the floor") => FLOOR,
+        LimitKind::Region => REGION,
+    }
+}
+
+fn subject_of_row(row: &CertificateRow) -> Subject {
+    Subject::of(topic_of(row.limit, &row.subject), [row.subject.as_str()])
+}
+
+fn claim_of_row(row: &CertificateRow) -> Claim {
+    let is_distance = matches!(row.limit, LimitKind::Distance | LimitKind::Region);
+    // Rows do not know whether their coordinate slides.
+    let both = || {
+        let (turns, slides) = (row.limit.unit(false), row.limit.unit(true));
+        if turns == slides { turns.to_string() } else { format!("{turns} ({slides})") }
+    };
+    let bound = Figure::new(row.nowhere_beyond, both());
+    let outcome = match row.kept {
+        Kept::Proven => Outcome::Proven {
+            bound: if is_distance || row.bound < 0.0 { Bound::AtLeast(bound) } else { Bound::AtMost(bound) },
+            derivation: row.how.clone(),
+        },
+        Kept::Violated => Outcome::Contradicted {
+            fault: row.to_string(),
+            remedy: Remedy::new("excite", "search a motion within these limits"),
+            trial: Trial::NotTried { why: NOT_TRIED.into() },
+        },
+        Kept::Open => {
+            Outcome::CannotTell { why: row.to_string(), would_tell: "a motion farther from this limit".into() }
+        }
+    };
+    Claim::new(subject_of_row(row), outcome)
+}
+
+fn subject_of_left_out(out: &LeftOut) -> Subject {
+    let topic = match out.matter {
+        Matter::Limit => LIMIT,
+        Matter::Effort => EFFORT,
+        Matter::Power => POWER,
+        Matter::Distance => DISTANCE,
+        Matter::Floor => FLOOR,
+        Matter::Region => REGION,
+        Matter::Approach => APPROACH,
+    };
+    Subject::of(topic, out.of.iter().map(String::as_str))
+}
+
+fn claim_of_left_out(out: &LeftOut) -> Claim {
+    let outcome = match out.why.clone() {
+        Why::Assumed { what, by } => Outcome::Assumed { what, by },
+        Why::NotLookedAt { why, would_tell } => Outcome::NotLookedAt { why, would_tell },
+    };
+    Claim::new(subject_of_left_out(out), outcome)
+}
+
+/// Names that are told one by one; more are counted.
+const MOST_NAMES_TOLD: usize = 2;
+
+/// Claims of one kind by their topics: `distance of 3`, `approach and return`.
+fn counted<'a>(subjects: impl Iterator<Item = &'a Subject>) -> String {
+    let mut topics: Vec<(&str, Vec<&str>)> = Vec::new();
+    for subject in subjects {
+        let topic = subject.topic.0;
+        let place = topics.iter().position(|(known, _)| *known == topic).unwrap_or_else(|| {
+            topics.push((topic, vec![]));
+            topics.len() - 1
+        });
+        topics[place].1.extend(subject.of.iter().map(String::as_str));
+    }
+    let text = |(topic, of): &(&str, Vec<&str>)| match of.len() {
+        0 => topic.to_string(),
+        1..=MOST_NAMES_TOLD => format!("{topic} of {}", of.join(" and of ")),
+        more => format!("{topic} of {more}"),
+    };
+    topics.iter().map(text).collect::<Vec<_>>().join(", ")
+}
+
+/// The last line: what is broken, not proven, proven, assumed and not looked at, in this order.
+impl fmt::Display for MotionLedger<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let claims = self.claims();
+        let of = |is: &dyn Fn(&Outcome) -> bool| {
+            let told: Vec<&Subject> = claims.iter().filter(|c| is(c.outcome())).map(Claim::subject).collect();
+            (!told.is_empty()).then(|| counted(told.into_iter()))
+        };
+        let floor = match (self.floor, self.lowest) {
+            (Some(floor), Some(low)) => {
+                Some(format!("floor at z = {floor} m, lowest point {:.4} m ({})", low.z_m, low.link))
+            }
+            (None, Some(low)) => Some(format!("no floor, lowest point {:.4} m ({})", low.z_m, low.link)),
+            (Some(floor), None) => Some(format!("floor at z = {floor} m")),
+            (None, None) => None,
+        };
+        let parts = [
+            of(&|o| matches!(o, Outcome::Contradicted { .. })).map(|what| format!("BROKEN: {what}")),
+            of(&|o| matches!(o, Outcome::CannotTell { .. })).map(|what| format!("NOT PROVEN: {what}")),
+            of(&|o| matches!(o, Outcome::Proven { .. })).map(|what| format!("proven, between samples too: {what}")),
+            floor,
+            of(&|o| matches!(o, Outcome::Assumed { .. })).map(|what| format!("assumed: {what}")),
+            of(&|o| matches!(o, Outcome::NotLookedAt { .. })).map(|what| format!("NOT looked at: {what}")),
+        ];
+        f.write_str(&parts.into_iter().flatten().collect::<Vec<_>>().join("; "))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn row(limit: LimitKind, subject: &str, kept: Kept) -> CertificateRow {
+        CertificateRow {
+            limit,
+            subject: subject.into(),
+            time_s: 1.0,
+            value: 0.5,
+            bound: 1.0,
+            nowhere_beyond: 0.6,
+            kept,
+            how: "Taylor enclosures".into(),
+        }
+    }
+
+    fn ledger<'a>(rows: &'a [CertificateRow], left_out: &'a [LeftOut]) -> MotionLedger<'a> {
+        MotionLedger { rows, left_out, floor: None, lowest: None }
+    }
+
+    /// The last line has each word where its kind is there, and not where it is not; the standing follows.
+    #[test]
+    fn the_last_line_says_each_kind_where_it_is() {
+        let row = |kept| row(LimitKind::Velocity, "q1", kept);
+        let pair = || vec!["hand and post".to_string()];
+        let assumed = LeftOut::assumed(Matter::Distance, pair(), "a cover is soft", "the user");
+        let unseen = LeftOut::not_looked_at(Matter::Distance, pair(), "a mesh is missing", "a mesh");
+        let owed = LeftOut { is_asked: true, ..unseen.clone() };
+        let whole = [
+            ("BROKEN", vec![row(Kept::Violated)], vec![], Standing::Refused),
+            ("NOT PROVEN", vec![row(Kept::Open)], vec![], Standing::Refused),
+            ("proven, between samples too", vec![row(Kept::Proven)], vec![], Standing::Proven),
+            ("assumed", vec![], vec![assumed], Standing::Assumed),
+            ("NOT looked at", vec![], vec![unseen], Standing::Open),
+            ("NOT looked at", vec![], vec![owed.clone()], Standing::Refused),
+        ];
+        let words = ["BROKEN", "NOT PROVEN", "proven, between samples too", "assumed", "NOT looked at"];
+        for (word, rows, left_out, standing) in &whole {
+            let ledger = ledger(rows, left_out);
+            let text = ledger.to_string();
+            for other in words {
+                assert_eq!(text.contains(&format!("{other}: ")), other == *word, "{other}: {text}");
+            }
+            assert_eq!((ledger.standing(), ledger.is_kept()), (*standing, *standing != Standing::Refused), "{text}");
+            assert_eq!(ledger.faults().is_empty(), ledger.is_kept(), "{text}");
+        }
+        // The way to the first pose lowers nothing, and is said.
+        let (rows, left_out) = ([row(Kept::Proven)], [LeftOut::approach()]);
+        let alone = ledger(&rows, &left_out);
+        assert_eq!(alone.standing(), Standing::Proven);
+        assert!(alone.to_string().ends_with("; NOT looked at: approach and return"), "{alone}");
+        assert_eq!(ledger(&rows, &[owed]).standing(), Standing::Refused);
+        assert_eq!(ledger(&[], &[]).standing(), Standing::Open);
+    }
+
+    #[test]
+    fn names_are_told_where_they_are_few() {
+        let pairs = |k: usize| (0..k).map(|i| row(LimitKind::Distance, &format!("l{i} and base"), Kept::Proven));
+        let two: Vec<CertificateRow> =
+            pairs(2).chain([row(LimitKind::Region, "l1 at the floor", Kept::Proven)]).collect();
+        let text = ledger(&two, &[]).to_string();
+        let expected =
+            "proven, between samples too: distance of l0 and base and of l1 and base, floor of l1 at the floor";
+        assert_eq!(text, expected);
+        let three: Vec<CertificateRow> = pairs(3).collect();
+        assert_eq!(ledger(&three, &[]).to_string(), "proven, between samples too: distance of 3");
+    }
+
+    #[test]
+    fn the_floor_is_told_with_the_lowest_point() {
+        let rows = [row(LimitKind::Region, "hand at the floor", Kept::Proven)];
+        let lowest = LowestPoint { z_m: 0.03456, link: "hand".into(), time_s: 2.0 };
+        let with = MotionLedger { floor: Some(0.0), lowest: Some(&lowest), ..ledger(&rows, &[]) };
+        assert!(with.to_string().contains("; floor at z = 0 m, lowest point 0.0346 m (hand)"), "{with}");
+        let below = LowestPoint { z_m: -0.3, ..lowest.clone() };
+        let without = MotionLedger { lowest: Some(&below), ..ledger(&rows, &[]) };
+        assert!(without.to_string().contains("; no floor, lowest point -0.3000 m (hand)"), "{without}");
+        assert!(!ledger(&rows, &[]).to_string().contains("lowest"));
+    }
+}

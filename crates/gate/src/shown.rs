@@ -1,0 +1,122 @@
+//! Names and texts of a stranger on their way out.
+//!
+//! A character that is not seen, or that changes how its neighbours are seen, is shown as what it is: `\u{1b}` for the
+//! start of a command to a terminal, `\u{202e}` for the order of writing, `\n` for a newline. All else stays.
+
+use std::borrow::Cow;
+use std::fmt::Write;
+
+/// Whether a character is not seen, or changes how others are seen: controls, ends of lines, bidirectional controls,
+/// and what has no width.
+pub fn is_hidden(c: char) -> bool {
+    let is_bidirectional =
+        matches!(c, '\u{061c}' | '\u{200e}' | '\u{200f}' | '\u{202a}'..='\u{202e}' | '\u{2066}'..='\u{2069}');
+    let has_no_width = matches!(c, '\u{200b}' | '\u{2060}'..='\u{2065}' | '\u{206a}'..='\u{206f}' | '\u{feff}' | '\u{fff9}'..='\u{fffb}');
+    c.is_control() || is_bidirectional || has_no_width || matches!(c, '\u{2028}' | '\u{2029}')
+}
+
+/// A text of one line: what is hidden is shown.
+pub fn line(text: &str) -> Cow<'_, str> {
+    replaced(text, is_hidden)
+}
+
+/// A text of several lines: its newlines and tabs stay.
+pub fn lines(text: &str) -> Cow<'_, str> {
+    replaced(text, |c| is_hidden(c) && c != '\n' && c != '\t')
+}
+
+fn replaced(text: &str, is_replaced: impl Fn(char) -> bool) -> Cow<'_, str> {
+    if !text.contains(&is_replaced) {
+        return Cow::Borrowed(text);
+    }
+    let mut out = String::with_capacity(text.len() + 16);
+    for c in text.chars() {
+        match c {
+            '\n' | '\r' | '\t' if is_replaced(c) => out.extend(c.escape_debug()),
+            _ if is_replaced(c) => out.extend(c.escape_unicode()),
+            _ => out.push(c),
+        }
+    }
+    Cow::Owned(out)
+}
+
+/// JSON that holds what is hidden as the escapes of JSON, which say the same.
+pub fn json(text: &str) -> Cow<'_, str> {
+    let is_replaced = |c: char| is_hidden(c) && c != '\n';
+    if !text.contains(is_replaced) {
+        return Cow::Borrowed(text);
+    }
+    let mut out = String::with_capacity(text.len() + 16);
+    for c in text.chars() {
+        if is_replaced(c) {
+            // All of them are of the first plane, so that one escape is one character. A string takes a write.
+            let _ = write!(out, "\\u{:04x}", u32::from(c));
+        } else {
+            out.push(c);
+        }
+    }
+    Cow::Owned(out)
+}
+
+/// A text of one line in Markdown, without what Markdown or HTML would make of it.
+pub fn markdown(text: &str) -> String {
+    let mut out = String::with_capacity(text.len());
+    for c in line(text).chars() {
+        match c {
+            '<' => out.push_str("&lt;"),
+            '>' => out.push_str("&gt;"),
+            '&' => out.push_str("&amp;"),
+            '\\' | '|' | '[' | ']' | '`' | '*' => out.extend(['\\', c]),
+            _ => out.push(c),
+        }
+    }
+    out
+}
+
+/// A text of one line as code of Markdown, which has no escapes but for the bar between the cells of a table.
+pub fn markdown_code(text: &str) -> String {
+    format!("`{}`", line(text).replace('`', "'").replace('|', "\\|"))
+}
+
+/// A name as a cell of CSV, within quotation marks where it would be taken for more than one.
+pub fn csv_cell(name: &str) -> Cow<'_, str> {
+    let name = line(name);
+    let is_quoted = name.contains([',', ';', '"', '#']) || name.trim() != name;
+    if is_quoted { Cow::Owned(format!("\"{}\"", name.replace('"', "\"\""))) } else { name }
+}
+
+/// A name as part of the name of a file: what a folder, a drive or a shell would take for its own is `_`.
+pub fn file_name(name: &str) -> String {
+    let taken = |c: char| is_hidden(c) || matches!(c, '/' | '\\' | ':' | '*' | '?' | '"' | '<' | '>' | '|');
+    let name: String = name.chars().map(|c| if taken(c) { '_' } else { c }).collect();
+    if name.trim_matches('.').is_empty() { "_".repeat(name.len().max(1)) } else { name }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const EVIL: &str = "a\u{1b}[31m\n\u{202e}|<b>,[x](y)/..";
+
+    #[test]
+    fn what_is_hidden_is_shown() {
+        assert_eq!(line("q1 \u{e9}\u{4e2d}"), "q1 \u{e9}\u{4e2d}");
+        assert_eq!(line(EVIL), "a\\u{1b}[31m\\n\\u{202e}|<b>,[x](y)/..");
+        assert_eq!(lines("a\n\tb\r"), "a\n\tb\\r");
+        assert_eq!(json("{\n\"a\": \"\u{202e}\"}"), "{\n\"a\": \"\\u202e\"}");
+        for text in [line(EVIL).into_owned(), markdown(EVIL), csv_cell(EVIL).into_owned(), file_name(EVIL)] {
+            assert!(!text.contains(is_hidden), "{text:?}");
+        }
+    }
+
+    #[test]
+    fn a_name_stays_one_cell_one_link_one_file() {
+        assert_eq!(markdown("[a](b)|<i>"), "\\[a\\](b)\\|&lt;i&gt;");
+        assert_eq!(csv_cell("tau_j,1"), "\"tau_j,1\"");
+        assert_eq!(csv_cell("j\"1\""), "\"j\"\"1\"\"\"");
+        assert_eq!(csv_cell("tau_q1"), "tau_q1");
+        assert_eq!(file_name("left/arm"), "left_arm");
+        assert_eq!(file_name(".."), "__");
+        assert_eq!(file_name(""), "_");
+    }
+}

@@ -1,0 +1,221 @@
+//! The bytes of a file or of a pipe.
+//!
+//! A regular file is read to the length that it had when it was opened: what a recorder appends meanwhile is not read.
+//! A file that was written over meanwhile is refused at its end, because what was read is a mixture. These tell the
+//! two apart: a file that has become shorter was written over; so was one of the same length whose time of modification
+//! is another; of one that has become longer the first and the last `COMPARED_BYTES` are read again and compared.
+//! A pipe has no length and is read to its end, within the cap of its reader.
+
+use std::fs::{File, Metadata};
+use std::io::{self, Read, Seek, SeekFrom};
+use std::path::Path;
+use std::time::SystemTime;
+
+/// Bytes at both ends of a grown file that are compared with what was read.
+const COMPARED_BYTES: usize = 1 << 12;
+
+/// An opened file or pipe.
+pub struct Source {
+    from: From,
+}
+
+enum From {
+    File(RegularFile),
+    Pipe(Box<dyn Read + Send>),
+}
+
+struct RegularFile {
+    file: File,
+    length: u64,
+    modified: Option<SystemTime>,
+    taken: u64,
+    first: Vec<u8>,
+    last: Vec<u8>,
+}
+
+impl Source {
+    /// Opens a file, a pipe or a device.
+    pub fn open(path: &Path) -> io::Result<Source> {
+        let file = File::open(path)?;
+        let found = file.metadata()?;
+        if !found.is_file() {
+            return Ok(Source::of(file));
+        }
+        let (length, modified) = (found.len(), found.modified().ok());
+        let (first, last) = (Vec::new(), Vec::new());
+        Ok(Source { from: From::File(RegularFile { file, length, modified, taken: 0, first, last }) })
+    }
+
+    /// Standard input.
+    pub fn standard_input() -> Source {
+        Source::of(io::stdin())
+    }
+
+    /// What has no place.
+    pub fn of(pipe: impl Read + Send + 'static) -> Source {
+        Source { from: From::Pipe(Box::new(pipe)) }
+    }
+
+    /// The length of a regular file when it was opened; `None` of a pipe or device.
+    pub fn length(&self) -> Option<u64> {
+        match &self.from {
+            From::File(file) => Some(file.length),
+            From::Pipe(_) => None,
+        }
+    }
+
+    /// All of it.
+    ///
+    /// Fails with [`io::ErrorKind::FileTooLarge`] where there are more than `cap` bytes, and as reading fails.
+    pub fn whole(mut self, cap: u64) -> io::Result<Vec<u8>> {
+        let too_large = || io::Error::new(io::ErrorKind::FileTooLarge, format!("it has more than {cap} bytes"));
+        if self.length().is_some_and(|length| length > cap) {
+            return Err(too_large());
+        }
+        let mut bytes = Vec::new();
+        (&mut self).take(cap.saturating_add(1)).read_to_end(&mut bytes)?;
+        if bytes.len() as u64 > cap { Err(too_large()) } else { Ok(bytes) }
+    }
+
+    /// The first bytes, at most `most`.
+    pub fn head(&mut self, most: usize) -> io::Result<Vec<u8>> {
+        let mut bytes = Vec::new();
+        self.take(most as u64).read_to_end(&mut bytes)?;
+        Ok(bytes)
+    }
+}
+
+/// All bytes at a path, at most `cap`; fails as [`Source::whole`].
+pub fn read(path: &Path, cap: u64) -> io::Result<Vec<u8>> {
+    Source::open(path)?.whole(cap)
+}
+
+/// The first `most` bytes of a regular file; `None` where there is none, so that no pipe is opened a second time.
+pub fn glance(path: &Path, most: usize) -> Option<Vec<u8>> {
+    // Whoever opens a pipe that nobody writes to waits for ever.
+    if !std::fs::metadata(path).is_ok_and(|found| found.is_file()) {
+        return None;
+    }
+    Source::open(path).ok()?.head(most).ok()
+}
+
+impl Read for Source {
+    fn read(&mut self, out: &mut [u8]) -> io::Result<usize> {
+        match &mut self.from {
+            From::File(file) => file.read(out),
+            From::Pipe(pipe) => pipe.read(out),
+        }
+    }
+}
+
+impl RegularFile {
+    fn read(&mut self, out: &mut [u8]) -> io::Result<usize> {
+        let most = usize::try_from(self.length - self.taken).unwrap_or(usize::MAX).min(out.len());
+        if out.is_empty() {
+            return Ok(0);
+        }
+        let count = if most == 0 { 0 } else { self.file.read(&mut out[..most])? };
+        if count == 0 {
+            self.unchanged()?;
+            return Ok(0);
+        }
+        self.taken += count as u64;
+        let read = &out[..count];
+        let missing = COMPARED_BYTES.saturating_sub(self.first.len());
+        self.first.extend(&read[..missing.min(count)]);
+        if count >= COMPARED_BYTES {
+            self.last.clear();
+        }
+        self.last.extend(&read[count.saturating_sub(COMPARED_BYTES)..]);
+        let surplus = self.last.len().saturating_sub(COMPARED_BYTES);
+        self.last.drain(..surplus);
+        Ok(count)
+    }
+
+    /// Fails where the bytes that were read may be of two versions of the file.
+    fn unchanged(&mut self) -> io::Result<()> {
+        let found = self.file.metadata()?;
+        let is_same = self.taken == self.length
+            && found.len() >= self.length
+            && (found.modified().ok() == self.modified || self.has_grown(&found)?);
+        if is_same {
+            return Ok(());
+        }
+        Err(io::Error::other("the file was written over while it was read; read it again when it is whole"))
+    }
+
+    fn has_grown(&mut self, found: &Metadata) -> io::Result<bool> {
+        if found.len() == self.length {
+            return Ok(false);
+        }
+        let place = self.length - self.last.len() as u64;
+        Ok(self.again(0, self.first.len())? == self.first && self.again(place, self.last.len())? == self.last)
+    }
+
+    fn again(&mut self, place: u64, count: usize) -> io::Result<Vec<u8>> {
+        self.file.seek(SeekFrom::Start(place))?;
+        let mut bytes = Vec::new();
+        (&self.file).take(count as u64).read_to_end(&mut bytes)?;
+        // The end of the file stays the end of what is read.
+        self.file.seek(SeekFrom::Start(self.length))?;
+        Ok(bytes)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::fs::{OpenOptions, write};
+    use std::io::Write;
+    use std::path::PathBuf;
+    use std::time::Duration;
+
+    fn place(name: &str) -> PathBuf {
+        std::env::temp_dir().join(format!("rist-source-{}-{name}", std::process::id()))
+    }
+
+    /// Opens a file of 10 000 bytes, reads half of it, lets `change` happen, and reads on.
+    fn meanwhile(name: &str, change: impl FnOnce(&Path)) -> io::Result<Vec<u8>> {
+        let path = place(name);
+        write(&path, [b'a'; 10_000]).unwrap();
+        let long_ago = SystemTime::now() - Duration::from_secs(100);
+        OpenOptions::new().write(true).open(&path).unwrap().set_modified(long_ago).unwrap();
+        let mut source = Source::open(&path).unwrap();
+        let mut bytes = vec![0; 5000];
+        source.read_exact(&mut bytes).unwrap();
+        change(&path);
+        let end = source.read_to_end(&mut bytes);
+        std::fs::remove_file(&path).unwrap();
+        end.map(|_| bytes)
+    }
+
+    #[test]
+    fn a_file_that_grows_is_read_to_its_length_at_opening() {
+        assert_eq!(meanwhile("still", |_| ()).unwrap(), [b'a'; 10_000]);
+        let grown = meanwhile("grown", |path| {
+            OpenOptions::new().append(true).open(path).unwrap().write_all(b"more").unwrap();
+        });
+        assert_eq!(grown.unwrap(), [b'a'; 10_000]);
+    }
+
+    #[test]
+    fn a_file_that_is_written_over_is_refused() {
+        for (name, length) in [("shorter", 7000), ("same", 10_000), ("longer", 20_000)] {
+            let message = meanwhile(name, |path| write(path, vec![b'b'; length]).unwrap()).unwrap_err().to_string();
+            assert!(message.contains("written over while it was read"), "{name}: {message}");
+        }
+    }
+
+    #[test]
+    fn a_cap_is_kept_by_files_and_by_what_has_no_end() {
+        let path = place("cap");
+        write(&path, [0; 100]).unwrap();
+        assert_eq!(read(&path, 100).unwrap().len(), 100);
+        assert_eq!(read(&path, 99).unwrap_err().kind(), io::ErrorKind::FileTooLarge);
+        assert_eq!(glance(&path, 7).unwrap().len(), 7);
+        std::fs::remove_file(&path).unwrap();
+        assert_eq!(Source::of(io::repeat(0)).whole(1000).unwrap_err().kind(), io::ErrorKind::FileTooLarge);
+        #[cfg(unix)]
+        assert!(glance(Path::new("/dev/zero"), 7).is_none());
+    }
+}

@@ -1,0 +1,85 @@
+//! Where the unknowns of RIST-MH stand.
+//!
+//! ```text
+//! [ X | f_1 .. f_n | u_1 .. u_s | ends of 1 .. s | effects ]
+//! ```
+//! X: base parameters; f_j: the friction coefficients of joint j; u_e: the drift of spectrum e, where there is drift; two
+//! ends a spectrum, where the motion need not repeat; effects: ripple, springs, backlash, delay.
+
+use std::ops::Range;
+
+/// The places of the unknowns.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Layout {
+    /// Base parameters.
+    pub base: usize,
+    /// Joints.
+    pub joints: usize,
+    /// Friction coefficients per joint.
+    pub friction_of_joint: usize,
+    /// Drifts: as many as spectra, or none.
+    pub drift_count: usize,
+    /// Spectra with ends: all, or none.
+    pub ended_spectra: usize,
+    /// Columns of all effects.
+    pub effect_columns: usize,
+}
+
+impl Layout {
+    /// X.
+    pub fn parameters(&self) -> Range<usize> {
+        0..self.base
+    }
+
+    /// f_j.
+    pub fn friction(&self, joint: usize) -> Range<usize> {
+        let first = self.base + joint * self.friction_of_joint;
+        first..first + self.friction_of_joint
+    }
+
+    /// X and all f_j.
+    pub fn parameters_and_friction(&self) -> Range<usize> {
+        0..self.base + self.joints * self.friction_of_joint
+    }
+
+    /// All u_e.
+    pub fn drifts(&self) -> Range<usize> {
+        let first = self.parameters_and_friction().end;
+        first..first + self.drift_count
+    }
+
+    /// The two ends of a spectrum.
+    pub fn ends(&self, spectrum: usize) -> Range<usize> {
+        let first = self.drifts().end + 2 * spectrum;
+        first..first + 2
+    }
+
+    /// The effects, in their order.
+    pub fn effects(&self) -> Range<usize> {
+        let first = self.drifts().end + 2 * self.ended_spectra;
+        first..first + self.effect_columns
+    }
+
+    /// Number of unknowns.
+    pub fn unknowns(&self) -> usize {
+        self.effects().end
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Each unknown stands in one range.
+    #[test]
+    fn the_ranges_follow_each_other() {
+        for (drift_count, ended_spectra) in [(0, 0), (3, 0), (0, 3), (3, 3)] {
+            let layout =
+                Layout { base: 5, joints: 2, friction_of_joint: 4, drift_count, ended_spectra, effect_columns: 3 };
+            let friction = (0..2).flat_map(|j| layout.friction(j));
+            let ends = (0..ended_spectra).flat_map(|e| layout.ends(e));
+            let all = layout.parameters().chain(friction).chain(layout.drifts()).chain(ends).chain(layout.effects());
+            assert_eq!(all.collect::<Vec<_>>(), (0..layout.unknowns()).collect::<Vec<_>>());
+        }
+    }
+}

@@ -1,0 +1,69 @@
+//! The joint variables and their rates as inputs of functions.
+
+use expr::{Expr, Graph, Input, SymbolKind};
+use robot::Robot;
+
+use crate::kinematics::names::coordinate_labels;
+
+/// Every joint variable and its rates: n coordinates, then the passive ones, whose rates follow from
+/// the coordinates'.
+#[derive(Clone, Debug)]
+pub(crate) struct Motion {
+    pub q: Vec<Expr>,
+    pub dq: Vec<Expr>,
+    pub ddq: Vec<Expr>,
+    /// Number of coordinates.
+    pub n: usize,
+}
+
+/// A part of the motion that a function takes as an input, named after the variant in small letters.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum MotionInput {
+    Q,
+    Passive,
+    Dq,
+    Ddq,
+}
+
+impl Motion {
+    pub(crate) fn new(g: &mut Graph, robot: &Robot) -> Motion {
+        let labels = coordinate_labels(robot);
+        let mut inputs = |prefix: &str, labels: &[String]| -> Vec<Expr> {
+            labels.iter().map(|label| g.symbol(&format!("{prefix}{label}"), SymbolKind::Input)).collect()
+        };
+        let (mut q, mut dq, mut ddq) = (inputs("q", &labels), inputs("dq", &labels), inputs("ddq", &labels));
+        let n = q.len();
+        let passive: Vec<String> = (1..=robot.passive.len()).map(|p| p.to_string()).collect();
+        q.extend(inputs("passive", &passive));
+        dq.resize(q.len(), Expr::ZERO);
+        ddq.resize(q.len(), Expr::ZERO);
+        Motion { q, dq, ddq, n }
+    }
+
+    /// `q`, `passive` where there are such, `dq`, `ddq`.
+    pub(crate) fn inputs(&self) -> Vec<Input> {
+        let mut inputs = self.configuration();
+        inputs.extend([self.input(MotionInput::Dq), self.input(MotionInput::Ddq)]);
+        inputs
+    }
+
+    /// `q`, and `passive` where there are such.
+    pub(crate) fn configuration(&self) -> Vec<Input> {
+        let mut inputs = vec![self.input(MotionInput::Q)];
+        if self.q.len() > self.n {
+            inputs.push(self.input(MotionInput::Passive));
+        }
+        inputs
+    }
+
+    /// One input of a function.
+    pub(crate) fn input(&self, which: MotionInput) -> Input {
+        let (name, entries) = match which {
+            MotionInput::Q => ("q", &self.q[..self.n]),
+            MotionInput::Passive => ("passive", &self.q[self.n..]),
+            MotionInput::Dq => ("dq", &self.dq[..self.n]),
+            MotionInput::Ddq => ("ddq", &self.ddq[..self.n]),
+        };
+        Input { name: name.into(), entries: entries.to_vec() }
+    }
+}

@@ -1,0 +1,103 @@
+//! What is asked of a description.
+
+use robot::convention::Convention;
+
+use super::request;
+use super::words::words;
+
+/// How a model is shown.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum SheetFormat {
+    /// Lines of a terminal.
+    Text,
+    /// A page of Markdown.
+    Markdown,
+    /// Tables of LaTeX.
+    Latex,
+    /// A page.
+    Html,
+    /// Values.
+    Json,
+}
+
+words! { SheetFormat:
+    Text = "text" "",
+    Markdown = "markdown" "",
+    Latex = "latex" "",
+    Html = "html" "",
+    Json = "json" "",
+}
+
+/// A format of descriptions.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum DescriptionFormat {
+    /// Of SYMORO.
+    Par,
+    /// Modified Denavit-Hartenberg, as models/ has it.
+    Yaml,
+    /// Of ROS.
+    Urdf,
+}
+
+words! { DescriptionFormat:
+    Par = "par" "",
+    Yaml = "yaml" "",
+    Urdf = "urdf" "",
+}
+
+words! { Convention:
+    Symoro = "symoro" "in our link frames; the others in the joint frames of the file",
+    Pinocchio = "pinocchio" "",
+    Urdf = "urdf" "",
+    Figaroh = "figaroh" "",
+    SymPyBotics = "sympybotics" "",
+    Matlab = "matlab" "",
+    Mujoco = "mujoco" "",
+    Drake = "drake" "",
+}
+
+/// A quantity at given states.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum StateQuantity {
+    /// Y_s.
+    Regressor,
+    /// Y.
+    BaseRegressor,
+    /// tau.
+    Torque,
+}
+
+words! { StateQuantity:
+    Regressor = "regressor" "tau = Y X of the standard parameters",
+    BaseRegressor = "base-regressor" "tau = Y X of the base parameters",
+    Torque = "torque" "The torque tau itself",
+}
+
+request! {
+    /// How the model of a robot is shown.
+    pub struct InspectRequest {
+        /// text is wrapped at the terminal's width, at 80 columns in a pipe; html lets one choose a base parameter or a link.
+        format: SheetFormat = SheetFormat::Text;
+        /// Write the rules in the standard parameters alone, however long they are [default: while all of them stay below
+        /// 200000 characters; beyond, they name the regrouped parameters of the next link].
+        expand_rules: bool = false;
+    }
+}
+
+request! {
+    /// What a description is turned into: one of the two.
+    pub struct ConvertRequest {
+        /// Format to write.
+        to: Option<DescriptionFormat> = None;
+        /// Instead, list the inertial parameters of every link by the names of a convention.
+        parameters: Option<Convention> = None, value_name("CONVENTION");
+    }
+}
+
+request! {
+    /// What is computed at given states.
+    pub struct EvaluateRequest {
+        /// What to compute.
+        quantity: StateQuantity = StateQuantity::Torque;
+    }
+}

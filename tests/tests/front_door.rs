@@ -1,0 +1,168 @@
+//! Every type in a public signature of `rist` can be named through `rist`.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::path::{Path, PathBuf};
+
+use proc_macro2::{TokenStream, TokenTree};
+use quote::ToTokens;
+use syn::{Fields, ImplItem, Item, UseTree, Visibility};
+use tests::workspace;
+
+/// The crates whose types stand in signatures of `rist`.
+const OURS: [&str; 12] = [
+    "claims",
+    "clearance",
+    "codegen",
+    "experiments",
+    "expr",
+    "identification",
+    "linear_model",
+    "logs",
+    "modeling",
+    "numerics",
+    "report",
+    "robot",
+];
+
+fn files(folder: &Path, found: &mut Vec<PathBuf>) {
+    for entry in std::fs::read_dir(folder).unwrap() {
+        let path = entry.unwrap().path();
+        match path.is_dir() {
+            true => files(&path, found),
+            false => found.push(path),
+        }
+    }
+}
+
+/// Name in the file -> path that it was imported by.
+fn imports(tree: &UseTree, before: &[String], found: &mut BTreeMap<String, Vec<String>>) {
+    let longer = |name: String| [before, &[name]].concat();
+    match tree {
+        UseTree::Path(path) => imports(&path.tree, &longer(path.ident.to_string()), found),
+        UseTree::Name(name) if name.ident == "self" => {
+            found.insert(before.last().cloned().unwrap_or_default(), before.to_vec());
+        }
+        UseTree::Name(name) => {
+            found.insert(name.ident.to_string(), longer(name.ident.to_string()));
+        }
+        UseTree::Rename(name) => {
+            found.insert(name.rename.to_string(), longer(name.ident.to_string()));
+        }
+        UseTree::Group(group) => group.items.iter().for_each(|tree| imports(tree, before, found)),
+        UseTree::Glob(_) => {}
+    }
+}
+
+fn is_public(visibility: &Visibility) -> bool {
+    matches!(visibility, Visibility::Public(_))
+}
+
+fn public_fields(fields: &Fields) -> Vec<TokenStream> {
+    fields.iter().filter(|field| is_public(&field.vis)).map(|field| field.ty.to_token_stream()).collect()
+}
+
+/// The tokens of what a user of the crate sees of an item: types of fields and signatures.
+fn seen(item: &Item) -> Vec<TokenStream> {
+    match item {
+        Item::Struct(item) if is_public(&item.vis) => public_fields(&item.fields),
+        Item::Enum(item) if is_public(&item.vis) => item.variants.iter().map(|v| v.fields.to_token_stream()).collect(),
+        Item::Fn(item) if is_public(&item.vis) => vec![item.sig.to_token_stream()],
+        Item::Type(item) if is_public(&item.vis) => vec![item.ty.to_token_stream()],
+        Item::Impl(item) if item.trait_.is_none() => {
+            let functions = item.items.iter().filter_map(|item| match item {
+                ImplItem::Fn(function) if is_public(&function.vis) => Some(function.sig.to_token_stream()),
+                _ => None,
+            });
+            functions.collect()
+        }
+        // The fields of a request with their defaults: names of types stand in both.
+        Item::Macro(item) if item.mac.path.is_ident("request") => vec![item.mac.tokens.clone()],
+        _ => Vec::new(),
+    }
+}
+
+/// The names of types among tokens, each with the path that stands before it: `["clearance", "Mesh"]`.
+fn named(tokens: TokenStream, found: &mut BTreeSet<Vec<String>>) {
+    let mut path: Vec<String> = Vec::new();
+    let mut colons = 0;
+    for token in tokens {
+        match token {
+            TokenTree::Ident(name) => {
+                if colons != 2 {
+                    path.clear();
+                }
+                path.push(name.to_string());
+                found.insert(path.clone());
+                colons = 0;
+            }
+            TokenTree::Punct(mark) if mark.as_char() == ':' => colons += 1,
+            TokenTree::Group(group) => {
+                named(group.stream(), found);
+                (path, colons) = (Vec::new(), 0);
+            }
+            _ => (path, colons) = (Vec::new(), 0),
+        }
+    }
+}
+
+#[test]
+fn every_type_of_a_signature_can_be_named_through_rist() {
+    let root = workspace().join("crates/rist/src");
+    let mut paths = Vec::new();
+    files(&root, &mut paths);
+    paths.sort();
+    // What stands in a private module is seen where it is passed on, by the name of a public one.
+    let root_text = std::fs::read_to_string(root.join("lib.rs")).unwrap();
+    let private: Vec<&str> =
+        root_text.lines().filter_map(|line| line.strip_prefix("mod ")?.strip_suffix(';')).collect();
+    assert!(private.len() > 5, "{private:?}");
+    paths.retain(|path| {
+        let module = path.strip_prefix(&root).unwrap().iter().next().unwrap().to_str().unwrap();
+        !private.contains(&module.trim_end_matches(".rs"))
+    });
+    // Types of other crates by the file whose signatures have them; and what `rist` passes on.
+    let (mut used, mut passed) = (BTreeMap::<String, BTreeSet<String>>::new(), BTreeSet::<String>::new());
+    for path in &paths {
+        let file = syn::parse_file(&std::fs::read_to_string(path).unwrap()).unwrap();
+        let mut imported = BTreeMap::new();
+        for item in &file.items {
+            if let Item::Use(item) = item {
+                imports(&item.tree, &[], &mut imported);
+                if is_public(&item.vis) {
+                    let mut own = BTreeMap::new();
+                    imports(&item.tree, &[], &mut own);
+                    passed.extend(
+                        own.into_values().filter(|path| OURS.contains(&path[0].as_str())).map(|p| p.join("::")),
+                    );
+                }
+            }
+        }
+        let mut names = BTreeSet::new();
+        file.items.iter().flat_map(seen).for_each(|tokens| named(tokens, &mut names));
+        for name in names {
+            let full = match imported.get(&name[0]) {
+                Some(path) => [&path[..], &name[1..]].concat(),
+                None => name,
+            };
+            let is_type = full.last().is_some_and(|last| last.starts_with(char::is_uppercase));
+            let kind = full.iter().position(|part| part.starts_with(char::is_uppercase));
+            if is_type && full.len() > 1 && OURS.contains(&full[0].as_str()) {
+                let full = full[..=kind.unwrap()].join("::");
+                let file = path.strip_prefix(&root).unwrap().display().to_string();
+                used.entry(full).or_default().insert(file);
+            }
+        }
+    }
+    assert!(used.len() > 40, "{} types are found", used.len());
+    // `logs::Error` and `robot::Error` are taken by `?` alone.
+    let ends = |path: &str| path.rsplit("::").next().unwrap_or_default().to_string();
+    let passed: BTreeSet<String> =
+        passed.iter().map(|path| format!("{}::..::{}", &path[..path.find(':').unwrap()], ends(path))).collect();
+    let key = |path: &str| format!("{}::..::{}", &path[..path.find(':').unwrap()], ends(path));
+    let missing: Vec<String> = used
+        .iter()
+        .filter(|(path, _)| !passed.contains(&key(path)))
+        .map(|(path, files)| format!("{path} of {files:?}"))
+        .collect();
+    assert!(missing.is_empty(), "no key to:\n{}", missing.join("\n"));
+}
