@@ -218,7 +218,7 @@ fn first_turn(g: &mut Graph, two: &ArmJoint, W: Vector, h: Expr, is_other: bool)
     let (cx, sx) = (g.mul(a, W[0]), g.mul(b, W[1]));
     let (cy, sy) = (g.mul(a, W[1]), g.mul(b, W[0]));
     let (cos, sin) = (g.add(cx, sx), g.sub(cy, sy));
-    (Turn { cos: g.div(cos, square), sin: g.div(sin, square) }, a)
+    (unit_turn(g, cos, sin), a)
 }
 
 /// theta_2 and theta_3 that bring the point (x, y) of frame 3 to (u, v) of the plane across axis 2.
@@ -240,7 +240,15 @@ fn arm_turns(g: &mut Graph, d: Expr, [x, y]: [Expr; 2], [u, v]: [Expr; 2], is_ot
     let X = g.add(d, k);
     let products = [(u, X), (v, l), (v, X), (u, l)].map(|(a, b)| g.mul(a, b));
     let (cos, sin) = (g.add(products[0], products[1]), g.sub(products[2], products[3]));
-    [Turn { cos: g.div(cos, distance), sin: g.div(sin, distance) }, third]
+    [unit_turn(g, cos, sin), third]
+}
+
+/// The turn to (cos, sin), of length 1 whatever cancelled on the way: an arm that is folded reaches its pose all the same.
+fn unit_turn(g: &mut Graph, cos: Expr, sin: Expr) -> Turn {
+    let (cc, ss) = (g.mul(cos, cos), g.mul(sin, sin));
+    let square = g.add(cc, ss);
+    let length = g.sqrt(square);
+    Turn { cos: g.div(cos, length), sin: g.div(sin, length) }
 }
 
 /// u, v of a point in the plane across axis 2, from its distance a along x of frame 1 and its height along axis 1.
