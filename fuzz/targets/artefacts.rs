@@ -16,7 +16,7 @@ use rist::exciting::ExcitingMotion;
 use rist::fleet::Comparison;
 use rist::page::{PageRequest, page};
 use rist::planning::ExperimentPlan;
-use rist::request::ExciteRequest;
+use rist::request::{CheckRequest, ExciteRequest};
 use rist::{Estimate, IdentifyRequest, Model, ModelOptions, Validation};
 
 const ARM: &str = include_str!("../../models/planar2r_vertical.yaml");
@@ -57,7 +57,7 @@ fn read(model: &Model, text: &str) {
     if let Ok(motion) = ExcitingMotion::from_yaml("motion.yaml", text) {
         again(motion.to_yaml(), |text| ExcitingMotion::from_yaml("again.yaml", text).and_then(|x| x.to_yaml()));
         let _ = motion.to_string();
-        let _ = rist::check(model, Path::new("motion.yaml"), &motion, None);
+        let _ = rist::check(model, Path::new("motion.yaml"), &motion, &CheckRequest::default());
     }
     if let Ok(validation) = Validation::from_yaml("validation.yaml", text) {
         again(validation.to_yaml(), |text| Validation::from_yaml("again.yaml", text).and_then(|x| x.to_yaml()));

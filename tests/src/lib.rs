@@ -13,6 +13,7 @@ pub mod joint_log;
 pub mod known_arms;
 pub mod lagrangian;
 pub mod loops;
+pub mod mutation;
 pub mod number;
 pub mod planar_log;
 pub mod planar_loop;

@@ -227,3 +227,53 @@ fn a_log_that_is_written_over_is_refused() {
     let run = bounded(&here, &["doctor", planar.to_str().unwrap(), "log.csv"]);
     assert!(!run.err.contains("written over"), "{}", run.err);
 }
+
+/// What docs/files.md promises of an estimate: it is refused, or says that it was changed.
+#[test]
+fn an_estimate_that_was_changed_is_refused_or_says_so() {
+    let here = folder("hostile-estimate");
+    std::fs::write(here.join("arm.yaml"), tests::program::LIMITED_ARM).unwrap();
+    for step in [
+        &["excite", "arm.yaml", "--starts", "1", "--rate", "100", "--out", "motion.yaml"][..],
+        &["simulate", "arm.yaml", "motion.yaml", "--out", "logs"],
+        &["identify", "arm.yaml", "logs/motion.csv", "--out", "estimate.yaml"],
+    ] {
+        let run = tests::program::rist(&here, step);
+        assert!(matches!(run.code, Some(0 | 1)), "{step:?}: {}", run.err);
+    }
+    let text = std::fs::read_to_string(here.join("estimate.yaml")).unwrap();
+    let said = |text: &str| match rist::Estimate::from_yaml("estimate.yaml", text) {
+        Ok(estimate) => estimate.to_string(),
+        Err(e) => e.to_string(),
+    };
+    assert!(!said(&text).contains("changed after rist wrote it"));
+    let changed = |from: &str, to: &str| {
+        assert!(text.contains(from), "{from}: {text}");
+        said(&text.replacen(from, to, 1))
+    };
+    assert!(changed("sigma: ", "sigma: -").contains("is negative"));
+    assert!(changed("value: ", "value: 1").contains("changed after rist wrote it"));
+    let start = text.find("\n- name: ").unwrap() + 1;
+    let end = start + text[start..].find("\n- name: ").unwrap() + 1;
+    let twice = text.replacen(&text[start..end], &text[start..end].repeat(2), 1);
+    let count = |line: &str| line.strip_prefix("parameter_count: ").and_then(|n| n.parse::<usize>().ok());
+    let n = twice.lines().find_map(count).unwrap();
+    let twice = twice.replace(&format!("parameter_count: {n}"), &format!("parameter_count: {}", n + 1));
+    assert!(said(&twice).contains("stands twice among the parameters"), "{}", said(&twice));
+    let without = text.lines().filter(|line| !line.starts_with("doubts:")).collect::<Vec<_>>().join("\n") + "\n";
+    assert!(without == text || said(&without).contains("changed after rist wrote it"));
+}
+
+/// A period is divided into parts in a proof, so that one without a sample is a claim for time.
+#[test]
+fn a_period_without_a_sample_is_refused() {
+    let here = folder("hostile-period");
+    std::fs::write(here.join("arm.yaml"), tests::program::LIMITED_ARM).unwrap();
+    let made = ["excite", "arm.yaml", "--starts", "1", "--rate", "100", "--out", "motion.yaml"];
+    assert_eq!(tests::program::rist(&here, &made).code, Some(0));
+    let text = std::fs::read_to_string(here.join("motion.yaml")).unwrap();
+    let short = |line: &str| if line.starts_with("period_s:") { "period_s: 1e-300".into() } else { line.to_string() };
+    std::fs::write(here.join("short.yaml"), text.lines().map(short).collect::<Vec<_>>().join("\n")).unwrap();
+    let run = bounded(&here, &["check", "arm.yaml", "short.yaml"]);
+    assert!(run.code == Some(2) && run.err.contains("less than a sample at 100 Hz"), "{}", run.err);
+}

@@ -104,7 +104,9 @@ fn keys(file: &str, head: &str) -> Vec<String> {
         Some(field) => field.split_once(':').map(|(name, _)| name.to_string()),
         None => line.trim().strip_prefix('"').and_then(|line| Some(line.strip_suffix("\",")?.to_string())),
     };
-    body.filter_map(key).collect()
+    let lines: Vec<&str> = body.collect();
+    let is_in_file = |k: &usize| *k == 0 || lines[k - 1].trim() != "#[serde(skip)]";
+    (0..lines.len()).filter(is_in_file).filter_map(|k| key(lines[k])).collect()
 }
 
 /// What the reference of files says of each kind is complete.

@@ -4,12 +4,16 @@
 //! corpora are only read. New inputs stay in target/fuzz/corpus, and an input that breaks a target in
 //! target/fuzz/found.
 //!
-//! Not fuzzed: the command line, folders of rosbag2, the package for Python.
+//! The last target needs no coverage: it changes each file that the program reads and runs the program on it
+//! (tests/src/mutation.rs).
+//!
+//! Not fuzzed: folders of rosbag2, the package for Python.
 
 use std::fs;
+use std::path::Path;
 use std::process::Command;
 
-use crate::cargo::{done, host, root, target};
+use crate::cargo::{cargo, done, host, root, target};
 
 /// The programs of fuzz/targets, each with the folders of the repository that have its first inputs.
 const TARGETS: [(&str, &[&str]); 8] = [
@@ -32,7 +36,9 @@ const COVERAGE: &str = "-Cpasses=sancov-module -Cllvm-args=-sanitizer-coverage-l
 /// An input that takes longer, s, or more memory, MiB, is a finding. Bodies that can exist take 0.3 s of a release build,
 /// and a hundred times that where code is compiled for coverage and others use the machine. Inputs longer than 8 KiB find
 /// nothing new in the time.
-const LIMITS: [&str; 4] = ["-timeout=60", "-rss_limit_mb=2048", "-malloc_limit_mb=1024", "-max_len=8192"];
+///
+/// Of such an input no reader allocates more at once than twice its budget, 64 times its size and 64 MiB.
+const LIMITS: [&str; 4] = ["-timeout=60", "-rss_limit_mb=2048", "-malloc_limit_mb=128", "-max_len=8192"];
 
 pub(crate) fn run(arguments: &[String]) -> Result<(), String> {
     let usage = "expected are the seconds of all targets together: cargo xtask fuzz 600";
@@ -46,12 +52,13 @@ pub(crate) fn run(arguments: &[String]) -> Result<(), String> {
 
     let found = target.join("found");
     fs::create_dir_all(&found).map_err(|e| format!("{}: {e}", found.display()))?;
+    let share = seconds.div_ceil(1 + TARGETS.len() as u64);
     let mut broken = Vec::new();
     for (name, folders) in TARGETS {
         let corpus = target.join("corpus").join(name);
         fs::create_dir_all(&corpus).map_err(|e| format!("{}: {e}", corpus.display()))?;
         let mut fuzz = Command::new(target.join(&host).join("debug").join(name));
-        fuzz.arg(format!("-max_total_time={}", seconds.div_ceil(TARGETS.len() as u64))).args(LIMITS);
+        fuzz.arg(format!("-max_total_time={share}")).args(LIMITS);
         fuzz.arg(format!("-artifact_prefix={}/{name}-", found.display()));
         fuzz.args(["-print_final_stats=1", "-verbosity=0", "-print_funcs=0"]).arg(&corpus);
         println!("== {name}");
@@ -59,8 +66,21 @@ pub(crate) fn run(arguments: &[String]) -> Result<(), String> {
             broken.push(name);
         }
     }
+    println!("== mutations");
+    if mutations(share, &found).is_err() {
+        broken.push("mutations");
+    }
     match broken.is_empty() {
         true => Ok(()),
         false => Err(format!("{}: an input breaks it; it is in {}", broken.join(", "), found.display())),
     }
+}
+
+/// The program itself, on files that are changed at random.
+fn mutations(seconds: u64, found: &Path) -> Result<(), String> {
+    cargo(&["build", "--quiet", "--release", "--package", "cli"])?;
+    let program = target().join("release").join(format!("rist{}", std::env::consts::EXE_SUFFIX));
+    let (program, found) = (program.display().to_string(), found.display().to_string());
+    let words = ["run", "--quiet", "--release", "--package", "tests", "--bin", "mutations", "--"];
+    cargo(&[&words[..], &[&program, &seconds.to_string(), &found]].concat())
 }

@@ -12,7 +12,7 @@ use crate::terminal::print;
 
 /// Evaluate the regressor or the torque at the states of a CSV file
 ///
-/// The header of STATES names one column a coordinate and quantity: q_<coordinate>, dq_<coordinate>,
+/// The header of STATES names one column per coordinate and quantity: q_<coordinate>, dq_<coordinate>,
 /// ddq_<coordinate> (SI); absent dq or ddq columns count as zero. For the torque, x_<parameter> columns
 /// (x_MX2) override the standard parameters of the description. The output has columns
 /// Y_<coordinate>_<parameter> or tau_<coordinate>.
@@ -21,7 +21,7 @@ pub(crate) struct Arguments {
     #[command(flatten)]
     model: ModelArguments,
 
-    /// States, one a row
+    /// States, one per row
     states: PathBuf,
 
     #[command(flatten)]

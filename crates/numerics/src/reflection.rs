@@ -33,7 +33,7 @@ const NEGLIGIBLE_SQUARES: f64 = 1e-280;
 pub struct Columns<'a> {
     /// Rows and columns of R, in the order of elimination.
     pub index: &'a [usize],
-    /// Entries of the rows, one a column.
+    /// Entries of the rows, one per column.
     pub places: &'a [usize],
 }
 

@@ -37,7 +37,7 @@ impl BaseParameters {
         self.inner().parameters.base.iter().map(|b| b.name.clone()).collect()
     }
 
-    /// SI units, one a parameter.
+    /// SI units, one per parameter.
     #[getter]
     fn units(&self) -> Vec<String> {
         self.inner().regressor().parameters().iter().map(|base| Parameter::from(base).unit().to_string()).collect()

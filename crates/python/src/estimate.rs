@@ -110,7 +110,7 @@ impl Estimate {
         self.inner.parameters.iter().map(|p| p.id.to_string()).collect()
     }
 
-    /// SI units, one a parameter.
+    /// SI units, one per parameter.
     #[getter]
     fn units(&self) -> Vec<String> {
         self.inner.parameters.iter().map(|p| p.unit.to_string()).collect()

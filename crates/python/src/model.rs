@@ -26,7 +26,7 @@ const STATES_PER_PASS: usize = 1 << 14;
 /// A robot and what follows from it: base parameters, regressors, torques, source.
 ///
 /// `Model.read(path)` reads a description (.yaml, .urdf, .par) and derives its dynamics. Functions of the state take arrays
-/// of shape (N, n), one state a row and one column a coordinate, or (n,) for one state: q in rad (m of a joint that slides),
+/// of shape (N, n), one state per row and one column per coordinate, or (n,) for one state: q in rad (m of a joint that slides),
 /// dq in rad/s, ddq in rad/s^2; absent rates are zero. They release the interpreter lock. float64 arrays row by row are not
 /// copied.
 ///

@@ -6,7 +6,6 @@
 
 use std::fmt::Write;
 
-use gate::shown;
 use identification::portrait::envelope::Envelope;
 
 use crate::scale::Scale;
@@ -356,7 +355,7 @@ fn broken(envelope: &Envelope) -> Vec<Vec<(f64, f64)>> {
 
 /// The text, escaped for text and attributes of XML and HTML.
 pub fn escaped(text: &str) -> String {
-    shown::line(text).replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
+    gate::shown::line(text).replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
 }
 
 #[cfg(test)]

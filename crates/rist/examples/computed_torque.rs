@@ -9,6 +9,7 @@
 
 #[rustfmt::skip]
 #[path = "computed_torque/arm.rs"]
+#[allow(unreachable_pub)] // a generated file, as it is pasted
 mod arm;
 
 /// Base parameters, as an identification gives them: ZZR1 MXR1 MY1 ZZ2 MX2 MY2 IA2, SI.

@@ -107,7 +107,7 @@ impl Simulator for PlanInLoop<'_> {
     }
 }
 
-/// N m per unit of the logs, one a coordinate: all must be known.
+/// N m per unit of the logs, one per coordinate: all must be known.
 fn gains(model: &Model, currents: bool, given: &[(String, f64)]) -> Result<Vec<f64>, Error> {
     let coordinates = model.regressor().coordinates();
     if !currents {

@@ -13,7 +13,7 @@ use crate::model::Model;
 /// Torque noise where no effort limit is known, N m (N).
 const UNKNOWN_NOISE: f64 = 0.1;
 
-/// Noise of a torque sample, N m (N), one a coordinate: a share of the effort limit.
+/// Noise of a torque sample, N m (N), one per coordinate: a share of the effort limit.
 pub(crate) fn torque_noise(model: &Model, share: f64, notes: &mut Vec<String>) -> Vec<f64> {
     let coordinates = &model.robot.coordinates;
     let effort = |c: &robot::Coordinate| c.limits.effort.filter(|x| x.is_finite() && *x > 0.0);
@@ -25,7 +25,7 @@ pub(crate) fn torque_noise(model: &Model, share: f64, notes: &mut Vec<String>) -
     coordinates.iter().map(|c| effort(c).map_or(UNKNOWN_NOISE, |e| share * e)).collect()
 }
 
-/// Friction of the description, one a coordinate.
+/// Friction of the description, one per coordinate.
 pub(crate) fn described_friction(model: &Model) -> Vec<DescribedFriction> {
     let of = |k: usize| {
         let joint = model.robot.joint_of(CoordinateId(k)).map(|j| &model.robot.link(j).joint);
@@ -77,7 +77,7 @@ pub(crate) fn torque_left_out(
     all.into_iter().filter(|out| !out.of.is_empty()).collect()
 }
 
-/// Values of the description, one a parameter of the model.
+/// Values of the description, one per parameter of the model.
 pub(crate) fn described_values(model: &Model, linear: &LinearModel) -> Vec<Option<f64>> {
     let base = model.described_parameters();
     let count = model.regressor().parameters().len();

@@ -63,7 +63,7 @@ pub(crate) fn drive_gains(
     Ok(Some(found))
 }
 
-/// The gains of the request over those of the description, one a coordinate.
+/// The gains of the request over those of the description, one per coordinate.
 fn known_gains(model: &Model, given: &[(String, Gain)]) -> Result<Vec<Gain>, Error> {
     let described = model.drive_gains();
     let mut known: Vec<Gain> = described.iter().map(|g| g.map_or(Gain::Free, Gain::Known)).collect();

@@ -33,7 +33,7 @@ pub enum Quantity {
 /// States and parameters. An argument that the quantity does not depend on may be empty.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct ManyStates<'a> {
-    /// rad (m), one row a state.
+    /// rad (m), one row per state.
     pub q: &'a [f64],
     /// rad/s (m/s).
     pub dq: &'a [f64],

@@ -197,7 +197,7 @@ pub(crate) struct KnownTorque<'a> {
     pub(crate) enclosure: Option<TorqueEnclosure<'a>>,
     /// Base parameters.
     pub(crate) parameters: Option<Vec<f64>>,
-    /// One a coordinate.
+    /// One per coordinate.
     pub(crate) friction: Vec<DescribedFriction>,
 }
 
@@ -276,7 +276,7 @@ pub(crate) fn identified_torque(
     Ok(IdentifiedTorque { parameters: model.values(estimate)?, friction })
 }
 
-/// Noise of a torque sample, N m (N), one a coordinate: from an estimate's residuals, or a share of the effort limit.
+/// Noise of a torque sample, N m (N), one per coordinate: from an estimate's residuals, or a share of the effort limit.
 fn noise(model: &Model, request: &ExciteRequest, names: &[String], notes: &mut Vec<String>) -> Vec<f64> {
     let mut assumed = vec![];
     let shares = torque_noise(model, request.noise, &mut assumed);

@@ -74,7 +74,7 @@ mod tape;
 pub mod torque_difference;
 pub mod validation;
 pub mod verdict;
-mod write_back;
+pub mod write_back;
 
 // The steps, each with its request and its result.
 pub use checking::{Checked, check};
@@ -143,7 +143,7 @@ pub use linear_model::pseudo_inertia::Ten;
 pub use linear_model::reference::ModelReference;
 pub use linear_model::regressor::Regressor;
 pub use linear_model::standard_map::StandardMap;
-pub use logs::{Array, ColumnNames, Columns, Effort, LogSource, Table};
+pub use logs::{Array, ColumnNames, Columns, Effort, Error as LogError, LogSource, Table};
 pub use modeling::{BaseParameters, Closure, RobotFunction, Rules};
 pub use robot::convention::Convention;
 pub use robot::format::{Angles, Mimic, read_text, text_of};

@@ -178,7 +178,7 @@ impl Model {
         Some(self.parameters.values(&standard))
     }
 
-    /// Drive gains of the description, one a coordinate, N m/A.
+    /// Drive gains of the description, one per coordinate, N m/A.
     pub fn drive_gains(&self) -> Vec<Option<f64>> {
         let gain = |k| self.robot.joint_of(CoordinateId(k)).and_then(|j| self.robot.link(j).joint.drive_gain);
         (0..self.robot.n_coordinates()).map(gain).collect()
@@ -210,7 +210,7 @@ impl Model {
         self.regressor.parameters().iter().map(value).collect()
     }
 
-    /// Drive gains of an estimate, one a coordinate, N m/A.
+    /// Drive gains of an estimate, one per coordinate, N m/A.
     pub fn estimated_gains(&self, estimate: &Estimate) -> Vec<Option<f64>> {
         let gain = |c: &String| estimate.value(&ParameterId::drive_gain(c));
         self.regressor.coordinates().iter().map(gain).collect()

@@ -62,7 +62,7 @@ struct Candidates {
     candidates: Vec<Candidate>,
     /// The assumptions behind them.
     notes: Vec<String>,
-    /// Noise of a torque sample, N m (N), one a coordinate.
+    /// Noise of a torque sample, N m (N), one per coordinate.
     noise: Vec<f64>,
 }
 

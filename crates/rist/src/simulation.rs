@@ -231,7 +231,7 @@ impl Run<'_> {
 struct Feedforward {
     /// Base parameters of the estimate.
     parameters: Vec<f64>,
-    /// True gain over estimated gain, one a coordinate. The controller commands currents, torque over estimated gain,
+    /// True gain over estimated gain, one per coordinate. The controller commands currents, torque over estimated gain,
     /// and the true gain turns these into torques.
     factor: Vec<f64>,
 }

@@ -240,6 +240,7 @@ pub(crate) const ORDERS: [(&str, &[&str]); 17] = [
             "faults",
             "planar_log",
             "program",
+            "mutation",
             "promise",
             "tape_robot",
             "benchmark",

@@ -37,7 +37,7 @@ pub struct ExcitingMotion {
     pub blend_s: Option<f64>,
     /// Periods played.
     pub repetitions: usize,
-    /// One a coordinate, in the order of the model.
+    /// One per coordinate, in the order of the model.
     pub joints: Vec<MotionJoint>,
     /// Share of the limits of effort and power that the described torque may use.
     pub effort_share: f64,
@@ -56,9 +56,9 @@ pub struct ExcitingMotion {
     /// What it has of det^(1/p) (or of 1/cond) of the best motion of the search, before that was made to keep its limits.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub kept_share: Option<f64>,
-    /// N m (N) a sample, one a coordinate.
+    /// N m (N) a sample, one per coordinate.
     pub torque_noise: Vec<f64>,
-    /// N m (N) a sample, one a coordinate: what the noise of the encoders adds to the residuals of an identification.
+    /// N m (N) a sample, one per coordinate: what the noise of the encoders adds to the residuals of an identification.
     #[serde(default)]
     pub encoder_noise: Vec<f64>,
     /// Whether every row below is proven, and all that was asked for is looked at.
@@ -226,6 +226,10 @@ impl ExcitingMotion {
         if !RATES_HZ.contains(&self.rate_hz) {
             let (low, high) = (RATES_HZ.start(), RATES_HZ.end());
             return Err(format!("rate_hz is {:?}; a controller has {low} to {high} Hz", self.rate_hz));
+        }
+        if self.period_s > 0.0 && self.period_s * self.rate_hz < 1.0 {
+            let (period, rate) = (self.period_s, self.rate_hz);
+            return Err(format!("period_s is {period:e}, less than a sample at {rate} Hz: a longer one is expected"));
         }
         for joint in &self.joints {
             let count = joint.cosine.len().max(joint.sine.len());

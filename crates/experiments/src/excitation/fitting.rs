@@ -21,7 +21,7 @@ const SWING_KEPT_FOR_DISTANCE: f64 = 0.97;
 /// What a motion has to keep.
 #[derive(Clone, Copy)]
 pub struct Obligations<'a> {
-    /// One a coordinate.
+    /// One per coordinate.
     pub limits: &'a [CoordinateLimits],
     /// Names of the coordinates.
     pub names: &'a [String],

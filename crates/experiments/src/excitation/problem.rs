@@ -22,9 +22,9 @@ pub struct Problem<'a> {
     pub regressor: &'a dyn DifferentiableRegressor,
     /// Friction columns of every joint.
     pub friction: &'a [FrictionTerm],
-    /// One a coordinate.
+    /// One per coordinate.
     pub limits: &'a [CoordinateLimits],
-    /// N m (N) a sample, one a coordinate.
+    /// N m (N) a sample, one per coordinate.
     pub noise: &'a [f64],
     /// The aim of the search.
     pub aim: Aim,

@@ -45,7 +45,7 @@ pub struct DescribedFriction {
 pub struct IdentifiedTorque {
     /// Base parameters, in the order of the model.
     pub parameters: Vec<f64>,
-    /// One a coordinate.
+    /// One per coordinate.
     pub friction: Vec<DescribedFriction>,
 }
 
@@ -53,7 +53,7 @@ pub struct IdentifiedTorque {
 pub struct DescribedTorque<'a> {
     /// Encloses the torque of the description.
     pub torque: &'a dyn EnclosedTorque,
-    /// One a coordinate.
+    /// One per coordinate.
     pub friction: Vec<DescribedFriction>,
     /// Share of the limits of effort and power that a motion may use: the description is not the robot.
     pub share: f64,

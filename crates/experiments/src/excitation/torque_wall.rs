@@ -22,7 +22,7 @@ const BOUND_SHARE_AT_SAMPLES: f64 = 0.995;
 pub struct TorqueWall {
     /// Base parameters, in the order of the regressor.
     pub parameters: Vec<f64>,
-    /// One a coordinate.
+    /// One per coordinate.
     pub friction: Vec<DescribedFriction>,
     /// Share of the limits of effort and power.
     pub share: f64,

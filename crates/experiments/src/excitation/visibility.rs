@@ -19,7 +19,7 @@ use crate::excitation::limits::CoordinateLimits;
 use crate::excitation::motion::Motion;
 use crate::excitation::proof::CertificateRow;
 
-/// The noise that an identification has to expect, N m (N) a sample, one a coordinate.
+/// The noise that an identification has to expect, N m (N) a sample, one per coordinate.
 #[derive(Clone, Debug, PartialEq)]
 pub struct JointNoise {
     /// White noise of the torques.
@@ -91,7 +91,7 @@ pub struct Visibility {
     pub condition_number: f64,
 }
 
-/// What the motion tells, beside what is known already. `described`: one a parameter; `certificate`: that of the motion;
+/// What the motion tells, beside what is known already. `described`: one per parameter; `certificate`: that of the motion;
 /// `prior`: rows of the information that is known, over all columns.
 pub fn visibility(
     model: &Model,

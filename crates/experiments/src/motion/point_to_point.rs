@@ -34,7 +34,7 @@ impl ValidationMotion {
     }
 }
 
-/// Moves between random points. Limits one a coordinate: rad, rad/s, rad/s^2.
+/// Moves between random points. Limits one per coordinate: rad, rad/s, rad/s^2.
 pub fn validation_trajectory(
     motion: &ValidationMotion,
     position: &[(f64, f64)],

@@ -201,7 +201,7 @@ mod tests {
         let (reference, names) = reference();
         let text = trajectory_file(&reference, &names, 1500.0, TrajectoryFormat::Csv);
         let mut lines = text.lines();
-        assert_eq!(lines.next(), Some("t,q_q1,q_el\"bow,dq_q1,dq_el\"bow,ddq_q1,ddq_el\"bow"));
+        assert_eq!(lines.next(), Some("t,q_q1,\"q_el\"\"bow\",dq_q1,\"dq_el\"\"bow\",ddq_q1,\"ddq_el\"\"bow\""));
         for line in lines {
             let cells: Vec<f64> = line.split(',').map(|c| c.parse().unwrap()).collect();
             let i = (cells[0] * 1000.0) as usize;

@@ -38,7 +38,7 @@ pub struct ExperimentPlan {
     pub is_edited: bool,
     /// s between samples of the controller.
     pub sample_time_s: f64,
-    /// Assumed deviation of one torque sample, N m, one a coordinate.
+    /// Assumed deviation of one torque sample, N m, one per coordinate.
     pub torque_noise: Vec<f64>,
     /// Number of motions it was chosen from.
     pub candidates: usize,

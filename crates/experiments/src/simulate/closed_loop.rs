@@ -226,7 +226,7 @@ fn quantised(q: f64, quantum: f64) -> f64 {
 }
 
 impl Sensing {
-    /// Standard deviation of one position, rad (m), one a coordinate: its noise, and the uniform error of rounding to a
+    /// Standard deviation of one position, rad (m), one per coordinate: its noise, and the uniform error of rounding to a
     /// quantum.
     pub fn position_deviation(&self) -> Vec<f64> {
         self.position_noise.iter().zip(&self.quantum).map(|(s, quantum)| s.hypot(quantum / 12f64.sqrt())).collect()

@@ -34,7 +34,7 @@ impl Record {
         text
     }
 
-    /// The record as a log of torques, its first sample at 0 s; `gain`: N m per unit of the record, one a coordinate.
+    /// The record as a log of torques, its first sample at 0 s; `gain`: N m per unit of the record, one per coordinate.
     pub fn to_log(&self, name: &str, coordinates: &[String], gain: &[f64]) -> Log {
         let rows = self.q.first().map_or(0, Vec::len);
         let period = self.sample_time;

@@ -27,7 +27,7 @@ pub type Feedforward<'a> = dyn Fn(&Reference) -> Vec<Vec<f64>> + 'a;
 /// A simulated robot apart from its dynamics.
 #[derive(Clone, Debug)]
 pub struct SimulationSetup {
-    /// Limits of the motions, one a coordinate.
+    /// Limits of the motions, one per coordinate.
     pub limits: Vec<MotionLimits>,
     /// Tuned to the robot's inertia.
     pub controller: Controller,
@@ -37,7 +37,7 @@ pub struct SimulationSetup {
     pub drives: Drives,
     /// Noise and resolution of the sensors.
     pub sensing: Sensing,
-    /// One a joint.
+    /// One per joint.
     pub friction: Vec<FrictionLaw>,
     /// Sentences on the defaults taken.
     pub notes: Vec<String>,

@@ -13,7 +13,7 @@ use experiments::simulate::dynamics::Dynamics;
 
 use crate::signals::cutoff::rule_with_noise;
 
-/// e, N m (N) a sample, one a coordinate, for an identification with its default cut-off; `noise`: s, rad (m).
+/// e, N m (N) a sample, one per coordinate, for an identification with its default cut-off; `noise`: s, rad (m).
 pub fn encoder_torque(dynamics: &dyn Dynamics, motion: &Reference, noise: &[f64]) -> Vec<f64> {
     let n = noise.len();
     let w = std::f64::consts::TAU * rule_with_noise(&motion.q, motion.sample_time, noise).cutoff;

@@ -51,7 +51,7 @@ impl Transmission {
             let Some(list) = list else { continue };
             if list.len() != n || list.iter().any(|x| !x.is_finite()) {
                 return Err(Error::new(format!(
-                    "transmission: {name} needs {n} finite numbers, one a joint; it has {list:?}"
+                    "transmission: {name} needs {n} finite numbers, one per joint; it has {list:?}"
                 )));
             }
             if name != "offsets" && list.contains(&0.0) {

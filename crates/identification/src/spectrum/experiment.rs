@@ -82,7 +82,7 @@ impl SpectralExperiment {
     }
 }
 
-/// Standard deviations of one sample, one a coordinate.
+/// Standard deviations of one sample, one per coordinate.
 #[derive(Clone, Debug, PartialEq)]
 pub struct NoiseLevels {
     /// Positions, rad.

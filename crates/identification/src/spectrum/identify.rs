@@ -47,7 +47,7 @@ impl SpectralMethod {
 
 /// The parameters from the experiments of one robot.
 ///
-/// `gains`: one a coordinate, N m per unit of the records; known gains of one where the records are torques. Fails
+/// `gains`: one per coordinate, N m per unit of the records; known gains of one where the records are torques. Fails
 /// without a periodic experiment of two periods, where nothing tells the noise, and as [`drive_gains`] does.
 pub fn identify_spectrum(
     model: &ModelReference,

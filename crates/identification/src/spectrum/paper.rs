@@ -1,6 +1,6 @@
 //! The paper's estimator: least squares on the rows of Sp.
 //!
-//! W X = Y with one row a harmonic, one quadrature, and the centred rows of gravity. Unweighted, the
+//! W X = Y with one row per harmonic, one quadrature, and the centred rows of gravity. Unweighted, the
 //! rows are as the paper has them (each 1/|v|) and the gravity rows of e samples are brought to the
 //! same kind of mean by 1/sqrt(e); weighted, each row is divided by the standard deviation of its
 //! right-hand side.

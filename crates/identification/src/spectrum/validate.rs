@@ -41,7 +41,7 @@ struct JointSums {
     rigid: f64,
     total: f64,
     count: usize,
-    /// Shares of autocorrelations outside their band, one a motion that is long enough.
+    /// Shares of autocorrelations outside their band, one per motion that is long enough.
     outside: Vec<f64>,
 }
 

@@ -38,8 +38,8 @@ const MIN_BYTES_FOR_THREADS: usize = 1 << 18;
 /// A file in which most rows are ragged is refused once its ragged rows have more cells than this.
 const MAX_RAGGED_CELLS: usize = 1 << 21;
 
-/// Bytes of a number of a table, whose columns grow by doubling.
-const NUMBER_BYTES: usize = 2 * size_of::<f64>();
+/// Bytes of a number of a table, whose columns grow by doubling: the old ones are there while the new ones are filled.
+const NUMBER_BYTES: usize = 3 * size_of::<f64>();
 
 /// Rows of a text on their way into tables.
 pub(crate) struct TableReader<'a> {

@@ -21,15 +21,15 @@
 //! ```
 
 /// The robot.
-pub(crate) const NAME: &str = "planar2r_vertical";
+pub const NAME: &str = "planar2r_vertical";
 /// The coordinates, in the order of q.
-pub(crate) const COORDINATES: [&str; 2] = ["q1", "q2"];
+pub const COORDINATES: [&str; 2] = ["q1", "q2"];
 /// The base parameters, in the order of the columns of Y.
-pub(crate) const PARAMETERS: [&str; 7] = ["ZZR1", "MXR1", "MY1", "ZZ2", "MX2", "MY2", "IA2"];
+pub const PARAMETERS: [&str; 7] = ["ZZR1", "MXR1", "MY1", "ZZ2", "MX2", "MY2", "IA2"];
 /// Tells this function from that of any other robot or geometry.
-pub(crate) const FINGERPRINT: u64 = 606257557314306733;
+pub const FINGERPRINT: u64 = 606257557314306733;
 /// Row and column of each entry that is not always zero, row by row.
-pub(crate) const NON_ZEROS: [(usize, usize); 10] = [
+pub const NON_ZEROS: [(usize, usize); 10] = [
     (0, 0),
     (0, 1),
     (0, 2),
@@ -43,7 +43,7 @@ pub(crate) const NON_ZEROS: [(usize, usize); 10] = [
 ];
 /// Y(q, dq, ddq), row by row: `y[i][c]` is the torque of coordinate i per unit of parameter c.
 #[inline(always)]
-pub(crate) fn base_regressor<R: Real>(
+pub fn base_regressor<R: Real>(
     q: &[R; 2],
     dq: &[R; 2],
     ddq: &[R; 2],
@@ -54,7 +54,7 @@ pub(crate) fn base_regressor<R: Real>(
 }
 /// The entries of `base_regressor` that are not always zero, in the order of `NON_ZEROS`.
 #[inline(always)]
-pub(crate) fn base_regressor_non_zeros<R: Real>(
+pub fn base_regressor_non_zeros<R: Real>(
     q: &[R; 2],
     dq: &[R; 2],
     ddq: &[R; 2],
@@ -64,7 +64,7 @@ pub(crate) fn base_regressor_non_zeros<R: Real>(
 }
 /// Hands every entry that is not always zero to `set`, after its number in `NON_ZEROS`, row and column.
 #[inline(always)]
-pub(crate) fn base_regressor_entries<R: Real>(
+pub fn base_regressor_entries<R: Real>(
     q: &[R; 2],
     dq: &[R; 2],
     ddq: &[R; 2],
@@ -103,7 +103,7 @@ pub(crate) fn base_regressor_entries<R: Real>(
 /// The torques from the base parameters x, N m (N).
 /// 13 mul_add, 11 mul, 3 add, 2 sin_cos.
 #[inline(always)]
-pub(crate) fn inverse_dynamics<R: Real>(
+pub fn inverse_dynamics<R: Real>(
     q: &[R; 2],
     dq: &[R; 2],
     ddq: &[R; 2],
@@ -144,7 +144,7 @@ pub(crate) fn inverse_dynamics<R: Real>(
 /// The accelerations from the torques and x.
 /// 12 mul_add, 15 mul, 7 add, 2 sin_cos.
 #[inline(always)]
-pub(crate) fn forward_dynamics<R: Real>(
+pub fn forward_dynamics<R: Real>(
     q: &[R; 2],
     dq: &[R; 2],
     tau: &[R; 2],
@@ -190,7 +190,7 @@ pub(crate) fn forward_dynamics<R: Real>(
     ddq[0] = t66;
 }
 /// The numbers this file computes with: f64, f32, or lanes of them.
-pub(crate) trait Real: Copy + core::ops::Add<
+pub trait Real: Copy + core::ops::Add<
         Output = Self,
     > + core::ops::Sub<
         Output = Self,

@@ -5,7 +5,7 @@ use robot::{Link, Part};
 
 /// Friction and rotor inertia of a joint.
 #[derive(Clone, Debug, PartialEq)]
-pub(super) struct JointDynamics {
+pub struct JointDynamics {
     /// The joint's name in the file.
     pub joint: String,
     /// Viscous friction, N m s/rad (N s/m).

@@ -24,7 +24,7 @@ use crate::write_back::body::{self, JointDynamics};
 ///
 /// Fails where the robot floats or has loops, where a joint moves with several coordinates, and where a body is not
 /// physically consistent.
-pub(super) fn mjcf(robot: &Robot, bodies: &[(LinkId, Ten)], joints: &[JointDynamics]) -> Result<String, Error> {
+pub fn mjcf(robot: &Robot, bodies: &[(LinkId, Ten)], joints: &[JointDynamics]) -> Result<String, Error> {
     if robot.massless > 0 || !robot.loops.is_empty() || !robot.passive.is_empty() {
         return Err(Error::new(
             "no MJCF is written of a robot that floats or has loops; [into=MODEL.xml] puts the figures into yours",

@@ -20,7 +20,7 @@ const POSE_TOLERANCE: f64 = 1e-3;
 /// The MJCF `text` with these bodies (ten parameters about the origin of the link frame) and joints.
 ///
 /// Fails where the text is no XML, lacks a body or a joint, or places a body elsewhere than the description does.
-pub(super) fn mjcf_into(
+pub fn mjcf_into(
     text: &str,
     file: &str,
     robot: &Robot,

@@ -1,13 +1,13 @@
 //! Writes what was identified into the files that simulators read.
 //!
-//! [`steps`] are what a user calls; the other files know bodies and text alone.
+//! `steps` are what a user calls; the other files know bodies and text alone.
 
-mod body;
-mod mjcf;
-mod mjcf_into;
+pub mod body;
+pub mod mjcf;
+pub mod mjcf_into;
 mod steps;
 mod text_edit;
-mod urdf;
+pub mod urdf;
 
 pub use steps::{write_mjcf, write_urdf};
 pub use urdf::WrittenBack;

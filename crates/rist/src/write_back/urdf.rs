@@ -30,7 +30,7 @@ pub struct WrittenBack {
 ///
 /// Fails when a body is not physically consistent (a simulator would refuse the file), when the text
 /// is not the robot's, or when a link or joint is not in it.
-pub(super) fn write_back(
+pub fn write_back(
     text: &str,
     file: &str,
     robot: &Robot,

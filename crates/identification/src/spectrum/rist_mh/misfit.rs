@@ -41,7 +41,7 @@ pub struct Misfit {
     /// Deviations of the parameters and of the friction by experiments as replicates, zero where there are too few; empty
     /// where every joint is within its noise.
     pub by_experiment: Vec<f64>,
-    /// The same of the drive gains that are estimated, N m per unit of current, one a joint; zero of known ones.
+    /// The same of the drive gains that are estimated, N m per unit of current, one per joint; zero of known ones.
     pub gains_by_experiment: Vec<f64>,
 }
 

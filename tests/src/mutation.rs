@@ -1,0 +1,228 @@
+//! Files that the program reads, changed at random, through the program itself.
+//!
+//! Law: whatever a file holds, the program ends by itself with 0, 1 or 2, in [`SECONDS`] of processor time and an address
+//! space that the size of the file bounds. A signal, an abort, a panic or another code is a finding.
+
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+use crate::program::{LIMITED_ARM, Run, run};
+use crate::random::Random;
+use crate::workspace;
+
+/// Processor time of a run, s. Each takes some hundredths of it where the program is optimised.
+pub const SECONDS: usize = 2;
+
+/// Address space of a run beside what its file may take, KiB: the program and its threads map some 300 MiB.
+const SPACE_KIB: usize = 512 << 10;
+
+/// What a file may take, KiB: 64 times its size and 64 MiB, twice, since a file that is read may be written again.
+fn allowance_kib(bytes: usize) -> usize {
+    2 * (64 * bytes).div_ceil(1024) + 2 * (64 << 10)
+}
+
+/// A file and the command that reads it; `{}` stands for the file.
+pub struct Seed {
+    /// Its name, whose end tells the program what it is.
+    pub name: String,
+    pub bytes: Vec<u8>,
+    pub commands: Vec<Vec<&'static str>>,
+}
+
+/// Whoever breaks the law.
+pub struct Finding {
+    pub name: String,
+    pub bytes: Vec<u8>,
+    pub command: Vec<&'static str>,
+    /// How the run ended, and what it said last.
+    pub outcome: String,
+}
+
+/// Runs the program in `folder`, bounded as for a file of so many bytes.
+pub fn bounded(program: &Path, folder: &Path, bytes: usize, arguments: &[&str]) -> Run {
+    let limits = format!("ulimit -v {}; ulimit -t {SECONDS}; exec \"$@\"", SPACE_KIB + allowance_kib(bytes));
+    let mut shell = Command::new("sh");
+    shell.arg("-c").arg(limits).arg("sh").arg(program).args(arguments).current_dir(folder);
+    // A thread each is enough, and says the same.
+    run(shell.env("RUST_BACKTRACE", "0"))
+}
+
+/// Why a run breaks the law; `None` where it keeps it.
+pub fn broken(run: &Run) -> Option<String> {
+    let last = run.err.lines().rev().take(3).collect::<Vec<_>>().join(" | ");
+    match run.code {
+        Some(0..=2) if !run.err.contains("panicked at") => None,
+        Some(code) => Some(format!("code {code}: {last}")),
+        None => Some(format!("a signal: {last}")),
+    }
+}
+
+/// The artefacts of a walk from a description to sums, as the program writes them in `folder`, and the corpora of `fuzz`.
+///
+/// # Panics
+/// Where the program fails on the way.
+pub fn seeds(program: &Path, folder: &Path) -> Vec<Seed> {
+    let write = |name: &str, text: &str| std::fs::write(folder.join(name), text).expect("a folder of ours is writable");
+    write("arm.yaml", LIMITED_ARM);
+    write("limits.yaml", "all: {velocity: 3, acceleration: 20}\nspace: {floor: -2}\n");
+    write("load.yaml", "link: forearm\nmass: 0.5\ncentre_of_mass: [0.1, 0, 0]\n");
+    write("options.yaml", "friction: [viscous, coulomb, offset]\nsignal: {cutoff: 8}\nweights: huber\n");
+    let steps: [&[&str]; 6] = [
+        &["excite", "arm.yaml", "--limits", "limits.yaml", "--starts", "1", "--rate", "100", "--out", "motion.yaml"],
+        &["simulate", "arm.yaml", "motion.yaml", "--out", "logs"],
+        &["identify", "arm.yaml", "logs/motion.csv", "--out", "estimate.yaml"],
+        &["validate", "arm.yaml", "estimate.yaml", "logs/motion.csv", "--out", "validation.yaml"],
+        &["plan", "arm.yaml", "-n", "2", "--duration", "1", "--rate", "100", "--out", "plan.yaml"],
+        &["accumulate", "arm.yaml", "logs/motion.csv", "--out", "sums.tri"],
+    ];
+    for step in steps {
+        let run = run(Command::new(program).args(step).current_dir(folder));
+        assert!(matches!(run.code, Some(0 | 1)), "{step:?}: {}", run.err);
+    }
+    let of = |file: &str, commands: &[&[&'static str]]| Seed {
+        name: file.rsplit('/').next().unwrap_or(file).into(),
+        bytes: std::fs::read(folder.join(file)).unwrap_or_else(|e| panic!("{file}: {e}")),
+        commands: commands.iter().map(|command| command.to_vec()).collect(),
+    };
+    let mut all = vec![
+        of("arm.yaml", &[&["inspect", "{}"], &["excite", "{}", "--starts", "1", "--iterations", "2", "--out", "x"]]),
+        of("limits.yaml", &[&["check", "arm.yaml", "motion.yaml", "--limits", "{}"]]),
+        of("load.yaml", &[&["simulate", "arm.yaml", "motion.yaml", "--load", "{}", "--out", "y"]]),
+        of("options.yaml", &[&["identify", "arm.yaml", "logs/motion.csv", "--options", "{}"]]),
+        of("motion.yaml", &[&["check", "arm.yaml", "{}"], &["simulate", "arm.yaml", "{}", "--out", "y"]]),
+        of("plan.yaml", &[&["simulate", "arm.yaml", "{}", "--out", "y"], &["report", "--plan", "{}", "--out", "x"]]),
+        of(
+            "estimate.yaml",
+            &[
+                &["validate", "arm.yaml", "{}", "logs/motion.csv"],
+                &["report", "--estimate", "{}", "--out", "x"],
+                &["generate", "arm.yaml", "--estimate", "{}", "--out", "x"],
+            ],
+        ),
+        of("validation.yaml", &[&["report", "--validation", "{}", "--out", "x"]]),
+        of("sums.tri", &[&["merge", "{}", "--out", "x"], &["solve", "{}"]]),
+        of("logs/motion.csv", &[&["identify", "arm.yaml", "{}"], &["doctor", "arm.yaml", "{}"]]),
+    ];
+    for (corpus, command) in
+        [("logs", &["doctor", "arm.yaml", "{}"][..]), ("robots", &["inspect", "{}"]), ("sums", &["solve", "{}"])]
+    {
+        let entries = std::fs::read_dir(workspace().join("fuzz/corpus").join(corpus)).expect("the corpora are there");
+        let mut paths: Vec<PathBuf> = entries.map(|entry| entry.expect("a folder is read").path()).collect();
+        paths.sort();
+        all.extend(paths.iter().map(|path| Seed {
+            name: path.file_name().unwrap_or_default().to_string_lossy().into_owned(),
+            bytes: std::fs::read(path).expect("a corpus is read"),
+            commands: vec![command.to_vec()],
+        }));
+    }
+    all
+}
+
+/// Numbers and words that readers have stumbled over.
+const WORDS: [&str; 18] = [
+    "nan",
+    ".inf",
+    "-1",
+    "0",
+    "1e308",
+    "-1e308",
+    "1e-320",
+    "4294967296",
+    "9223372036854775807",
+    "1e6",
+    "[]",
+    "{}",
+    "\"\"",
+    "*a",
+    "\u{202e}",
+    "\u{1b}[31m",
+    "\0",
+    "-0.0",
+];
+
+/// The bytes with one to four changes.
+pub fn mutated(bytes: &[u8], random: &mut Random) -> Vec<u8> {
+    let mut bytes = bytes.to_vec();
+    for _ in 0..=random.below(4) {
+        let at = random.below(bytes.len().max(1)).min(bytes.len());
+        let end = bytes.len().min(at + 1 + random.below(40));
+        match random.below(8) {
+            0 if !bytes.is_empty() => bytes[at] ^= 1 << random.below(8),
+            1 if !bytes.is_empty() => bytes[at] = random.below(256) as u8,
+            2 => drop(bytes.drain(at..end)),
+            3 => {
+                let copy = bytes[at..end].to_vec();
+                let place = random.below(bytes.len() + 1);
+                bytes.splice(place..place, copy);
+            }
+            4 => bytes.truncate(at),
+            5 => {
+                // A line twice, or away.
+                let start = bytes[..at].iter().rposition(|&b| b == b'\n').map_or(0, |k| k + 1);
+                let end = bytes[at..].iter().position(|&b| b == b'\n').map_or(bytes.len(), |k| at + k + 1);
+                let line = bytes[start..end].to_vec();
+                if random.below(2) == 0 {
+                    drop(bytes.drain(start..end))
+                } else {
+                    drop(bytes.splice(start..start, line))
+                }
+            }
+            _ => {
+                // Another number.
+                let is_digit = |b: &u8| b.is_ascii_digit() || matches!(b, b'.' | b'-' | b'e');
+                let Some(start) = bytes[at..].iter().position(u8::is_ascii_digit).map(|k| at + k) else { continue };
+                let end = bytes[start..].iter().position(|b| !is_digit(b)).map_or(bytes.len(), |k| start + k);
+                bytes.splice(start..end, WORDS[random.below(WORDS.len())].bytes());
+            }
+        }
+    }
+    bytes
+}
+
+/// Runs mutants of the seeds until `is_enough` of their number; hands over what breaks the law.
+pub fn hunt(
+    program: &Path,
+    folder: &Path,
+    seeds: &[Seed],
+    random: &mut Random,
+    is_enough: impl Fn(usize) -> bool,
+) -> (usize, Vec<Finding>) {
+    let (mut count, mut found) = (0, Vec::new());
+    while !is_enough(count) {
+        let seed = &seeds[random.below(seeds.len())];
+        let command = &seed.commands[random.below(seed.commands.len())];
+        let bytes = mutated(&seed.bytes, random);
+        let name = format!("mutant-{}", seed.name);
+        std::fs::write(folder.join(&name), &bytes).expect("a folder of ours is writable");
+        let arguments: Vec<&str> =
+            command.iter().map(|word| if *word == "{}" { name.as_str() } else { word }).collect();
+        let run = bounded(program, folder, bytes.len(), &arguments);
+        count += 1;
+        if let Some(outcome) = broken(&run) {
+            found.push(Finding { name, bytes, command: command.clone(), outcome });
+        }
+    }
+    (count, found)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_law_knows_a_panic_from_a_refusal() {
+        let of = |code, err: &str| broken(&Run { code, out: String::new(), err: err.into() });
+        assert!(of(Some(2), "rist: no").is_none() && of(Some(0), "").is_none() && of(Some(1), "").is_none());
+        assert!(of(Some(101), "x").is_some() && of(None, "").is_some());
+        assert!(of(Some(2), "thread 'a' panicked at b").is_some());
+    }
+
+    #[test]
+    fn mutants_differ_and_repeat_by_their_seed() {
+        let of = |seed| mutated(b"a: 1.5\nb: [2, 3]\n", &mut Random(seed));
+        assert_eq!(of(1), of(1));
+        let different: std::collections::BTreeSet<Vec<u8>> = (0..100).map(of).collect();
+        assert!(different.len() > 80, "{}", different.len());
+        assert!((0..100).all(|seed| mutated(b"", &mut Random(seed)).len() < 100));
+    }
+}

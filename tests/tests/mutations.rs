@@ -1,0 +1,16 @@
+//! Some mutants of each file that the program reads; `cargo xtask fuzz` runs many.
+#![cfg(unix)]
+
+use tests::mutation::{hunt, seeds};
+use tests::program::{folder, program};
+use tests::random::Random;
+
+#[test]
+fn a_changed_file_is_read_or_refused() {
+    let here = folder("mutations");
+    let seeds = seeds(program(), &here);
+    assert!(seeds.len() > 30);
+    let (count, found) = hunt(program(), &here, &seeds, &mut Random(1), |count| count == 300);
+    let told: Vec<String> = found.iter().map(|f| format!("{} {:?}: {}", f.name, f.command, f.outcome)).collect();
+    assert!(count == 300 && told.is_empty(), "{told:#?}");
+}
