@@ -60,7 +60,7 @@ const INTERVAL_RISK: f64 = 0.05;
 const MIN_TELLING_PARAMETERS: usize = 20;
 
 /// The standard deviations of the parameters, by the kind of error they allow for; zero where the data determine
-/// nothing.
+/// nothing. Those of replicates are wider by the quantile of Student's t over that of a normal error.
 #[derive(Clone, Debug)]
 pub struct ReplicateDeviation {
     /// White noise.
@@ -71,8 +71,6 @@ pub struct ReplicateDeviation {
     pub by_speed: Vec<f64>,
     /// The bands of position of each joint as replicates.
     pub by_position: Vec<f64>,
-    /// Degrees of freedom of these variances: the parts of the record less one.
-    pub freedom: f64,
     /// How many correlated samples are worth one.
     ///
     /// It is computed with k = 0, because the share that the fit has absorbed says how few the parts are, and not how
@@ -84,13 +82,10 @@ impl ReplicateDeviation {
     /// The deviation to believe, one per parameter.
     ///
     /// It is the largest of the three where they disagree, their mean where they do not, and at least that of white noise.
-    /// 1.96 of it are the 95 % interval: a deviation of few draws is widened by the quantile of Student's t for its freedom
-    /// over that of a normal error.
     pub fn sigma(&self) -> Vec<f64> {
         let by_state = together(&self.by_position, &self.by_speed);
         let believed = together(&by_state, &self.by_part);
-        let wider = reach(INTERVAL_RISK, self.freedom.max(1.0)) / reach(INTERVAL_RISK, f64::INFINITY);
-        believed.into_iter().zip(&self.white).map(|(believed, white)| (wider * believed).max(*white)).collect()
+        believed.into_iter().zip(&self.white).map(|(believed, white)| believed.max(*white)).collect()
     }
 }
 
@@ -156,8 +151,12 @@ pub(crate) fn of_clusters(
     slope: f64,
     white: Vec<f64>,
 ) -> ReplicateDeviation {
-    let root = |variance: Vec<f64>| variance.into_iter().map(|v| slope * v.sqrt()).collect::<Vec<f64>>();
     let count = parts.len() as f64;
+    // 1.96 of a deviation of few draws are to be the 95 % interval: Student's t, for as many as the parts are.
+    let wider = reach(INTERVAL_RISK, (count - 1.0).max(1.0)) / reach(INTERVAL_RISK, f64::INFINITY);
+    let scaled =
+        |factor: f64, variance: Vec<f64>| variance.into_iter().map(|v| factor * v.sqrt()).collect::<Vec<f64>>();
+    let root = |variance: Vec<f64>| scaled(slope * wider, variance);
     let by_part = root(
         whole
             .variance(parts, PART_LEVERAGE_EXPONENT, REMAINDER_ROUNDING_SHARE)
@@ -165,13 +164,14 @@ pub(crate) fn of_clusters(
             .map(|v| v * (count - 1.0) / count)
             .collect(),
     );
-    let sums = root(
+    let sums = scaled(
+        slope,
         whole.variance(parts, 0.0, REMAINDER_ROUNDING_SHARE).into_iter().map(|v| v * count / (count - 1.0)).collect(),
     );
     let by_band = |bands: &[Cluster]| root(whole.variance(bands, BAND_LEVERAGE_EXPONENT, REMAINDER_ROUNDING_SHARE));
     let (by_speed, by_position) = (by_band(&speed), by_band(&position));
     let correlated = median_ratio(&sums, &white).unwrap_or(1.0).max(1.0);
-    ReplicateDeviation { white, by_part, by_speed, by_position, freedom: count - 1.0, correlated }
+    ReplicateDeviation { white, by_part, by_speed, by_position, correlated }
 }
 
 /// s sqrt(A^-1_cc): what white noise alone would leave.
@@ -236,8 +236,7 @@ mod tests {
         let sigma = |by_part: [f64; 3], by_speed: [f64; 3], times: usize| {
             let (white, by_part, by_speed) = (vec![0.5; 3 * times], by_part.repeat(times), by_speed.repeat(times));
             let by_position = by_speed.clone();
-            ReplicateDeviation { white, by_part, by_speed, by_position, freedom: 1e9, correlated: 1.0 }.sigma()[..3]
-                .to_vec()
+            ReplicateDeviation { white, by_part, by_speed, by_position, correlated: 1.0 }.sigma()[..3].to_vec()
         };
         // The median ratio is one, so the mean of the variances counts, whatever a single parameter has.
         assert_eq!(sigma([1.0, 1.0, 7.0], [1.0, 7.0, 1.0], 7), [1.0, 5.0, 5.0]);
