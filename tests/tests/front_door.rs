@@ -154,7 +154,6 @@ fn every_type_of_a_signature_can_be_named_through_rist() {
         }
     }
     assert!(used.len() > 40, "{} types are found", used.len());
-    // `logs::Error` and `robot::Error` are taken by `?` alone.
     let ends = |path: &str| path.rsplit("::").next().unwrap_or_default().to_string();
     let passed: BTreeSet<String> =
         passed.iter().map(|path| format!("{}::..::{}", &path[..path.find(':').unwrap()], ends(path))).collect();

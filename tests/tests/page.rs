@@ -124,7 +124,7 @@ fn a_motion_is_drawn_within_its_limits() {
     assert_eq!(page.matches("http").count(), page.matches("http://www.w3.org/2000/svg").count(), "it loads something");
     let parts = ["1 April", "Path of tool0", "locked at 0.3000", "not visible (locked: wrist_3)", "power of elbow"];
     let told =
-        ["proven, between samples too: position of 5", "found from the motion and the model", "proven nowhere beyond"];
+        ["proven, between samples too: position of 6", "found from the motion and the model", "proven nowhere beyond"];
     for part in parts.iter().chain(&told) {
         assert!(page.contains(part), "{part}");
     }

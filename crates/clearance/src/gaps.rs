@@ -9,7 +9,7 @@ use std::path::Path;
 use robot::{JointKind, Pose, Robot};
 
 use crate::bodies::{Body, bodies};
-use crate::clearance::{Against, Clearance, Gap, PLACE_ROUNDING_M};
+use crate::clearance::{Against, Clearance, Gap};
 use crate::half_space::HalfSpace;
 use crate::kinematic_tree::KinematicTree;
 use crate::left_out::{LeftOut, Matter};
@@ -67,17 +67,11 @@ pub const DEFAULT_DISTANCE_M: f64 = 0.01;
 /// Share of the room of a pair that is its least distance where the default is more.
 const DEFAULT_SHARE_OF_ROOM: f64 = 0.5;
 /// The reserve of a search where there is room, m.
-const RESERVE_M: f64 = 0.004;
+pub(crate) const RESERVE_M: f64 = 0.004;
 /// Share of the room above the bound that is the reserve where there is less.
 const RESERVE_SHARE: f64 = 0.25;
 /// The least reserve, m.
 const LEAST_RESERVE_M: f64 = 1e-7;
-/// Change of a gap, m a rad (m), below which the gap counts as constant.
-const CONSTANT_GAP_CHANGE: f64 = 1e-9;
-/// Rounding of the lowest point at rest, m.
-const FLOOR_ROUNDING_M: f64 = 1e-6;
-/// What the base's own floor is called.
-const FLOOR: &str = "the floor";
 
 impl Clearance {
     /// The gaps that the rules ask for; `directory`: that of the description, from which meshes are found.
@@ -213,106 +207,6 @@ impl Clearance {
         }
     }
 
-    /// The half-space above the floor, or why there is none.
-    fn add_floor(&mut self, rule: FloorRule, situation: &Situation) -> Result<(), String> {
-        self.floor = match rule {
-            FloorRule::At(height) => Some(height),
-            FloorRule::Nowhere => {
-                let what = "nothing stands below the robot (floor: none)";
-                self.left_out.push(LeftOut::assumed(Matter::Floor, vec![], what, "the user"));
-                None
-            }
-            FloorRule::OfBase(least) => match self.floor_of_base(situation) {
-                Ok(base) => Some(least.map_or(base, |least| least.max(base))),
-                Err(why) if least.is_none() => {
-                    let would_tell = "the height of the floor in the limits file";
-                    self.left_out.push(LeftOut::not_looked_at(Matter::Floor, vec![], why, would_tell));
-                    None
-                }
-                Err(_) => least,
-            },
-        };
-        if let Some(height) = self.floor {
-            let plane = HalfSpace::beyond(FLOOR.into(), [0.0, 0.0, height], [0.0, 0.0, 1.0])?;
-            self.half_spaces.insert(0, plane);
-        }
-        Ok(())
-    }
-
-    /// z = 0 where no moving body is below it at rest; else why not.
-    fn floor_of_base(&self, situation: &Situation) -> Result<f64, String> {
-        let has_geometry = self.bodies.iter().any(|b| b.link.is_some() && b.has_geometry && !b.shapes.is_empty());
-        match (has_geometry, self.lowest(&situation.zero)) {
-            (true, Some((lowest, _))) if lowest >= -FLOOR_ROUNDING_M => Ok(0.0),
-            (true, Some((lowest, whose))) => Err(format!(
-                "{whose} is {:.4} m below the plane of the base at the zero pose, so that this is no floor",
-                -lowest
-            )),
-            _ => Err("the description has no collision geometry, so that nothing says who could meet one".into()),
-        }
-    }
-
-    /// Adds the gaps between a half-space and the bodies that must stay in it and that move towards it or away.
-    fn add_wall(&mut self, wall: usize, situation: &Situation, poses: &[Pose]) -> Result<(), String> {
-        let HalfSpace { name, links, .. } = self.half_spaces[wall].clone();
-        let matter = if name == FLOOR { Matter::Floor } else { Matter::Region };
-        let mut points = Vec::new();
-        for at in 0..self.bodies.len() {
-            let body = &self.bodies[at];
-            let is_meant = |shape: usize| match &links {
-                None => true,
-                Some(links) => {
-                    let frame = body.frames.get(shape).unwrap_or(&body.name);
-                    links.iter().any(|l| *l == body.name || *l == body.carrier || l == frame)
-                }
-            };
-            let is_any_meant = (0..body.shapes.len().max(1)).any(is_meant);
-            if body.link.is_none() || !is_any_meant {
-                continue;
-            }
-            let shapes: Vec<usize> = (0..body.shapes.len()).filter(|&s| is_meant(s)).collect();
-            if !body.missing.is_empty() {
-                let whose = if shapes.is_empty() { "" } else { "unread parts of " };
-                let (of, why) = (vec![format!("{whose}{} at {name}", body.name)], body.missing.join("; "));
-                self.left_out.push(LeftOut::not_looked_at(matter, of, why, "a mesh that can be read"));
-            } else if !body.has_geometry {
-                points.push(body.name.clone());
-            }
-            let body = &self.bodies[at];
-            if shapes.is_empty() {
-                continue;
-            }
-            let gap = Gap {
-                subject: format!("{} at {name}", body.name),
-                is_own: false,
-                bound: 0.0,
-                reserve: RESERVE_M,
-                carriers: [body.carrier.clone(), body.carrier.clone()],
-                body: at,
-                shapes,
-                against: Against::HalfSpace(wall),
-                joints: self.between(body.link, None),
-            };
-            let unit: Vec<f64> = situation.moves.iter().map(|m| f64::from(u8::from(*m))).collect();
-            let now = self.apart(&gap, poses, Some(&unit));
-            if now.reached - now.at_least > CONSTANT_GAP_CHANGE + PLACE_ROUNDING_M {
-                self.gaps.push(gap);
-            } else if now.reached < 0.0 {
-                return Err(format!(
-                    "{} is {:.4} m beyond {name}, and no joint that is not locked moves it away: name the links that must \
-                     stay in (links: [..]), or move {name}",
-                    body.name, -now.reached
-                ));
-            }
-        }
-        if !points.is_empty() {
-            let of = points.iter().map(|link| format!("{link} at {name}")).collect();
-            let what = "the origins of their frames stand for links without collision geometry";
-            self.left_out.push(LeftOut::assumed(matter, of, what, "default"));
-        }
-        Ok(())
-    }
-
     /// Whether any coordinate that moves turns (slides) a joint.
     fn turns(&self, joint: usize, moves: &[bool]) -> bool {
         self.tree.kind(joint) != JointKind::Fixed && self.tree.terms(joint).iter().any(|(k, m)| *m != 0.0 && moves[*k])
@@ -320,11 +214,11 @@ impl Clearance {
 }
 
 #[cfg(test)]
-mod tests {
+pub(crate) mod tests {
     use super::*;
 
     /// Two links in a plane that turn about z, of one metre each, round by 5 cm, on a post.
-    const ARM: &str = r#"<robot name="arm">
+    pub(crate) const ARM: &str = r#"<robot name="arm">
   <link name="post"><collision><origin xyz="0 0 0"/><geometry><sphere radius="0.1"/></geometry></collision></link>
   <joint name="q1" type="revolute"><parent link="post"/><child link="upper"/><axis xyz="0 0 1"/>
     <limit lower="-3" upper="3" velocity="1" effort="1"/></joint>
@@ -337,13 +231,13 @@ mod tests {
   <link name="hand"><collision><origin xyz="0.1 0 0"/><geometry><box size="0.2 0.1 0.02"/></geometry></collision></link>
 </robot>"#;
 
-    fn clearance(rules: &Rules) -> Result<Clearance, String> {
+    pub(crate) fn clearance(rules: &Rules) -> Result<Clearance, String> {
         let robot = robot::format::read_urdf(ARM, "arm.urdf").unwrap();
         Clearance::new(&robot, Path::new("."), rules, &situation())
     }
 
     /// Poses on a grid of angles that has no pattern of the arm's.
-    fn situation() -> Situation {
+    pub(crate) fn situation() -> Situation {
         let angle = |k: usize, step: f64| 3.0 * (2.0 * (k as f64 * step).fract() - 1.0);
         let poses = (0..1000).map(|k| vec![angle(k, 0.618), angle(k, 0.414), angle(k, 0.732)]).collect();
         Situation { rest: vec![0.0; 3], zero: vec![0.0; 3], moves: vec![true; 3], poses }
@@ -456,33 +350,6 @@ mod tests {
 
     fn place(clearance: &Clearance, subject: &str) -> usize {
         clearance.gaps().iter().position(|g| g.subject == subject).unwrap()
-    }
-
-    /// The plane of the base is a floor where nothing that moves is below it at rest, and the user may say otherwise.
-    #[test]
-    fn the_base_has_a_floor() {
-        let of = |floor: FloorRule| clearance(&Rules { floor, ..Rules::default() }).unwrap();
-        let below = of(FloorRule::OfBase(None));
-        let out = below.left_out().iter().find(|out| out.matter == Matter::Floor).unwrap();
-        assert_eq!(below.floor(), None);
-        let crate::left_out::Why::NotLookedAt { why, .. } = &out.why else { panic!("{out:?}") };
-        assert_eq!(why, "upper is 0.0500 m below the plane of the base at the zero pose, so that this is no floor");
-        assert_eq!(of(FloorRule::OfBase(Some(-0.15))).floor(), Some(-0.15));
-        let nowhere = of(FloorRule::Nowhere);
-        assert!(nowhere.floor().is_none() && nowhere.gaps().iter().all(|g| g.is_own));
-        let lifted = ARM.replace(
-            "<parent link=\"post\"/><child link=\"upper\"/>",
-            "<parent link=\"post\"/><child \
-                                  link=\"upper\"/><origin xyz=\"0 0 0.2\"/>",
-        );
-        let robot = robot::format::read_urdf(&lifted, "arm.urdf").unwrap();
-        let lifted = Clearance::new(&robot, Path::new("."), &Rules::default(), &situation()).unwrap();
-        assert_eq!(lifted.floor(), Some(0.0));
-        assert_eq!(lifted.gaps().last().unwrap().subject, "hand at the floor");
-        let (lowest, whose) = lifted.lowest(&[0.0, 0.0, 1.0]).unwrap();
-        // The hand, 0.2 m long and 0.02 m thick, hangs down by a radian.
-        let expected = 0.2 - 0.2 * 1.0_f64.sin() - 0.01 * 1.0_f64.cos();
-        assert!(whose == "hand" && (lowest - expected).abs() < 1e-12, "{lowest} {expected} {whose}");
     }
 
     #[test]

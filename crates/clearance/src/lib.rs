@@ -19,3 +19,4 @@ pub mod sampled_room;
 pub mod separation;
 pub mod solid;
 mod vector;
+mod walls;

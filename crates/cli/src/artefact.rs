@@ -2,14 +2,10 @@
 
 use std::path::{Path, PathBuf};
 
-use rist::Estimate;
-use rist::ExcitingMotion;
-use rist::ExperimentPlan;
-use rist::Kind;
 use rist::output::{check_output, is_same};
 pub(crate) use rist::read_text;
 use rist::validation::{TorqueSeries, series_to_csv, series_to_parquet};
-use rist::{Accumulator, Model};
+use rist::{Accumulator, Estimate, ExcitingMotion, ExperimentPlan, Kind, Model};
 
 use crate::failure::Failure;
 use crate::model::ModelArguments;

@@ -4,11 +4,10 @@ use std::fmt::Write as _;
 use std::path::PathBuf;
 
 use clap::Args;
-use rist::Finding;
-use rist::Passport;
 use rist::doctor::claims_of_log;
 use rist::request::DoctorRequest;
 use rist::verdict::claim_line;
+use rist::{Finding, Passport};
 use serde_json::{Value, json};
 
 use crate::failure::Failure;

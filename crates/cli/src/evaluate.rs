@@ -30,5 +30,7 @@ pub(crate) struct Arguments {
 
 pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let quantity = arguments.request.read()?.quantity;
+    let unsaid = || Failure::new("say what to compute: [quantity=torque], regressor or base-regressor");
+    let quantity = quantity.ok_or_else(unsaid)?;
     print(&rist::evaluate(&mut arguments.model.derive()?, &arguments.states, quantity)?)
 }

@@ -3,11 +3,8 @@
 use std::path::{Path, PathBuf};
 
 use clap::Args;
-use rist::ExcitingMotion;
-use rist::Model;
 use rist::request::ExciteRequest;
-use rist::servo_script;
-use rist::{TrajectoryFormat, trajectory_file};
+use rist::{ExcitingMotion, Model, TrajectoryFormat, servo_script, trajectory_file};
 
 use crate::artefact::check_outputs;
 use crate::failure::Failure;

@@ -3,9 +3,7 @@
 use std::path::PathBuf;
 
 use clap::Args;
-use rist::DescriptionOptions;
-use rist::Robot;
-use rist::{Model, ModelOptions};
+use rist::{DescriptionOptions, Model, ModelOptions, Robot};
 
 use crate::failure::Failure;
 use crate::flags::Flags;

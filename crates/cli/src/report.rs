@@ -3,9 +3,6 @@
 use std::path::{Path, PathBuf};
 
 use clap::Args;
-use rist::Estimate;
-use rist::ExperimentPlan;
-use rist::Validation;
 use rist::exciting::ExcitingMotion;
 use rist::motion_portrait::{MotionPortrait, ShownMotion, checked_motion, found_motion, motion_of_file};
 use rist::page::{Origin, PageRequest};
@@ -13,7 +10,7 @@ use rist::request::ReportFiles;
 use rist::request::spelling::Reader;
 use rist::validation::Portrait;
 use rist::verdict::Verdict;
-use rist::{LogSource, Model, ModelOptions};
+use rist::{Estimate, ExperimentPlan, LogSource, Model, ModelOptions, Validation};
 
 use crate::artefact::{make_directory, read_text};
 use crate::failure::Failure;

@@ -6,12 +6,11 @@ use std::sync::Arc;
 use numpy::PyArrayDyn;
 use pyo3::prelude::*;
 use pyo3::types::{PyCapsule, PyDict, PyTuple};
-use rist::LinkId;
 use rist::page::{Origin, PageRequest};
 use rist::request::spelling::{Reader, spelled};
 use rist::samples::Bodies;
 use rist::verdict::Trust;
-use rist::{Identified, Status};
+use rist::{Identified, LinkId, Status};
 
 use crate::arrays::array;
 use crate::arrow_export::{Content, stream};

@@ -5,11 +5,9 @@ use std::path::{Path, PathBuf};
 use numpy::PyArrayDyn;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
-use rist::Effort;
-use rist::Record;
 use rist::request::{CheckRequest, ExciteRequest, PlanRequest};
 use rist::simulation::{Motions, SimulateRequest};
-use rist::{TrajectoryFormat, trajectory_file};
+use rist::{Effort, Record, TrajectoryFormat, trajectory_file};
 
 use crate::arrays::array;
 use crate::artefact::{artefact, read_text, save};

@@ -94,7 +94,7 @@ def test_errors_are_those_of_the_program(ur5, program, csv, tmp_path):
     for path in ("no/such.csv", tmp_path / "short.csv"):
         # The program shows the line at fault below.
         assert program("identify", MODELS / "ur5.urdf", path).stderr.splitlines()[0] == f"rist: {message(path)}"
-    assert "no option `cutof`; is cutoff= meant? there are consistent, covariance, cutoff" in message(csv, cutof=3)
+    assert "no option `cutof`; is cutoff= meant? there are backlash, consistent, covariance, cutoff" in message(csv, cutof=3)
     assert message(csv, cutoff="fast") == "identify: cutoff= is \"fast\"; expected is a number"
     assert "there is no friction term `stribek`; there are viscous" in message(csv, friction="stribek")
     assert "one of none, joint" in message(csv, weights="hubert")

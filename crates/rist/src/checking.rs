@@ -6,7 +6,7 @@ use experiments::excitation::artefact::ExcitingMotion;
 use experiments::excitation::fitting::Obligations;
 use experiments::excitation::gap_proof::Gap;
 use experiments::excitation::held_limits::{HeldLimit, held, kinds_of_motion_alone};
-use experiments::excitation::ledger::{LowestPoint, MotionLedger};
+use experiments::excitation::ledger::{LowestPoint, MotionLedger, is_of_floor};
 use experiments::excitation::left_out::{LeftOut, Matter};
 use experiments::excitation::limits::{CoordinateLimits, LimitKind, LimitsFile, given};
 use experiments::excitation::motion::Motion;
@@ -161,7 +161,7 @@ fn beyond_own_list(artefact: &ExcitingMotion, gaps: &[Gap], certificate: &mut Ve
             _ => row.subject == gap.subject || Some(a.as_str()) == row.subject.split(" at the ").next(),
         })
     };
-    let is_floor = |gap: &Gap| gap.limit == LimitKind::Region && gap.subject.ends_with(" at the floor");
+    let is_floor = |gap: &Gap| gap.limit == LimitKind::Region && is_of_floor(&gap.subject);
     let mut left_out = Vec::new();
     certificate.retain(|row| {
         let gap = gaps.iter().find(|gap| gap.limit == row.limit && gap.subject == row.subject);

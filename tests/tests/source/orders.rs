@@ -45,6 +45,7 @@ pub(crate) const ORDERS: [(&str, &[&str]); 17] = [
             "clearance",
             "sampled_room",
             "gaps",
+            "walls",
         ],
     ),
     (

@@ -3,15 +3,12 @@
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
-use rist::Inertial;
-use rist::Residuals;
 use rist::judged::Judged;
 use rist::load::Load;
 use rist::request::{BodiesFiles, IdentifyRequest, Method};
 use rist::samples::{Identification, identify_essential, identify_loaded};
 use rist::verdict::Verdict;
-use rist::{ColumnNames, LogSource};
-use rist::{Model, Validation};
+use rist::{ColumnNames, Inertial, LogSource, Model, Residuals, Validation};
 use serde_json::{Value, json};
 
 use super::arguments::Arguments;

@@ -101,6 +101,11 @@ impl MotionLedger<'_> {
     }
 }
 
+/// Whether a row of regions is about the floor.
+pub fn is_of_floor(subject: &str) -> bool {
+    subject.ends_with(" at the floor")
+}
+
 fn topic_of(limit: LimitKind, subject: &str) -> Topic {
     match limit {
         LimitKind::Position => POSITION,
@@ -110,7 +115,7 @@ fn topic_of(limit: LimitKind, subject: &str) -> Topic {
         LimitKind::Effort => EFFORT,
         LimitKind::Power => POWER,
         LimitKind::Distance => DISTANCE,
-        LimitKind::Region if subject.ends_with(" at the floor") => FLOOR,
+        LimitKind::Region if is_of_floor(subject) => FLOOR,
         LimitKind::Region => REGION,
     }
 }

@@ -306,7 +306,6 @@ mod tests {
             }
         }
         let share = |count: usize| count as f64 / all as f64;
-        println!("{} {} {}", share(held), share(by_speed_alone), share(of_white));
         // A sinusoid of one phase is no draw of many: its error stays at its largest for a third of all phases.
         assert!(share(held) > 0.8, "{}", share(held));
         assert!(share(by_speed_alone) < share(held) - 0.1, "{} {}", share(by_speed_alone), share(held));

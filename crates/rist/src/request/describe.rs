@@ -97,7 +97,7 @@ request! {
 request! {
     /// What is computed at given states.
     pub struct EvaluateRequest {
-        /// What to compute.
-        quantity: StateQuantity = StateQuantity::Torque;
+        /// What to compute; it has to be said.
+        quantity: Option<StateQuantity> = None;
     }
 }
