@@ -40,32 +40,7 @@ pub fn c_files(module: &Module, made_by: &str, header_name: &str) -> CFiles {
          /* The numbers computed with: double, or what {upper}_REAL says, such as float. */\n\
          #ifndef {upper}_REAL\n#define {upper}_REAL double\n#endif\ntypedef {upper}_REAL {prefix}_real;\n"
     );
-    let mut source = format!("{banner}\n#include \"{header_name}\"\n");
-    let from_math = |node: &Node| matches!(node, Node::Sin(_) | Node::Cos(_) | Node::Sqrt(_));
-    let fuses = bound.iter().any(|(_, function)| Fusion::of(function).fused_sums() > 0);
-    if fuses || bound.iter().any(|(_, function)| function.graph().nodes().iter().any(from_math)) {
-        source += "\n#include <math.h>\n";
-    }
-    source += &format!("\ntypedef {prefix}_real real;\n");
-    if fuses {
-        source += MUL_ADD;
-    }
-    let reads = |wanted: fn(&Node) -> bool| bound.iter().any(|(_, f)| f.graph().nodes().iter().any(wanted));
-    let calls = [
-        ("sin", reads(|node| matches!(node, Node::Sin(_)))),
-        ("cos", reads(|node| matches!(node, Node::Cos(_)))),
-        ("sqrt", reads(|node| matches!(node, Node::Sqrt(_)))),
-    ];
-    if calls.iter().any(|(_, is_read)| *is_read) {
-        source +=
-            "\n/* Of float where the numbers are: a processor with floats alone computes doubles by slow calls. */\n";
-    }
-    for (name, _) in calls.iter().filter(|(_, is_read)| *is_read) {
-        source += &format!(
-            "#define {}(x) (sizeof(real) == sizeof(float) ? (real){name}f((float)(x)) : (real){name}((double)(x)))\n",
-            name.to_ascii_uppercase()
-        );
-    }
+    let mut source = format!("{banner}\n#include \"{header_name}\"\n") + &macros(prefix, &bound);
 
     for constant in &module.constants {
         header += &format!("\n{}", comment(std::slice::from_ref(&constant.doc)));
@@ -100,6 +75,37 @@ pub fn c_files(module: &Module, made_by: &str, header_name: &str) -> CFiles {
     }
     header += "\n#ifdef __cplusplus\n}\n#endif\n\n#endif\n";
     CFiles { header, source }
+}
+
+/// What the bodies call: math.h, the type of the numbers, and macros for what depends on it.
+fn macros(prefix: &str, bound: &[(&Documented, Function)]) -> String {
+    let mut source = String::new();
+    let from_math = |node: &Node| matches!(node, Node::Sin(_) | Node::Cos(_) | Node::Sqrt(_));
+    let fuses = bound.iter().any(|(_, function)| Fusion::of(function).fused_sums() > 0);
+    if fuses || bound.iter().any(|(_, function)| function.graph().nodes().iter().any(from_math)) {
+        source += "\n#include <math.h>\n";
+    }
+    source += &format!("\ntypedef {prefix}_real real;\n");
+    if fuses {
+        source += MUL_ADD;
+    }
+    let reads = |wanted: fn(&Node) -> bool| bound.iter().any(|(_, f)| f.graph().nodes().iter().any(wanted));
+    let calls = [
+        ("sin", reads(|node| matches!(node, Node::Sin(_)))),
+        ("cos", reads(|node| matches!(node, Node::Cos(_)))),
+        ("sqrt", reads(|node| matches!(node, Node::Sqrt(_)))),
+    ];
+    if calls.iter().any(|(_, is_read)| *is_read) {
+        source +=
+            "\n/* Of float where the numbers are: a processor with floats alone computes doubles by slow calls. */\n";
+    }
+    for (name, _) in calls.iter().filter(|(_, is_read)| *is_read) {
+        source += &format!(
+            "#define {}(x) (sizeof(real) == sizeof(float) ? (real){name}f((float)(x)) : (real){name}((double)(x)))\n",
+            name.to_ascii_uppercase()
+        );
+    }
+    source
 }
 
 /// The names are those that compilers define where an `fma` is one instruction.

@@ -1424,11 +1424,7 @@ impl Real for f32 {
     fn sin_cos(self) -> (f32, f32) {
         const ROUND: f32 = 12582912.0;
         const REACH: f32 = 4.1538375e34;
-        const PARTS: [f32; 3] = [
-            1.5703125,
-            4.8375129699707031e-4,
-            7.5497899548918822e-8,
-        ];
+        const PARTS: [f32; 3] = [1.5703125, 4.837513e-4, 7.54979e-8];
         let fused = <f32 as Real>::mul_add;
         let turns = fused(self, core::f32::consts::FRAC_2_PI, ROUND);
         let quadrant = turns.to_bits();
@@ -1437,13 +1433,9 @@ impl Real for f32 {
         let x = fused(-n, PARTS[2], fused(-n, PARTS[1], fused(-n, PARTS[0], self)));
         let x = x * fused(0.0, reach, 1.0);
         let z = x * x;
-        let s = fused(z, fused(z, -1.9515295891e-4, 8.3321608736e-3), -1.6666654611e-1);
+        let s = fused(z, fused(z, -1.9515296e-4, 8.332161e-3), -1.6666655e-1);
         let s = fused(x * z, s, x);
-        let c = fused(
-            z,
-            fused(z, 2.443315711809948e-5, -1.388731625493765e-3),
-            4.166664568298827e-2,
-        );
+        let c = fused(z, fused(z, 2.4433157e-5, -1.3887316e-3), 4.1666646e-2);
         let c = fused(z * z, c, fused(-0.5, z, 1.0));
         let (s, c) = if quadrant & 1 == 0 { (s, c) } else { (c, s) };
         let sign = |x: f32, bits: u32| f32::from_bits(x.to_bits() ^ (bits & 2) << 30);
