@@ -3,6 +3,7 @@
 use expr::{Function, Tape};
 use modeling::{BaseParameters, Derivation};
 use robot::{LinkId, Robot};
+use tests::random::Random;
 
 /// One robot with its standard and base parameter values.
 struct Case {
@@ -10,23 +11,6 @@ struct Case {
     base: BaseParameters,
     x: Vec<f64>,
     x_base: Vec<f64>,
-}
-
-/// SplitMix64, uniform in (-1, 1).
-struct Chance(u64);
-
-impl Chance {
-    fn next(&mut self) -> f64 {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let mut z = self.0;
-        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        ((z ^ (z >> 31)) >> 11) as f64 / (1u64 << 52) as f64 - 1.0
-    }
-
-    fn vector(&mut self, n: usize) -> Vec<f64> {
-        (0..n).map(|_| self.next()).collect()
-    }
 }
 
 /// The outputs of a function at these inputs, one after the other.
@@ -38,10 +22,10 @@ fn evaluate(function: &Function, inputs: &[&[f64]]) -> Vec<f64> {
 }
 
 /// A body of points: physical by construction.
-fn body(chance: &mut Chance) -> [f64; 10] {
+fn body(random: &mut Random) -> [f64; 10] {
     let mut x = [0.0; 10];
     for _ in 0..6 {
-        let (m, p) = (1.5 + chance.next(), [0.2 * chance.next(), 0.2 * chance.next(), 0.2 * chance.next()]);
+        let (m, p) = (1.5 + random.unit(), [0.2 * random.unit(), 0.2 * random.unit(), 0.2 * random.unit()]);
         let [a, b, c] = p;
         let point = [b * b + c * c, -a * b, -a * c, a * a + c * c, -b * c, a * a + b * b, a, b, c, 1.0];
         for (x, y) in x.iter_mut().zip(point) {
@@ -55,7 +39,7 @@ fn cases() -> Vec<Case> {
     let models = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../models");
     let mut paths: Vec<_> = std::fs::read_dir(models).unwrap().map(|e| e.unwrap().path()).collect();
     paths.sort();
-    let mut chance = Chance(42);
+    let mut random = Random(42);
     let mut robots: Vec<Robot> = paths.iter().map(|path| robot::format::read(path).unwrap()).collect();
     // The same laws hold for a robot whose base floats.
     let floating: Vec<Robot> =
@@ -71,9 +55,9 @@ fn cases() -> Vec<Case> {
             };
             let mut x = Vec::new();
             for link in &robot.links[robot.massless..] {
-                x.extend(body(&mut chance));
+                x.extend(body(&mut random));
                 if link.joint.rotor_inertia.is_modelled() {
-                    x.push(0.5 + 0.4 * chance.next());
+                    x.push(0.5 + 0.4 * random.unit());
                 }
             }
             let x_base = base.values(&x);
@@ -97,11 +81,11 @@ const ROUNDING: f64 = 1e-12;
 
 #[test]
 fn inverse_dynamics_in_base_parameters_is_the_torque() {
-    let mut chance = Chance(1);
+    let mut random = Random(1);
     for Case { robot, base, x, x_base } in &cases() {
         let n = robot.n_coordinates();
         let mut derivation = Derivation::new(robot).unwrap();
-        let (q, dq, ddq) = (chance.vector(n), chance.vector(n), chance.vector(n));
+        let (q, dq, ddq) = (random.vector(n, 1.0), random.vector(n, 1.0), random.vector(n, 1.0));
         let torque = evaluate(&derivation.torque(), &[&q, &dq, &ddq, x]);
         let inverse = evaluate(&derivation.inverse_dynamics(base), &[&q, &dq, &ddq, x_base]);
         agree("torque", robot, &torque, &inverse, ROUNDING);
@@ -110,11 +94,11 @@ fn inverse_dynamics_in_base_parameters_is_the_torque() {
 
 #[test]
 fn inertia_matrix_and_bias_make_the_torque() {
-    let mut chance = Chance(2);
+    let mut random = Random(2);
     for Case { robot, base, x_base, .. } in &cases() {
         let n = robot.n_coordinates();
         let mut derivation = Derivation::new(robot).unwrap();
-        let (q, dq, ddq) = (chance.vector(n), chance.vector(n), chance.vector(n));
+        let (q, dq, ddq) = (random.vector(n, 1.0), random.vector(n, 1.0), random.vector(n, 1.0));
         let a = evaluate(&derivation.inertia_matrix(base), &[&q, x_base]);
         let bias = evaluate(&derivation.bias(base), &[&q, &dq, x_base]);
         let torque = evaluate(&derivation.inverse_dynamics(base), &[&q, &dq, &ddq, x_base]);
@@ -131,11 +115,11 @@ fn inertia_matrix_and_bias_make_the_torque() {
 
 #[test]
 fn forward_dynamics_undoes_inverse_dynamics() {
-    let mut chance = Chance(3);
+    let mut random = Random(3);
     for Case { robot, base, x_base, .. } in &cases() {
         let n = robot.n_coordinates();
         let mut derivation = Derivation::new(robot).unwrap();
-        let (q, dq, ddq) = (chance.vector(n), chance.vector(n), chance.vector(n));
+        let (q, dq, ddq) = (random.vector(n, 1.0), random.vector(n, 1.0), random.vector(n, 1.0));
         let tau = evaluate(&derivation.inverse_dynamics(base), &[&q, &dq, &ddq, x_base]);
         let back = evaluate(&derivation.forward_dynamics(base), &[&q, &dq, &tau, x_base]);
         // The condition of A, up to 1e4 here, amplifies rounding.
@@ -145,7 +129,7 @@ fn forward_dynamics_undoes_inverse_dynamics() {
 
 #[test]
 fn energies_give_inertia_matrix_gravity_and_power() {
-    let mut chance = Chance(4);
+    let mut random = Random(4);
     for Case { robot, base, x, x_base } in &cases() {
         let n = robot.n_coordinates();
         let mut derivation = Derivation::new(robot).unwrap();
@@ -156,7 +140,7 @@ fn energies_give_inertia_matrix_gravity_and_power() {
             let of = |e: &[f64]| e.iter().zip(x).map(|(e, x)| e * x).sum();
             (of(&e[..p]), of(&e[p..]))
         };
-        let (q, dq) = (chance.vector(n), chance.vector(n));
+        let (q, dq) = (random.vector(n, 1.0), random.vector(n, 1.0));
         let a = evaluate(&derivation.inertia_matrix(base), &[&q, x_base]);
 
         // The Hessian of K, exactly: K is quadratic in dq.
@@ -168,7 +152,7 @@ fn energies_give_inertia_matrix_gravity_and_power() {
         agree("Hessian of K", robot, &a, &of_energy, ROUNDING);
 
         // dE/dt = tau . dq along q + t dq, dq + t ddq, by central differences of the fourth order.
-        let ddq = chance.vector(n);
+        let ddq = random.vector(n, 1.0);
         let torque = evaluate(&derivation.inverse_dynamics(base), &[&q, &dq, &ddq, x_base]);
         let power: f64 = torque.iter().zip(&dq).map(|(t, v)| t * v).sum();
         let at = |t: f64| {
@@ -186,11 +170,11 @@ fn energies_give_inertia_matrix_gravity_and_power() {
 
 #[test]
 fn poses_and_jacobians_are_those_of_the_frames() {
-    let mut chance = Chance(5);
+    let mut random = Random(5);
     for Case { robot, .. } in &cases() {
         let n = robot.n_coordinates();
         let mut derivation = Derivation::new(robot).unwrap();
-        let (q, dq) = (chance.vector(n), chance.vector(n));
+        let (q, dq) = (random.vector(n, 1.0), random.vector(n, 1.0));
         let frames = robot.link_poses(&q);
         for j in (0..robot.links.len()).map(LinkId) {
             let t = evaluate(&derivation.pose(j), &[&q]);
@@ -210,7 +194,7 @@ fn poses_and_jacobians_are_those_of_the_frames() {
             // h^2 of truncation.
             agree("velocity", robot, &local, &linear, 1e-9);
 
-            let wrench = chance.vector(6);
+            let wrench = random.vector(6, 1.0);
             let tau = evaluate(&derivation.external_torque(j), &[&q, &wrench]);
             let expected: Vec<f64> = (0..n).map(|k| (0..6).map(|r| jacobian[r * n + k] * wrench[r]).sum()).collect();
             agree("external torque", robot, &tau, &expected, ROUNDING);

@@ -10,6 +10,7 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use expr::{Expr, Function, Graph, Input, Module, Output, SymbolKind, Tape};
+use random::SplitMix;
 use tests::running_error::bounded;
 
 const STATES: usize = 50;
@@ -66,16 +67,12 @@ fn modules() -> Vec<Module> {
 
 /// Inputs of each state: angles and rates a robot sees; `s` of `quotients` is negative.
 fn states(function: &Function) -> Vec<f64> {
-    let mut state = 0x9e37_79b9_7f4a_7c15_u64;
-    let mut uniform = || {
-        state = state.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
-        (state >> 11) as f64 / (1_u64 << 53) as f64
-    };
+    let mut random = SplitMix(1);
     let mut states = Vec::new();
     for _ in 0..STATES {
         for input in &function.inputs {
             states.extend(input.entries.iter().map(|_| {
-                let x = 6.0 * uniform() - 3.0;
+                let x = 3.0 * random.unit();
                 if input.name == "s" { -x.abs() } else { x }
             }));
         }

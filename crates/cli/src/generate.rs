@@ -32,6 +32,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let path = arguments.model.model.display().to_string();
     let (options, request) = (arguments.model.options()?, arguments.request.read()?);
     let made_by = format!("rist generate {path}{}{}", flags(&options.given()), flags(&request.given()));
+    // With an estimate, its numbers become constants, and the model is the one that it was made with.
     let (robot, values) = match &request.estimate {
         None if request.anyway => return Err(Failure::new("[anyway=true] is for an [estimate]: give one")),
         None if request.symbols.is_empty() => (arguments.model.read_with_values()?, None),
@@ -61,6 +62,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
     if let Some(left_out) = values.map(|v| v.left_out).filter(|names| !names.is_empty()) {
         note(format_args!("the constants X and F do not hold {}", left_out.join(", ")));
     }
+    // Without a file, the source alone is printed.
     let Some(out) = &arguments.out else { return print(&source.text) };
     let read: Vec<&Path> =
         [&arguments.model.model].into_iter().chain(&request.estimate).map(PathBuf::as_path).collect();

@@ -52,6 +52,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
     };
     let effort = request.effort(&model);
     let mut written = Vec::new();
+    // Each record is written as soon as it is simulated.
     let mut write = |name: &str, record: &Record| {
         let (text, file) = (record.to_csv(coordinates, effort), arguments.out.join(format!("{name}.csv")));
         at_work(format_args!("simulating: {} is written", file.display()));

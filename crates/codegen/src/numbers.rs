@@ -12,6 +12,7 @@ pub(crate) struct Operations {
 
 /// `Real`, its implementations for f64 and f32, and a sine and cosine that need no std.
 pub(crate) fn real_trait(operations: Operations) -> TokenStream {
+    // Only what some function of the file uses: a trait without `sqrt` or `/` asks less of its types.
     let div = operations.div.then(|| quote!(+ core::ops::Div<Output = Self>));
     let [sqrt, sqrt_f64, sqrt_f32] = square_root(operations.sqrt);
     let of_f64 = real_of_f64(sqrt_f64);

@@ -210,6 +210,7 @@ impl Function {
             new = new.with_names();
         }
         let mut map = vec![Expr::ZERO; old.nodes().len()];
+        // Node by node, operands first: simplified again, since a number may have taken a symbol's place.
         for n in self.schedule(old) {
             let node = old.nodes()[n];
             let m = |e: Expr| Graph::negate_if(map[e.node()], e.is_negative());

@@ -100,6 +100,7 @@ impl Tape {
         let mut slots = Slots::new(nodes.len());
         let mut constants = Vec::new();
         let mut ops = Vec::new();
+        // Constants keep their slots: they are written once, before the first run.
         for (i, &node) in nodes.iter().enumerate() {
             if let Node::Constant(x) = node {
                 last_use[i] = usize::MAX;
@@ -112,6 +113,7 @@ impl Tape {
                     debug_assert_eq!(bound.graph().symbols()[s.0 as usize].1, SymbolKind::Input);
                     slots.take(i);
                 }
+                // Sine and cosine of one angle are one operation, at whichever of them stands first.
                 Node::Sin(a) | Node::Cos(a) if slots.of(i).is_none() => {
                     let a = slots.at(a);
                     let own = slots.take(i);
@@ -125,6 +127,7 @@ impl Tape {
                 _ => {}
             }
             let Some((code, [a, b, c])) = coded(fusion.operation_of(i)) else { continue };
+            // Slots of operands that are used here for the last time are free for the result.
             let (a_slot, b_slot, c_slot) = (slots.at(a), slots.at(b), slots.at(c));
             let mut dead: Vec<usize> = fusion.operands_of(i).map(Expr::node).filter(|&e| last_use[e] == i).collect();
             dead.sort_unstable();

@@ -12,7 +12,6 @@ mod derivation;
 mod dynamics;
 mod functions;
 mod kinematics;
-mod random;
 mod robot_formulas;
 mod robot_function;
 mod robot_module;

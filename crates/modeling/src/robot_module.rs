@@ -90,6 +90,7 @@ fn robot_module(
     let doc = &mut module.doc;
     doc.push(format!("{}: the base regressor, tau = Y(q, dq, ddq) X.", robot.name));
     doc.push(String::new());
+    // The head of the file: what Y is, its units, its source, the rules, what has no effect.
     let (n, p, entries) = (coordinates.len(), parameters.len(), regressor.non_zeros(0).len());
     doc.push(format!("Y is {n} x {p}, {entries} of its entries not always zero: {}.", operations(&regressor)));
     doc.push("q: rad or m; dq, ddq: per s, per s^2; tau: N m or N. Gravity included, friction not.".into());
@@ -123,6 +124,7 @@ fn robot_module(
         doc.extend(wrapped(&format!("The {n_passive} entries of `passive`: {how} {}.", passive.join(", ")), 100));
     }
 
+    // What a program may ask at run time.
     module.constant("NAME", "The robot.", Value::Text(robot.name.clone()));
     module.constant("COORDINATES", "The coordinates, in the order of q.", Value::Texts(coordinates));
     let in_order = "The base parameters, in the order of the columns of Y.";

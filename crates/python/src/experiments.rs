@@ -161,6 +161,7 @@ pub fn simulate<'py>(
     let effort = request.effort(inner);
     let planned = motions.count();
     let all = planned * (1 + usize::from(request.load.is_some())) + request.validation;
+    // The same records to disk and to the caller, one by one as they are simulated.
     let (simulated, records) = work(py, call.own("progress"), |reporter| {
         let mut records: Vec<(String, Record)> = Vec::new();
         let take = &mut |name: &str, record: &Record| {

@@ -104,6 +104,7 @@ impl Model {
             Some(_) => self.parameters(parameters)?,
             None => Vec::new(),
         };
+        // One state gives an array of one dimension less, and so does a quantity that is a vector.
         let (rows, columns) = evaluation.shape();
         let mut shape = if states.is_one { vec![] } else { vec![states.count] };
         shape.push(rows);
@@ -114,6 +115,7 @@ impl Model {
         let mut filled = outputs.readwrite();
         let filled = filled.as_slice_mut().map_err(error)?;
         let ([q, dq, ddq], n) = (states.numbers()?, self.inner.robot.n_coordinates());
+        // Some states at a time, so that Ctrl-C is heard in between.
         for (first, outputs) in
             (0..states.count).step_by(STATES_PER_PASS).zip(filled.chunks_mut((STATES_PER_PASS * rows * columns).max(1)))
         {
@@ -331,6 +333,7 @@ impl Model {
         anyway: bool,
     ) -> PyResult<Bound<'py, PyAny>> {
         let path = self.inner.path.display();
+        // The command that would make the same source, for its banner.
         let values = [("language", language.into()), ("functions", functions.into()), ("anyway", anyway.into())];
         let request: GenerateRequest = rist::request::of_values(values.iter().map(|(name, value)| (*name, value)))
             .map_err(|e| error(format_args!("generate: {e}")))?;

@@ -219,6 +219,7 @@ impl<'a> Chart<'a> {
         if !self.is_true_to_scale {
             return (Scale::linear(x.into_iter(), 0.0), Scale::linear(y.into_iter(), 0.06));
         }
+        // One unit for both axes: the wider one fills its side, the other is widened about its middle.
         let (x, y) = (Scale::linear(x.into_iter(), 0.06), Scale::linear(y.into_iter(), 0.06));
         let (width, height) = (CHART_WIDTH - LEFT_MARGIN - RIGHT_MARGIN, self.height - BOTTOM_MARGIN);
         let unit = (x.length() / width).max(y.length() / height);

@@ -150,6 +150,7 @@ fn limits_of_file(origins: &[HeldLimit]) -> Option<LeftOut> {
 /// What a motion of an earlier version did not look at: pairs and a floor that are not in its certificate, and that are
 /// not proven now. Such rows leave the certificate, except where bodies meet.
 fn beyond_own_list(artefact: &ExcitingMotion, gaps: &[Gap], certificate: &mut Vec<CertificateRow>) -> Vec<LeftOut> {
+    // Earlier certificates name links by those that carry them.
     let is_listed = |gap: &Gap| {
         let [a, b] = &gap.carriers;
         artefact.certificate.iter().filter(|row| row.limit == gap.limit).any(|row| match gap.limit {
@@ -163,6 +164,7 @@ fn beyond_own_list(artefact: &ExcitingMotion, gaps: &[Gap], certificate: &mut Ve
     };
     let is_floor = |gap: &Gap| gap.limit == LimitKind::Region && is_of_floor(&gap.subject);
     let mut left_out = Vec::new();
+    // What is proven, listed, or asked for stays; so do bodies that meet.
     certificate.retain(|row| {
         let gap = gaps.iter().find(|gap| gap.limit == row.limit && gap.subject == row.subject);
         let Some(gap) = gap.filter(|gap| row.kept != Kept::Proven && !is_listed(gap)) else { return true };

@@ -151,7 +151,7 @@ impl Evaluation {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use numerics::random::Random;
+    use random::Random;
 
     /// tau = Y X = Y_s X_s = A ddq + h, and h(q, 0) = g, at more states than are evaluated together. The robots are a
     /// tree, a compiled robot, and loops that are closed numerically.

@@ -59,12 +59,14 @@ fn identify_by(
 ) -> Result<Estimate, Error> {
     let columns = request.columns()?;
     let trajectories = logs.plan.trajectories(&logs.directory.display().to_string())?;
+    // The logs of the plan, in its order.
     let mut read = Reader { model, columns: &columns, currents: false, files: Vec::new() };
     let mut experiments = Vec::new();
     for (e, trajectory) in logs.plan.experiments.iter().zip(&trajectories) {
         experiments.push(read.experiment(&logs.directory.join(format!("{}.csv", e.name)), trajectory)?);
     }
     let mut remark = None;
+    // Logs of the same experiments with a known load, as many as there are.
     if let Some((file, load)) = &request.load {
         let added = model.added_by(load).map_err(|e| Error::new(format_args!("{}: {e}", file.display())))?;
         remark = Some(format!("the load of {}: {} kg on {}", file.display(), load.mass, load.link));

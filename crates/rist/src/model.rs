@@ -223,14 +223,19 @@ impl Model {
         load.base_parameters(&self.robot, &self.standard_map()).map_err(Error::new)
     }
 
-    /// Refuses an artefact that was made with another robot or geometry, or does not say with which.
+    /// Refuses an estimate that was made with another robot or geometry, or does not say with which.
+    pub fn check_estimate(&self, file: &Path, estimate: &Estimate) -> Result<(), Error> {
+        let Some(made_with) = estimate.made_with() else {
+            return Err(Error::new(format_args!("{}: it does not say with which model it was made", file.display())));
+        };
+        self.check(file, &made_with)
+    }
+
+    /// Refuses an artefact that was made with another robot or geometry.
     pub fn check(&self, file: &Path, made_with: &ModelReference) -> Result<(), Error> {
         let ours = &self.reference;
         if made_with.fingerprint == ours.fingerprint {
             return Ok(());
-        }
-        if made_with.fingerprint.is_empty() {
-            return Err(Error::new(format_args!("{}: it does not say with which model it was made", file.display())));
         }
         Err(Error::new(format_args!(
             "{}: made with `{}` ({}), but this model is `{}` ({}): its geometry or joints have changed, or it was read with \

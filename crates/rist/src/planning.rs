@@ -71,6 +71,7 @@ fn candidates_of(model: &Model, request: &PlanRequest) -> Result<Candidates, Err
     let (limits, mut notes) = motion_limits(&model.robot);
     check_limits(model.regressor().coordinates(), &limits)
         .map_err(|e| Error::new(format_args!("{}: {e}", model.path.display())))?;
+    // Torque noise is a share of the effort, which needs inertial parameters.
     let noise = match model.described_parameters() {
         Some(truth) => {
             let dynamics = RegressorDynamics::new(model.regressor(), truth);

@@ -16,7 +16,7 @@ use linear_model::parameter::{BaseParameter, Parameter, ParameterId};
 use logs::Effort;
 use numerics::in_order::in_order;
 use numerics::interruption::Interruption;
-use numerics::random::Random;
+use random::Random;
 
 use crate::Estimate;
 use crate::adapters::tape_dynamics::dynamics as dynamics_of;

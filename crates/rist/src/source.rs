@@ -123,7 +123,7 @@ impl GenerateRequest {
     ///
     /// Fails where it was made with another model, and where its verdict is no and nothing says to take it anyway.
     pub fn values(&self, model: &Model, file: &Path, estimate: &Estimate) -> Result<IdentifiedValues, Error> {
-        model.check(file, &estimate.made_with())?;
+        model.check_estimate(file, estimate)?;
         let verdict = estimate_verdict(estimate);
         if verdict.trust == Trust::No && !self.anyway {
             return Err(Error::verdict(format_args!(

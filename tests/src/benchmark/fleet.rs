@@ -13,7 +13,7 @@ use std::f64::consts::TAU;
 use identification::estimate::options::Options;
 use logs::{Effort, Log, LogReport, LogSource};
 use numerics::in_order::in_order;
-use numerics::random::Random;
+use random::Random;
 use rist::fleet::{Comparison, SumsRequest, compare};
 use rist::{Accumulator, Model};
 use robot::{Inertial, StandardParameter};

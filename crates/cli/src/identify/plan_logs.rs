@@ -21,6 +21,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let [directory] = arguments.logs.as_slice() else {
         return Err(Failure::new("[plan] takes one directory of logs"));
     };
+    // An output over an input is refused before the work, not after it.
     let of_user = [arguments.model.model.as_path(), plan_file].into_iter();
     let mut inputs: Vec<&Path> = of_user.chain(given.files()).collect();
     arguments.out.iter().try_for_each(|out| check_output(out, &inputs))?;
@@ -55,6 +56,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
     print_result(format_args!("{estimate}\n{verdict}"), || {
         Ok(json!({"estimate": serde_json::to_value(&estimate)?, "verdict": as_json(&verdict)}))
     })?;
+    // The logs that were read are inputs too: the estimate must not take their place.
     if let Some(out) = &arguments.out {
         let read: Vec<PathBuf> = estimate.logs.iter().map(PathBuf::from).collect();
         inputs.extend(read.iter().map(PathBuf::as_path));

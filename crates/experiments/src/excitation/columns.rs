@@ -9,8 +9,8 @@
 
 use linear_model::friction::terms::FrictionTerm;
 use linear_model::linear_model::Model;
-use numerics::random::Random;
 use numerics::triangle::TriangleBuilder;
+use random::Random;
 
 use crate::excitation::limits::CoordinateLimits;
 
@@ -69,6 +69,7 @@ pub fn visible_columns(model: &Model, limits: &[CoordinateLimits]) -> Vec<bool> 
     let mut block = TriangleBuilder::new(p);
     let mut y = vec![0.0; n * base];
     let mut friction = vec![[0.0; 3]; terms];
+    // Random states within the limits; a locked coordinate stays where it is.
     for _ in 0..RANDOM_ROWS_PER_COLUMN * p.div_ceil(n.max(1)).max(1) {
         let mut between = |l: &CoordinateLimits, low: f64, high: f64, rest: f64| match l.locked {
             Some(_) => rest,
@@ -81,6 +82,7 @@ pub fn visible_columns(model: &Model, limits: &[CoordinateLimits]) -> Vec<bool> 
         let dq = state(&|l| (-l.velocity, l.velocity, 0.0));
         let ddq = state(&|l| (-l.acceleration, l.acceleration, 0.0));
         model.regressor.fill(&q, &dq, &ddq, &mut y);
+        // The row of each moving joint: its line of Y, and its own friction behind all base columns.
         for i in (0..n).filter(|&i| limits[i].locked.is_none()) {
             let mut row = vec![0.0; p];
             row[..base].copy_from_slice(&y[i * base..][..base]);
@@ -91,6 +93,7 @@ pub fn visible_columns(model: &Model, limits: &[CoordinateLimits]) -> Vec<bool> 
             block.push(&row, 0.0);
         }
     }
+    // A column that those before it explain has hardly anything left on the diagonal of the triangle.
     let triangle = block.finish();
     let norms: Vec<f64> = (0..p).map(|c| triangle.column_norm(c)).collect();
     let largest = norms.iter().copied().fold(0.0, f64::max);

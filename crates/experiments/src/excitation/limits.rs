@@ -240,6 +240,7 @@ pub fn given(described: &Limits, own: &AskedLimits, all: &AskedLimits) -> Result
     let described = AskedLimits::of_description(described);
     let asked_position = own.position.or(all.position);
     let still = AskedLimits { position: asked_position, ..AskedLimits::default() }.with_still_joint();
+    // A file may tighten the positions of the description, never widen them.
     let position = match (described.position, still.position) {
         (Some((low, high)), Some((a, b))) if a < low - STILL || b > high + STILL => {
             return Err(format!(
@@ -249,6 +250,7 @@ pub fn given(described: &Limits, own: &AskedLimits, all: &AskedLimits) -> Result
         }
         (described, asked) => asked.or(described),
     };
+    // A motion slowed by s has s times the velocity, s^2 the acceleration, s^3 the jerk.
     let slowed = own.slowed.or(all.slowed);
     let factor = slowed.unwrap_or(1.0);
     if !(factor > 0.0 && factor <= 1.0) {

@@ -74,11 +74,13 @@ impl<'a> Prepared<'a> {
         let shape = &problem.shape;
         let moving: Vec<usize> = (0..problem.limits.len()).filter(|&k| problem.limits[k].locked.is_none()).collect();
         let limits: Vec<&CoordinateLimits> = moving.iter().map(|&k| &problem.limits[k]).collect();
+        // Rows that give q, dq and ddq from the coefficients: N instants of the period, more of the blends.
         let of_blends = (0..TORQUE_INSTANTS_PER_BLEND).map(|i| i as f64 / (TORQUE_INSTANTS_PER_BLEND - 1) as f64);
         let [q, dq, ddq] = [0, 1, 2].map(|k| shape.rows(k, problem.samples, of_blends.clone()));
         let instants = q.into_iter().zip(dq).zip(ddq).map(|((q, dq), ddq)| [q, dq, ddq]).collect();
         let (n, base) = (problem.limits.len(), problem.regressor.parameters().len());
         let terms: usize = problem.friction.iter().map(|t| t.parameters().len()).sum();
+        // The columns that can be told apart, numbered anew: base parameters, then friction joint by joint.
         let base_columns: Vec<usize> = (0..base).filter(|&c| problem.columns[c]).collect();
         let mut p = base_columns.len();
         let mut own = vec![Vec::new(); n];

@@ -57,14 +57,17 @@ fn resampled(r: &Reference, rate: f64) -> Vec<Point> {
     if count == 0 || rate.is_nan() || rate <= 0.0 {
         return vec![];
     }
+    // As many points as fit; 1e-9 keeps the last one where rounding would lose it.
     let h = r.sample_time;
     let points = ((count - 1) as f64 * h * rate + 1e-9) as usize + 1;
+    // The sample i before t, and the share s of the way to the next.
     let at = |p: usize| {
         let t = p as f64 / rate;
         let i = ((t / h + 1e-9) as usize).min(count - 1);
         let j = (i + 1).min(count - 1);
         let s = (t - i as f64 * h) / h;
         let s = if s < 1e-6 { 0.0 } else { s.min(1.0) };
+        // Positions by the cubic of Hermite, so that they have the velocities of the reference.
         let cubic = |k: usize| {
             let (a, b) = (r.q[k][i], r.q[k][j]);
             let (va, vb) = (h * r.dq[k][i], h * r.dq[k][j]);

@@ -14,7 +14,7 @@
 
 use linear_model::friction::law::FrictionLaw;
 use numerics::positive_definite::solve_positive;
-use numerics::random::Random;
+use random::Random;
 
 use crate::motion::record::Record;
 use crate::motion::reference_motion::Reference;
@@ -110,6 +110,7 @@ impl Simulation<'_> {
         let mut velocity = vec![0.0; n];
         let mut seen_before = vec![0.0; n];
         let mut held = vec![0.0; n];
+        // The robot starts on the reference, at its velocity.
         for k in 0..n {
             state.q[k] = reference.q[k].first().copied().unwrap_or(0.0);
             velocity[k] = reference.dq[k].first().copied().unwrap_or(0.0);
@@ -117,6 +118,7 @@ impl Simulation<'_> {
         }
         let decay = (-self.controller.velocity_pole * h).exp();
         for i in 0..count {
+            // The controller: the encoder's position, its filtered backward difference, the limited torque.
             for k in 0..n {
                 let seen = quantised(state.q[k], self.quantum[k]);
                 if i > 0 {
@@ -129,11 +131,13 @@ impl Simulation<'_> {
                 let limit = self.drives.greatest_torque[k];
                 let torque = asked.clamp(-limit, limit);
                 let current = torque / self.drives.gain[k];
+                // The record has the mean of the currents held before and after the instant.
                 record.q[k].push(state.q[k]);
                 record.current[k].push(if i == 0 { current } else { 0.5 * (held[k] + current) });
                 held[k] = current;
                 state.tau[k] = torque;
             }
+            // The torque is held for a sample, while the robot moves in substeps of Runge-Kutta.
             for _ in 0..self.substeps {
                 if !self.step(&mut state, h / self.substeps as f64) {
                     return (record, Stop::NotPhysical { time: i as f64 * h });

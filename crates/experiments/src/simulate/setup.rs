@@ -11,7 +11,7 @@
 
 use linear_model::friction::law::FrictionLaw;
 use nalgebra::DMatrix;
-use numerics::random::Random;
+use random::Random;
 use robot::Robot;
 use robot::value::CoordinateId;
 
@@ -58,6 +58,7 @@ pub const MAX_CONTROL_PERIOD_S: f64 = 1e-3;
 /// Limits of the coordinates, with a note on each default taken.
 pub fn motion_limits(robot: &Robot) -> (Vec<MotionLimits>, Vec<String>) {
     let mut taken: Vec<(String, Vec<&str>)> = Vec::new();
+    // A default taken for several coordinates is one note with all their names.
     let limits = robot.coordinates.iter().map(|c| {
         let mut note = |text: String| match taken.iter_mut().find(|t| t.0 == text) {
             Some(t) => t.1.push(&c.name),
@@ -74,6 +75,7 @@ pub fn motion_limits(robot: &Robot) -> (Vec<MotionLimits>, Vec<String>) {
                 value
             }
         };
+        // The limits of the file where they leave a motion.
         let velocity = or(c.limits.velocity, 5.0, "greatest velocity (rad/s)");
         let acceleration = or(c.limits.acceleration, 30.0, "greatest acceleration (rad/s^2)");
         let position = match c.limits.position {
@@ -148,6 +150,7 @@ impl SimulationSetup {
     pub fn for_robot(robot: &Robot, dynamics: &dyn Dynamics) -> SimulationSetup {
         let (limits, mut notes) = motion_limits(robot);
         let n = limits.len();
+        // The mean A_kk over random poses: the effort A_kk a_max is what defaults are shares of.
         let (matrices, bias) = sampled(dynamics, &limits);
         let mean = |k: usize| matrices.iter().map(|a| a[(k, k)] / INERTIA_POSES as f64).sum::<f64>();
         let inertia: Vec<f64> = (0..n).map(mean).collect();
@@ -155,6 +158,7 @@ impl SimulationSetup {
         let joint = |k: usize| robot.joint_of(CoordinateId(k)).map(|j| &robot.link(j).joint);
         let mut gains = Vec::new();
         let mut friction = Vec::new();
+        // Friction of the file; without it, 5 % of that effort, with a little asymmetry and offset.
         for k in 0..n {
             let name = &robot.coordinates[k].name;
             gains.push(joint(k).and_then(|j| j.drive_gain).unwrap_or(1.0));
@@ -167,6 +171,7 @@ impl SimulationSetup {
             let offset = file.offset.unwrap_or(0.05 * coulomb);
             friction.push(FrictionLaw::asymmetric(viscous, coulomb + offset, 0.9 * viscous, offset - coulomb));
         }
+        // Greatest torque of the file; without it, enough for the greatest acceleration and gravity.
         let mut greatest = |k: usize| match robot.coordinates[k].limits.effort {
             Some(limit) if limit > 0.0 && limit.is_finite() => limit,
             other => {
@@ -179,6 +184,7 @@ impl SimulationSetup {
             }
         };
         let greatest_torque = (0..n).map(&mut greatest).collect();
+        // The controller is tuned to the inertia that each joint feels.
         let (seen, note) = controller_inertia(&matrices, &inertia);
         let knows_robot = note.is_some();
         notes.extend(note);

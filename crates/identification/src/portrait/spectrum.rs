@@ -105,6 +105,7 @@ pub(crate) fn noise_density(options: &Options, logs: &[LogSource]) -> Result<Vec
             LogSource::Streamed(stream) => stream.each(&mut add)?,
         }
     }
+    // Above the cut-off there is no motion left; the median ignores single lines, as of the mains.
     let level = |spectrum: &Spectrum| {
         let mut above: Vec<f64> = spectrum
             .density()
@@ -121,7 +122,7 @@ pub(crate) fn noise_density(options: &Options, logs: &[LogSource]) -> Result<Vec
 #[cfg(test)]
 mod tests {
     use super::*;
-    use numerics::random::Random;
+    use random::Random;
 
     /// White noise of variance s^2 has the density 2 s^2 T, and a sine has its peak at its own frequency.
     #[test]

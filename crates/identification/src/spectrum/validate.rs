@@ -86,14 +86,16 @@ pub fn validate_motions(
     records: &[(String, Record)],
     cutoff: f64,
 ) -> Result<Validation, Error> {
+    // The motions by joint, through the same low-pass as the torques.
     let compared: Vec<Vec<Compared>> = records
         .iter()
         .map(|(name, record)| compare(name, record, regressor, parameters, gain, cutoff))
         .collect::<Result<_, _>>()?;
     let mut report =
-        Validation { model: model.clone(), method: method.into(), cutoff_hz: cutoff, ..Validation::default() };
+        Validation { model: model.clone(), method: method.into(), cutoff_hz: Some(cutoff), ..Validation::default() };
     let mut left = vec![0.0; records.len()];
     let mut whole = vec![0.0; records.len()];
+    // Friction is fitted to all motions of a joint at once; errors are summed by joint and motion.
     for (j, coordinate) in regressor.coordinates().iter().enumerate() {
         let of_joint: Vec<&Compared> = compared.iter().map(|m| &m[j]).collect();
         let friction = fit_friction(&of_joint);
@@ -110,6 +112,7 @@ pub fn validate_motions(
         let unit = Unit::TORQUE.along(regressor.is_prismatic(j));
         report.joints.push(sums.validation(coordinate, unit, friction));
     }
+    // An error is sqrt(sum |tau - predicted|^2 / sum |tau|^2).
     let relative = |m: usize| (left[m] / whole[m]).sqrt();
     let motion = |(m, (name, _)): (usize, &(String, Record))| MotionValidation {
         name: name.clone(),
@@ -139,6 +142,7 @@ fn compare(
             format!("{count} samples of {} joints; at least {} of {n} are needed", record.q.len(), 4 * BORDER_SAMPLES);
         return Err(Error::at(name, 0, found));
     }
+    // The filter goes there and back, so position and torque stay in step; its ends are cut off.
     let smooth: Vec<Vec<f64>> = filter.zero_phase(record.q.clone());
     let (dq, ddq): (Vec<_>, Vec<_>) = smooth.iter().map(|q| circular_differences(q, h)).unzip();
     let cut = |x: &[f64]| x[BORDER_SAMPLES..count - BORDER_SAMPLES].to_vec();
@@ -192,7 +196,7 @@ mod tests {
     use crate::test_arm::Pendulum;
     use experiments::motion::point_to_point::{ValidationMotion, validation_trajectory};
     use experiments::simulate::dynamics::torque;
-    use numerics::random::Random;
+    use random::Random;
 
     /// Motions from point to point with friction and noise; 2 N m/A.
     fn records(arm: &Pendulum, noise: f64) -> Vec<(String, Record)> {

@@ -20,6 +20,7 @@ impl Table {
     ///
     /// Fails where no array holds samples, and where there are too many columns, or two of one name.
     pub fn from_arrays(file: &str, arrays: Vec<(String, Array)>) -> Result<Table, Error> {
+        // N is the length of the longest array; arrays of other lengths are noted and not used.
         let length = |array: &Array| array.shape.first().copied().unwrap_or(0);
         let rows = arrays.iter().map(|(_, array)| length(array)).max().unwrap_or(0);
         let longest = arrays.iter().find(|(_, array)| length(array) == rows).map_or("", |(key, _)| key).to_string();
@@ -50,6 +51,7 @@ impl Table {
                 _ => {}
             }
         }
+        // A time made from the rate, where no array is one.
         let timed =
             table.header.iter().any(|h| matches!(h.as_str(), "t" | "time" | "times" | "timestamp" | "timestamps"));
         if let (false, false, Some(period)) = (timed, table.columns.is_empty(), period) {

@@ -21,6 +21,7 @@ pub(crate) fn energy(derivation: &mut Derivation) -> Function {
     let (mut kinetic, mut potential) = (Vec::new(), Vec::new());
     for p in &parameters {
         let link = &links[p.link.0];
+        // 1/2 IA dq_j^2 of rotors, with dq_j of the joint's own variable.
         kinetic.push(match p.inertial {
             Inertial::Ia => {
                 let mut rate = Expr::ZERO;
@@ -33,6 +34,7 @@ pub(crate) fn energy(derivation: &mut Derivation) -> Function {
             }
             body => kinetic_column(g, link, &motion.dq, body),
         });
+        // U_j per unit of MS_j and M_j: -g in the axes of the link, and -g . p_0j.
         let (weight, height) = weights[p.link.0];
         potential.push(match p.inertial {
             Inertial::Mx => weight[0],

@@ -20,7 +20,7 @@ use crate::kinematics::closure::Closure;
 use crate::kinematics::constants::Constants;
 use crate::kinematics::links::{LinkMotion, Motion, MotionInput, link_motions};
 use crate::kinematics::vector::{NULL, Vector, add, dot, sum};
-use crate::random::SplitMix;
+use random::SplitMix;
 
 /// The passive coordinates of a derivation: their rates per unit of the coordinates'.
 pub(crate) struct Implicit {

@@ -64,6 +64,7 @@ impl StateTape {
     ) {
         let mut closure = self.closure.as_ref().map(|c| c.lock().unwrap_or_else(PoisonError::into_inner));
         let (mut count, mut open) = (0, Vec::new());
+        // The inputs of all states; a loop that does not close is remembered, and gets zeros for now.
         self.tapes.with(|tapes, work, inputs| {
             for [q, dq, ddq] in states {
                 for argument in &self.arguments {
@@ -84,6 +85,7 @@ impl StateTape {
                 }
                 count += 1;
             }
+            // One state alone runs on the scalar tape, more of them side by side.
             match count {
                 1 => tapes[0].evaluate(inputs, &mut work[0], outputs),
                 _ => tapes[0].evaluate_many(inputs, &mut work[0], outputs),

@@ -31,6 +31,7 @@ pub fn mjcf_into(
     let mut edits = Edits::of(text);
     let mut notes = Vec::new();
     let poses = file_poses(robot);
+    // Each body gets its ten parameters; a body fixed to it keeps its inertial or loses it.
     for (id, ten) in bodies {
         let link = robot.link(*id);
         let node = element(&document, "body", &link.name, file)?;
@@ -52,6 +53,7 @@ pub fn mjcf_into(
     for joint in joints {
         edits.set_attributes(&element(&document, "joint", &joint.joint, file)?, &attributes(joint));
     }
+    // An option of the model by which MuJoCo would not read what is written.
     let by_shapes = |n: &Node| n.has_tag_name("compiler") && n.attribute("inertiafromgeom") == Some("true");
     if document.descendants().any(|n| by_shapes(&n)) {
         notes.push("<compiler inertiafromgeom=\"true\"> makes MuJoCo ignore inertials: say \"auto\"".into());
@@ -80,6 +82,7 @@ fn element<'a, 'd>(document: &'a Document<'d>, tag: &str, name: &str, file: &str
 
 /// Refuses a body that stands elsewhere in its parent than the link does in its antecedent.
 fn check_place(robot: &Robot, link: &Link, id: LinkId, poses: &[Pose], node: &Node, file: &str) -> Result<(), Error> {
+    // Only a body that hangs on that of the link before has a place to compare.
     let Some(before) = link.antecedent else { return Ok(()) };
     let parent = node.parent().and_then(|parent| parent.attribute("name").map(str::to_string));
     let name = &robot.link(before).name;
@@ -87,6 +90,7 @@ fn check_place(robot: &Robot, link: &Link, id: LinkId, poses: &[Pose], node: &No
     if !parent.as_deref().is_some_and(is_before) {
         return Ok(());
     }
+    // The place of the link in the link before at q = 0, against pos and quat; q and -q are one turn.
     let expected = poses[before.0].inverse().compose(&poses[id.0]);
     let numbers =
         |key: &str| -> Option<Vec<f64>> { node.attribute(key)?.split_whitespace().map(|x| x.parse().ok()).collect() };

@@ -261,7 +261,7 @@ mod tests {
     use crate::test_arm::Pendulum;
     use linear_model::linear_model::Model;
     use linear_model::reference::ModelReference;
-    use numerics::random::Random;
+    use random::Random;
 
     /// Sums over one log of a pendulum whose MX is larger by `more`.
     fn sums(seed: u64, more: f64) -> Accumulator {

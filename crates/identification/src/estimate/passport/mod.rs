@@ -63,9 +63,11 @@ pub fn passport<R: Records + ?Sized>(
 ) -> Result<Passport, Error> {
     let n = regressor.coordinates().len();
     let samples = Samples::of(records, n)?;
+    // The slopes s_j from many samples.
     let rows = samples.every(samples.kept.len() / MIN_TRIED_SAMPLES);
     let description = described.map(|parameters| Description { regressor, parameters });
     let slopes = description.as_ref().map(|d| Trials::new(d, &samples.kept, &rows).partials(&[]));
+    // What each zero would have shown is tried at ten angles, so from fewer samples.
     let few = samples.every(samples.kept.len() / FEW_TRIED_SAMPLES);
     let few = description.as_ref().map(|d| Trials::new(d, &samples.kept, &few));
     let rough = few.as_ref().map(|trials| trials.partials(&[]));
@@ -88,6 +90,7 @@ pub fn passport<R: Records + ?Sized>(
             zero_power: power(j),
         });
     }
+    // The findings, from the numbers of all joints.
     let look =
         diagnosis::Look { samples: &samples, rows: &rows, suspects, regressor, description: description.as_ref() };
     look.diagnose(slopes.as_deref(), &mut passport);

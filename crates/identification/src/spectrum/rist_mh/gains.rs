@@ -40,6 +40,7 @@ impl HarmonicData<'_> {
     ///
     /// Fails as [`drive_gains`] does.
     pub fn estimate_with_gains(&mut self, known: &[Gain], options: &HarmonicOptions) -> Result<HarmonicGains, Error> {
+        // The first gains: with equation (5) for the friction of every joint, and no drift.
         let plain = HarmonicOptions { band: options.band, ends: options.ends, ..HarmonicOptions::plain() };
         let fit = Fit::new(self, &FrictionShape::ASYMMETRIC, &plain, self.deviations(None));
         let equations = fit.current_equations(self, &plain);
@@ -47,16 +48,19 @@ impl HarmonicData<'_> {
         fit.deviations_by_frequency(self, &plain, known, &mut gains);
         let mut found = HarmonicGains { gains, equations, friction: None, rounds: None };
         for round in 0..MAX_FRICTION_CHOICES {
+            // Torques need positive gains; without them no friction can be chosen.
             let is_usable = |(k, d): (&f64, &bool)| *d && *k > 0.0 && k.is_finite();
             if !found.gains.gain.iter().zip(&found.gains.gain_determined).all(is_usable) {
                 found.friction = None;
                 break;
             }
+            // Friction, drift and weights from the gains at hand, then the gains from those rows.
             self.gain = found.gains.gain.clone();
             let Some((fit, criteria)) = self.fitted(options) else { break };
             let equations = fit.current_equations(self, options);
             let mut gains = drive_gains(&equations, known)?;
             fit.deviations_by_frequency(self, options, known, &mut gains);
+            // Settled: the friction stays, and no gain moves by a hundredth of its deviation.
             let moved = |j: usize| (gains.gain[j] - found.gains.gain[j]).abs() > 0.01 * gains.gain_deviation[j];
             let is_same = found.friction.is_some_and(|f| f.shape == fit.shape);
             let is_settled = is_same && !(0..self.n).any(moved);
