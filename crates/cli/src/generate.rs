@@ -35,7 +35,8 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
     // With an estimate, its numbers become constants, and the model is the one that it was made with.
     let (robot, values) = match &request.estimate {
         None if request.anyway => return Err(Failure::new("[anyway=true] is for an [estimate]: give one")),
-        None => (arguments.model.read_with_values()?, None),
+        None if request.symbols.is_empty() => (arguments.model.read_with_values()?, None),
+        None => (arguments.model.read()?, None),
         Some(file) => {
             let (estimate, model) = read_estimate(file, &arguments.model)?;
             let values = request.values(&model, file, &estimate)?;
@@ -56,7 +57,8 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
     at_work(format_args!("generating the source of {path}"));
     let (functions, values_in_file) = (&request.functions, values.as_ref());
     let source =
-        rist::generate(&robot, functions, &language, &made_by, values_in_file, options.any_size).map_err(refused)?;
+        rist::generate(&robot, functions, &language, &made_by, values_in_file, &request.symbols, options.any_size)
+            .map_err(refused)?;
     if let Some(left_out) = values.map(|v| v.left_out).filter(|names| !names.is_empty()) {
         note(format_args!("the constants X and F do not hold {}", left_out.join(", ")));
     }

@@ -4,7 +4,7 @@
 //! void race_base_regressor(const race_real q[3], ..., race_real y[3][18])
 //! {
 //!     const real q1 = q[1];
-//!     const real s1 = (real)sin(q1);
+//!     const real s1 = SIN(q1);
 //!     const real t4 = s1 * dq0;
 //!     const real t5 = MUL_ADD(t4, c1, -q0);
 //!     y[0][2] = t5;
@@ -41,16 +41,7 @@ pub fn c_files(module: &Module, made_by: &str, header_name: &str) -> CFiles {
          /* The numbers computed with: double, or what {upper}_REAL says, such as float. */\n\
          #ifndef {upper}_REAL\n#define {upper}_REAL double\n#endif\ntypedef {upper}_REAL {prefix}_real;\n"
     );
-    let mut source = format!("{banner}\n#include \"{header_name}\"\n");
-    let from_math = |node: &Node| matches!(node, Node::Sin(_) | Node::Cos(_) | Node::Sqrt(_));
-    let fuses = bound.iter().any(|(_, function)| Fusion::of(function).fused_sums() > 0);
-    if fuses || bound.iter().any(|(_, function)| function.graph().nodes().iter().any(from_math)) {
-        source += "\n#include <math.h>\n";
-    }
-    source += &format!("\ntypedef {prefix}_real real;\n");
-    if fuses {
-        source += MUL_ADD;
-    }
+    let mut source = format!("{banner}\n#include \"{header_name}\"\n") + &macros(prefix, &bound);
 
     // The constants, declared in the header and defined in the source where they are no macros.
     for constant in &module.constants {
@@ -89,6 +80,37 @@ pub fn c_files(module: &Module, made_by: &str, header_name: &str) -> CFiles {
     CFiles { header, source }
 }
 
+/// What the bodies call: math.h, the type of the numbers, and macros for what depends on it.
+fn macros(prefix: &str, bound: &[(&Documented, Function)]) -> String {
+    let mut source = String::new();
+    let from_math = |node: &Node| matches!(node, Node::Sin(_) | Node::Cos(_) | Node::Sqrt(_));
+    let fuses = bound.iter().any(|(_, function)| Fusion::of(function).fused_sums() > 0);
+    if fuses || bound.iter().any(|(_, function)| function.graph().nodes().iter().any(from_math)) {
+        source += "\n#include <math.h>\n";
+    }
+    source += &format!("\ntypedef {prefix}_real real;\n");
+    if fuses {
+        source += MUL_ADD;
+    }
+    let reads = |wanted: fn(&Node) -> bool| bound.iter().any(|(_, f)| f.graph().nodes().iter().any(wanted));
+    let calls = [
+        ("sin", reads(|node| matches!(node, Node::Sin(_)))),
+        ("cos", reads(|node| matches!(node, Node::Cos(_)))),
+        ("sqrt", reads(|node| matches!(node, Node::Sqrt(_)))),
+    ];
+    if calls.iter().any(|(_, is_read)| *is_read) {
+        source +=
+            "\n/* Of float where the numbers are: a processor with floats alone computes doubles by slow calls. */\n";
+    }
+    for (name, _) in calls.iter().filter(|(_, is_read)| *is_read) {
+        source += &format!(
+            "#define {}(x) (sizeof(real) == sizeof(float) ? (real){name}f((float)(x)) : (real){name}((double)(x)))\n",
+            name.to_ascii_uppercase()
+        );
+    }
+    source
+}
+
 /// The names are those that compilers define where an `fma` is one instruction.
 const MUL_ADD: &str = "
 /* a b + c: rounded once where the processor has an instruction for it, else twice. */
@@ -118,7 +140,7 @@ fn declaration(prefix: &str, constant: &Constant) -> (String, Option<String>) {
         }
         Value::Reals(numbers) => {
             let array = format!("const {prefix}_real {prefix}_{}[{}]", name.to_ascii_lowercase(), numbers.len());
-            let numbers: Vec<String> = numbers.iter().map(|x| format!("    {x:?},\n")).collect();
+            let numbers: Vec<String> = numbers.iter().map(|x| format!("    ({prefix}_real){x:?},\n")).collect();
             (format!("extern {array};\n"), Some(format!("{array} = {{\n{}}};\n", numbers.concat())))
         }
     }
@@ -172,9 +194,9 @@ fn body(function: &Function) -> String {
                 text += &format!("    const real {} = {};\n", names[n], value(&names, operation))
             }
             Step::SinCos { angle, sine, cosine } => {
-                for (node, name) in [(sine, "sin"), (cosine, "cos")] {
+                for (node, name) in [(sine, "SIN"), (cosine, "COS")] {
                     if let Some(node) = node {
-                        text += &format!("    const real {} = (real){name}({});\n", names[node], names[angle]);
+                        text += &format!("    const real {} = {name}({});\n", names[node], names[angle]);
                     }
                 }
             }
@@ -211,7 +233,7 @@ fn value(names: &[String], operation: Operation) -> String {
         Operation::MulAdd(a, b, c) => format!("MUL_ADD({}, {}, {})", signed(a), read(b), signed(c)),
         Operation::Mul(a, b) => format!("{} * {}", read(a), read(b)),
         Operation::Div(a, b) => format!("{} / {}", read(a), read(b)),
-        Operation::Sqrt(a) => format!("(real)sqrt({})", signed(a)),
+        Operation::Sqrt(a) => format!("SQRT({})", signed(a)),
         Operation::None => unreachable!("a step computes"),
     }
 }

@@ -117,6 +117,15 @@ impl Function {
         })
     }
 
+    /// The same function with these named constants as one more input, `input`, after the others.
+    pub fn with_constants_as_input(&self, input: &str, names: &[String]) -> Function {
+        let mut graph = self.graph.clone();
+        let entries = names.iter().map(|name| graph.constant_as_input(name)).collect();
+        let mut function = self.outline();
+        function.inputs.push(Input { name: input.into(), entries });
+        function.rebuilt(&graph, &|_| None)
+    }
+
     /// The named constants that are still symbols, in the order they were made, each with its value.
     pub fn constants(&self) -> Vec<(Expr, String, f64)> {
         let nodes = self.graph.nodes().iter().enumerate();

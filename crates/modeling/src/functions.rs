@@ -12,6 +12,7 @@ use crate::dynamics::energy::energy;
 use crate::dynamics::forward_dynamics::{forward_dynamics, inverse_inertia_matrix};
 use crate::dynamics::friction::friction;
 use crate::dynamics::inertia_matrix::inertia_matrix;
+use crate::dynamics::inverse_geometry::{NoClosedForm, inverse_geometry};
 use crate::dynamics::link_frame::LinkFrame;
 use crate::dynamics::parameter_inputs::ParameterInputs;
 use crate::dynamics::pose;
@@ -177,6 +178,14 @@ impl Derivation<'_> {
     /// The acceleration at ddq = 0, which is (dJ/dt) dq for J in the axes of the base: inputs `q`, `dq`, output `a` (6).
     pub fn jacobian_rate(&mut self, frame: impl Into<LinkFrame>, reference: Option<&ReferenceFrame>) -> Function {
         frame_motion::jacobian_rate(self, &frame.into(), reference)
+    }
+
+    /// The inverse geometric model: input `t` (3 x 4, the pose of the frame in the base), outputs `sin_q`, `cos_q` (8 x 6),
+    /// one solution a row; what is out of reach or singular is no number.
+    ///
+    /// Fails where the arm has no closed form of those that are known here.
+    pub fn inverse_geometry(&mut self, frame: impl Into<LinkFrame>) -> Result<Function, NoClosedForm> {
+        inverse_geometry(self, &frame.into())
     }
 
     /// Determinant of the Jacobian of a link with six coordinates, else that of J^T J or J J^T: input `q`, output `det`.

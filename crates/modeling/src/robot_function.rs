@@ -1,9 +1,11 @@
 //! What a generated file may hold: the word that asks for a function, the sentence above it, and its derivation.
 
-use expr::Function;
+use expr::{Function, Graph};
+use robot::Robot;
 
 use crate::base::base_parameters::BaseParameters;
 use crate::derivation::Derivation;
+use crate::dynamics::inverse_geometry::NoClosedForm;
 use crate::dynamics::link_frame::LinkFrame;
 use crate::dynamics::reference_frame::ReferenceFrame;
 
@@ -147,6 +149,15 @@ const FUNCTIONS_OF_LINK: &[OfLink] = &[
         has_reference: false,
     },
     OfLink {
+        word: "inverse-geometry",
+        sentence: [
+            "All eight configurations, one a row, that bring ",
+            " to the pose t in the base frame: q = atan2(sin_q, cos_q); what is out of reach or singular is no number",
+        ],
+        derive: |of, frame, _| of.inverse_geometry(frame).unwrap_or_else(|_| nothing("inverse_geometry")),
+        has_reference: false,
+    },
+    OfLink {
         word: "external-torque",
         sentence: ["", ": what to add to the torques when it exerts this force and moment, in its frame"],
         derive: |of, frame, _| of.external_torque(frame),
@@ -154,7 +165,24 @@ const FUNCTIONS_OF_LINK: &[OfLink] = &[
     },
 ];
 
+/// A function without outputs, of a robot that does not have it ([`RobotFunction::check`]).
+fn nothing(name: &str) -> Function {
+    Function::new(name, &Graph::new(), Vec::new(), Vec::new())
+}
+
 impl RobotFunction {
+    /// Whether the robot has the function: an inverse geometric model is not there for all.
+    pub fn check(&self, robot: &Robot) -> Result<(), NoClosedForm> {
+        match &self.0 {
+            Row::OfLink(i, about) if FUNCTIONS_OF_LINK[*i].word == "inverse-geometry" => {
+                // A robot whose loops do not close has other worries.
+                let derivation = Derivation::new(robot).ok();
+                derivation.map_or(Ok(()), |mut d| d.inverse_geometry(about.0.clone()).map(|_| ()))
+            }
+            _ => Ok(()),
+        }
+    }
+
     /// A function of the whole robot by its word, `inertia-matrix`; `None` where there is none.
     pub fn of_robot(word: &str) -> Option<RobotFunction> {
         FUNCTIONS_OF_ROBOT.iter().position(|row| row.0 == word).map(|i| RobotFunction(Row::OfRobot(i)))

@@ -350,7 +350,10 @@ impl Model {
             }
         };
         let refused = |e| error(format_args!("{path}: {e}"));
-        let made = || rist::generate(&self.inner.robot, &request.functions, &language, &made_by, values.as_ref(), true);
+        let (functions, symbols) = (&request.functions, &request.symbols);
+        let made = || {
+            rist::generate(&self.inner.robot, functions, &language, &made_by, values.as_ref(), symbols, true)
+        };
         let source = alone(py, made)?.map_err(refused)?;
         match source.header {
             Some(header) => Ok(PyTuple::new(py, [source.text, header])?.into_any()),

@@ -69,6 +69,7 @@ pub mod samples;
 pub mod simulation;
 pub mod source;
 pub mod states_file;
+mod symbols;
 mod tape;
 pub mod torque_difference;
 pub mod validation;

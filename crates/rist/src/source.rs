@@ -13,6 +13,7 @@ use crate::error::Error;
 use crate::model::{Model, predicts};
 use crate::request::GenerateRequest;
 pub use crate::request::function_names;
+use crate::symbols::check_symbols;
 use crate::verdict::{Trust, estimate_verdict};
 
 /// The language of generated source.
@@ -58,7 +59,9 @@ pub fn function_named(robot: &Robot, text: &str) -> Result<RobotFunction, Error>
         Error::new(format_args!("{} has no moving link `{wanted}`; it has {names}", robot.name))
     };
     if let Some(frame) = LinkFrame::named(robot, wanted) {
-        return Ok(make(frame));
+        let function = make(frame);
+        function.check(robot).map_err(|e| Error::new(format_args!("`{text}`: {}: {e}", robot.name)))?;
+        return Ok(function);
     }
     let Some((link, reference)) = wanted.rsplit_once(':') else { return Err(absent(wanted)) };
     let frame = LinkFrame::named(robot, link).ok_or_else(|| absent(link))?;
@@ -135,9 +138,10 @@ impl GenerateRequest {
 }
 
 /// The base regressor and `functions` of a robot as source; `made_by`: the command that the head of the file names;
-/// `values`: numbers that stand in it as the constants X and F.
+/// `values`: numbers that stand in it as the constants X and F; `symbols`: lengths, angles and components of gravity that are
+/// an argument, `all` for all of them.
 ///
-/// Fails where a name is no function's, where the rank is not clear-cut, and on robots whose derivation takes long or much
+/// Fails where a symbol that is to be a number has no value, where a name is no function's, where the rank is not clear-cut, and on robots whose derivation takes long or much
 /// memory, unless `any_size` asks for it.
 pub fn generate(
     robot: &Robot,
@@ -145,12 +149,16 @@ pub fn generate(
     language: &Language,
     made_by: &str,
     values: Option<&IdentifiedValues>,
+    symbols: &[String],
     any_size: bool,
 ) -> Result<Source, Error> {
     check_size(robot, any_size)?;
     let functions: Vec<RobotFunction> =
         functions.iter().map(|name| function_named(robot, name)).collect::<Result<_, _>>()?;
-    let mut module = modeling::module(robot, &functions).map_err(Error::new)?;
+    let is_symbol = |name: &str| symbols.iter().any(|asked| asked == name || asked == "all");
+    let made = modeling::module_with_symbols(robot, &functions, &is_symbol).map_err(Error::new)?;
+    check_symbols(robot, symbols, &made.symbols, &made.constants)?;
+    let mut module = made.module;
     if let Some(values) = values {
         values.write(&mut module);
     }

@@ -9,6 +9,7 @@ pub(crate) mod forward_dynamics;
 pub(crate) mod frame_motion;
 pub(crate) mod friction;
 pub(crate) mod inertia_matrix;
+pub(crate) mod inverse_geometry;
 pub(crate) mod link_frame;
 pub(crate) mod mass_centre;
 pub(crate) mod momenta;

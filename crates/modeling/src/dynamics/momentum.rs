@@ -22,7 +22,8 @@ use crate::kinematics::vector::{NULL, Vector, add, cross, dot, plus_dot};
 /// Inputs `q`, `dq`, `x`; output `p` (n), kg m^2/s (kg m/s).
 pub(crate) fn momentum(derivation: &mut Derivation, x: &ParameterInputs) -> Function {
     let Derivation { robot, graph: g, motion, links, implicit, .. } = derivation;
-    let v = velocities(g, robot, links, &motion.dq);
+    let w: Vec<Vector> = links.iter().map(|link| link.w).collect();
+    let v = velocities(g, robot, links, &w, &motion.dq);
     let mut p = vec![Expr::ZERO; robot.n_variables()];
     // h = M v + w x MS and L = J w + MS x v of each link.
     let mut momenta: Vec<[Vector; 2]> = robot
@@ -73,7 +74,8 @@ pub(crate) fn momentum(derivation: &mut Derivation, x: &ParameterInputs) -> Func
 /// Inputs `q`, `dq`; output `y` (n x p of the base parameters): p = y X.
 pub(crate) fn momentum_regressor(derivation: &mut Derivation, base: &BaseParameters) -> Function {
     let Derivation { robot, graph: g, motion, links, implicit, .. } = derivation;
-    let v = velocities(g, robot, links, &motion.dq);
+    let w: Vec<Vector> = links.iter().map(|link| link.w).collect();
+    let v = velocities(g, robot, links, &w, &motion.dq);
     let parameters: Vec<StandardParameter> = base.base.iter().map(|b| base.standard[b.column]).collect();
     let mut rows = vec![vec![Expr::ZERO; parameters.len()]; robot.n_variables()];
     for (c, parameter) in parameters.iter().enumerate() {

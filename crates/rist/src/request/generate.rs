@@ -30,6 +30,9 @@ request! {
         estimate: Option<PathBuf> = None, value_name("ESTIMATE");
         /// Take the numbers even of an estimate whose verdict is no.
         anyway: bool = false;
+        /// Lengths, angles and components of gravity that stay open, as an argument `symbols` of all functions: `all`, or
+        /// these; a number without a name is called by its place, as d3, r4, alpha5, gz [default: none].
+        symbols: Vec<String> = Vec::new(), value_name("NAMES");
         /// Language to write.
         language: SourceLanguage = SourceLanguage::Rust;
     }
