@@ -285,6 +285,6 @@ mod tests {
         assert!(declared.starts_with("/*") && defined.is_none(), "{declared}");
         let (declared, defined) = of(Value::Reals(vec![0.5]));
         assert_eq!(declared, "extern const arm_real arm_x[1];\n");
-        assert!(defined.unwrap().contains("arm_x[1] = {\n    0.5,\n}"));
+        assert!(defined.unwrap().contains("arm_x[1] = {\n    (arm_real)0.5,\n}"));
     }
 }

@@ -28,7 +28,7 @@ impl<'a> Angles<'a> {
     /// By the compiler options of the file.
     pub(super) fn of(document: &'a Document) -> Angles<'a> {
         let compilers = || document.descendants().filter(|n| n.has_tag_name("compiler"));
-        let said = |key: &str| compilers().filter_map(|n| n.attribute(key)).last();
+        let said = |key: &str| compilers().filter_map(|n| n.attribute(key)).next_back();
         let is_whole = !document.descendants().any(|n| n.has_tag_name("include"));
         Angles {
             unit: said("angle").or(is_whole.then_some("degree")).map(|unit| match unit {
