@@ -229,9 +229,9 @@ mod tests {
         for speed in [-1.0, 0.002, 2.0] {
             assert!((bare.friction[0].torque(speed, 0.0) - expected.torque(speed, 0.0)).abs() < 1e-14);
         }
-        let half = setup(", friction: {coulomb: 2}", ", limits: {effort: -1}");
+        let half = setup(", friction: {coulomb: 2}", ", limits: {effort: 0}");
         assert!(
-            half.notes.contains(&"greatest effort of -1 in the file, assumed: q2 156.0 N".to_string()),
+            half.notes.contains(&"greatest effort of 0 in the file, assumed: q2 156.0 N".to_string()),
             "{:?}",
             half.notes
         );
