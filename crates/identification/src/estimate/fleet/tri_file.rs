@@ -135,13 +135,14 @@ fn divided(bytes: &[u8]) -> Result<(&str, &[u8]), String> {
         Some(TRI_FORMAT_VERSION) => {}
         Some(version) if version > TRI_FORMAT_VERSION => {
             return Err(format!(
-                "version {version} of its format, and this program reads up to {TRI_FORMAT_VERSION}: read it with the rist that wrote \
-                 it, or a newer one"
+                "version {version} of its format, and this program reads up to {TRI_FORMAT_VERSION}: read it with the \
+                 rist that wrote it, or a newer one"
             ));
         }
         Some(version) => {
             return Err(format!(
-                "version {version} of its format, whose sums do not add to those of version {TRI_FORMAT_VERSION}: make it again from its logs"
+                "version {version} of its format, whose sums do not add to those of version {TRI_FORMAT_VERSION}: \
+                 make it again from its logs"
             ));
         }
         None => return Err(format!("its first line, `{line}`, has no version: make it again")),
