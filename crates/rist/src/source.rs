@@ -45,8 +45,12 @@ pub struct Source {
 /// Fails with the names there are.
 pub fn function_named(robot: &Robot, text: &str) -> Result<RobotFunction, Error> {
     let (name, link) = text.split_once('=').map_or((text, None), |(name, link)| (name, Some(link)));
+    let checked = |function: RobotFunction| match function.check(robot) {
+        Ok(()) => Ok(function),
+        Err(e) => Err(Error::new(format_args!("`{text}`: {}: {e}", robot.name))),
+    };
     if let Some(function) = RobotFunction::of_robot(name).filter(|_| link.is_none()) {
-        return Ok(function);
+        return checked(function);
     }
     let Some(make) = RobotFunction::of_link(name) else {
         return Err(Error::new(format_args!("there is no function `{text}`; there are {}", function_names())));
@@ -59,9 +63,7 @@ pub fn function_named(robot: &Robot, text: &str) -> Result<RobotFunction, Error>
         Error::new(format_args!("{} has no moving link `{wanted}`; it has {names}", robot.name))
     };
     if let Some(frame) = LinkFrame::named(robot, wanted) {
-        let function = make(frame);
-        function.check(robot).map_err(|e| Error::new(format_args!("`{text}`: {}: {e}", robot.name)))?;
-        return Ok(function);
+        return checked(make(frame));
     }
     let Some((link, reference)) = wanted.rsplit_once(':') else { return Err(absent(wanted)) };
     let frame = LinkFrame::named(robot, link).ok_or_else(|| absent(link))?;
