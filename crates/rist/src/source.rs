@@ -139,6 +139,10 @@ impl GenerateRequest {
     }
 }
 
+/// The word for gravity compensation, feedforward and computed torque.
+pub(crate) const CONTROLLER: &str = "controller";
+const CALLED_BY_CONTROLLER: [&str; 2] = ["inverse-dynamics", "gravity"];
+
 /// The base regressor and `functions` of a robot as source; `made_by`: the command that the head of the file names;
 /// `values`: numbers that stand in it as the constants X and F; `symbols`: lengths, angles and components of gravity that are
 /// an argument, `all` for all of them.
@@ -155,12 +159,16 @@ pub fn generate(
     any_size: bool,
 ) -> Result<Source, Error> {
     check_size(robot, any_size)?;
-    let functions: Vec<RobotFunction> =
-        functions.iter().map(|name| function_named(robot, name)).collect::<Result<_, _>>()?;
+    let (controllers, functions): (Vec<&String>, Vec<&String>) = functions.iter().partition(|name| *name == CONTROLLER);
+    // What a controller calls.
+    let called = CALLED_BY_CONTROLLER.iter().filter(|_| !controllers.is_empty());
+    let names = functions.into_iter().map(String::as_str).chain(called.copied());
+    let functions: Vec<RobotFunction> = names.map(|name| function_named(robot, name)).collect::<Result<_, _>>()?;
     let is_symbol = |name: &str| symbols.iter().any(|asked| asked == name || asked == "all");
     let made = modeling::module_with_symbols(robot, &functions, &is_symbol).map_err(Error::new)?;
     check_symbols(robot, symbols, &made.symbols, &made.constants)?;
     let mut module = made.module;
+    module.has_controller = !controllers.is_empty();
     if let Some(values) = values {
         values.write(&mut module);
     }
