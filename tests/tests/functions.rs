@@ -263,7 +263,7 @@ fn reactions_move_all_that_the_base_carries() {
         let masses = robot::StandardParameter::all(robot).into_iter().zip(x);
         let mass: f64 = masses.filter(|(p, _)| p.inertial == robot::Inertial::M).map(|(_, x)| x).sum();
         for i in 0..3 {
-            total[i] += mass * robot.gravity[i];
+            total[i] += mass * robot.gravity_number()[i];
         }
         agree("rate of momentum", robot, &total, &rate, 1e-8);
 

@@ -5,7 +5,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 
 use numpy::{PyArrayDyn, PyArrayMethods};
 use pyo3::prelude::*;
-use pyo3::types::{PySlice, PyTuple};
+use pyo3::types::{PyDict, PySlice, PyTuple};
 use rist::evaluation::{Evaluation, ManyStates, ParametersOf, Quantity};
 
 use crate::arrays::{Rows, States, empty};
@@ -105,6 +105,17 @@ impl Model {
             ))),
         }
     }
+}
+
+/// A function of a link in a frame: `jacobian=5:base`.
+pub fn of_link(word: &str, link: &str, frame: Option<&str>) -> String {
+    frame.map_or_else(|| format!("{word}={link}"), |frame| format!("{word}={link}:{frame}"))
+}
+
+/// Keywords with their values.
+pub fn by_keyword<'py>(given: Option<&Bound<'py, PyDict>>) -> PyResult<Vec<(String, Bound<'py, PyAny>)>> {
+    let Some(given) = given else { return Ok(Vec::new()) };
+    given.iter().map(|(name, x)| Ok((name.extract()?, x))).collect()
 }
 
 /// The outputs of a function at states, each with its name. They have a dimension for the states, unless a single state

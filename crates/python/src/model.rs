@@ -16,7 +16,7 @@ use crate::base_parameters::{BaseParameters, standard_names};
 use crate::call::{Call, object};
 use crate::error::{OrError, error};
 use crate::estimate::Estimate;
-use crate::evaluate::{Argument, Evaluations, evaluate};
+use crate::evaluate::{Argument, Evaluations, by_keyword, evaluate, of_link};
 use crate::html;
 use crate::work::alone;
 
@@ -73,11 +73,6 @@ impl Model {
         let title = format!("{}: {} base parameters", self.inner.robot.name, self.inner.parameters.len());
         html::table(&title, &["parameter", "rule"], rows)
     }
-}
-
-/// A function of a link in a frame: `jacobian=5:base`.
-fn of_link(word: &str, link: &str, frame: Option<&str>) -> String {
-    frame.map_or_else(|| format!("{word}={link}"), |frame| format!("{word}={link}:{frame}"))
 }
 
 /// The options of a description out of keyword arguments.
@@ -317,9 +312,7 @@ impl Model {
         parameters: Argument<'_, 'py>,
         others: Option<&Bound<'py, PyDict>>,
     ) -> PyResult<Bound<'py, PyAny>> {
-        let others: Vec<(String, Bound<'py, PyAny>)> = others.map_or(Ok(Vec::new()), |o| {
-            o.iter().map(|(name, x)| Ok((name.extract()?, x))).collect::<PyResult<_>>()
-        })?;
+        let others = by_keyword(others)?;
         let others: Vec<(&str, &Bound<'py, PyAny>)> = others.iter().map(|(name, x)| (name.as_str(), x)).collect();
         let mut found = evaluate(py, self, function, [q, dq, ddq], parameters, &others)?;
         match found.len() {

@@ -11,7 +11,7 @@ use modeling::{Derivation, UnclearRank};
 
 use crate::error::Error;
 use crate::model::Model;
-use crate::source::function_named;
+use crate::named_function::function_named;
 use crate::tape::state_tape::{Argument, StateTape};
 
 /// What is evaluated.

@@ -58,6 +58,7 @@ pub mod linting;
 pub mod load;
 pub mod model;
 pub mod motion_portrait;
+mod named_function;
 mod motion_range;
 mod mount;
 pub mod output;

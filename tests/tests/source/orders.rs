@@ -146,6 +146,7 @@ pub(crate) const ORDERS: [(&str, &[&str]); 18] = [
             "torque_difference",
             "description",
             "model",
+            "named_function",
             "evaluation",
             "states_file",
             "linting",
