@@ -220,7 +220,7 @@ fn identified(model: &Model, here: &Path, log: &JointLog) -> Vec<f64> {
     estimate.parameters.iter().take(model.regressor().parameters().len()).map(|p| p.value.unwrap()).collect()
 }
 
-/// The same fourteen mistakes in measured logs of a Panda and a UR10e, and each log with the description of the other.
+/// The same fifteen mistakes in measured logs of a Panda and a UR10e, and each log with the description of the other.
 #[test]
 fn faults_are_named_in_measured_logs() {
     let Some(shared) = shared() else { return };

@@ -327,9 +327,9 @@ impl Frame {
         let mut from = 0;
         while from < spans.len() {
             let to = (from + 1..spans.len()).find(|&i| spans[i].is_first).unwrap_or(spans.len());
-            let forth = spans[from..to].iter().map(|span| (span.t, span.high));
-            let back = spans[from..to].iter().rev().map(|span| (span.t, span.low));
-            s += &self.path(&[forth.chain(back).collect()]);
+            let (piece, last) = (&spans[from..to], spans[to - 1]);
+            let forth = piece.iter().map(|s| (s.t, s.high)).chain([(last.end, last.high), (last.end, last.low)]);
+            s += &self.path(&[forth.chain(piece.iter().rev().map(|s| (s.t, s.low))).collect()]);
             s.push('z');
             from = to;
         }

@@ -86,7 +86,7 @@ pub use doctor::{Passport, examine};
 pub use error::Error;
 pub use exciting::{ExcitingMotion, excite};
 pub use experiments::{ExperimentLogs, identify_experiments, identify_gains_of_rows, identify_paper_rows};
-pub use fleet::{Accumulator, Comparison, accumulate, compare};
+pub use fleet::{Accumulator, Compared, Comparison, accumulate, compare};
 pub use formulas::derive;
 pub use inspection::{Inspection, inspect};
 pub use linting::{Lint, lint};

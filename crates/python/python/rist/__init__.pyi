@@ -529,8 +529,9 @@ def simulate(
     """Simulates the experiments of a plan, or an ExcitingMotion, in closed loop, with friction, noise and drive gains.
 
     With out="DIRECTORY" it writes a log an experiment (e01.csv, .. or motion.csv, v01.csv, .. of motions for validation, e01_loaded.csv,
-    ..) and truth.yaml, as `rist simulate` does. Returns the parameters behind the logs, an Estimate, and the logs: a dict by
-    name of dicts of arrays t (N,) in s, q (N, n) in rad (m), i (N, n) in A, which `identify` takes.
+    ..), truth.yaml, and truth_loaded.yaml with a load, as `rist simulate` does. Returns the parameters behind the logs, an
+    Estimate, and the logs: a dict by name of dicts of arrays t (N,) in s, q (N, n) in rad (m), i (N, n) in A, which
+    `identify` takes.
 
     Options:
     - validation: Number of validation motions [default: 10]
@@ -607,4 +608,17 @@ def check(
       alone
     - after: An estimate of this model: efforts and powers are proved with its torques instead of the
       description's"""
-def compare(reference: Accumulator, robots: Mapping[str, Accumulator], fdr: float = 0.05) -> Comparison: ...
+def compare(
+    reference: Accumulator,
+    robots: Mapping[str,
+    Accumulator],
+    *,
+    of: Literal["all", "inertial"] = "all",
+    fdr: float = 0.05,
+) -> Comparison:
+    """Compares sums with those of a reference: robots by name, {"r07": Accumulator, ..}.
+
+    Options:
+    - of: The parameters that are asked about [default: 'all']
+    - fdr: False discovery rate: the expected share of unchanged robots among those reported as changed, and of
+      unchanged parameters among those reported [default: 0.05]"""

@@ -41,7 +41,7 @@ impl Look<'_> {
     /// Appends the findings, and what cannot be told.
     pub(super) fn diagnose(&self, slopes: Option<&[Partial]>, passport: &mut Passport) {
         let mut findings = self.dead_and_saturated();
-        let is_dead = findings.iter().any(|f| f.fault == Fault::DeadTorque);
+        let is_dead = findings.iter().any(|f| matches!(f.fault, Fault::DeadTorque | Fault::Nothing(_)));
         findings.extend(self.short());
         findings.extend(self.degrees());
         let velocities = self.velocities();
