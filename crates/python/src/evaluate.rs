@@ -155,7 +155,8 @@ pub fn evaluate<'py>(
         for (first, outputs) in passes {
             let end = count.min(first + STATES_PER_PASS);
             let cut = |x: &[f64], n: usize| (first * n).min(x.len())..(end * n).min(x.len());
-            let others: Vec<(&str, &[f64])> = given.iter().map(|(name, width, x)| (*name, &x[cut(x, *width)])).collect();
+            let others: Vec<(&str, &[f64])> =
+                given.iter().map(|(name, width, x)| (*name, &x[cut(x, *width)])).collect();
             let [q, dq, ddq] = [q, dq, ddq].map(|x| &x[cut(x, n)]);
             let some = ManyStates { q, dq, ddq, parameters: &parameters, others: &others };
             alone(py, || evaluation.fill(&model.inner, &some, outputs))?.or_error()?;
@@ -222,7 +223,8 @@ impl<'py> Others<'py> {
             // A matrix of one state may keep its shape.
             let entries: usize = rows.shape().iter().product();
             let lone = count.map_or(rows.shape().len() == 1 || entries == *width, |(_, is_one)| is_one);
-            let (rows_there, is_lone) = if lone { (1, true) } else { (rows.shape().first().copied().unwrap_or(0), false) };
+            let (rows_there, is_lone) =
+                if lone { (1, true) } else { (rows.shape().first().copied().unwrap_or(0), false) };
             let (expected, is_one) = *count.get_or_insert((rows_there, is_lone));
             if entries != expected * width || (!is_one && rows_there != expected) {
                 let shape = if is_one { format!("({width},)") } else { format!("({expected}, {width})") };

@@ -208,11 +208,7 @@ impl Model {
 
     /// The inertia matrix A(q), shape (N, n, n), kg m^2; parameters as of `torque`.
     #[pyo3(signature = (q, parameters=None))]
-    fn inertia_matrix<'py>(
-        &self,
-        q: &Bound<'py, PyAny>,
-        parameters: Argument<'_, 'py>,
-    ) -> PyResult<Bound<'py, PyAny>> {
+    fn inertia_matrix<'py>(&self, q: &Bound<'py, PyAny>, parameters: Argument<'_, 'py>) -> PyResult<Bound<'py, PyAny>> {
         self.one("inertia-matrix", [Some(q), None, None], parameters, &[])
     }
 
@@ -229,11 +225,7 @@ impl Model {
 
     /// Gravity torques, shape (N, n), N m (N); parameters as of `torque`.
     #[pyo3(signature = (q, parameters=None))]
-    fn gravity<'py>(
-        &self,
-        q: &Bound<'py, PyAny>,
-        parameters: Argument<'_, 'py>,
-    ) -> PyResult<Bound<'py, PyAny>> {
+    fn gravity<'py>(&self, q: &Bound<'py, PyAny>, parameters: Argument<'_, 'py>) -> PyResult<Bound<'py, PyAny>> {
         self.one("gravity", [Some(q), None, None], parameters, &[])
     }
 
@@ -366,9 +358,7 @@ impl Model {
         };
         let refused = |e| error(format_args!("{path}: {e}"));
         let (functions, symbols) = (&request.functions, &request.symbols);
-        let made = || {
-            rist::generate(&self.inner.robot, functions, &language, &made_by, values.as_ref(), symbols, true)
-        };
+        let made = || rist::generate(&self.inner.robot, functions, &language, &made_by, values.as_ref(), symbols, true);
         let source = alone(py, made)?.map_err(refused)?;
         match source.header {
             Some(header) => Ok(PyTuple::new(py, [source.text, header])?.into_any()),
