@@ -61,7 +61,7 @@ def robot(rist, path, here):
     if path.suffix == ".urdf":
         urdf.write_text(path.read_text())
     else:
-        run(rist, "convert", path, "--out", urdf)
+        run(rist, "convert", path, "--to", "urdf", "--out", urdf)
     text = re.sub(r"<(visual|collision)>.*?</\1>", "", urdf.read_text(), flags=re.S)
     options = '<mujoco><compiler balanceinertia="false" boundmass="0" boundinertia="0"/></mujoco>'
     model = mujoco.MjModel.from_xml_string(re.sub(r"(<robot[^>]*>)", rf"\1{options}", text, count=1))
@@ -71,7 +71,8 @@ def robot(rist, path, here):
     data, inertia = mujoco.MjData(model), numpy.zeros((n, n))
     data.qpos[:] = 0.3
     mujoco.mj_forward(model, data)
-    mujoco.mj_fullM(model, inertia, data.qM)
+    for k in range(n):
+        mujoco.mj_mulM(model, data, inertia[k], numpy.eye(n)[k])
     inertia, weight = numpy.diag(inertia).copy(), numpy.abs(data.qfrc_bias)
     model.dof_damping[:], model.dof_frictionloss[:] = inertia, 2 * inertia
     limit = 60 * inertia + 2 * weight + 5
