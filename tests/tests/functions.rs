@@ -201,3 +201,126 @@ fn poses_and_jacobians_are_those_of_the_frames() {
         }
     }
 }
+
+/// With the base parameters: the same kinetic energy, and the same differences of the potential one.
+#[test]
+fn energies_of_base_parameters_are_those_of_the_bodies() {
+    let mut random = Random(14);
+    for Case { robot, base, x, x_base } in &cases() {
+        let n = robot.n_coordinates();
+        let mut derivation = Derivation::new(robot).unwrap();
+        let (energy, energies) = (derivation.energy(), derivation.energies(base));
+        let mut at = || {
+            let (q, dq) = (random.vector(n, 1.0), random.vector(n, 1.0));
+            let per_unit = evaluate(&energy.bound(), &[&q, &dq]);
+            let of = |e: &[f64]| e.iter().zip(x).map(|(e, x)| e * x).sum::<f64>();
+            let found = evaluate(&energies.bound(), &[&q, &dq, x_base]);
+            (found, [of(&per_unit[..x.len()]), of(&per_unit[x.len()..])])
+        };
+        let ((a, expected_a), (b, expected_b)) = (at(), at());
+        agree("kinetic energy", robot, &[a[0]], &[expected_a[0]], ROUNDING);
+        let (found, expected) = (a[1] - b[1], expected_a[1] - expected_b[1]);
+        agree("difference of potential energy", robot, &[found], &[expected], ROUNDING);
+    }
+}
+
+/// What passes through the joints of the first links moves the whole: its rate of momentum less its weight, and the
+/// moment about the centre of mass is the rate of the angular momentum. Along the axis it is the joint's torque.
+#[test]
+fn reactions_move_all_that_the_base_carries() {
+    let (mut random, mut seen) = (Random(15), 0);
+    for Case { robot, x, .. } in cases().iter().filter(|case| case.robot.loops.is_empty()) {
+        let n = robot.n_coordinates();
+        let mut derivation = Derivation::new(robot).unwrap();
+        let (q, dq, ddq) = (random.vector(n, 1.0), random.vector(n, 1.0), random.vector(n, 1.0));
+        let reactions = evaluate(&derivation.joint_reactions().bound(), &[&q, &dq, &ddq, x]);
+        let links = robot.links.len();
+        let column = |k: usize| -> [f64; 6] { std::array::from_fn(|row| reactions[row * links + k]) };
+        let (centre, momentum) = (derivation.centre_of_mass().bound(), derivation.centroidal_momentum().bound());
+        let at = |t: f64| {
+            let q: Vec<f64> = (0..n).map(|k| q[k] + t * dq[k] + 0.5 * t * t * ddq[k]).collect();
+            let dq: Vec<f64> = (0..n).map(|k| dq[k] + t * ddq[k]).collect();
+            evaluate(&momentum, &[&q, &dq, x])[..6].to_vec()
+        };
+        let h = 1e-3;
+        let [a, b, c, d] = [h, -h, 2.0 * h, -2.0 * h].map(at);
+        let rate: Vec<f64> = (0..6).map(|i| (8.0 * (a[i] - b[i]) - (c[i] - d[i])) / (12.0 * h)).collect();
+        let c = evaluate(&centre, &[&q, x]);
+        let poses = robot.link_poses(&q);
+        let mut total = [0.0; 6];
+        for k in robot.link_ids().filter(|j| robot.link(*j).antecedent.is_none()) {
+            let wrench = column(k.0);
+            let turned = |v: &[f64]| [0, 1, 2].map(|r: usize| (0..3).map(|i| poses[k.0].rotation[r][i] * v[i]).sum());
+            let (f, n): ([f64; 3], [f64; 3]) = (turned(&wrench[..3]), turned(&wrench[3..]));
+            let lever = [0, 1, 2].map(|i| poses[k.0].position[i] - c[i]);
+            for i in 0..3 {
+                let (j, l) = ((i + 1) % 3, (i + 2) % 3);
+                total[i] += f[i];
+                total[3 + i] += n[i] + lever[j] * f[l] - lever[l] * f[j];
+            }
+        }
+        // Gravity has no moment about the centre of mass.
+        let masses = robot::StandardParameter::all(robot).into_iter().zip(x);
+        let mass: f64 = masses.filter(|(p, _)| p.inertial == robot::Inertial::M).map(|(_, x)| x).sum();
+        for i in 0..3 {
+            total[i] += mass * robot.gravity_number()[i];
+        }
+        agree("rate of momentum", robot, &total, &rate, 1e-8);
+
+        let torque = evaluate(&derivation.torque().bound(), &[&q, &dq, &ddq, x]);
+        for j in robot.link_ids() {
+            let joint = &robot.link(j).joint;
+            if let [(k, 1.0)] = joint.variable.terms[..] {
+                let ia = robot::StandardParameter { link: j, inertial: robot::Inertial::Ia };
+                let place = robot::StandardParameter::all(robot).iter().position(|p| *p == ia);
+                let along = column(j.0)[if joint.kind == robot::JointKind::Revolute { 5 } else { 2 }];
+                let is_alone =
+                    robot.links.iter().filter(|l| l.joint.variable.terms.iter().any(|t| t.0 == k)).count() == 1;
+                if is_alone {
+                    let rotor = place.map_or(0.0, |c| x[c] * ddq[k.0]);
+                    agree("along the axis", robot, &[along + rotor], &[torque[k.0]], ROUNDING);
+                    seen += 1;
+                }
+            }
+        }
+    }
+    assert!(seen > 50, "{seen} joints");
+}
+
+#[test]
+fn constraint_equations_are_those_of_the_closed_loops() {
+    let mut random = Random(16);
+    for name in ["four_bar", "watt", "three_rpr", "gough_stewart"] {
+        let robot = tests::loops::with_loops(name);
+        let derivation = Derivation::new(&robot).unwrap();
+        let function = derivation.constraint_equations().unwrap().bound();
+        let (n, m) = (robot.n_coordinates(), robot.passive.len());
+        let mut closure = derivation.closure().unwrap();
+        let (origin, _) = closure.find_origin(n).unwrap();
+        let q: Vec<f64> = origin.iter().map(|q| q + 0.01 * random.unit()).collect();
+        let passive = closure.passive(&q).unwrap().to_vec();
+        let found = evaluate(&function, &[&q, &passive]);
+        let rows = function.outputs[0].rows;
+        let (e, rest) = found.split_at(rows);
+        let (ja, rest) = rest.split_at(rows * n);
+        let (jp, g) = rest.split_at(rows * m);
+        assert!(e.iter().all(|e| e.abs() < 1e-9), "{name}: the loops are open: {e:?}");
+        assert!(ja.iter().chain(jp).any(|x| x.abs() > 0.1), "{name}: no equation");
+        let rates: Vec<f64> =
+            (0..rows * n).map(|k| ja[k] + (0..m).map(|p| jp[k / n * m + p] * g[p * n + k % n]).sum::<f64>()).collect();
+        agree("ja + jp g", &robot, &rates, &vec![0.0; rows * n], 1e-8);
+        // Along the closed configurations.
+        let h = 1e-4;
+        let moved = |k: usize, h: f64, closure: &mut modeling::Closure| {
+            let mut q = q.clone();
+            q[k] += h;
+            closure.passive(&q).unwrap().to_vec()
+        };
+        for k in 0..n {
+            let (ahead, behind) = (moved(k, h, &mut closure), moved(k, -h, &mut closure));
+            let by_differences: Vec<f64> = (0..m).map(|p| (ahead[p] - behind[p]) / (2.0 * h)).collect();
+            let column: Vec<f64> = (0..m).map(|p| g[p * n + k]).collect();
+            agree("dq_p per dq", &robot, &column, &by_differences, 1e-5);
+        }
+    }
+}

@@ -16,6 +16,7 @@
 
 use expr::{Constant, Documented, Expr, Function, Fusion, Module, Node, Operation, Value};
 
+use crate::controller::Controller;
 use crate::steps::{Name, Step, in_line, is_read, names, steps};
 
 /// A header and its source file.
@@ -35,13 +36,14 @@ pub fn c_files(module: &Module, made_by: &str, header_name: &str) -> CFiles {
     let bound: Vec<(&Documented, Function)> = module.functions.iter().map(|f| (f, f.function.bound())).collect();
 
     // Header and source begin; math.h is there only where something of it is used.
+    let controller = Controller::of(module);
     let mut header = banner.clone() + &comment(&module.doc);
     header += &format!(
         "#ifndef {upper}_H\n#define {upper}_H\n\n#ifdef __cplusplus\nextern \"C\" {{\n#endif\n\n\
          /* The numbers computed with: double, or what {upper}_REAL says, such as float. */\n\
          #ifndef {upper}_REAL\n#define {upper}_REAL double\n#endif\ntypedef {upper}_REAL {prefix}_real;\n"
     );
-    let mut source = format!("{banner}\n#include \"{header_name}\"\n") + &macros(prefix, &bound);
+    let mut source = format!("{banner}\n#include \"{header_name}\"\n") + &macros(prefix, &bound, controller.is_some());
 
     // The constants, declared in the header and defined in the source where they are no macros.
     for constant in &module.constants {
@@ -76,16 +78,21 @@ pub fn c_files(module: &Module, made_by: &str, header_name: &str) -> CFiles {
         }
         header += &format!("\n{}{head};\n", comment(&documented.doc));
     }
+    if let Some(controller) = controller {
+        let (declared, defined) = controller.c(prefix);
+        header += &declared;
+        source += &defined;
+    }
     header += "\n#ifdef __cplusplus\n}\n#endif\n\n#endif\n";
     CFiles { header, source }
 }
 
 /// What the bodies call: math.h, the type of the numbers, and macros for what depends on it.
-fn macros(prefix: &str, bound: &[(&Documented, Function)]) -> String {
+fn macros(prefix: &str, bound: &[(&Documented, Function)], has_controller: bool) -> String {
     let mut source = String::new();
     let from_math = |node: &Node| matches!(node, Node::Sin(_) | Node::Cos(_) | Node::Sqrt(_));
     let fuses = bound.iter().any(|(_, function)| Fusion::of(function).fused_sums() > 0);
-    if fuses || bound.iter().any(|(_, function)| function.graph().nodes().iter().any(from_math)) {
+    if fuses || has_controller || bound.iter().any(|(_, function)| function.graph().nodes().iter().any(from_math)) {
         source += "\n#include <math.h>\n";
     }
     source += &format!("\ntypedef {prefix}_real real;\n");
@@ -97,6 +104,7 @@ fn macros(prefix: &str, bound: &[(&Documented, Function)]) -> String {
         ("sin", reads(|node| matches!(node, Node::Sin(_)))),
         ("cos", reads(|node| matches!(node, Node::Cos(_)))),
         ("sqrt", reads(|node| matches!(node, Node::Sqrt(_)))),
+        ("tanh", has_controller),
     ];
     if calls.iter().any(|(_, is_read)| *is_read) {
         source +=

@@ -29,6 +29,6 @@ pub use dynamics::link_frame::LinkFrame;
 pub use dynamics::reference_frame::ReferenceFrame;
 pub use kinematics::closure::{Closure, Open};
 pub use robot_formulas::{RobotFormulas, formulas};
-pub use robot_function::RobotFunction;
+pub use robot_function::{NotThere, RobotFunction};
 pub use robot_module::{ModuleWithSymbols, module, module_with_symbols};
 pub use size::Size;

@@ -36,6 +36,11 @@ const FUNCTIONS_OF_ROBOT: &[OfRobot] = &[
     ("regressor", "The regressor of the standard parameters, row by row.", |_, d| d.standard.clone()),
     ("power-regressor", "dq^T D: the power per unit of each standard parameter, W.", |of, _| of.power_regressor()),
     ("energy", "Kinetic and potential energy per unit of each standard parameter, J.", |of, _| of.energy()),
+    (
+        "energies",
+        "Kinetic and potential energy from the base parameters x, J; the potential one up to a constant.",
+        |of, d| of.energies(d.base),
+    ),
     ("inverse-dynamics", "The torques from the base parameters x, N m (N).", |of, d| of.inverse_dynamics(d.base)),
     ("torque", "The torques from the standard parameters x, N m (N).", |of, _| of.torque()),
     ("inertia-matrix", "The inertia matrix from the base parameters x, kg m^2.", |of, d| of.inertia_matrix(d.base)),
@@ -78,6 +83,17 @@ const FUNCTIONS_OF_ROBOT: &[OfRobot] = &[
         "centroidal-momentum",
         "Momentum, then angular momentum about the centre of mass, and map with h = map dq, from the standard parameters x.",
         |of, _| of.centroidal_momentum(),
+    ),
+    (
+        "joint-reactions",
+        "Force, then moment at O_j, with which the link before moves each link, in its frame, one column per link, from the \
+         standard parameters x; that along the axis is the joint's torque less IA ddq.",
+        |of, _| of.joint_reactions(),
+    ),
+    (
+        "constraint-equations",
+        "The loops that are solved numerically: e = 0, ja dq + jp dq_p = 0, and dq_p = g dq of the passive joints.",
+        |of, _| of.constraint_equations().unwrap_or_else(|| nothing("constraint_equations")),
     ),
     ("friction", "Friction torques: f is FV FS OFF of each coordinate.", |of, _| of.friction()),
 ];
@@ -170,14 +186,57 @@ fn nothing(name: &str) -> Function {
     Function::new(name, &Graph::new(), Vec::new(), Vec::new())
 }
 
+impl Derivation<'_> {
+    /// A function; `standard` and `base` are the robot's regressor of the standard parameters and its base parameters.
+    pub fn function(&mut self, which: &RobotFunction, standard: &Function, base: &BaseParameters) -> Function {
+        which.derive(self, &Derived { standard, base }).1
+    }
+}
+
+/// Why a robot does not have a function.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum NotThere {
+    /// An arm without a closed form of its inverse geometric model.
+    NoClosedForm(NoClosedForm),
+    /// Reactions of a robot with loops.
+    Loops,
+    /// Equations of loops of a robot without joints that are solved numerically.
+    NoPassive,
+}
+
+impl std::fmt::Display for NotThere {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            NotThere::NoClosedForm(e) => e.fmt(f),
+            NotThere::Loops => f.write_str(
+                "it has loops, and the forces of a cut joint, which its torques leave open, pass through the others; \
+                 reactions are there for trees of links",
+            ),
+            NotThere::NoPassive => f.write_str(
+                "it has no joint that a loop determines numerically; `rist inspect` prints the relations of the others",
+            ),
+        }
+    }
+}
+
+impl std::error::Error for NotThere {}
+
 impl RobotFunction {
     /// Whether the robot has the function: an inverse geometric model is not there for all.
-    pub fn check(&self, robot: &Robot) -> Result<(), NoClosedForm> {
+    ///
+    /// Fails with the reason.
+    pub fn check(&self, robot: &Robot) -> Result<(), NotThere> {
         match &self.0 {
+            Row::OfRobot(i) => match FUNCTIONS_OF_ROBOT[*i].0 {
+                "joint-reactions" if !robot.loops.is_empty() => Err(NotThere::Loops),
+                "constraint-equations" if robot.passive.is_empty() => Err(NotThere::NoPassive),
+                _ => Ok(()),
+            },
             Row::OfLink(i, about) if FUNCTIONS_OF_LINK[*i].word == "inverse-geometry" => {
                 // A robot whose loops do not close has other worries.
                 let derivation = Derivation::new(robot).ok();
-                derivation.map_or(Ok(()), |mut d| d.inverse_geometry(about.0.clone()).map(|_| ()))
+                let made = derivation.map(|mut d| d.inverse_geometry(about.0.clone()));
+                made.and_then(Result::err).map_or(Ok(()), |e| Err(NotThere::NoClosedForm(e)))
             }
             _ => Ok(()),
         }

@@ -60,6 +60,7 @@ pub mod model;
 pub mod motion_portrait;
 mod motion_range;
 mod mount;
+mod named_function;
 pub mod output;
 pub mod page;
 pub mod planning;

@@ -170,12 +170,16 @@ impl Model {
     /// Base parameters from the inertials of the description, a link without them counting as massless; `None` where
     /// no link has any.
     pub fn described_parameters(&self) -> Option<Vec<f64>> {
+        Some(self.parameters.values(&self.described_standard_parameters()?))
+    }
+
+    /// Standard parameters from the inertials of the description, in their order; as [`Model::described_parameters`].
+    pub fn described_standard_parameters(&self) -> Option<Vec<f64>> {
         if self.robot.links.iter().all(|link| link.inertial.is_none()) {
             return None;
         }
         let value = |p: &robot::StandardParameter| p.value(&self.robot).unwrap_or(0.0);
-        let standard: Vec<f64> = self.parameters.standard.iter().map(value).collect();
-        Some(self.parameters.values(&standard))
+        Some(self.parameters.standard.iter().map(value).collect())
     }
 
     /// Drive gains of the description, one per coordinate, N m/A.

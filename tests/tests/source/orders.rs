@@ -62,7 +62,7 @@ pub(crate) const ORDERS: [(&str, &[&str]); 18] = [
             "size",
         ],
     ),
-    ("crates/codegen", &["steps", "numbers", "rust_function", "rust_file", "c", "formula"]),
+    ("crates/codegen", &["steps", "numbers", "controller", "rust_function", "rust_file", "c", "formula"]),
     (
         "crates/logs",
         &[
@@ -146,6 +146,7 @@ pub(crate) const ORDERS: [(&str, &[&str]); 18] = [
             "torque_difference",
             "description",
             "model",
+            "named_function",
             "evaluation",
             "states_file",
             "linting",

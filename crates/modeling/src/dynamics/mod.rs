@@ -16,6 +16,7 @@ pub(crate) mod momenta;
 pub(crate) mod momentum;
 pub(crate) mod parameter_inputs;
 pub(crate) mod pose;
+pub(crate) mod reactions;
 pub(crate) mod reference_frame;
 pub(crate) mod regressor;
 pub(crate) mod slotine_li;

@@ -126,6 +126,40 @@ class Model:
         """(N, n), N m (N)."""
     def gravity(self, q: ArrayLike, parameters: ArrayLike | Estimate | None = None) -> Numbers:
         """(N, n), N m (N)."""
+    def energy(
+        self, q: ArrayLike, dq: ArrayLike | None = None, parameters: ArrayLike | Estimate | None = None
+    ) -> Numbers:
+        """(N, 2), J: kinetic and potential energy, of base parameters the potential one up to a constant."""
+    def forward_dynamics(
+        self, q: ArrayLike, dq: ArrayLike | None, tau: ArrayLike, parameters: ArrayLike | Estimate | None = None
+    ) -> Numbers:
+        """(N, n), rad/s^2 (m/s^2)."""
+    def torque_derivatives(
+        self,
+        q: ArrayLike,
+        dq: ArrayLike | None = None,
+        ddq: ArrayLike | None = None,
+        parameters: ArrayLike | Estimate | None = None,
+    ) -> tuple[Numbers, Numbers]:
+        """By q and dq, each (N, n, n)."""
+    def forward_dynamics_derivatives(
+        self, q: ArrayLike, dq: ArrayLike | None, tau: ArrayLike, parameters: ArrayLike | Estimate | None = None
+    ) -> tuple[Numbers, Numbers, Numbers]:
+        """By q, dq and tau, each (N, n, n)."""
+    def pose(self, link: str, q: ArrayLike, frame: str | None = None) -> Numbers:
+        """(N, 3, 4): orientation and position of a link in the base frame, or in that of another link."""
+    def jacobian(self, link: str, q: ArrayLike, frame: str | None = None) -> Numbers:
+        """(N, 6, n): velocity of a link's origin, then angular velocity, in its axes, or in those of another link or "base"."""
+    def evaluate(
+        self,
+        function: str,
+        q: ArrayLike | None = None,
+        dq: ArrayLike | None = None,
+        ddq: ArrayLike | None = None,
+        parameters: ArrayLike | Estimate | None = None,
+        **others: ArrayLike,
+    ) -> Numbers | dict[str, Numbers]:
+        """Any function of `rist generate` by its name: its output, or a dict of them by name."""
     @overload
     def generate(
         self,
@@ -135,6 +169,7 @@ class Model:
         *,
         estimate: Estimate | None = None,
         anyway: bool = False,
+        symbols: Sequence[str] = ...,
     ) -> str: ...
     @overload
     def generate(
@@ -145,6 +180,7 @@ class Model:
         *,
         estimate: Estimate | None = None,
         anyway: bool = False,
+        symbols: Sequence[str] = ...,
     ) -> tuple[str, str]: ...
 
 class Verdict:

@@ -24,7 +24,7 @@ words! { SourceLanguage:
 request! {
     /// What source is written of a robot.
     pub struct GenerateRequest {
-        /// Functions beside base-regressor:
+        /// Functions beside base-regressor: controller (gravity compensation, feedforward and computed torque, with limits),
         functions: Vec<String> = Vec::new(), value_name("NAMES"), and(&function_names());
         /// An estimate of this model: its numbers stand in the file as the constants X and F.
         estimate: Option<PathBuf> = None, value_name("ESTIMATE");
