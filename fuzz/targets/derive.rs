@@ -9,7 +9,7 @@
 use std::path::Path;
 
 use libfuzzer_sys::fuzz_target;
-use numerics::random::Random;
+use random::Random;
 use rist::description::{check_values, parse_robot};
 use rist::evaluation::{Evaluation, ManyStates, Quantity};
 use rist::{Model, ModelOptions};

@@ -9,7 +9,7 @@ use experiments::plan::candidates::Candidate;
 use experiments::plan::certificate::{certified_efficiency, condition_bound, determinant_bound};
 use experiments::plan::exchange::{Criterion, Search, exchange, value_of};
 use numerics::information_matrix::Rows;
-use numerics::random::Random;
+use random::Random;
 use tests::benchmark::candidates::{puma_candidates, r3_candidates};
 use tests::benchmark::robots::{puma, r3};
 

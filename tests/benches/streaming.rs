@@ -13,7 +13,7 @@ use linear_model::compiled::compiled;
 use linear_model::parameter::BaseParameter;
 use linear_model::regressor::{Coordinate, Regressor};
 use logs::LogSource;
-use numerics::random::Random;
+use random::Random;
 use rist::model::Model;
 use rist::samples::{IdentifyRequest, identify};
 

@@ -79,7 +79,7 @@ fn saturated(log: &JointLog, k: usize, share: f64) -> JointLog {
     })
 }
 
-/// Fourteen mistakes that can be made in any log. `heavy`: two joints that gravity or inertia loads. `weight`: the
+/// Fifteen mistakes that can be made in any log. `heavy`: two joints that gravity or inertia loads. `weight`: the
 /// torque that holds the described robot at rest in the position of a row. `rows`: by how many rows the delayed torques
 /// are late.
 pub fn injected(
@@ -124,6 +124,8 @@ pub fn injected(
     add("no gravity", weightless, &[], is(Fault::GravityCompensated));
     add("another joint's velocity", changed(good, |l| l.dq[b] = l.dq[a].clone()), &[b], is(Fault::Velocity));
     add("a dead torque", changed(good, |l| each(&mut l.tau[b..=b], |_| 0.0)), &[b], is(Fault::DeadTorque));
+    let unwritten = changed(good, |l| each(&mut l.tau, |x| 1e-309 * x));
+    add("memory nobody wrote", unwritten, &(0..n).collect::<Vec<_>>(), Box::new(|f| matches!(f, Fault::Nothing(_))));
     add("a saturated torque", saturated(good, a, 0.7), &[a], Box::new(|f| matches!(f, Fault::Saturated(_))));
     all
 }

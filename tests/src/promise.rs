@@ -14,7 +14,7 @@ use linear_model::parameter::ParameterId;
 use logs::LogSource;
 use nalgebra::{Cholesky, DMatrix};
 use numerics::information_matrix::Rows;
-use numerics::random::Random;
+use random::Random;
 use rist::simulation::SimulateRequest;
 use rist::{Error, IdentifyRequest, Model};
 

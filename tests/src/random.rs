@@ -1,4 +1,6 @@
-//! Random states and parameters: splitmix64, seeded, the same everywhere.
+//! Random states and parameters, from a seed.
+
+use ::random::SplitMix;
 
 use robot::{Inertial, Robot, StandardParameter};
 
@@ -22,11 +24,10 @@ impl State {
 impl Random {
     /// One number of [-1, 1).
     pub fn unit(&mut self) -> f64 {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let mut z = self.0;
-        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        ((z ^ (z >> 31)) >> 11) as f64 / (1u64 << 52) as f64 - 1.0
+        let mut generator = SplitMix(self.0);
+        let drawn = generator.unit();
+        self.0 = generator.0;
+        drawn
     }
 
     /// One index below n.

@@ -416,3 +416,17 @@ fn loops_that_are_solved_numerically_keep_the_laws() {
         agree("A dq", &robot, &p, &times(&a, &dq), 1e-9);
     }
 }
+
+/// casadi's Jacobian of the torques by q and dq, common subexpressions taken out: 4340 operations of a UR5, 6811 of a Panda.
+#[test]
+fn derivatives_cost_less_than_half_of_automatic_differentiation() {
+    for (file, casadi) in [("ur5.urdf", 4340), ("panda.yaml", 6811)] {
+        let mut robot = tests::model(file);
+        robot.links.iter_mut().for_each(|link| link.joint.rotor_inertia = robot::RotorInertia::Absent);
+        let mut derivation = Derivation::new(&robot).unwrap();
+        let regressor = derivation.regressor();
+        let base = derivation.base_parameters(&regressor).unwrap();
+        let count = derivation.inverse_dynamics_derivatives(&base).bound().count();
+        assert!(2 * (count.mul + count.add) < casadi, "{file}: {count:?}");
+    }
+}

@@ -52,7 +52,7 @@ fn the_generated_file_of_an_example_is_up_to_date() {
     let made_by =
         "rist generate models/planar2r_vertical.yaml --functions inverse-dynamics,forward-dynamics".to_string();
     let source =
-        generate(&model("planar2r_vertical.yaml"), &functions, &Language::Rust, &made_by, None, false).unwrap();
+        generate(&model("planar2r_vertical.yaml"), &functions, &Language::Rust, &made_by, None, &[], false).unwrap();
     let file = workspace().join("crates/rist/examples/computed_torque/arm.rs");
     let found = std::fs::read_to_string(&file).unwrap();
     assert!(found == source.text, "{} is stale: run `{made_by} --out {}`", file.display(), file.display());

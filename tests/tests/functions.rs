@@ -3,6 +3,7 @@
 use expr::{Function, Tape};
 use modeling::{BaseParameters, Derivation};
 use robot::{LinkId, Robot};
+use tests::random::Random;
 
 /// One robot with its standard and base parameter values.
 struct Case {
@@ -10,23 +11,6 @@ struct Case {
     base: BaseParameters,
     x: Vec<f64>,
     x_base: Vec<f64>,
-}
-
-/// SplitMix64, uniform in (-1, 1).
-struct Chance(u64);
-
-impl Chance {
-    fn next(&mut self) -> f64 {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let mut z = self.0;
-        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        ((z ^ (z >> 31)) >> 11) as f64 / (1u64 << 52) as f64 - 1.0
-    }
-
-    fn vector(&mut self, n: usize) -> Vec<f64> {
-        (0..n).map(|_| self.next()).collect()
-    }
 }
 
 /// The outputs of a function at these inputs, one after the other.
@@ -38,10 +22,10 @@ fn evaluate(function: &Function, inputs: &[&[f64]]) -> Vec<f64> {
 }
 
 /// A body of points: physical by construction.
-fn body(chance: &mut Chance) -> [f64; 10] {
+fn body(random: &mut Random) -> [f64; 10] {
     let mut x = [0.0; 10];
     for _ in 0..6 {
-        let (m, p) = (1.5 + chance.next(), [0.2 * chance.next(), 0.2 * chance.next(), 0.2 * chance.next()]);
+        let (m, p) = (1.5 + random.unit(), [0.2 * random.unit(), 0.2 * random.unit(), 0.2 * random.unit()]);
         let [a, b, c] = p;
         let point = [b * b + c * c, -a * b, -a * c, a * a + c * c, -b * c, a * a + b * b, a, b, c, 1.0];
         for (x, y) in x.iter_mut().zip(point) {
@@ -55,7 +39,7 @@ fn cases() -> Vec<Case> {
     let models = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../models");
     let mut paths: Vec<_> = std::fs::read_dir(models).unwrap().map(|e| e.unwrap().path()).collect();
     paths.sort();
-    let mut chance = Chance(42);
+    let mut random = Random(42);
     let mut robots: Vec<Robot> = paths.iter().map(|path| robot::format::read(path).unwrap()).collect();
     // The same laws hold for a robot whose base floats.
     let floating: Vec<Robot> =
@@ -71,9 +55,9 @@ fn cases() -> Vec<Case> {
             };
             let mut x = Vec::new();
             for link in &robot.links[robot.massless..] {
-                x.extend(body(&mut chance));
+                x.extend(body(&mut random));
                 if link.joint.rotor_inertia.is_modelled() {
-                    x.push(0.5 + 0.4 * chance.next());
+                    x.push(0.5 + 0.4 * random.unit());
                 }
             }
             let x_base = base.values(&x);
@@ -97,11 +81,11 @@ const ROUNDING: f64 = 1e-12;
 
 #[test]
 fn inverse_dynamics_in_base_parameters_is_the_torque() {
-    let mut chance = Chance(1);
+    let mut random = Random(1);
     for Case { robot, base, x, x_base } in &cases() {
         let n = robot.n_coordinates();
         let mut derivation = Derivation::new(robot).unwrap();
-        let (q, dq, ddq) = (chance.vector(n), chance.vector(n), chance.vector(n));
+        let (q, dq, ddq) = (random.vector(n, 1.0), random.vector(n, 1.0), random.vector(n, 1.0));
         let torque = evaluate(&derivation.torque(), &[&q, &dq, &ddq, x]);
         let inverse = evaluate(&derivation.inverse_dynamics(base), &[&q, &dq, &ddq, x_base]);
         agree("torque", robot, &torque, &inverse, ROUNDING);
@@ -110,11 +94,11 @@ fn inverse_dynamics_in_base_parameters_is_the_torque() {
 
 #[test]
 fn inertia_matrix_and_bias_make_the_torque() {
-    let mut chance = Chance(2);
+    let mut random = Random(2);
     for Case { robot, base, x_base, .. } in &cases() {
         let n = robot.n_coordinates();
         let mut derivation = Derivation::new(robot).unwrap();
-        let (q, dq, ddq) = (chance.vector(n), chance.vector(n), chance.vector(n));
+        let (q, dq, ddq) = (random.vector(n, 1.0), random.vector(n, 1.0), random.vector(n, 1.0));
         let a = evaluate(&derivation.inertia_matrix(base), &[&q, x_base]);
         let bias = evaluate(&derivation.bias(base), &[&q, &dq, x_base]);
         let torque = evaluate(&derivation.inverse_dynamics(base), &[&q, &dq, &ddq, x_base]);
@@ -131,11 +115,11 @@ fn inertia_matrix_and_bias_make_the_torque() {
 
 #[test]
 fn forward_dynamics_undoes_inverse_dynamics() {
-    let mut chance = Chance(3);
+    let mut random = Random(3);
     for Case { robot, base, x_base, .. } in &cases() {
         let n = robot.n_coordinates();
         let mut derivation = Derivation::new(robot).unwrap();
-        let (q, dq, ddq) = (chance.vector(n), chance.vector(n), chance.vector(n));
+        let (q, dq, ddq) = (random.vector(n, 1.0), random.vector(n, 1.0), random.vector(n, 1.0));
         let tau = evaluate(&derivation.inverse_dynamics(base), &[&q, &dq, &ddq, x_base]);
         let back = evaluate(&derivation.forward_dynamics(base), &[&q, &dq, &tau, x_base]);
         // The condition of A, up to 1e4 here, amplifies rounding.
@@ -145,7 +129,7 @@ fn forward_dynamics_undoes_inverse_dynamics() {
 
 #[test]
 fn energies_give_inertia_matrix_gravity_and_power() {
-    let mut chance = Chance(4);
+    let mut random = Random(4);
     for Case { robot, base, x, x_base } in &cases() {
         let n = robot.n_coordinates();
         let mut derivation = Derivation::new(robot).unwrap();
@@ -156,7 +140,7 @@ fn energies_give_inertia_matrix_gravity_and_power() {
             let of = |e: &[f64]| e.iter().zip(x).map(|(e, x)| e * x).sum();
             (of(&e[..p]), of(&e[p..]))
         };
-        let (q, dq) = (chance.vector(n), chance.vector(n));
+        let (q, dq) = (random.vector(n, 1.0), random.vector(n, 1.0));
         let a = evaluate(&derivation.inertia_matrix(base), &[&q, x_base]);
 
         // The Hessian of K, exactly: K is quadratic in dq.
@@ -168,7 +152,7 @@ fn energies_give_inertia_matrix_gravity_and_power() {
         agree("Hessian of K", robot, &a, &of_energy, ROUNDING);
 
         // dE/dt = tau . dq along q + t dq, dq + t ddq, by central differences of the fourth order.
-        let ddq = chance.vector(n);
+        let ddq = random.vector(n, 1.0);
         let torque = evaluate(&derivation.inverse_dynamics(base), &[&q, &dq, &ddq, x_base]);
         let power: f64 = torque.iter().zip(&dq).map(|(t, v)| t * v).sum();
         let at = |t: f64| {
@@ -186,11 +170,11 @@ fn energies_give_inertia_matrix_gravity_and_power() {
 
 #[test]
 fn poses_and_jacobians_are_those_of_the_frames() {
-    let mut chance = Chance(5);
+    let mut random = Random(5);
     for Case { robot, .. } in &cases() {
         let n = robot.n_coordinates();
         let mut derivation = Derivation::new(robot).unwrap();
-        let (q, dq) = (chance.vector(n), chance.vector(n));
+        let (q, dq) = (random.vector(n, 1.0), random.vector(n, 1.0));
         let frames = robot.link_poses(&q);
         for j in (0..robot.links.len()).map(LinkId) {
             let t = evaluate(&derivation.pose(j), &[&q]);
@@ -210,10 +194,133 @@ fn poses_and_jacobians_are_those_of_the_frames() {
             // h^2 of truncation.
             agree("velocity", robot, &local, &linear, 1e-9);
 
-            let wrench = chance.vector(6);
+            let wrench = random.vector(6, 1.0);
             let tau = evaluate(&derivation.external_torque(j), &[&q, &wrench]);
             let expected: Vec<f64> = (0..n).map(|k| (0..6).map(|r| jacobian[r * n + k] * wrench[r]).sum()).collect();
             agree("external torque", robot, &tau, &expected, ROUNDING);
+        }
+    }
+}
+
+/// With the base parameters: the same kinetic energy, and the same differences of the potential one.
+#[test]
+fn energies_of_base_parameters_are_those_of_the_bodies() {
+    let mut random = Random(14);
+    for Case { robot, base, x, x_base } in &cases() {
+        let n = robot.n_coordinates();
+        let mut derivation = Derivation::new(robot).unwrap();
+        let (energy, energies) = (derivation.energy(), derivation.energies(base));
+        let mut at = || {
+            let (q, dq) = (random.vector(n, 1.0), random.vector(n, 1.0));
+            let per_unit = evaluate(&energy.bound(), &[&q, &dq]);
+            let of = |e: &[f64]| e.iter().zip(x).map(|(e, x)| e * x).sum::<f64>();
+            let found = evaluate(&energies.bound(), &[&q, &dq, x_base]);
+            (found, [of(&per_unit[..x.len()]), of(&per_unit[x.len()..])])
+        };
+        let ((a, expected_a), (b, expected_b)) = (at(), at());
+        agree("kinetic energy", robot, &[a[0]], &[expected_a[0]], ROUNDING);
+        let (found, expected) = (a[1] - b[1], expected_a[1] - expected_b[1]);
+        agree("difference of potential energy", robot, &[found], &[expected], ROUNDING);
+    }
+}
+
+/// What passes through the joints of the first links moves the whole: its rate of momentum less its weight, and the
+/// moment about the centre of mass is the rate of the angular momentum. Along the axis it is the joint's torque.
+#[test]
+fn reactions_move_all_that_the_base_carries() {
+    let (mut random, mut seen) = (Random(15), 0);
+    for Case { robot, x, .. } in cases().iter().filter(|case| case.robot.loops.is_empty()) {
+        let n = robot.n_coordinates();
+        let mut derivation = Derivation::new(robot).unwrap();
+        let (q, dq, ddq) = (random.vector(n, 1.0), random.vector(n, 1.0), random.vector(n, 1.0));
+        let reactions = evaluate(&derivation.joint_reactions().bound(), &[&q, &dq, &ddq, x]);
+        let links = robot.links.len();
+        let column = |k: usize| -> [f64; 6] { std::array::from_fn(|row| reactions[row * links + k]) };
+        let (centre, momentum) = (derivation.centre_of_mass().bound(), derivation.centroidal_momentum().bound());
+        let at = |t: f64| {
+            let q: Vec<f64> = (0..n).map(|k| q[k] + t * dq[k] + 0.5 * t * t * ddq[k]).collect();
+            let dq: Vec<f64> = (0..n).map(|k| dq[k] + t * ddq[k]).collect();
+            evaluate(&momentum, &[&q, &dq, x])[..6].to_vec()
+        };
+        let h = 1e-3;
+        let [a, b, c, d] = [h, -h, 2.0 * h, -2.0 * h].map(at);
+        let rate: Vec<f64> = (0..6).map(|i| (8.0 * (a[i] - b[i]) - (c[i] - d[i])) / (12.0 * h)).collect();
+        let c = evaluate(&centre, &[&q, x]);
+        let poses = robot.link_poses(&q);
+        let mut total = [0.0; 6];
+        for k in robot.link_ids().filter(|j| robot.link(*j).antecedent.is_none()) {
+            let wrench = column(k.0);
+            let turned = |v: &[f64]| [0, 1, 2].map(|r: usize| (0..3).map(|i| poses[k.0].rotation[r][i] * v[i]).sum());
+            let (f, n): ([f64; 3], [f64; 3]) = (turned(&wrench[..3]), turned(&wrench[3..]));
+            let lever = [0, 1, 2].map(|i| poses[k.0].position[i] - c[i]);
+            for i in 0..3 {
+                let (j, l) = ((i + 1) % 3, (i + 2) % 3);
+                total[i] += f[i];
+                total[3 + i] += n[i] + lever[j] * f[l] - lever[l] * f[j];
+            }
+        }
+        // Gravity has no moment about the centre of mass.
+        let masses = robot::StandardParameter::all(robot).into_iter().zip(x);
+        let mass: f64 = masses.filter(|(p, _)| p.inertial == robot::Inertial::M).map(|(_, x)| x).sum();
+        for i in 0..3 {
+            total[i] += mass * robot.gravity_number()[i];
+        }
+        agree("rate of momentum", robot, &total, &rate, 1e-8);
+
+        let torque = evaluate(&derivation.torque().bound(), &[&q, &dq, &ddq, x]);
+        for j in robot.link_ids() {
+            let joint = &robot.link(j).joint;
+            if let [(k, 1.0)] = joint.variable.terms[..] {
+                let ia = robot::StandardParameter { link: j, inertial: robot::Inertial::Ia };
+                let place = robot::StandardParameter::all(robot).iter().position(|p| *p == ia);
+                let along = column(j.0)[if joint.kind == robot::JointKind::Revolute { 5 } else { 2 }];
+                let is_alone =
+                    robot.links.iter().filter(|l| l.joint.variable.terms.iter().any(|t| t.0 == k)).count() == 1;
+                if is_alone {
+                    let rotor = place.map_or(0.0, |c| x[c] * ddq[k.0]);
+                    agree("along the axis", robot, &[along + rotor], &[torque[k.0]], ROUNDING);
+                    seen += 1;
+                }
+            }
+        }
+    }
+    assert!(seen > 50, "{seen} joints");
+}
+
+#[test]
+fn constraint_equations_are_those_of_the_closed_loops() {
+    let mut random = Random(16);
+    for name in ["four_bar", "watt", "three_rpr", "gough_stewart"] {
+        let robot = tests::loops::with_loops(name);
+        let derivation = Derivation::new(&robot).unwrap();
+        let function = derivation.constraint_equations().unwrap().bound();
+        let (n, m) = (robot.n_coordinates(), robot.passive.len());
+        let mut closure = derivation.closure().unwrap();
+        let (origin, _) = closure.find_origin(n).unwrap();
+        let q: Vec<f64> = origin.iter().map(|q| q + 0.01 * random.unit()).collect();
+        let passive = closure.passive(&q).unwrap().to_vec();
+        let found = evaluate(&function, &[&q, &passive]);
+        let rows = function.outputs[0].rows;
+        let (e, rest) = found.split_at(rows);
+        let (ja, rest) = rest.split_at(rows * n);
+        let (jp, g) = rest.split_at(rows * m);
+        assert!(e.iter().all(|e| e.abs() < 1e-9), "{name}: the loops are open: {e:?}");
+        assert!(ja.iter().chain(jp).any(|x| x.abs() > 0.1), "{name}: no equation");
+        let rates: Vec<f64> =
+            (0..rows * n).map(|k| ja[k] + (0..m).map(|p| jp[k / n * m + p] * g[p * n + k % n]).sum::<f64>()).collect();
+        agree("ja + jp g", &robot, &rates, &vec![0.0; rows * n], 1e-8);
+        // Along the closed configurations.
+        let h = 1e-4;
+        let moved = |k: usize, h: f64, closure: &mut modeling::Closure| {
+            let mut q = q.clone();
+            q[k] += h;
+            closure.passive(&q).unwrap().to_vec()
+        };
+        for k in 0..n {
+            let (ahead, behind) = (moved(k, h, &mut closure), moved(k, -h, &mut closure));
+            let by_differences: Vec<f64> = (0..m).map(|p| (ahead[p] - behind[p]) / (2.0 * h)).collect();
+            let column: Vec<f64> = (0..m).map(|p| g[p * n + k]).collect();
+            agree("dq_p per dq", &robot, &column, &by_differences, 1e-5);
         }
     }
 }

@@ -10,6 +10,7 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use expr::{Expr, Function, Graph, Input, Module, Output, SymbolKind, Tape};
+use random::SplitMix;
 use tests::running_error::bounded;
 
 const STATES: usize = 50;
@@ -56,21 +57,22 @@ fn modules() -> Vec<Module> {
         let functions = FUNCTIONS.map(|word| modeling::RobotFunction::of_robot(word).unwrap());
         modeling::module(&robot, &functions).unwrap_or_else(|e| panic!("{e}"))
     };
-    vec![quotients(), read("race.yaml"), read("scara.yaml"), read("ur5.yaml")]
+    // Lengths as an argument.
+    let robot = robot::format::read(&models.join("rx90.yaml")).unwrap_or_else(|e| panic!("{e}"));
+    let functions = FUNCTIONS.map(|word| modeling::RobotFunction::of_robot(word).unwrap());
+    let open = modeling::module_with_symbols(&robot, &functions, &|_| true).unwrap_or_else(|e| panic!("{e}"));
+    assert_eq!(open.symbols, ["gz", "D3", "RL4"]);
+    vec![quotients(), read("race.yaml"), read("scara.yaml"), read("ur5.yaml"), open.module]
 }
 
 /// Inputs of each state: angles and rates a robot sees; `s` of `quotients` is negative.
 fn states(function: &Function) -> Vec<f64> {
-    let mut state = 0x9e37_79b9_7f4a_7c15_u64;
-    let mut uniform = || {
-        state = state.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
-        (state >> 11) as f64 / (1_u64 << 53) as f64
-    };
+    let mut random = SplitMix(1);
     let mut states = Vec::new();
     for _ in 0..STATES {
         for input in &function.inputs {
             states.extend(input.entries.iter().map(|_| {
-                let x = 6.0 * uniform() - 3.0;
+                let x = 3.0 * random.unit();
                 if input.name == "s" { -x.abs() } else { x }
             }));
         }
@@ -252,6 +254,8 @@ fn rust_agrees_with_the_tape() {
     let text = std::io::read_to_string(std::io::stdin()).unwrap();
     let mut numbers = text.lines().map(|x| x.parse::<f64>().unwrap());
     let mut take = || numbers.next().unwrap();
+    let roots = [0.0, 4.0, f64::INFINITY, -1.0, f64::NEG_INFINITY, f64::NAN].map(quotients::Real::sqrt);
+    assert!(roots[..3] == [0.0, 2.0, f64::INFINITY] && roots[3..].iter().all(|x| x.is_nan()));
 {main}}}"
     )
     .unwrap();
@@ -264,4 +268,96 @@ fn rust_agrees_with_the_tape() {
         compile.args(["-C", "target-feature=+avx2,+fma"]);
         compiled_and_run(&folder, &mut compile, &modules, true);
     }
+}
+
+/// A processor with floats alone computes doubles by slow calls: code of float has no instruction of doubles.
+#[test]
+fn floats_are_computed_as_floats() {
+    if !cfg!(target_arch = "x86_64") {
+        println!("skipped: the instructions looked for are those of x86-64");
+        return;
+    }
+    let (folder, modules) = (folder("floats"), modules());
+    let has_doubles = |assembly: &str| {
+        let words = ["sd2ss", "ss2sd", "mulsd", "addsd", "subsd", "divsd", "mulpd", "addpd"];
+        let calls = ["sin", "cos", "sqrt", "fma"].map(|name| format!("call\t{name}"));
+        let is = |line: &&str| {
+            let line = line.trim().trim_end_matches("@PLT");
+            words.iter().any(|word| line.contains(word)) || calls.iter().any(|call| line == call)
+        };
+        assembly.lines().find(is).map(str::to_string)
+    };
+    for m in &modules {
+        std::fs::write(folder.join(format!("{}.rs", m.name)), codegen::rust_file(m, "this test")).unwrap();
+        let mut text = format!("#![no_std]\n#[allow(dead_code)]\nmod {};\n", m.name);
+        for f in m.functions.iter().map(|f| &f.function) {
+            let inputs = f.inputs.iter().map(|i| format!("{}_: &[f32; {}]", i.name, i.entries.len()));
+            let outputs = f.outputs.iter().map(|o| match o.columns {
+                1 => format!("{}_: &mut [f32; {}]", o.name, o.rows),
+                _ => format!("{}_: &mut [[f32; {}]; {}]", o.name, o.columns, o.rows),
+            });
+            let arguments: Vec<String> = inputs.chain(outputs).collect();
+            let all = f.inputs.iter().map(|i| &i.name).chain(f.outputs.iter().map(|o| &o.name));
+            let names: Vec<String> = all.map(|name| format!("{name}_")).collect();
+            let (name, arguments, names) = (&f.name, arguments.join(", "), names.join(", "));
+            writeln!(text, "pub fn {name}({arguments}) {{ {}::{name}::<f32>({names}); }}", m.name).unwrap();
+        }
+        std::fs::write(folder.join("lib.rs"), text).unwrap();
+        let rustc = std::env::var("RUSTC").unwrap_or("rustc".into());
+        let options = "--edition 2024 --crate-type lib --emit asm -C opt-level=1 -o out.s lib.rs";
+        let made = Command::new(rustc).args(options.split(' ')).current_dir(&folder).output().unwrap();
+        assert!(made.status.success(), "{}", String::from_utf8_lossy(&made.stderr));
+        let assembly = std::fs::read_to_string(folder.join("out.s")).unwrap();
+        assert!(assembly.contains("mulss") || assembly.contains("mulps"), "{}: no floats", m.name);
+        assert_eq!(has_doubles(&assembly), None, "Rust of {}", m.name);
+
+        let files = codegen::c_files(m, "this test", &format!("{}.h", m.name));
+        std::fs::write(folder.join(format!("{}.h", m.name)), files.header).unwrap();
+        std::fs::write(folder.join(format!("{}.c", m.name)), files.source).unwrap();
+        let options = format!(
+            "-std=c99 -Wall -Wextra -Wconversion -Wdouble-promotion -Werror -O1 -S -D{}_REAL=float -o c.s {}.c",
+            m.name.to_ascii_uppercase(),
+            m.name
+        );
+        let Ok(made) = Command::new("cc").args(options.split(' ')).current_dir(&folder).output() else {
+            println!("skipped C: no compiler");
+            continue;
+        };
+        assert!(made.status.success(), "{}", String::from_utf8_lossy(&made.stderr));
+        assert_eq!(has_doubles(&std::fs::read_to_string(folder.join("c.s")).unwrap()), None, "C of {}", m.name);
+    }
+}
+
+#[test]
+fn sines_and_roots_of_floats_are_near_those_of_doubles() {
+    let folder = folder("f32_sines");
+    std::fs::write(folder.join("quotients.rs"), codegen::rust_file(&quotients(), "this test")).unwrap();
+    let main = "#[allow(dead_code)]
+mod quotients;
+use quotients::Real;
+fn main() {
+    let (mut sines, mut roots) = (0.0_f64, 0.0_f64);
+    for k in -2_000_000_i32..2_000_000 {
+        let x = k as f32 * 0.00409;
+        let (s, c) = Real::sin_cos(x);
+        let (s64, c64) = (f64::from(x).sin(), f64::from(x).cos());
+        sines = sines.max((f64::from(s) - s64).abs()).max((f64::from(c) - c64).abs());
+        let y = (k as f32 * 1e-3).abs() + 1e-3;
+        let root = f64::from(y).sqrt();
+        roots = roots.max((f64::from(Real::sqrt(y)) - root).abs() / root);
+    }
+    assert!(Real::sin_cos(9000.0_f32).0.is_nan() && Real::sqrt(-1.0_f32).is_nan() && Real::sqrt(0.0_f32) == 0.0);
+    println!(\"{sines:e} {roots:e}\");
+}
+";
+    std::fs::write(folder.join("main.rs"), main).unwrap();
+    let rustc = std::env::var("RUSTC").unwrap_or("rustc".into());
+    let options = "--edition 2024 -C opt-level=1 -o program main.rs";
+    let made = Command::new(rustc).args(options.split(' ')).current_dir(&folder).output().unwrap();
+    assert!(made.status.success(), "{}", String::from_utf8_lossy(&made.stderr));
+    let ran = Command::new(folder.join("program")).output().unwrap();
+    let printed = String::from_utf8(ran.stdout).unwrap();
+    let numbers: Vec<f64> = printed.split_whitespace().map(|x| x.parse().unwrap()).collect();
+    // An ulp of 1 is 1.2e-7.
+    assert!(numbers.len() == 2 && numbers[0] < 1e-7 && numbers[1] < 6.2e-8, "{printed}");
 }

@@ -1,6 +1,8 @@
 //! Law 3 for many samples: `fill_many` writes what `fill` writes, bit for bit, for every compiled robot and any
 //! number of samples. The same products are fused in both.
 
+use random::SplitMix;
+
 /// The compiled robots; under Miri, which takes hours for the others, the small ones.
 fn robots() -> impl Iterator<Item = &'static generated::Compiled> {
     generated::all().iter().filter(|robot| !cfg!(miri) || robot.coordinates.len() <= 3)
@@ -12,13 +14,12 @@ fn many_samples_equal_one_at_a_time() {
         let (n, size) = (robot.coordinates.len(), robot.coordinates.len() * robot.parameters.len());
         // 23: two full vectors of eight, one of four and a rest of three where the processor has both.
         for samples in [0, 1, 23] {
-            let mut state = 0x5deece66d_u64;
+            let mut random = SplitMix(1);
             let states: Vec<f64> = (0..3 * n * samples)
                 .map(|i| {
-                    state = state.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
                     // Angles of many turns among them: every quadrant, and the reduction.
                     let scale = if i % 5 == 0 { 1e4 } else { 4.0 };
-                    scale * ((state >> 11) as f64 / (1_u64 << 52) as f64 - 1.0)
+                    scale * random.unit()
                 })
                 .collect();
             let mut many = vec![f64::NAN; size * samples];

@@ -92,6 +92,29 @@ fn the_truth_of_a_simulation_predicts_its_logs() {
     assert_eq!(parameter(&truth, "KT1").value, Some(2.393));
 }
 
+/// The truth behind logs with a load is the truth of the others plus that of the load, and both say the friction.
+#[test]
+fn the_truth_has_the_load_and_the_friction() {
+    let here = folder("truth_loaded");
+    let ur5 = tests::workspace().join("models/ur5.urdf").display().to_string();
+    let docs = tests::workspace().join("docs/ur5");
+    let (motion, tool) = (docs.join("motion.yaml").display().to_string(), docs.join("tool.yaml").display().to_string());
+    let run = rist(&here, &["simulate", &ur5, &motion, "--load", &tool, "--validation", "0", "--out", "logs"]);
+    assert_eq!(run.code, Some(0), "{}", run.err);
+    let (bare, loaded) = (estimate(&here.join("logs/truth.yaml")), estimate(&here.join("logs/truth_loaded.yaml")));
+    // 2 kg at (0.02, 0, 0.12) m, and the joint turns about z of the link: its first moments across the axis grow by 0.04 kg m.
+    let value = |e: &Estimate, name: &str| parameter(e, name).value.unwrap_or_else(|| panic!("{name} has no value"));
+    let grown = |name: &str| value(&loaded, name) - value(&bare, name);
+    assert!((grown("MX_wrist_3").hypot(grown("MY_wrist_3")) - 0.04).abs() < 1e-9, "{}", grown("MX_wrist_3"));
+    for name in bare.parameters.iter().map(|p| p.id.to_string()).filter(|n| n.starts_with('F')) {
+        assert_eq!(grown(&name), 0.0, "{name}");
+    }
+    let friction = bare.parameters.iter().filter(|p| p.id.to_string().starts_with('F')).count();
+    assert_eq!(friction, 4 * 6, "four of each joint");
+    let coulomb = ["FSP_elbow", "FSN_elbow"].map(|name| value(&bare, name));
+    assert!(coulomb[0] > 0.0 && coulomb[1] < 0.0, "{coulomb:?}");
+}
+
 /// A reference body fills what the data leave open; that is no finding.
 #[test]
 fn a_consistent_estimate_gives_no_value_to_what_is_not_identifiable() {

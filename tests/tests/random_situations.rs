@@ -2,6 +2,7 @@
 //! recursion of the tests; five situations end with a verdict.
 
 use rist::Model;
+use rist::verdict::Trust;
 use tests::random::{Random, State};
 use tests::random_situations::Situation;
 use tests::random_situations::chain::Chain;
@@ -197,6 +198,29 @@ fn five_situations_have_a_verdict() {
         assert!(judgement.is_some_and(|j| j.torque.is_finite() && j.parameters.len() > 4), "seed {seed}");
         if seed == 1 {
             assert_eq!(Situation::of(seed).outcome().said, outcome.said);
+        }
+    }
+}
+
+/// A zero that the bodies of the last link explain, and a factor of all torques, are no plain yes where the description
+/// knows better; without them the same robot and log earn one.
+#[test]
+fn what_free_bodies_explain_is_said_where_the_description_differs() {
+    for (seed, kind, sentence) in
+        [(24, Kind::Zero, "the zero of joint_2"), (14, Kind::ScaleOfAll, "times those of the description")]
+    {
+        let robot = || machine(&mut Draw::of(seed, 1));
+        assert_eq!(robot().description, "exact");
+        for is_wrong in [true, false] {
+            let joint = if kind == Kind::Zero { 1 } else { 0 };
+            let size = if kind == Kind::Zero { 8f64.to_radians() } else { 1.2f64.ln() };
+            let defect = Defect { kind, joint, other: 0, size, more: 0.3 };
+            let situation = Situation::with(seed, robot(), if is_wrong { vec![defect] } else { Vec::new() });
+            let said = situation.outcome();
+            let verdict = said.verdict.unwrap_or_else(|| panic!("seed {seed}: {}", said.said));
+            let text = verdict.to_string();
+            assert_eq!(text.contains(sentence), is_wrong, "seed {seed}: {text}");
+            assert_eq!(said.trust == Some(Trust::Yes), !is_wrong, "seed {seed}: {text}");
         }
     }
 }

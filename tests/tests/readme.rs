@@ -231,6 +231,24 @@ fn the_transcript_of_the_tutorial_is_what_rist_prints() {
     holds(page, &here);
 }
 
+/// The commands run, and compilers take what they write.
+#[test]
+fn the_page_on_formulas_runs() {
+    let here = folder("formula_page");
+    write_files("docs/tutorial.md", &here);
+    std::fs::copy(model_path("rx90.yaml"), here.join("rx90.yaml")).expect("models/rx90.yaml is there");
+    holds("docs/how-to/from-a-robot-to-a-formula.md", &here);
+    let rustc = std::env::var_os("RUSTC").unwrap_or("rustc".into());
+    for (program, options) in [
+        (rustc, "--edition 2024 --crate-type lib arm_open.rs"),
+        ("cc".into(), "-std=c99 -Wall -Wextra -Werror -pedantic -c arm_open.c -o arm_open.o"),
+    ] {
+        let built = std::process::Command::new(program).args(options.split(' ')).current_dir(&here).output();
+        let built = built.expect("the compiler is there");
+        assert!(built.status.success(), "{}", String::from_utf8_lossy(&built.stderr));
+    }
+}
+
 #[test]
 fn a_transcript_is_compared_line_by_line() {
     let text = "x\n```console\n$ rist a b\none\n...\nfour\n$ rist c\n```\n$ rist no\n";

@@ -10,7 +10,7 @@ use robot::{Collision, CollisionShape, Pose, Robot};
 
 use crate::mesh::{mesh_path, vertices};
 use crate::solid::{Core, Solid};
-use crate::vector::Vector3;
+use robot::vector::Vector3;
 
 /// A solid of a body.
 #[derive(Clone, Debug)]
@@ -83,6 +83,7 @@ fn carried(
         missing: vec![],
         frames: vec![],
     };
+    // One body per link of the file, of all its shapes; a mesh that cannot be read is missing.
     let mut found: Vec<Body> = Vec::new();
     for collision in given {
         let at = found.iter().position(|b| b.name == collision.link).unwrap_or_else(|| {
@@ -94,6 +95,7 @@ fn carried(
             Err(why) => found[at].missing.push(why),
         }
     }
+    // Nothing has a shape: one body of points, the origins of all frames.
     if given.is_empty() {
         let point = || Solid { core: Core::Point, radius: 0.0 };
         let points = frames.iter().map(|(_, pose)| Shape::new(point(), *pose)).collect();

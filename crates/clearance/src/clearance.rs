@@ -20,7 +20,7 @@ use crate::half_space::HalfSpace;
 use crate::kinematic_tree::{KinematicTree, axis};
 use crate::left_out::LeftOut;
 use crate::separation::{Separation, Standing, separation};
-use crate::vector::{Vector3, cross, dot, minus, norm, scaled};
+use robot::vector::{Vector3, cross, dot, minus, norm, scaled};
 
 /// A distance that must not become too small.
 #[derive(Clone, Debug)]
@@ -152,9 +152,9 @@ impl Clearance {
 
     /// A gap with the links at `poses`, and its lower bound while coordinates move by `spread`.
     pub(crate) fn apart(&self, gap: &Gap, poses: &[Pose], spread: Option<&[f64]>) -> Room {
-        let still = vec![];
-        let spread = spread.unwrap_or(&still);
+        let spread = spread.unwrap_or(&[]);
         let body = &self.bodies[gap.body];
+        // Without a spread nothing moves, and the bound is the room itself.
         let moved = |joints: &[usize], centre: Vector3, shape: &Shape, normal: Option<Vector3>| match spread {
             [] => 0.0,
             spread => self.displacement(joints, centre, shape, poses, spread, normal),
@@ -168,12 +168,14 @@ impl Clearance {
             let shape = &body.shapes[s];
             let centre = self.centre(body, shape, poses);
             match gap.against {
+                // The lowest point along the normal, less how far the shape moves along it.
                 Against::HalfSpace(wall) => {
                     let HalfSpace { normal, offset, .. } = self.half_spaces[wall];
                     let at = self.standing(body, shape, poses).least_along(normal) - offset;
                     take(at, at - moved(&gap.joints[0], centre, shape, Some(normal)));
                 }
                 Against::Body(other) => {
+                    // The distance of two shapes, less how far either moves while its own joints do.
                     let other = &self.bodies[other];
                     let own = moved(&gap.joints[0], centre, shape, None);
                     for opposite in &other.shapes {
@@ -208,6 +210,7 @@ impl Clearance {
                 match gap.against {
                     Against::HalfSpace(wall) => {
                         let HalfSpace { normal, offset, .. } = self.half_spaces[wall];
+                        // The ball about a shape tells cheaply that it is far.
                         if dot(normal, centre) - shape.ball - offset - gap.bound > within {
                             continue;
                         }
@@ -225,6 +228,7 @@ impl Clearance {
                         for opposite in &other.shapes {
                             let place = self.centre(other, opposite, &poses);
                             let towards = minus(centre, place);
+                            // Balls first, since most pairs are far from each other.
                             if norm(towards) - shape.ball - opposite.ball - gap.bound > within {
                                 continue;
                             }

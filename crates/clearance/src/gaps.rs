@@ -164,6 +164,7 @@ impl Clearance {
                 if !is_known(body) || !is_known(other) {
                     continue;
                 }
+                // Two links that no free joint moves against each other keep their distance.
                 let joints = self.between(body.link, other.link);
                 if !joints.iter().flatten().any(|&j| self.turns(j, &situation.moves)) {
                     continue;
@@ -187,6 +188,7 @@ impl Clearance {
                     against: Against::Body(b),
                     joints,
                 };
+                // Rooms above this give the same bound, so they need not be told apart.
                 let enough = match rules.distance {
                     Some(distance) => distance + RESERVE_M / RESERVE_SHARE,
                     None => DEFAULT_DISTANCE_M / DEFAULT_SHARE_OF_ROOM,
@@ -194,6 +196,7 @@ impl Clearance {
                 match self.sampled_room(&gap, sampled, enough) {
                     SampledRoom::AlwaysTouching => touching.push(gap.subject),
                     SampledRoom::Room(room) => {
+                        // Where no distance is asked for, the bound is a share of the room.
                         let bound = rules.distance.unwrap_or(DEFAULT_DISTANCE_M.min(DEFAULT_SHARE_OF_ROOM * room));
                         let reserve = (RESERVE_SHARE * (room - bound)).clamp(LEAST_RESERVE_M, RESERVE_M);
                         self.gaps.push(Gap { bound, reserve, ..gap });

@@ -5,7 +5,7 @@
 //! ```
 //! A box is six of them.
 
-use crate::vector::{Vector3, dot, norm, scaled};
+use robot::vector::{Vector3, dot, norm, scaled};
 
 /// A side of a plane.
 #[derive(Clone, Debug, PartialEq)]

@@ -9,7 +9,7 @@
 
 use robot::{JointKind, Pose, Robot};
 
-use crate::vector::Vector3;
+use robot::vector::Vector3;
 
 /// What places a link from the one before it.
 struct Place {

@@ -18,5 +18,4 @@ pub mod mesh;
 pub mod sampled_room;
 pub mod separation;
 pub mod solid;
-mod vector;
 mod walls;

@@ -16,7 +16,7 @@ use std::path::{Path, PathBuf};
 
 use gate::source;
 
-use crate::vector::Vector3;
+use robot::vector::Vector3;
 
 /// Largest file that is read. Larger ones are no collision geometry.
 const MAX_MESH_BYTES: u64 = 256 << 20;

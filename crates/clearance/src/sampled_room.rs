@@ -6,7 +6,7 @@
 use robot::Pose;
 
 use crate::clearance::{Against, Clearance, Gap};
-use crate::vector::{minus, norm};
+use robot::vector::{minus, norm};
 
 /// Bodies nearer than this touch, m.
 const TOUCHING_DISTANCE_M: f64 = 1e-6;

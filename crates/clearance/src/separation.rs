@@ -15,7 +15,7 @@ use parry3d_f64::shape::SupportMap;
 use robot::Pose;
 
 use crate::solid::Solid;
-use crate::vector::{Vector3, dot, minus, norm, plus, scaled, turned, turned_back};
+use robot::vector::{Vector3, dot, minus, norm, plus, scaled, turned, turned_back};
 
 /// A solid where it stands.
 #[derive(Clone, Copy, Debug)]

@@ -15,7 +15,7 @@ use parry3d_f64::query::gjk::{GJKResult, VoronoiSimplex};
 use parry3d_f64::shape::SupportMap;
 use robot::CollisionShape;
 
-use crate::vector::{Vector3, dot, minus, norm};
+use robot::vector::{Vector3, dot, minus, norm};
 
 /// A convex solid about its own frame.
 #[derive(Clone, Debug, PartialEq)]

@@ -61,6 +61,7 @@ impl Clearance {
         let mut points = Vec::new();
         for at in 0..self.bodies.len() {
             let body = &self.bodies[at];
+            // A rule may name a body, the link that carries it, or a frame that one of its points stands for.
             let is_meant = |shape: usize| match &links {
                 None => true,
                 Some(links) => {
@@ -73,6 +74,7 @@ impl Clearance {
                 continue;
             }
             let shapes: Vec<usize> = (0..body.shapes.len()).filter(|&s| is_meant(s)).collect();
+            // A mesh that cannot be read and links without a shape: told, not left out in silence.
             if !body.missing.is_empty() {
                 let whose = if shapes.is_empty() { "" } else { "unread parts of " };
                 let (of, why) = (vec![format!("{whose}{} at {name}", body.name)], body.missing.join("; "));
@@ -95,6 +97,7 @@ impl Clearance {
                 against: Against::HalfSpace(wall),
                 joints: self.between(body.link, None),
             };
+            // A gap that no free joint changes is no gap: it is kept for ever, or never.
             let unit: Vec<f64> = situation.moves.iter().map(|m| f64::from(u8::from(*m))).collect();
             let now = self.apart(&gap, poses, Some(&unit));
             if now.reached - now.at_least > CONSTANT_GAP_CHANGE + PLACE_ROUNDING_M {

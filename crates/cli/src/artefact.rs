@@ -31,8 +31,7 @@ pub(crate) fn read_estimate(path: &Path, arguments: &ModelArguments) -> Result<(
 /// was made with another model.
 pub(crate) fn model_of(estimate: &Estimate, path: &Path, arguments: &ModelArguments) -> Result<Model, Failure> {
     let model = arguments.derive_as(estimate.description.as_ref())?;
-    let made_with = estimate.made_with();
-    model.check(path, &made_with)?;
+    model.check_estimate(path, estimate)?;
     Ok(model)
 }
 

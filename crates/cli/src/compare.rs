@@ -41,7 +41,8 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let name = |path: &PathBuf| path.display().to_string();
     let names: Vec<String> = arguments.robots.iter().map(name).collect();
     let named: Vec<(&str, &Accumulator)> = names.iter().map(String::as_str).zip(&robots).collect();
-    let found = rist::fleet::compare((&name(&arguments.reference), &reference), &named, arguments.request.read()?.fdr)?;
+    let asked = arguments.request.read()?;
+    let found = rist::compare((&name(&arguments.reference), &reference), &named, asked.of, asked.fdr)?;
     print_result(&found, || serde_json::to_value(&found))?;
     if let Some(out) = &arguments.out {
         write_file(out, &found.to_yaml()?, &inputs)?;

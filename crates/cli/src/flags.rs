@@ -104,6 +104,7 @@ pub(crate) fn flag(field: &Field) -> Arg {
     if !field.heading.is_empty() {
         flag = flag.help_heading(field.heading);
     }
+    // What follows the flag: nothing, a text, a number, a list, or one text each time it is given.
     flag = match field.shape.flag {
         Flag::Switch => return flag.action(ArgAction::SetTrue),
         Flag::One => flag,
@@ -111,6 +112,7 @@ pub(crate) fn flag(field: &Field) -> Arg {
         Flag::List => flag.action(ArgAction::Append).value_delimiter(','),
         Flag::Repeated => flag.action(ArgAction::Append),
     };
+    // Words and numbers show their default; other defaults are told in the help.
     flag = match &field.default {
         Value::Number(x) => flag.default_value(number(x.as_f64().unwrap_or(f64::NAN))),
         Value::String(word) if !field.shape.words.is_empty() => flag.default_value(word.clone()),

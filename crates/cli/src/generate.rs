@@ -32,9 +32,11 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let path = arguments.model.model.display().to_string();
     let (options, request) = (arguments.model.options()?, arguments.request.read()?);
     let made_by = format!("rist generate {path}{}{}", flags(&options.given()), flags(&request.given()));
+    // With an estimate, its numbers become constants, and the model is the one that it was made with.
     let (robot, values) = match &request.estimate {
         None if request.anyway => return Err(Failure::new("[anyway=true] is for an [estimate]: give one")),
-        None => (arguments.model.read_with_values()?, None),
+        None if request.symbols.is_empty() => (arguments.model.read_with_values()?, None),
+        None => (arguments.model.read()?, None),
         Some(file) => {
             let (estimate, model) = read_estimate(file, &arguments.model)?;
             let values = request.values(&model, file, &estimate)?;
@@ -44,7 +46,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let language = match (request.language, &arguments.out) {
         (SourceLanguage::Rust, _) => Language::Rust,
         (SourceLanguage::C, Some(out)) => {
-            let header = out.with_extension("h");
+            let header = beside(out, "h");
             Language::C { header: header.file_name().unwrap_or_default().to_string_lossy().into_owned() }
         }
         (SourceLanguage::C, None) => {
@@ -55,17 +57,19 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
     at_work(format_args!("generating the source of {path}"));
     let (functions, values_in_file) = (&request.functions, values.as_ref());
     let source =
-        rist::generate(&robot, functions, &language, &made_by, values_in_file, options.any_size).map_err(refused)?;
+        rist::generate(&robot, functions, &language, &made_by, values_in_file, &request.symbols, options.any_size)
+            .map_err(refused)?;
     if let Some(left_out) = values.map(|v| v.left_out).filter(|names| !names.is_empty()) {
         note(format_args!("the constants X and F do not hold {}", left_out.join(", ")));
     }
+    // Without a file, the source alone is printed.
     let Some(out) = &arguments.out else { return print(&source.text) };
     let read: Vec<&Path> =
         [&arguments.model.model].into_iter().chain(&request.estimate).map(PathBuf::as_path).collect();
     match &source.header {
         Some(header) => {
-            write_file(&out.with_extension("h"), header, &read)?;
-            write_file(&out.with_extension("c"), &source.text, &read)?;
+            write_file(&beside(out, "h"), header, &read)?;
+            write_file(&beside(out, "c"), &source.text, &read)?;
         }
         None => write_file(out, &source.text, &read)?,
     }
@@ -73,4 +77,30 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
         progress(format_args!("{name}: {} mul, {} add, {} sin_cos a call", c.mul, c.add, c.sin_cos));
     }
     Ok(())
+}
+
+/// FILE.c or FILE.h of FILE, FILE.c and FILE.h. What else follows a point belongs to the name.
+fn beside(out: &Path, extension: &str) -> PathBuf {
+    if out.extension().is_some_and(|found| found == "c" || found == "h") {
+        return out.with_extension(extension);
+    }
+    let mut name = out.as_os_str().to_owned();
+    name.push(".");
+    name.push(extension);
+    PathBuf::from(name)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_point_in_a_name_stays() {
+        for (out, expected) in
+            [("arm", "arm"), ("arm.c", "arm"), ("a/arm.h", "a/arm"), ("arm.v2", "arm.v2"), ("a.d/arm", "a.d/arm")]
+        {
+            let found = ["c", "h"].map(|extension| beside(Path::new(out), extension));
+            assert_eq!(found, ["c", "h"].map(|extension| PathBuf::from(format!("{expected}.{extension}"))));
+        }
+    }
 }

@@ -36,6 +36,7 @@ pub(crate) struct Arguments {
 pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let files: ReportFiles = arguments.files.read()?;
     let shown = [&files.plan, &files.motion, &files.estimate, &files.validation];
+    // What a page is made of, and what its output must not overwrite.
     if shown.iter().all(|file| file.is_none()) {
         return Err(Failure::new(
             "a page shows a [plan], a [motion], an [estimate] or a [validation]; give one or more",
@@ -54,6 +55,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
         Some(path) => Some(read_model(path, &files, estimate.as_ref())?),
         None => None,
     };
+    // An estimate of samples is drawn over its logs; one of experiments has its verdict only.
     let drawn = match (&model, &estimate) {
         (Some(model), Some(estimate)) if estimate.options.is_some() => drawn(&files, model, estimate)?,
         (_, Some(estimate)) => {
@@ -169,8 +171,7 @@ fn read_model(path: &Path, files: &ReportFiles, estimate: Option<&Estimate>) -> 
     let options = estimate.and_then(|e| e.description.as_ref()).map(ModelOptions::of_description);
     let model = Model::read_with(path, &options.unwrap_or_default())?;
     if let (Some(estimate), Some(file)) = (estimate, &files.estimate) {
-        let made_with = estimate.made_with();
-        model.check(file, &made_with)?;
+        model.check_estimate(file, estimate)?;
     }
     Ok(model)
 }

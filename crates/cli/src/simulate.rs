@@ -16,8 +16,8 @@ use rist::output::write_file;
 
 /// Simulate the experiments of a plan, or an exciting motion, in closed loop, with friction, noise and drive gains
 ///
-/// Writes a log an experiment (or motion.csv), validation logs of other motions, and truth.yaml with the parameters behind
-/// them. The logs hold currents, or torques where no drive gain is known.
+/// Writes a log an experiment (or motion.csv), validation logs of other motions, and truth.yaml with the parameters and the
+/// friction behind them; with a load also logs that carry it, and truth_loaded.yaml with the parameters behind those. The logs hold currents, or torques where no drive gain is known.
 #[derive(Args)]
 pub(crate) struct Arguments {
     #[command(flatten)]
@@ -52,6 +52,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
     };
     let effort = request.effort(&model);
     let mut written = Vec::new();
+    // Each record is written as soon as it is simulated.
     let mut write = |name: &str, record: &Record| {
         let (text, file) = (record.to_csv(coordinates, effort), arguments.out.join(format!("{name}.csv")));
         at_work(format_args!("simulating: {} is written", file.display()));
@@ -62,11 +63,16 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
     at_work("simulating");
     let found = rist::simulate(&model, motions, &request, &mut write)?;
     write_file(&arguments.out.join("truth.yaml"), &found.truth.to_yaml()?, &inputs)?;
+    let loaded_truth = arguments.out.join("truth_loaded.yaml");
+    if let Some(loaded) = &found.loaded_truth {
+        write_file(&loaded_truth, &loaded.to_yaml()?, &inputs)?;
+    }
+    let loaded_truth = found.loaded_truth.as_ref().map(|_| loaded_truth.display().to_string());
     let (truth, notes) = (arguments.out.join("truth.yaml").display().to_string(), &found.notes);
     let lines = terminal::notes(notes);
     let with_load = if request.load.is_some() { ", as many with the load," } else { "" };
     let (validation, out) = (request.validation, arguments.out.display());
     print_result(format_args!("{lines}{count}{with_load} and {validation} validation motions in {out}\n"), || {
-        Ok(json!({"notes": notes, "logs": written, "truth": truth}))
+        Ok(json!({"notes": notes, "logs": written, "truth": truth, "truth_loaded": loaded_truth}))
     })
 }

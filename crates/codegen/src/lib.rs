@@ -3,6 +3,7 @@
 #![warn(missing_docs)]
 
 mod c;
+mod controller;
 mod formula;
 mod numbers;
 mod rust_file;

@@ -12,10 +12,11 @@ pub(crate) struct Operations {
 
 /// `Real`, its implementations for f64 and f32, and a sine and cosine that need no std.
 pub(crate) fn real_trait(operations: Operations) -> TokenStream {
+    // Only what some function of the file uses: a trait without `sqrt` or `/` asks less of its types.
     let div = operations.div.then(|| quote!(+ core::ops::Div<Output = Self>));
     let [sqrt, sqrt_f64, sqrt_f32] = square_root(operations.sqrt);
     let of_f64 = real_of_f64(sqrt_f64);
-    let mul_add_f32 = mul_add(quote!(f32));
+    let (mul_add_f32, sin_cos_f32) = (mul_add(quote!(f32)), sin_cos_of_f32());
     quote! {
         /// The numbers this file computes with: f64, f32, or lanes of them.
         pub trait Real:
@@ -54,11 +55,7 @@ pub(crate) fn real_trait(operations: Operations) -> TokenStream {
 
             #mul_add_f32
 
-            #[inline(always)]
-            fn sin_cos(self) -> (f32, f32) {
-                let (s, c) = Real::sin_cos(self as f64);
-                (s as f32, c as f32)
-            }
+            #sin_cos_f32
 
             #sqrt_f32
         }
@@ -133,6 +130,35 @@ fn real_of_f64(sqrt_f64: TokenStream) -> TokenStream {
     }
 }
 
+/// The method of f32, without an f64: processors with floats alone compute doubles by slow calls.
+fn sin_cos_of_f32() -> TokenStream {
+    quote! {
+        /// Within 1e-7 of the sine and cosine of x for |x| < 8192, NaN beyond: as for f64, with the parts and the polynomials
+        /// of Cephes for f32.
+        #[inline(always)]
+        fn sin_cos(self) -> (f32, f32) {
+            const ROUND: f32 = 12582912.0;
+            const REACH: f32 = 4.1538375e34;
+            const PARTS: [f32; 3] = [1.5703125, 4.837513e-4, 7.54979e-8];
+            let fused = <f32 as Real>::mul_add;
+            let turns = fused(self, core::f32::consts::FRAC_2_PI, ROUND);
+            let quadrant = turns.to_bits();
+            let n = turns - ROUND;
+            let reach = self * REACH;
+            let x = fused(-n, PARTS[2], fused(-n, PARTS[1], fused(-n, PARTS[0], self)));
+            let x = x * fused(0.0, reach, 1.0);
+            let z = x * x;
+            let s = fused(z, fused(z, -1.9515296e-4, 8.332161e-3), -1.6666655e-1);
+            let s = fused(x * z, s, x);
+            let c = fused(z, fused(z, 2.4433157e-5, -1.3887316e-3), 4.1666646e-2);
+            let c = fused(z * z, c, fused(-0.5, z, 1.0));
+            let (s, c) = if quadrant & 1 == 0 { (s, c) } else { (c, s) };
+            let sign = |x: f32, bits: u32| f32::from_bits(x.to_bits() ^ (bits & 2) << 30);
+            (sign(s, quadrant), sign(c, quadrant.wrapping_add(1)))
+        }
+    }
+}
+
 /// The method of f64. Several angles in one vector register cost little more than one angle.
 fn sin_cos_of_each() -> TokenStream {
     quote! {
@@ -175,7 +201,7 @@ fn square_root(needed: bool) -> [TokenStream; 3] {
         return Default::default();
     }
     let method = quote! {
-        /// Square root; NaN below zero.
+        /// Square root; NaN below zero, infinity of infinity.
         fn sqrt(self) -> Self;
     };
     let of_f64 = quote! {
@@ -195,7 +221,9 @@ fn square_root(needed: bool) -> [TokenStream; 3] {
             let low = y - high;
             let residual = ((self - high * high) - 2.0 * high * low) - low * low;
             let root = y + 0.5 * r * residual;
-            if self > 0.0 {
+            if self == f64::INFINITY {
+                self
+            } else if self > 0.0 {
                 root
             } else if self == 0.0 {
                 self
@@ -205,9 +233,27 @@ fn square_root(needed: bool) -> [TokenStream; 3] {
         }
     };
     let of_f32 = quote! {
+        /// Within 0.51 ulp for 1e-30 < x < 1e30, as for f64.
         #[inline(always)]
         fn sqrt(self) -> f32 {
-            Real::sqrt(self as f64) as f32
+            let mut r = f32::from_bits(0x5f3759df_u32.wrapping_sub(self.to_bits() >> 1));
+            let half = 0.5 * self;
+            r = r * (1.5 - half * r * r);
+            r = r * (1.5 - half * r * r);
+            r = r * (1.5 - half * r * r);
+            let y = self * r;
+            let c = 4097.0 * y;
+            let high = c - (c - y);
+            let low = y - high;
+            let residual = ((self - high * high) - 2.0 * high * low) - low * low;
+            let root = y + 0.5 * r * residual;
+            if self > 0.0 {
+                root
+            } else if self == 0.0 {
+                self
+            } else {
+                f32::NAN
+            }
         }
     };
     [method, of_f64, of_f32]

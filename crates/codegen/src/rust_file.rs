@@ -4,6 +4,7 @@ use expr::{Constant, Function, Module, Node, Value};
 use proc_macro2::{Literal, TokenStream};
 use quote::{format_ident, quote};
 
+use crate::controller::Controller;
 use crate::numbers::{Operations, real_trait};
 use crate::rust_function::{render, render_sparse};
 use crate::steps::in_line;
@@ -26,9 +27,11 @@ pub fn rust_file(module: &Module, made_by: &str) -> String {
     });
     let operations = operations(bound.iter().map(|(_, function)| function));
     let real = real_trait(operations);
+    let controller = Controller::of(module).map(|controller| controller.rust());
     let file = quote! {
         #(#constants)*
         #(#functions)*
+        #controller
         #real
     };
     head + &pretty(file)

@@ -107,6 +107,7 @@ impl Adjoint {
 
     fn backward(&self, values: &[[f64; ADJOINT_LANES]], slopes: &mut [[f64; ADJOINT_LANES]]) {
         let graph = self.function.graph();
+        // Operands stand before what uses them: from the end, each c' is complete when it is passed on.
         for (i, &node) in graph.nodes().iter().enumerate().rev() {
             let own = slopes[i];
             if !graph.varies(Expr::new(i, false)) || own.iter().all(|x| *x == 0.0) {

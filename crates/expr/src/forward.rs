@@ -10,6 +10,7 @@ impl Graph {
     /// their values.
     pub fn derivatives(&mut self, entries: &[Expr], seeds: &[(Expr, Expr)]) -> Vec<Expr> {
         let last = entries.iter().map(|e| e.node()).max().unwrap_or(0);
+        // The nodes that the entries need.
         let mut needed = vec![false; last + 1];
         entries.iter().for_each(|e| needed[e.node()] = true);
         for n in (0..=last).rev() {
@@ -17,12 +18,14 @@ impl Graph {
                 crate::function::operands(self.nodes()[n]).for_each(|e| needed[e.node()] = true);
             }
         }
+        // x' of the symbols; the others keep their values.
         let mut slopes = vec![Expr::ZERO; last + 1];
         for (symbol, change) in seeds {
             if let Some(slope) = slopes.get_mut(symbol.node()) {
                 *slope = Graph::negate_if(*change, symbol.is_negative());
             }
         }
+        // n' of each node, operands first.
         for n in (0..=last).filter(|&n| needed[n]) {
             let slope = |e: Expr| Graph::negate_if(slopes[e.node()], e.is_negative());
             slopes[n] = match self.nodes()[n] {

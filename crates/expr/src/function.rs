@@ -117,6 +117,15 @@ impl Function {
         })
     }
 
+    /// The same function with these named constants as one more input, `input`, after the others.
+    pub fn with_constants_as_input(&self, input: &str, names: &[String]) -> Function {
+        let mut graph = self.graph.clone();
+        let entries = names.iter().map(|name| graph.constant_as_input(name)).collect();
+        let mut function = self.outline();
+        function.inputs.push(Input { name: input.into(), entries });
+        function.rebuilt(&graph, &|_| None)
+    }
+
     /// The named constants that are still symbols, in the order they were made, each with its value.
     pub fn constants(&self) -> Vec<(Expr, String, f64)> {
         let nodes = self.graph.nodes().iter().enumerate();
@@ -201,6 +210,7 @@ impl Function {
             new = new.with_names();
         }
         let mut map = vec![Expr::ZERO; old.nodes().len()];
+        // Node by node, operands first: simplified again, since a number may have taken a symbol's place.
         for n in self.schedule(old) {
             let node = old.nodes()[n];
             let m = |e: Expr| Graph::negate_if(map[e.node()], e.is_negative());

@@ -211,6 +211,19 @@ impl Graph {
         self.of_symbol(Symbol(self.symbols.len() as u32 - 1))
     }
 
+    /// The named constant of this name, from now on an input; a new one where there is none. Nodes that are there keep
+    /// the place that they had among constants, until the graph is made anew.
+    pub(crate) fn constant_as_input(&mut self, name: &str) -> Expr {
+        let is = |(known, kind): &(String, SymbolKind)| known == name && *kind != SymbolKind::Input;
+        match self.symbols.iter().position(is) {
+            Some(s) => {
+                self.symbols[s].1 = SymbolKind::Input;
+                self.of_symbol(Symbol(s as u32))
+            }
+            None => self.symbol(name, SymbolKind::Input),
+        }
+    }
+
     pub(crate) fn of_symbol(&mut self, symbol: Symbol) -> Expr {
         self.intern(Node::Symbol(symbol))
     }

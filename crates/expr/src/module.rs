@@ -13,6 +13,8 @@ pub struct Module {
     pub constants: Vec<Constant>,
     /// In the order of the file, after the constants.
     pub functions: Vec<Documented>,
+    /// Whether the file also holds a controller that calls its functions `inverse_dynamics` and `gravity`.
+    pub has_controller: bool,
 }
 
 /// A constant of the file.
@@ -54,7 +56,13 @@ pub struct Documented {
 impl Module {
     /// An empty module; `name` is made an identifier.
     pub fn new(name: &str) -> Module {
-        Module { name: identifier(name), doc: Vec::new(), constants: Vec::new(), functions: Vec::new() }
+        Module {
+            name: identifier(name),
+            doc: Vec::new(),
+            constants: Vec::new(),
+            functions: Vec::new(),
+            has_controller: false,
+        }
     }
 
     /// Adds a constant with its line.

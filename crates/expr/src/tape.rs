@@ -100,6 +100,7 @@ impl Tape {
         let mut slots = Slots::new(nodes.len());
         let mut constants = Vec::new();
         let mut ops = Vec::new();
+        // Constants keep their slots: they are written once, before the first run.
         for (i, &node) in nodes.iter().enumerate() {
             if let Node::Constant(x) = node {
                 last_use[i] = usize::MAX;
@@ -112,12 +113,17 @@ impl Tape {
                     debug_assert_eq!(bound.graph().symbols()[s.0 as usize].1, SymbolKind::Input);
                     slots.take(i);
                 }
+                // Sine and cosine of one angle are one operation, at whichever of them stands first.
                 Node::Sin(a) | Node::Cos(a) if slots.of(i).is_none() => {
+                    let angle = a.node();
                     let a = slots.at(a);
+                    if last_use[angle] == i {
+                        slots.give_back(angle);
+                    }
                     let own = slots.take(i);
                     let other = match partner[i] {
                         Some(p) => slots.take(p),
-                        None => slots.take_nowhere(),
+                        None => slots.take_for_now(),
                     };
                     let (sine, cosine) = if matches!(node, Node::Sin(_)) { (own, other) } else { (other, own) };
                     ops.push(Op { code: Code::SinCos, a, b: cosine, c: a, to: sine });
@@ -125,6 +131,7 @@ impl Tape {
                 _ => {}
             }
             let Some((code, [a, b, c])) = coded(fusion.operation_of(i)) else { continue };
+            // Slots of operands that are used here for the last time are free for the result.
             let (a_slot, b_slot, c_slot) = (slots.at(a), slots.at(b), slots.at(c));
             let mut dead: Vec<usize> = fusion.operands_of(i).map(Expr::node).filter(|&e| last_use[e] == i).collect();
             dead.sort_unstable();
@@ -331,6 +338,41 @@ mod tests {
         assert_eq!(value(|a, b, c| a * b + c), 0.0);
         assert_eq!(value(f64::mul_add), 0.1_f64.mul_add(0.3, -inputs[2]));
         assert_ne!(value(f64::mul_add), 0.0);
+    }
+
+    /// The angle of a sine is held no longer than it is read, so that no more slots are taken however many sines follow
+    /// each other.
+    #[test]
+    fn angles_of_sines_give_their_slots_back() {
+        let tape = |sines: usize, both: bool| {
+            let mut g = Graph::new();
+            let [x, y] = ["x", "y"].map(|name| g.symbol(name, SymbolKind::Input));
+            let mut sum = x;
+            for _ in 0..sines {
+                let angle = g.add(sum, y);
+                let mut value = g.sin(angle);
+                if both {
+                    let cosine = g.cos(angle);
+                    value = g.mul(value, cosine);
+                }
+                sum = g.add(value, x);
+            }
+            let inputs = vec![Input { name: "v".into(), entries: vec![x, y] }];
+            let output = Output { name: "w".into(), rows: 1, columns: 1, entries: vec![sum] };
+            Tape::new(&Function::new("f", &g, inputs, vec![output]))
+        };
+        for both in [false, true] {
+            assert_eq!(tape(3, both).n_slots, tape(40, both).n_slots);
+            let (mut expected, mut found) = (0.3_f64, [f64::NAN]);
+            for _ in 0..3 {
+                let (sine, cosine) = (expected + 0.7).sin_cos();
+                expected = if both { sine * cosine } else { sine } + 0.3;
+            }
+            let tape = tape(3, both);
+            tape.evaluate(&[0.3, 0.7], &mut tape.workspace(), &mut found);
+            // A few roundings of numbers below 2.
+            assert!((found[0] - expected).abs() < 1e-14, "{found:?} {expected}");
+        }
     }
 
     #[test]

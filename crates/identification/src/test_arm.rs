@@ -41,6 +41,7 @@ pub(crate) struct Loop {
 
 impl Simulator for Loop {
     fn simulate(&self, x: &[f64]) -> Result<States, logs::Error> {
+        // ZZ ddq + 9.81 (MX cos q - MY sin q) = tau, under a proportional-derivative controller.
         let (zz, mx, my) = (x[0], x[1], x[2]);
         let gravity = |q: f64| 9.81 * (mx * q.cos() - my * q.sin());
         let reference =
@@ -54,6 +55,7 @@ impl Simulator for Loop {
         for i in 0..self.samples {
             let t = 0.01 * i as f64;
             let tau = control(t, q, dq);
+            // The sample: the state, and ddq from the equation of motion.
             states.t.push(t);
             states.q.push(q);
             states.dq.push(dq);
@@ -61,6 +63,7 @@ impl Simulator for Loop {
             states.ddq.push((tau - gravity(q)) / zz);
             states.tau.push(tau);
             states.used.push(true);
+            // Runge-Kutta 4 in twenty steps up to the next sample.
             let steps = 20;
             let h = 0.01 / f64::from(steps);
             for k in 0..steps {

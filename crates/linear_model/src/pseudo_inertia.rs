@@ -91,7 +91,7 @@ pub fn centroidal(x: &Ten) -> Option<Centroidal> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use numerics::random::Random;
+    use random::Random;
 
     #[test]
     fn there_and_back() {

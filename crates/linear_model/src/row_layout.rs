@@ -49,6 +49,7 @@ impl RowLayout {
             joint.places.extend(first..first + columns.len());
             first + columns.len()
         };
+        // In this order: the regressor, friction by joint, couplings, torques.
         for (place, &(joint, column)) in non_zeros.iter().enumerate() {
             take(&mut joints[joint], column..column + 1, place);
         }
@@ -59,6 +60,7 @@ impl RowLayout {
             entries = take(joint, first..first + columns_of(friction, j), entries);
         }
         let width = CouplingParameter::ALL.len();
+        // A coupling acts on its joint and on its motor, with the same columns.
         let mut of_couplings = Vec::new();
         for (i, coupling) in couplings.iter().enumerate() {
             let first = p + columns_before(friction, n) + i * width;

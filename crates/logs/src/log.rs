@@ -218,6 +218,7 @@ impl Log {
         let longest = steps.iter().copied().fold(0.0, f64::max);
         let middle = steps.len() / 2;
         let period = *steps.select_nth_unstable_by(middle, f64::total_cmp).1;
+        // Positions of each joint are unwrapped before they are looked at, all joints at once.
         let series = self.coordinates.iter().zip(&mut self.q).zip(&self.effort).collect();
         let found = abreast(self.t.len(), series, |((name, q), effort): ((&String, &mut Vec<f64>), &Vec<f64>)| {
             let wrapped = unwrap(q);

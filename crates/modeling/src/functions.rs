@@ -8,10 +8,11 @@ use expr::Function;
 use crate::base::base_parameters::{BaseParameters, base_parameters};
 use crate::base::unclear_rank::UnclearRank;
 use crate::derivation::Derivation;
-use crate::dynamics::energy::energy;
+use crate::dynamics::energy::{energies, energy};
 use crate::dynamics::forward_dynamics::{forward_dynamics, inverse_inertia_matrix};
 use crate::dynamics::friction::friction;
 use crate::dynamics::inertia_matrix::inertia_matrix;
+use crate::dynamics::inverse_geometry::{NoClosedForm, inverse_geometry};
 use crate::dynamics::link_frame::LinkFrame;
 use crate::dynamics::parameter_inputs::ParameterInputs;
 use crate::dynamics::pose;
@@ -19,7 +20,7 @@ use crate::dynamics::reference_frame::ReferenceFrame;
 use crate::dynamics::regressor;
 use crate::dynamics::slotine_li::slotine_li_regressor;
 use crate::dynamics::torque::torque;
-use crate::dynamics::{derivatives, determinant, frame_motion, mass_centre, momentum};
+use crate::dynamics::{derivatives, determinant, frame_motion, mass_centre, momentum, reactions};
 
 impl Derivation<'_> {
     /// The regressor of the standard parameters, tau = D X: inputs `q`, `dq`, `ddq` (n each), output
@@ -73,6 +74,26 @@ impl Derivation<'_> {
     /// `potential` (1 x p), J.
     pub fn energy(&mut self) -> Function {
         energy(self)
+    }
+
+    /// Kinetic and potential energy: inputs `q`, `dq`, `x` (X_base), output `e` (2), J; the potential one is determined up to a
+    /// constant.
+    pub fn energies(&mut self, base: &BaseParameters) -> Function {
+        let x = ParameterInputs::base(self, base);
+        energies(self, &x)
+    }
+
+    /// Force and moment through each joint: inputs `q`, `dq`, `ddq`, `x` (the standard parameters), output `f` (6 x links):
+    /// force, then moment at O_j, with which the link before moves link j, in frame j. Of a robot without loops.
+    pub fn joint_reactions(&mut self) -> Function {
+        let x = ParameterInputs::standard(self);
+        reactions::joint_reactions(self, &x)
+    }
+
+    /// What the loops that are solved numerically ask of positions and rates: inputs `q`, `passive`, outputs `e` (6 a loop,
+    /// zero where it is closed), `ja`, `jp` with ja dq + jp dq_p = 0, and `g` with dq_p = g dq. `None` without such loops.
+    pub fn constraint_equations(&self) -> Option<Function> {
+        Some(self.implicit.as_ref()?.constraint_equations(&self.graph, &self.motion))
     }
 
     /// Friction torques: inputs `dq`, `sign_dq` (n each) and `f` (FV FS OFF a coordinate), output `tau`.
@@ -177,6 +198,14 @@ impl Derivation<'_> {
     /// The acceleration at ddq = 0, which is (dJ/dt) dq for J in the axes of the base: inputs `q`, `dq`, output `a` (6).
     pub fn jacobian_rate(&mut self, frame: impl Into<LinkFrame>, reference: Option<&ReferenceFrame>) -> Function {
         frame_motion::jacobian_rate(self, &frame.into(), reference)
+    }
+
+    /// The inverse geometric model: input `t` (3 x 4, the pose of the frame in the base), outputs `sin_q`, `cos_q` (8 x 6),
+    /// one solution a row; what is out of reach or singular is no number.
+    ///
+    /// Fails where the arm has no closed form of those that are known here.
+    pub fn inverse_geometry(&mut self, frame: impl Into<LinkFrame>) -> Result<Function, NoClosedForm> {
+        inverse_geometry(self, &frame.into())
     }
 
     /// Determinant of the Jacobian of a link with six coordinates, else that of J^T J or J J^T: input `q`, output `det`.

@@ -63,18 +63,19 @@ fn doc(robot: &Robot, base: &BaseParameters, functions: &[(Vec<String>, Function
         "gravity, Uj = [dwj]x + [wj]x^2, wwj = wj wj^T; zj_k and dj_k angular velocity and velocity per dqk;".into(),
     );
     doc.push("fj, nj force and moment on it and all it carries; XXPj .. MPj it and all it carries as one body.".into());
-    let reads = |name: &str| functions.iter().any(|(_, f)| f.inputs.iter().any(|i| i.name == name));
+    let reads =
+        |p: usize| functions.iter().any(|(_, f)| f.inputs.iter().any(|i| i.name == "x" && i.entries.len() == p));
     let has_columns = |n: usize| functions.iter().any(|(_, f)| f.outputs.iter().any(|o| o.columns == n));
-    if reads("x") || has_columns(base.len()) {
+    if reads(base.len()) || has_columns(base.len()) {
         doc.push(
             "The base parameters, in the order of x and of the columns of Y, each with what regroups into it:".into(),
         );
         doc.extend(base.rule_lines());
     }
-    if has_columns(base.standard.len()) {
+    if reads(base.standard.len()) || has_columns(base.standard.len()) {
         let names: Vec<String> = base.standard.iter().map(|p| p.display(robot).to_string()).collect();
         doc.extend(wrapped(
-            &format!("The standard parameters, in the order of the columns of Y: {}", names.join(" ")),
+            &format!("The standard parameters, in the order of x and of the columns of Y: {}", names.join(" ")),
             100,
         ));
     }

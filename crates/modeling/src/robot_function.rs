@@ -1,9 +1,11 @@
 //! What a generated file may hold: the word that asks for a function, the sentence above it, and its derivation.
 
-use expr::Function;
+use expr::{Function, Graph};
+use robot::Robot;
 
 use crate::base::base_parameters::BaseParameters;
 use crate::derivation::Derivation;
+use crate::dynamics::inverse_geometry::NoClosedForm;
 use crate::dynamics::link_frame::LinkFrame;
 use crate::dynamics::reference_frame::ReferenceFrame;
 
@@ -34,6 +36,11 @@ const FUNCTIONS_OF_ROBOT: &[OfRobot] = &[
     ("regressor", "The regressor of the standard parameters, row by row.", |_, d| d.standard.clone()),
     ("power-regressor", "dq^T D: the power per unit of each standard parameter, W.", |of, _| of.power_regressor()),
     ("energy", "Kinetic and potential energy per unit of each standard parameter, J.", |of, _| of.energy()),
+    (
+        "energies",
+        "Kinetic and potential energy from the base parameters x, J; the potential one up to a constant.",
+        |of, d| of.energies(d.base),
+    ),
     ("inverse-dynamics", "The torques from the base parameters x, N m (N).", |of, d| of.inverse_dynamics(d.base)),
     ("torque", "The torques from the standard parameters x, N m (N).", |of, _| of.torque()),
     ("inertia-matrix", "The inertia matrix from the base parameters x, kg m^2.", |of, d| of.inertia_matrix(d.base)),
@@ -76,6 +83,17 @@ const FUNCTIONS_OF_ROBOT: &[OfRobot] = &[
         "centroidal-momentum",
         "Momentum, then angular momentum about the centre of mass, and map with h = map dq, from the standard parameters x.",
         |of, _| of.centroidal_momentum(),
+    ),
+    (
+        "joint-reactions",
+        "Force, then moment at O_j, with which the link before moves each link, in its frame, one column per link, from the \
+         standard parameters x; that along the axis is the joint's torque less IA ddq.",
+        |of, _| of.joint_reactions(),
+    ),
+    (
+        "constraint-equations",
+        "The loops that are solved numerically: e = 0, ja dq + jp dq_p = 0, and dq_p = g dq of the passive joints.",
+        |of, _| of.constraint_equations().unwrap_or_else(|| nothing("constraint_equations")),
     ),
     ("friction", "Friction torques: f is FV FS OFF of each coordinate.", |of, _| of.friction()),
 ];
@@ -147,6 +165,15 @@ const FUNCTIONS_OF_LINK: &[OfLink] = &[
         has_reference: false,
     },
     OfLink {
+        word: "inverse-geometry",
+        sentence: [
+            "All eight configurations, one a row, that bring ",
+            " to the pose t in the base frame: q = atan2(sin_q, cos_q); what is out of reach or singular is no number",
+        ],
+        derive: |of, frame, _| of.inverse_geometry(frame).unwrap_or_else(|_| nothing("inverse_geometry")),
+        has_reference: false,
+    },
+    OfLink {
         word: "external-torque",
         sentence: ["", ": what to add to the torques when it exerts this force and moment, in its frame"],
         derive: |of, frame, _| of.external_torque(frame),
@@ -154,7 +181,67 @@ const FUNCTIONS_OF_LINK: &[OfLink] = &[
     },
 ];
 
+/// A function without outputs, of a robot that does not have it ([`RobotFunction::check`]).
+fn nothing(name: &str) -> Function {
+    Function::new(name, &Graph::new(), Vec::new(), Vec::new())
+}
+
+impl Derivation<'_> {
+    /// A function; `standard` and `base` are the robot's regressor of the standard parameters and its base parameters.
+    pub fn function(&mut self, which: &RobotFunction, standard: &Function, base: &BaseParameters) -> Function {
+        which.derive(self, &Derived { standard, base }).1
+    }
+}
+
+/// Why a robot does not have a function.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum NotThere {
+    /// An arm without a closed form of its inverse geometric model.
+    NoClosedForm(NoClosedForm),
+    /// Reactions of a robot with loops.
+    Loops,
+    /// Equations of loops of a robot without joints that are solved numerically.
+    NoPassive,
+}
+
+impl std::fmt::Display for NotThere {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            NotThere::NoClosedForm(e) => e.fmt(f),
+            NotThere::Loops => f.write_str(
+                "it has loops, and the forces of a cut joint, which its torques leave open, pass through the others; \
+                 reactions are there for trees of links",
+            ),
+            NotThere::NoPassive => f.write_str(
+                "it has no joint that a loop determines numerically; `rist inspect` prints the relations of the others",
+            ),
+        }
+    }
+}
+
+impl std::error::Error for NotThere {}
+
 impl RobotFunction {
+    /// Whether the robot has the function: an inverse geometric model is not there for all.
+    ///
+    /// Fails with the reason.
+    pub fn check(&self, robot: &Robot) -> Result<(), NotThere> {
+        match &self.0 {
+            Row::OfRobot(i) => match FUNCTIONS_OF_ROBOT[*i].0 {
+                "joint-reactions" if !robot.loops.is_empty() => Err(NotThere::Loops),
+                "constraint-equations" if robot.passive.is_empty() => Err(NotThere::NoPassive),
+                _ => Ok(()),
+            },
+            Row::OfLink(i, about) if FUNCTIONS_OF_LINK[*i].word == "inverse-geometry" => {
+                // A robot whose loops do not close has other worries.
+                let derivation = Derivation::new(robot).ok();
+                let made = derivation.map(|mut d| d.inverse_geometry(about.0.clone()));
+                made.and_then(Result::err).map_or(Ok(()), |e| Err(NotThere::NoClosedForm(e)))
+            }
+            _ => Ok(()),
+        }
+    }
+
     /// A function of the whole robot by its word, `inertia-matrix`; `None` where there is none.
     pub fn of_robot(word: &str) -> Option<RobotFunction> {
         FUNCTIONS_OF_ROBOT.iter().position(|row| row.0 == word).map(|i| RobotFunction(Row::OfRobot(i)))

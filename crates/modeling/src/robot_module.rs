@@ -11,15 +11,50 @@ use crate::robot_function::{Derived, RobotFunction};
 /// The file of a robot's base regressor and of other functions of it, each once. Refused when the rank is not
 /// clear-cut.
 pub fn module(robot: &Robot, functions: &[RobotFunction]) -> Result<Module, UnclearRank> {
+    Ok(module_with_symbols(robot, functions, &|_| false)?.module)
+}
+
+/// A module in which some lengths, angles and components of gravity are an argument of all functions.
+pub struct ModuleWithSymbols {
+    /// The functions, `symbols` their last input.
+    pub module: Module,
+    /// The entries of `symbols`.
+    pub symbols: Vec<String>,
+    /// All named constants, each with all names that it has in the file.
+    pub constants: Vec<(String, Vec<String>)>,
+}
+
+/// As [`module`]; named constants any name of which `is_symbol` stay open.
+pub fn module_with_symbols(
+    robot: &Robot,
+    functions: &[RobotFunction],
+    is_symbol: &dyn Fn(&str) -> bool,
+) -> Result<ModuleWithSymbols, UnclearRank> {
     let mut derivation = Derivation::new(robot)?;
     let standard = derivation.regressor();
     let base = derivation.base_parameters(&standard)?;
-    let mut module = robot_module(robot, &base, &standard);
+    let places = derivation.constants.places(&derivation.graph);
+    let values = named_constants(&derivation);
+    let all_names = |(name, _): &(String, f64)| {
+        let names = places.get(name).cloned().unwrap_or_else(|| vec![name.clone()]);
+        (name.clone(), names)
+    };
+    let constants: Vec<(String, Vec<String>)> = values.iter().map(all_names).collect();
+    let is_open = |(_, names): &&(String, Vec<String>)| names.iter().any(|name| is_symbol(name));
+    let symbols: Vec<String> = constants.iter().filter(is_open).map(|(name, _)| name.clone()).collect();
+    let bind = |function: Function| match symbols.is_empty() {
+        true => function.bound(),
+        false => function.with_constants_as_input("symbols", &symbols).bound(),
+    };
+    let mut module = robot_module(robot, &base, &standard, &symbols, bind(base.regressor(&standard)));
+    if !symbols.is_empty() {
+        doc_of_symbols(&mut module, robot, &symbols, &values);
+    }
     let d = &mut derivation;
     if let Some(closure) = d.closure_function() {
         module.function(
             "Zero where the loops are closed, and its Jacobian for the passive joints: solve e = 0.",
-            closure.bound(),
+            bind(closure),
         );
     }
     let derived = Derived { standard: &standard, base: &base };
@@ -28,19 +63,25 @@ pub fn module(robot: &Robot, functions: &[RobotFunction]) -> Result<Module, Uncl
             continue;
         }
         let (doc, function) = which.derive(d, &derived);
-        let mut function = function.bound();
+        let mut function = bind(function);
         // Two names may make one word.
         while module.functions.iter().any(|f| f.function.name == function.name) {
             function.name.push('_');
         }
         module.function(&format!("{doc}\n{}.", operations(&function)), function);
     }
-    Ok(module)
+    Ok(ModuleWithSymbols { module, symbols, constants })
 }
 
 /// The base regressor with the names of its rows and columns and the rules behind them. Constants take their values.
-fn robot_module(robot: &Robot, base: &BaseParameters, standard: &Function) -> Module {
-    let mut regressor = base.regressor(standard).bound();
+/// `regressor` is the base regressor.
+fn robot_module(
+    robot: &Robot,
+    base: &BaseParameters,
+    standard: &Function,
+    symbols: &[String],
+    mut regressor: Function,
+) -> Module {
     regressor.name = "base_regressor".into();
     let parameters: Vec<String> = base.base.iter().map(|b| b.name.clone()).collect();
     let coordinates: Vec<String> = robot.coordinates.iter().map(|c| c.name.clone()).collect();
@@ -49,6 +90,7 @@ fn robot_module(robot: &Robot, base: &BaseParameters, standard: &Function) -> Mo
     let doc = &mut module.doc;
     doc.push(format!("{}: the base regressor, tau = Y(q, dq, ddq) X.", robot.name));
     doc.push(String::new());
+    // The head of the file: what Y is, its units, its source, the rules, what has no effect.
     let (n, p, entries) = (coordinates.len(), parameters.len(), regressor.non_zeros(0).len());
     doc.push(format!("Y is {n} x {p}, {entries} of its entries not always zero: {}.", operations(&regressor)));
     doc.push("q: rad or m; dq, ddq: per s, per s^2; tau: N m or N. Gravity included, friction not.".into());
@@ -69,7 +111,7 @@ fn robot_module(robot: &Robot, base: &BaseParameters, standard: &Function) -> Mo
     if !no_effect.is_empty() {
         doc.extend(wrapped(&format!("No effect: {}", no_effect.join(" ")), 100));
     }
-    let values = values(standard);
+    let values = values(standard, symbols);
     if !values.is_empty() {
         doc.extend(wrapped(&format!("With {}", values.join(", ")), 100));
     }
@@ -82,6 +124,7 @@ fn robot_module(robot: &Robot, base: &BaseParameters, standard: &Function) -> Mo
         doc.extend(wrapped(&format!("The {n_passive} entries of `passive`: {how} {}.", passive.join(", ")), 100));
     }
 
+    // What a program may ask at run time.
     module.constant("NAME", "The robot.", Value::Text(robot.name.clone()));
     module.constant("COORDINATES", "The coordinates, in the order of q.", Value::Texts(coordinates));
     let in_order = "The base parameters, in the order of the columns of Y.";
@@ -93,6 +136,28 @@ fn robot_module(robot: &Robot, base: &BaseParameters, standard: &Function) -> Mo
     module
 }
 
+/// Lengths, angles and components of gravity that have a name in the graph, with their values.
+fn named_constants(derivation: &Derivation) -> Vec<(String, f64)> {
+    let constant = |(name, kind): &(String, SymbolKind)| match kind {
+        SymbolKind::Constant(x) => Some((name.clone(), *x)),
+        SymbolKind::Input => None,
+    };
+    derivation.graph.symbols().iter().filter_map(constant).collect()
+}
+
+/// The names of the entries of `symbols`, and their values where the file has them.
+fn doc_of_symbols(module: &mut Module, robot: &Robot, symbols: &[String], values: &[(String, f64)]) {
+    let how = "The entries of the argument `symbols`, m, rad or m/s^2, as SYMBOLS lists them.";
+    module.doc.extend([String::new(), how.into()]);
+    module.constant("SYMBOLS", "The entries of the argument `symbols`.", Value::Texts(symbols.to_vec()));
+    let is_known = |name: &str| !robot.symbols.iter().any(|s| s.generic && s.name == name);
+    if symbols.iter().all(|name| is_known(name)) {
+        let value = |name: &String| values.iter().find(|(known, _)| known == name).map_or(0.0, |(_, x)| *x);
+        let doc = "What the robot's file says they are.";
+        module.constant("SYMBOL_VALUES", doc, Value::Reals(symbols.iter().map(value).collect()));
+    }
+}
+
 /// Operations of the code that is written: terms that vanish once the constants have their values do not count. A
 /// product in a sum, `mul_add`, is counted neither as a product nor as a sum here.
 fn operations(bound: &Function) -> String {
@@ -102,8 +167,8 @@ fn operations(bound: &Function) -> String {
     format!("{mul_add} mul_add, {mul} mul, {} add, {} sin_cos", count.add - mul_add, count.sin_cos)
 }
 
-/// The named constants that the rules may name, with their values: `D2 = 0.3`.
-fn values(standard: &Function) -> Vec<String> {
+/// The named constants that the rules may name and that are no symbols, with their values: `D2 = 0.3`.
+fn values(standard: &Function, symbols: &[String]) -> Vec<String> {
     let graph = standard.graph();
     let mut read: Vec<usize> = graph
         .nodes()
@@ -112,8 +177,8 @@ fn values(standard: &Function) -> Vec<String> {
         .collect();
     read.sort_unstable();
     let value = |s: usize| match &graph.symbols()[s] {
-        (name, SymbolKind::Constant(x)) => Some(format!("{name} = {x}")),
-        (_, SymbolKind::Input) => None,
+        (name, SymbolKind::Constant(x)) if !symbols.contains(name) => Some(format!("{name} = {x}")),
+        _ => None,
     };
     read.into_iter().filter_map(value).collect()
 }

@@ -66,7 +66,7 @@ pub fn two_sided_difference(difference: f64, one: Estimated, other: Estimated) -
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::random::Random;
+    use random::Random;
 
     /// With one degree of freedom each, the sum of two Cauchy variables is a Cauchy variable, and its scale is the sum
     /// of theirs. With many, the sum is normal.

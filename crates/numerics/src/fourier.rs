@@ -188,7 +188,7 @@ pub fn amplitudes(x: &[f64]) -> Vec<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::random::Random;
+    use random::Random;
 
     fn noise(random: &mut Random, n: usize) -> Vec<f64> {
         (0..n).map(|_| random.normal()).collect()

@@ -235,7 +235,7 @@ impl InformationFactor {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::random::Random;
+    use random::Random;
 
     #[test]
     fn factor_inverse_determinant() {

@@ -204,7 +204,7 @@ impl Mul<f64> for Interval {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::random::Random;
+    use random::Random;
 
     /// For numbers within the operands, the result lies within the interval.
     #[test]

@@ -40,6 +40,7 @@ pub struct Solution {
 
 /// The solution of a triangle. Weak directions are those with a singular value below a tenth of the largest.
 pub fn solve(triangle: &Triangle) -> Solution {
+    // The singular values of R with columns of unit norm, the largest first.
     let p = triangle.columns();
     let norms: Vec<f64> = (0..p).map(|c| triangle.column_norm(c)).collect();
     let scale: Vec<f64> = norms.iter().map(|&d| if d > 0.0 { 1.0 / d } else { 1.0 }).collect();
@@ -54,6 +55,7 @@ pub fn solve(triangle: &Triangle) -> Solution {
     let largest = s.first().copied().unwrap_or(0.0);
     let rank = s.iter().filter(|&&s| s > SINGULAR_VALUE_TOLERANCE * largest).count();
 
+    // x = D^-1 V diag(1/s) U' z, (R'R)^-1 = D^-1 V diag(1/s^2) V' D^-1, of directions in the data.
     let mut x = vec![0.0; p];
     let mut inverse = DMatrix::zeros(p, p);
     for &i in &order[..rank] {
@@ -66,12 +68,14 @@ pub fn solve(triangle: &Triangle) -> Solution {
             }
         }
     }
+    // A parameter that a direction not in the data touches has no value.
     let mut determined: Vec<bool> = norms.iter().map(|&d| d > 0.0).collect();
     for &i in &order[rank..] {
         for (c, d) in determined.iter_mut().enumerate() {
             *d = *d && vt[(i, c)].abs() <= TOUCHED_PARAMETER_SHARE;
         }
     }
+    // Weak directions in the units of the parameters, the largest entry being one.
     let weak = order.iter().rev().filter(|&&i| svd.singular_values[i] < 0.1 * largest);
     let weak = weak.map(|&i| {
         let v: Vec<f64> = (0..p).map(|c| vt[(i, c)] * scale[c]).collect();
@@ -103,8 +107,8 @@ fn decomposed(matrix: DMatrix<f64>) -> SVD<f64, Dyn, Dyn> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::random::Random;
     use crate::triangle::TriangleBuilder;
+    use random::Random;
 
     fn triangle(rows: &[(Vec<f64>, f64)]) -> Triangle {
         let p = rows[0].0.len();

@@ -1,9 +1,9 @@
-//! Matrices, transforms, intervals, distributions and random numbers.
+//! Matrices, transforms, intervals and distributions.
 //!
 //! A log becomes rows, and rows become a [`triangle`]: R, z, rho of a QR decomposition that never holds the rows.
 //! [`reflection`] and [`row_block`] feed it; [`least_squares`], [`total_least_squares`] and [`information_matrix`] ask
 //! it. [`interval`], [`range`] and [`jet`] enclose what a function can be between two instants. [`fft`] and [`fourier`]
-//! transform, [`student`] and [`behrens_fisher`] tell chance from difference, [`random`] draws with seeds alone, and
+//! transform, [`student`] and [`behrens_fisher`] tell chance from difference, and
 //! [`in_order`] and [`interruption`] run long work.
 //!
 //! It knows the lanes of `generated`: the triangle takes eight samples abreast, as a generated function writes them.
@@ -24,7 +24,6 @@ pub mod interval;
 pub mod jet;
 pub mod least_squares;
 pub mod positive_definite;
-pub mod random;
 pub mod range;
 pub mod reflection;
 pub mod row_block;

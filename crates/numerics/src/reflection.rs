@@ -213,6 +213,7 @@ fn reflect_with<V: Four>(r: &mut [f64], n: usize, columns: Columns, mut rows: Ro
     for first in (0..m).step_by(4) {
         let width = (m - first).min(4);
         let (mut lead, mut t) = ([0.0; 4], [[0.0; 4]; 4]);
+        // Four reflections, each applied to those of the four columns that come after it.
         for k in 0..width {
             let x = places[first + k];
             let below = square::<V>(&rows, x);
@@ -235,6 +236,7 @@ fn reflect_with<V: Four>(r: &mut [f64], n: usize, columns: Columns, mut rows: Ro
         if first + 4 >= m {
             break;
         }
+        // T, column by column: T_ik = -T_kk sum_l T_il x_l . x_k.
         let x = [places[first], places[first + 1], places[first + 2], places[first + 3]];
         for k in 1..4 {
             let [products] = dots::<V, 4, 1>(&rows, x, [x[k]]);
@@ -242,6 +244,7 @@ fn reflect_with<V: Four>(r: &mut [f64], n: usize, columns: Columns, mut rows: Ro
                 t[i][k] = -t[k][k] * (i..k).map(|l| t[i][l] * products[l]).sum::<f64>();
             }
         }
+        // All four at once on the columns behind them, two columns at a time.
         let four = Reflections { lead, t, x };
         let mut j = first + 4;
         while j + 1 < m {
@@ -328,7 +331,7 @@ impl Reflections {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::random::Random;
+    use random::Random;
 
     /// Eleven columns, a zero one among them, twice 128 rows: R'R = W'W, by registers and without.
     #[test]

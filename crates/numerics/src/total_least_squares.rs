@@ -33,6 +33,7 @@ pub fn total_least_squares(triangle: &Triangle, noisy: &[(usize, f64)]) -> Resul
     if noisy.is_empty() || noisy.iter().any(|&(c, s)| c >= p || s <= 0.0 || !s.is_finite()) {
         return Err(Error::new("total least squares needs noisy columns, each with a positive noise ratio"));
     }
+    // The exact columns go first, so that [R_22, r_2] is the lower right corner.
     let exact: Vec<usize> = (0..p).filter(|c| noisy.iter().all(|n| n.0 != *c)).collect();
     let order: Vec<usize> = exact.iter().copied().chain(noisy.iter().map(|n| n.0)).collect();
     let t = select(triangle, &order);
@@ -44,11 +45,13 @@ pub fn total_least_squares(triangle: &Triangle, noisy: &[(usize, f64)]) -> Resul
     values.sort_by(|a, b| b.0.total_cmp(&a.0));
     let undetermined = || Error::new("total least squares: the data leave the noisy part open");
     let (Some(vt), Some(&(_, last))) = (svd.v_t.as_ref(), values.last()) else { return Err(undetermined()) };
+    // The right singular vector of the smallest singular value, scaled to -1 for the right-hand side.
     let v = vt.row(last);
     if v[b].abs() < 1e-9 {
         return Err(undetermined());
     }
     let mut sorted: Vec<f64> = (0..b).map(|j| -v[j] * scale(j) / v[b]).collect();
+    // R_11 X_1 = z_1 - R_12 X_2, from below.
     let mut x1 = vec![0.0; a];
     for i in (0..a).rev() {
         let known: f64 = (i + 1..a).map(|j| t.at(i, j) * x1[j]).sum::<f64>()
@@ -69,8 +72,8 @@ pub fn total_least_squares(triangle: &Triangle, noisy: &[(usize, f64)]) -> Resul
 mod tests {
     use super::*;
     use crate::least_squares::solve;
-    use crate::random::Random;
     use crate::triangle::TriangleBuilder;
+    use random::Random;
 
     fn triangle(column_noise: f64, noise: f64, seed: u64) -> Triangle {
         let mut random = Random::new(seed);

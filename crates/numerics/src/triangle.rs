@@ -281,7 +281,7 @@ pub fn select(triangle: &Triangle, columns: &[usize]) -> Triangle {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::random::Random;
+    use random::Random;
 
     fn rows(seed: u64, n: usize, p: usize) -> Vec<Vec<f64>> {
         let mut random = Random::new(seed);

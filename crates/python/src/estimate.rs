@@ -390,8 +390,7 @@ impl Estimate {
     fn of_text(text: &str, path: &Path, model: Option<Py<Model>>) -> PyResult<Estimate> {
         let inner = rist::Estimate::from_yaml(&path.display().to_string(), text).or_error()?;
         if let Some(model) = &model {
-            let made_with = inner.made_with();
-            Arc::clone(&model.get().inner).check(path, &made_with).or_error()?;
+            Arc::clone(&model.get().inner).check_estimate(path, &inner).or_error()?;
         }
         Ok(Estimate { is_read: true, ..Estimate::plain(inner, model) })
     }

@@ -128,8 +128,9 @@ pub fn plan(py: Python<'_>, model: &Model, options: Option<&Bound<'_, PyDict>>) 
 /// Simulates the experiments of a plan, or an ExcitingMotion, in closed loop, with friction, noise and drive gains.
 ///
 /// With out="DIRECTORY" it writes a log an experiment (e01.csv, .. or motion.csv, v01.csv, .. of motions for validation, e01_loaded.csv,
-/// ..) and truth.yaml, as `rist simulate` does. Returns the parameters behind the logs, an Estimate, and the logs: a dict by
-/// name of dicts of arrays t (N,) in s, q (N, n) in rad (m), i (N, n) in A, which `identify` takes.
+/// ..), truth.yaml, and truth_loaded.yaml with a load, as `rist simulate` does. Returns the parameters behind the logs, an
+/// Estimate, and the logs: a dict by name of dicts of arrays t (N,) in s, q (N, n) in rad (m), i (N, n) in A, which
+/// `identify` takes.
 ///
 /// Options:
 /// - validation: Number of validation motions [default: 10]
@@ -161,6 +162,7 @@ pub fn simulate<'py>(
     let effort = request.effort(inner);
     let planned = motions.count();
     let all = planned * (1 + usize::from(request.load.is_some())) + request.validation;
+    // The same records to disk and to the caller, one by one as they are simulated.
     let (simulated, records) = work(py, call.own("progress"), |reporter| {
         let mut records: Vec<(String, Record)> = Vec::new();
         let take = &mut |name: &str, record: &Record| {
@@ -178,6 +180,9 @@ pub fn simulate<'py>(
     warn(py, &simulated.notes)?;
     if let Some(out) = &out {
         save(&out.join("truth.yaml"), &simulated.truth.to_yaml().or_error()?, &[&inner.path])?;
+        if let Some(loaded) = &simulated.loaded_truth {
+            save(&out.join("truth_loaded.yaml"), &loaded.to_yaml().or_error()?, &[&inner.path])?;
+        }
     }
     let logs = logs_of(py, &records, effort)?;
     Ok((Estimate::plain(simulated.truth, Some(model.clone().unbind())), logs))

@@ -6,6 +6,7 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict};
 use rist::fleet::SumsRequest;
+use rist::request::CompareRequest;
 
 use crate::artefact::artefact;
 use crate::call::Call;
@@ -210,11 +211,19 @@ artefact! {
 
 /// Compares sums with those of a reference: robots by name, {"r07": Accumulator, ..}.
 ///
-/// fdr: of the robots, and of the parameters, that are said to have changed, at most this share is expected to be as they
-/// were.
+/// Options:
+/// - of: The parameters that are asked about [default: 'all']
+/// - fdr: False discovery rate: the expected share of unchanged robots among those reported as changed, and of
+///   unchanged parameters among those reported [default: 0.05]
 #[pyfunction]
-#[pyo3(signature = (reference, robots, fdr=0.05))]
-pub fn compare(py: Python<'_>, reference: &Accumulator, robots: &Bound<'_, PyDict>, fdr: f64) -> PyResult<Comparison> {
+#[pyo3(signature = (reference, robots, **options), text_signature = "(reference, robots, *, of='all', fdr=0.05)")]
+pub fn compare(
+    py: Python<'_>,
+    reference: &Accumulator,
+    robots: &Bound<'_, PyDict>,
+    options: Option<&Bound<'_, PyDict>>,
+) -> PyResult<Comparison> {
+    let asked: CompareRequest = Call::new("compare", &[], options)?.request()?;
     let mut named = Vec::new();
     for (name, sums) in robots {
         let sums =
@@ -224,7 +233,7 @@ pub fn compare(py: Python<'_>, reference: &Accumulator, robots: &Bound<'_, PyDic
     let reference = reference.copy();
     let inner = work(py, None, |_| {
         let named: Vec<(&str, &rist::Accumulator)> = named.iter().map(|(name, sums)| (name.as_str(), sums)).collect();
-        Ok(rist::fleet::compare(("reference", &reference), &named, fdr)?)
+        Ok(rist::compare(("reference", &reference), &named, asked.of, asked.fdr)?)
     })?;
     Ok(Comparison { inner })
 }

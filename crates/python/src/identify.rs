@@ -100,6 +100,7 @@ fn identify_samples(
     if fitted.is_empty() {
         return Err(error("identify: no log is given"));
     }
+    // A log counts once, in one role.
     let mut paths: Vec<PathBuf> = Vec::new();
     for path in fitted.iter().chain(&loaded).chain(&others).filter_map(|log| log.path()) {
         if paths.iter().any(|other| rist::output::is_same(path, other)) {
@@ -107,6 +108,7 @@ fn identify_samples(
         }
         paths.push(path.into());
     }
+    // In a thread of its own, from the files to the verdict.
     let (found, judged) = work(py, None, |_| {
         let columns = request.samples.options().columns;
         let (fitted, loaded) = (open(fitted, inner, &columns)?, open(loaded, inner, &columns)?);
@@ -118,6 +120,7 @@ fn identify_samples(
         let judged = found.judged(inner, &others, false)?;
         Ok((found, judged))
     })?;
+    // The model of the estimate, which may have rotors that the given one lacks.
     let used = match found.model {
         Some(used) => Py::new(py, model.get().read_as(used))?,
         None => model.clone().unbind(),
@@ -149,6 +152,7 @@ fn identify_plan(
     };
     let plan = ExperimentPlan::of(plan, inner)?;
     let logs = ExperimentLogs { directory: &directory, plan: &plan };
+    // IV and DIDIM simulate the closed loop; all others need the logs only.
     let in_loop = |method| {
         let request = call.request()?;
         work(py, None, |_| identify_experiments_in_loop(inner, logs, &request, method))

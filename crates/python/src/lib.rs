@@ -13,6 +13,7 @@ mod base_parameters;
 mod call;
 mod error;
 mod estimate;
+mod evaluate;
 mod experiments;
 mod fleet;
 mod html;

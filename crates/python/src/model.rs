@@ -1,27 +1,24 @@
 //! `rist.Model`.
 
 use std::path::{Path, PathBuf};
-use std::sync::{Arc, OnceLock};
+use std::sync::Arc;
 
-use numpy::{PyArrayDyn, PyArrayMethods};
+use numpy::PyArrayDyn;
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyTuple};
 use rist::ModelOptions;
-use rist::evaluation::{Evaluation, ManyStates, Quantity};
 use rist::request::spelling::{Reader, flags, spelled};
 use rist::request::{GenerateRequest, Request, SourceLanguage};
 use rist::source::Language;
 
-use crate::arrays::{Rows, States, array, empty};
+use crate::arrays::array;
 use crate::base_parameters::{BaseParameters, standard_names};
 use crate::call::{Call, object};
 use crate::error::{OrError, error};
 use crate::estimate::Estimate;
+use crate::evaluate::{Argument, Evaluations, by_keyword, evaluate, of_link};
 use crate::html;
 use crate::work::alone;
-
-/// States that are evaluated between two looks for signals.
-const STATES_PER_PASS: usize = 1 << 14;
 
 /// A robot and what follows from it: base parameters, regressors, torques, source.
 ///
@@ -39,11 +36,9 @@ pub struct Model {
     /// The description, for pickles.
     pub text: String,
     options: ModelOptions,
-    evaluations: [OnceLock<Evaluation>; 6],
+    /// What was evaluated, by name.
+    pub evaluations: Evaluations,
 }
-
-/// Taken with every evaluation: which arguments and how many dimensions.
-type Argument<'a, 'py> = Option<&'a Bound<'py, PyAny>>;
 
 impl Model {
     /// The same description, read as it was for another model.
@@ -77,79 +72,6 @@ impl Model {
         let rows = self.inner.parameters.base.iter().zip(rules.base).map(|(b, rule)| vec![b.name.clone(), rule]);
         let title = format!("{}: {} base parameters", self.inner.robot.name, self.inner.parameters.len());
         html::table(&title, &["parameter", "rule"], rows)
-    }
-
-    fn evaluation(&self, py: Python<'_>, quantity: Quantity) -> PyResult<&Evaluation> {
-        let place = &self.evaluations[quantity as usize];
-        if let Some(found) = place.get() {
-            return Ok(found);
-        }
-        let made = alone(py, || Evaluation::new(&self.inner, quantity))?.or_error()?;
-        Ok(place.get_or_init(|| made))
-    }
-
-    /// Evaluates a quantity at states. The outputs have a dimension for the states, unless a single state was given.
-    fn evaluate<'py>(
-        &self,
-        py: Python<'py>,
-        quantity: Quantity,
-        [q, dq, ddq]: [Argument<'_, 'py>; 3],
-        parameters: Argument<'_, 'py>,
-    ) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
-        let evaluation = self.evaluation(py, quantity)?;
-        let Some(q) = q else { return Err(error("q is missing")) };
-        let needed = [evaluation.needs("dq"), evaluation.needs("ddq")];
-        let states = States::new(self.inner.regressor().coordinates(), q, dq, ddq, needed)?;
-        let parameters = match evaluation.parameters() {
-            Some(_) => self.parameters(parameters)?,
-            None => Vec::new(),
-        };
-        let (rows, columns) = evaluation.shape();
-        let mut shape = if states.is_one { vec![] } else { vec![states.count] };
-        shape.push(rows);
-        if matches!(quantity, Quantity::Regressor | Quantity::BaseRegressor | Quantity::InertiaMatrix) {
-            shape.push(columns);
-        }
-        let outputs = empty(py, &shape)?;
-        let mut filled = outputs.readwrite();
-        let filled = filled.as_slice_mut().map_err(error)?;
-        let ([q, dq, ddq], n) = (states.numbers()?, self.inner.robot.n_coordinates());
-        for (first, outputs) in
-            (0..states.count).step_by(STATES_PER_PASS).zip(filled.chunks_mut((STATES_PER_PASS * rows * columns).max(1)))
-        {
-            let end = states.count.min(first + STATES_PER_PASS);
-            let cut = |x: &[f64]| -> std::ops::Range<usize> { (first * n).min(x.len())..(end * n).min(x.len()) };
-            let some = ManyStates { q: &q[cut(q)], dq: &dq[cut(dq)], ddq: &ddq[cut(ddq)], parameters: &parameters };
-            alone(py, || evaluation.fill(&self.inner, &some, outputs))?.or_error()?;
-            py.check_signals()?;
-        }
-        Ok(outputs)
-    }
-
-    /// The base parameters: those of an estimate, given ones, or those of the description.
-    fn parameters(&self, given: Argument<'_, '_>) -> PyResult<Vec<f64>> {
-        let (p, standard) = (self.inner.parameters.len(), self.inner.parameters.standard.len());
-        let Some(given) = given.filter(|x| !x.is_none()) else {
-            return self.inner.described_parameters().ok_or_else(|| {
-                let path = self.inner.path.display();
-                error(format_args!(
-                    "{path}: it has no inertial parameters; give parameters=, {p} base or {standard} standard ones"
-                ))
-            });
-        };
-        if let Ok(estimate) = given.cast::<Estimate>() {
-            return self.inner.values(&estimate.get().inner).or_error();
-        }
-        let rows = Rows::new("parameters", given)?;
-        let numbers = rows.numbers()?;
-        match rows.shape() {
-            [k] if *k == p => Ok(numbers.to_vec()),
-            [k] if *k == standard => Ok(self.inner.parameters.values(numbers)),
-            _ => Err(error(format_args!(
-                "parameters: {p} base parameters or {standard} standard ones are expected, or an Estimate; {} numbers are there",
-                numbers.len()
-            ))),
-        }
     }
 }
 
@@ -253,8 +175,8 @@ impl Model {
         q: &Bound<'py, PyAny>,
         dq: Argument<'_, 'py>,
         ddq: Argument<'_, 'py>,
-    ) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
-        self.evaluate(q.py(), Quantity::Regressor, [Some(q), dq, ddq], None)
+    ) -> PyResult<Bound<'py, PyAny>> {
+        self.one("regressor", [Some(q), dq, ddq], None, &[])
     }
 
     /// Y(q, dq, ddq) of the base parameters, tau = Y X: shape (N, n, p), N m (N) per unit of the parameter.
@@ -266,8 +188,8 @@ impl Model {
         q: &Bound<'py, PyAny>,
         dq: Argument<'_, 'py>,
         ddq: Argument<'_, 'py>,
-    ) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
-        self.evaluate(q.py(), Quantity::BaseRegressor, [Some(q), dq, ddq], None)
+    ) -> PyResult<Bound<'py, PyAny>> {
+        self.one("base-regressor", [Some(q), dq, ddq], None, &[])
     }
 
     /// The joint torques without friction, shape (N, n), N m (N of a joint that slides).
@@ -280,18 +202,14 @@ impl Model {
         dq: Argument<'_, 'py>,
         ddq: Argument<'_, 'py>,
         parameters: Argument<'_, 'py>,
-    ) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
-        self.evaluate(q.py(), Quantity::Torque, [Some(q), dq, ddq], parameters)
+    ) -> PyResult<Bound<'py, PyAny>> {
+        self.one("inverse-dynamics", [Some(q), dq, ddq], parameters, &[])
     }
 
     /// The inertia matrix A(q), shape (N, n, n), kg m^2; parameters as of `torque`.
     #[pyo3(signature = (q, parameters=None))]
-    fn inertia_matrix<'py>(
-        &self,
-        q: &Bound<'py, PyAny>,
-        parameters: Argument<'_, 'py>,
-    ) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
-        self.evaluate(q.py(), Quantity::InertiaMatrix, [Some(q), None, None], parameters)
+    fn inertia_matrix<'py>(&self, q: &Bound<'py, PyAny>, parameters: Argument<'_, 'py>) -> PyResult<Bound<'py, PyAny>> {
+        self.one("inertia-matrix", [Some(q), None, None], parameters, &[])
     }
 
     /// Coriolis, centrifugal and gravity torques, shape (N, n), N m (N); parameters as of `torque`.
@@ -301,18 +219,102 @@ impl Model {
         q: &Bound<'py, PyAny>,
         dq: Argument<'_, 'py>,
         parameters: Argument<'_, 'py>,
-    ) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
-        self.evaluate(q.py(), Quantity::Bias, [Some(q), dq, None], parameters)
+    ) -> PyResult<Bound<'py, PyAny>> {
+        self.one("bias", [Some(q), dq, None], parameters, &[])
     }
 
     /// Gravity torques, shape (N, n), N m (N); parameters as of `torque`.
     #[pyo3(signature = (q, parameters=None))]
-    fn gravity<'py>(
+    fn gravity<'py>(&self, q: &Bound<'py, PyAny>, parameters: Argument<'_, 'py>) -> PyResult<Bound<'py, PyAny>> {
+        self.one("gravity", [Some(q), None, None], parameters, &[])
+    }
+
+    /// Kinetic and potential energy, shape (N, 2), J; parameters as of `torque`. With base parameters the potential one is
+    /// determined up to a constant.
+    #[pyo3(signature = (q, dq=None, parameters=None))]
+    fn energy<'py>(
         &self,
         q: &Bound<'py, PyAny>,
+        dq: Argument<'_, 'py>,
         parameters: Argument<'_, 'py>,
-    ) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
-        self.evaluate(q.py(), Quantity::Gravity, [Some(q), None, None], parameters)
+    ) -> PyResult<Bound<'py, PyAny>> {
+        self.one("energies", [Some(q), dq, None], parameters, &[])
+    }
+
+    /// The accelerations that torques give, without friction, shape (N, n), rad/s^2 (m/s^2); parameters as of `torque`.
+    #[pyo3(signature = (q, dq, tau, parameters=None))]
+    fn forward_dynamics<'py>(
+        &self,
+        q: &Bound<'py, PyAny>,
+        dq: Argument<'_, 'py>,
+        tau: &Bound<'py, PyAny>,
+        parameters: Argument<'_, 'py>,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        self.one("forward-dynamics", [Some(q), dq, None], parameters, &[("tau", tau)])
+    }
+
+    /// Derivatives of the torques by q and dq, each (N, n, n), N m per rad and per rad/s; that by ddq is the inertia matrix.
+    #[pyo3(signature = (q, dq=None, ddq=None, parameters=None))]
+    fn torque_derivatives<'py>(
+        &self,
+        q: &Bound<'py, PyAny>,
+        dq: Argument<'_, 'py>,
+        ddq: Argument<'_, 'py>,
+        parameters: Argument<'_, 'py>,
+    ) -> PyResult<Bound<'py, PyTuple>> {
+        self.several("inverse-dynamics-derivatives", [Some(q), dq, ddq], parameters, &[])
+    }
+
+    /// Derivatives of the accelerations by q, dq and tau, each (N, n, n).
+    #[pyo3(signature = (q, dq, tau, parameters=None))]
+    fn forward_dynamics_derivatives<'py>(
+        &self,
+        q: &Bound<'py, PyAny>,
+        dq: Argument<'_, 'py>,
+        tau: &Bound<'py, PyAny>,
+        parameters: Argument<'_, 'py>,
+    ) -> PyResult<Bound<'py, PyTuple>> {
+        self.several("forward-dynamics-derivatives", [Some(q), dq, None], parameters, &[("tau", tau)])
+    }
+
+    /// Orientation and position of a link, (N, 3, 4), in the base frame or in that of another link.
+    #[pyo3(signature = (link, q, frame=None))]
+    fn pose<'py>(&self, link: &str, q: &Bound<'py, PyAny>, frame: Option<&str>) -> PyResult<Bound<'py, PyAny>> {
+        self.one(&of_link("pose", link, frame), [Some(q), None, None], None, &[])
+    }
+
+    /// Jacobian of a link, (N, 6, n): velocity of its origin, then angular velocity, in its own axes, or in those of another
+    /// link or of "base".
+    #[pyo3(signature = (link, q, frame=None))]
+    fn jacobian<'py>(&self, link: &str, q: &Bound<'py, PyAny>, frame: Option<&str>) -> PyResult<Bound<'py, PyAny>> {
+        self.one(&of_link("jacobian", link, frame), [Some(q), None, None], None, &[])
+    }
+
+    /// Any function of `rist generate` by its name ("coriolis-matrix", "velocity=LINK", "inverse-geometry=LINK", ..): its
+    /// output, or a dict of them by name. What it needs beside q, dq, ddq and parameters is given by keyword, a row per
+    /// state: tau=, wrench=, point=, t=, dq_r=, ddq_r=.
+    #[pyo3(signature = (function, q=None, dq=None, ddq=None, parameters=None, **others))]
+    fn evaluate<'py>(
+        &self,
+        py: Python<'py>,
+        function: &str,
+        q: Argument<'_, 'py>,
+        dq: Argument<'_, 'py>,
+        ddq: Argument<'_, 'py>,
+        parameters: Argument<'_, 'py>,
+        others: Option<&Bound<'py, PyDict>>,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        let others = by_keyword(others)?;
+        let others: Vec<(&str, &Bound<'py, PyAny>)> = others.iter().map(|(name, x)| (name.as_str(), x)).collect();
+        let mut found = evaluate(py, self, function, [q, dq, ddq], parameters, &others)?;
+        match found.len() {
+            1 => Ok(found.remove(0).1),
+            _ => {
+                let by_name = PyDict::new(py);
+                found.into_iter().try_for_each(|(name, x)| by_name.set_item(name, x))?;
+                Ok(by_name.into_any())
+            }
+        }
     }
 
     /// Source of the base regressor and of `functions` ("inverse-dynamics", "pose=LINK", ..), as `rist generate` writes it.
@@ -320,7 +322,8 @@ impl Model {
     /// language="rust": the text. language="c": the texts of source and header, the header under the name `header`.
     /// estimate: an Estimate of this model, whose numbers stand in the source as the constants X and F; one whose verdict is
     /// no is refused, unless anyway=True.
-    #[pyo3(signature = (language="rust", functions=Vec::new(), header=None, *, estimate=None, anyway=false))]
+    /// symbols: lengths, angles and components of gravity that stay open, as an argument `symbols` of all functions.
+    #[pyo3(signature = (language="rust", functions=Vec::new(), header=None, *, estimate=None, anyway=false, symbols=Vec::new()))]
     fn generate<'py>(
         &self,
         py: Python<'py>,
@@ -329,9 +332,16 @@ impl Model {
         header: Option<String>,
         estimate: Option<&Estimate>,
         anyway: bool,
+        symbols: Vec<String>,
     ) -> PyResult<Bound<'py, PyAny>> {
         let path = self.inner.path.display();
-        let values = [("language", language.into()), ("functions", functions.into()), ("anyway", anyway.into())];
+        // The command that would make the same source, for its banner.
+        let values = [
+            ("language", language.into()),
+            ("functions", functions.into()),
+            ("anyway", anyway.into()),
+            ("symbols", symbols.into()),
+        ];
         let request: GenerateRequest = rist::request::of_values(values.iter().map(|(name, value)| (*name, value)))
             .map_err(|e| error(format_args!("generate: {e}")))?;
         let made_by = format!("rist generate {path}{}{}", flags(&self.options.given()), flags(&request.given()));
@@ -347,7 +357,8 @@ impl Model {
             }
         };
         let refused = |e| error(format_args!("{path}: {e}"));
-        let made = || rist::generate(&self.inner.robot, &request.functions, &language, &made_by, values.as_ref(), true);
+        let (functions, symbols) = (&request.functions, &request.symbols);
+        let made = || rist::generate(&self.inner.robot, functions, &language, &made_by, values.as_ref(), symbols, true);
         let source = alone(py, made)?.map_err(refused)?;
         match source.header {
             Some(header) => Ok(PyTuple::new(py, [source.text, header])?.into_any()),

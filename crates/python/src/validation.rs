@@ -64,6 +64,7 @@ pub fn validate(
     let call = Call::new("validate", &[], options)?;
     let request: ValidateRequest = call.request()?;
     let (model, estimate, logs) = (&model.inner, &estimate.inner, self::logs(logs)?);
+    // A log that the estimate was made from proves nothing.
     let are_new = !logs.iter().filter_map(|log| log.path()).any(|path| is_fitted(estimate, path.as_ref()));
     let (inner, verdict) = match &estimate.options {
         Some(options) => {

@@ -39,6 +39,90 @@ def test_the_quantities_of_a_state_agree(name):
     np.testing.assert_allclose(model.bias(q, parameters=base), model.gravity(q, base), **close)
 
 
+def differences(f, x, k, h=1e-4):
+    """d f / d x[:, k], fourth order."""
+    def at(step):
+        moved = x.copy()
+        moved[:, k] += step
+        return f(moved)
+
+    return (8 * (at(h) - at(-h)) - (at(2 * h) - at(-2 * h))) / (12 * h)
+
+
+@pytest.mark.parametrize("name", ["panda.yaml", "ur5.yaml", "stanford.yaml", "tree.yaml"])
+def test_the_functions_for_control_agree(name):
+    model = rist.Model.read(MODELS / name)
+    n, count = len(model.coordinates), 90
+    q, dq, ddq = states(model, count)
+    x = model.described_parameters
+    if x is None:
+        pytest.skip("no inertial parameters")
+    tau = model.torque(q, dq, ddq)
+    np.testing.assert_allclose(model.forward_dynamics(q, dq, tau), ddq, rtol=1e-7, atol=1e-7)
+    by_q, by_dq = model.torque_derivatives(q, dq, ddq)
+    assert by_q.shape == by_dq.shape == (count, n, n)
+    # h^4 of truncation, 1e-12 of rounding, times what gravity and an arm make of them.
+    scale = np.abs(by_q).max()
+    for k in range(n):
+        expected = differences(lambda q: model.torque(q, dq, ddq), q, k)
+        np.testing.assert_allclose(by_q[:, :, k], expected, atol=1e-8 * scale)
+    of_q, of_dq, of_tau = model.forward_dynamics_derivatives(q, dq, tau)
+    np.testing.assert_allclose(of_tau @ model.inertia_matrix(q), np.broadcast_to(np.eye(n), (count, n, n)), atol=1e-8)
+    scale = np.abs(of_dq).max()
+    for k in range(n):
+        expected = differences(lambda dq: model.forward_dynamics(q, dq, tau), dq, k)
+        np.testing.assert_allclose(of_dq[:, :, k], expected, atol=1e-7 * scale)
+    assert of_q.shape == (count, n, n)
+
+    energy = model.energy(q, dq)
+    kinetic = 0.5 * np.einsum("ai,aij,aj->a", dq, model.inertia_matrix(q), dq)
+    np.testing.assert_allclose(energy[:, 0], kinetic, rtol=1e-9)
+    for k in range(n):
+        potential = differences(lambda q: model.energy(q, dq)[:, 1], q, k)
+        np.testing.assert_allclose(model.gravity(q)[:, k], potential, atol=1e-7 * np.abs(x).max())
+
+    c = model.evaluate("coriolis-matrix", q, dq)
+    np.testing.assert_allclose(np.einsum("aij,aj->ai", c, dq) + model.gravity(q), model.bias(q, dq), atol=1e-8)
+
+
+def test_poses_and_jacobians(ur5):
+    q = states(ur5, 70)[0]
+    pose, j = ur5.pose("tool0", q), ur5.jacobian("tool0", q, "base")
+    assert pose.shape == (70, 3, 4) and j.shape == (70, 6, 6)
+    for k in range(6):
+        speed = differences(lambda q: ur5.pose("tool0", q), q, k)
+        np.testing.assert_allclose(j[:, :3, k], speed[:, :, 3], atol=1e-9)
+        turn = np.einsum("aij,akj->aik", speed[:, :, :3], pose[:, :, :3])
+        np.testing.assert_allclose(j[:, 3:, k], np.stack([turn[:, 2, 1], turn[:, 0, 2], turn[:, 1, 0]], 1), atol=1e-9)
+    np.testing.assert_allclose(np.einsum("aij,aik->ajk", pose[:, :, :3], j[:, :3]), ur5.jacobian("tool0", q)[:, :3], atol=1e-12)
+    assert ur5.pose("tool0", q[3]).shape == (3, 4) and ur5.jacobian("tool0", q[3]).shape == (6, 6)
+    # Where the joints must be for a pose.
+    back = ur5.evaluate("inverse-geometry=tool0", t=pose.reshape(70, 12))
+    angles = np.arctan2(back["sin_q"], back["cos_q"])
+    assert angles.shape == (70, 8, 6)
+    off = np.abs(np.sin((angles - q[:, None, :]) / 2)).max(axis=2)
+    assert np.nanmin(off, axis=1).max() < 1e-6
+
+
+def test_what_a_function_takes_is_said(panda):
+    def message(*arguments, **options):
+        with pytest.raises(rist.Error) as raised:
+            panda.evaluate(*arguments, **options)
+        return str(raised.value)
+
+    q = np.zeros((4, 7))
+    assert "there is no function `speed`" in message("speed", q)
+    assert "tau is missing: the function takes tau=" in message("forward-dynamics", q)
+    assert "wrench= is not what the function takes: it takes nothing else" in message("gravity", q, wrench=q)
+    assert "the shape (4, 7) is expected" in message("forward-dynamics", q, tau=q[:3])
+    assert "q is missing" in message("gravity")
+    base = np.ones(43)
+    assert "70 standard parameters are expected" in message("joint-reactions", q, parameters=base)
+    assert panda.evaluate("joint-reactions", q).shape == (4, 6, 7)
+    source = panda.generate(functions=["gravity"], symbols=["all"])
+    assert "pub const SYMBOLS" in source
+
+
 def test_one_state_has_no_dimension_of_states(panda):
     q, dq, ddq = states(panda, 5)
     many = panda.base_regressor(q, dq, ddq)

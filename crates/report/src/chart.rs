@@ -219,6 +219,7 @@ impl<'a> Chart<'a> {
         if !self.is_true_to_scale {
             return (Scale::linear(x.into_iter(), 0.0), Scale::linear(y.into_iter(), 0.06));
         }
+        // One unit for both axes: the wider one fills its side, the other is widened about its middle.
         let (x, y) = (Scale::linear(x.into_iter(), 0.06), Scale::linear(y.into_iter(), 0.06));
         let (width, height) = (CHART_WIDTH - LEFT_MARGIN - RIGHT_MARGIN, self.height - BOTTOM_MARGIN);
         let unit = (x.length() / width).max(y.length() / height);
@@ -326,9 +327,9 @@ impl Frame {
         let mut from = 0;
         while from < spans.len() {
             let to = (from + 1..spans.len()).find(|&i| spans[i].is_first).unwrap_or(spans.len());
-            let forth = spans[from..to].iter().map(|span| (span.t, span.high));
-            let back = spans[from..to].iter().rev().map(|span| (span.t, span.low));
-            s += &self.path(&[forth.chain(back).collect()]);
+            let (piece, last) = (&spans[from..to], spans[to - 1]);
+            let forth = piece.iter().map(|s| (s.t, s.high)).chain([(last.end, last.high), (last.end, last.low)]);
+            s += &self.path(&[forth.chain(piece.iter().rev().map(|s| (s.t, s.low))).collect()]);
             s.push('z');
             from = to;
         }

@@ -42,6 +42,7 @@ pub(crate) fn plan(plan: &ExperimentPlan) -> PlanPart {
         rank: e.rank,
         gain: e.adds_log_det.map_or(String::new(), |g| format!("+{g:.2}")),
     };
+    // A plan that was edited says so first.
     let open: Vec<String> = plan.unidentifiable().iter().map(|id| id.to_string()).collect();
     let origin =
         if plan.is_edited { format!("{}{}: ", EDITED[..1].to_uppercase(), &EDITED[1..]) } else { String::new() };
@@ -126,14 +127,14 @@ pub(crate) fn validation(validation: &Validation) -> ValidationPart {
     };
     ValidationPart {
         summary: format!(
-            "{} that the estimate was not made from {} predicted with an error of {}; low-pass {} Hz.",
+            "{} that the estimate was not made from {} predicted with an error of {}; {}.",
             match validation.motions.len() {
                 1 => "1 motion".into(),
                 n => format!("{n} motions"),
             },
             if validation.motions.len() == 1 { "is" } else { "are" },
             percent(validation.total),
-            significant(validation.cutoff_hz, 3)
+            validation.cutoff_hz.map_or("no low-pass".into(), |hz| format!("low-pass {} Hz", significant(hz, 3)))
         ),
         rows: validation.joints.iter().map(row).collect(),
         motions: validation.motions.iter().map(|m| (m.name.clone(), percent(m.relative))).collect(),

@@ -102,6 +102,7 @@ fn drawn<'a>(
 ) -> Vec<(&'static str, String, Chart<'a>)> {
     let (name, unit) = (&joint.coordinate, joint.unit.as_str());
     let speed = if joint.is_prismatic { "speed, m/s" } else { "speed, rad/s" };
+    // Logs follow one another on the axis of time, with a line between them.
     let borders: Vec<f64> = portrait.logs.iter().skip(1).map(|log| log.from).collect();
     let over_time =
         |title: &str| Chart::new(format!("{title} of {name}"), ("time, s", unit)).with_zero().borders(borders.clone());
@@ -128,6 +129,7 @@ fn drawn<'a>(
     }
     charts.push(("parts", "What the torque is made of".into(), split));
     charts.push(("friction", friction_caption(joint), friction(joint, name, unit, speed)));
+    // Only what the portrait has: a short log has no spectrum.
     if !joint.residual_spectrum.is_empty() {
         charts.push(("spectrum", spectrum_caption(joint, unit), spectrum(joint, name, unit, cutoff)));
     }

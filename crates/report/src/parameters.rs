@@ -132,6 +132,7 @@ fn row(order: usize, parameter: &Identified, told: &BTreeMap<String, Told>) -> R
         None => ("not identifiable".into(), String::new()),
     };
     let number = parameter.value.unwrap_or(0.0);
+    // The value, and how far the description is off, in deviations.
     let deviations = if sigma > 0.0 && sigma.is_finite() { number.abs() / sigma } else { 0.0 };
     let described = told.and_then(|told| told.described);
     let off = described.zip(parameter.value).map(|(d, value)| (d - value).abs() / sigma);

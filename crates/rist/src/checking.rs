@@ -106,13 +106,13 @@ pub fn check(model: &Model, file: &Path, artefact: &ExcitingMotion, request: &Ch
         left_out.extend(beyond_own_list(artefact, surroundings.gaps(), &mut certificate));
     }
     left_out.push(LeftOut::approach());
-    let notes = notes(artefact, request, torque.is_some(), &origins);
+    let notes = notes(artefact, torque.is_some(), &origins);
     let (floor, lowest) = (surroundings.floor(), surroundings.lowest(&motion));
     Ok(Checked { certificate, left_out, floor, lowest, notes, limits, origins })
 }
 
 /// What the motion's own file says that proves nothing.
-fn notes(artefact: &ExcitingMotion, request: &CheckRequest, knows_torque: bool, origins: &[HeldLimit]) -> Vec<String> {
+fn notes(artefact: &ExcitingMotion, knows_torque: bool, origins: &[HeldLimit]) -> Vec<String> {
     let mut notes = Vec::new();
     let space = &artefact.space;
     let is_lenient = !space.own_links || !space.accept.is_empty() || !space.ignored_pairs.is_empty();
@@ -153,6 +153,7 @@ fn torques_of_file(artefact: &ExcitingMotion, request: &CheckRequest) -> Option<
 /// What a motion of an earlier version did not look at: pairs and a floor that are not in its certificate, and that are
 /// not proven now. Such rows leave the certificate, except where bodies meet.
 fn beyond_own_list(artefact: &ExcitingMotion, gaps: &[Gap], certificate: &mut Vec<CertificateRow>) -> Vec<LeftOut> {
+    // Earlier certificates name links by those that carry them.
     let is_listed = |gap: &Gap| {
         let [a, b] = &gap.carriers;
         artefact.certificate.iter().filter(|row| row.limit == gap.limit).any(|row| match gap.limit {
@@ -166,6 +167,7 @@ fn beyond_own_list(artefact: &ExcitingMotion, gaps: &[Gap], certificate: &mut Ve
     };
     let is_floor = |gap: &Gap| gap.limit == LimitKind::Region && is_of_floor(&gap.subject);
     let mut left_out = Vec::new();
+    // What is proven, listed, or asked for stays; so do bodies that meet.
     certificate.retain(|row| {
         let gap = gaps.iter().find(|gap| gap.limit == row.limit && gap.subject == row.subject);
         let Some(gap) = gap.filter(|gap| row.kept != Kept::Proven && !is_listed(gap)) else { return true };

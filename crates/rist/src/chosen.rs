@@ -109,15 +109,18 @@ pub(crate) fn choose<'a>(
     options: &mut Options,
 ) -> Result<Chosen<'a>, Error> {
     let mut chosen = Chosen::default();
+    // Nothing can be decided by torques while their gains are unknown.
     let is_current = logs.iter().any(|log| log.effort_is() == Effort::Current);
     if is_current && options.transmission.drive_gains.is_none() {
         return Ok(chosen);
     }
+    // Another source of velocity changes the rows, so the log is looked at again.
     let mut looked = Looked::of(model, logs, options)?;
     chosen.sentences.extend(sources(&looked.passport, options));
     if looked.options != *options {
         looked = Looked::of(model, logs, options)?;
     }
+    // The delay comes last: it is looked for with the model that will be used.
     let may_be_late = request.rows.signals.delay.is_none() && options.signal.delay == 0.0;
     if let Some((rotating, sentence)) = rotors(model, &mut looked, options)? {
         chosen.sentences.push(sentence);

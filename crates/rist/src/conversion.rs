@@ -48,6 +48,7 @@ fn read_back(robot: &Robot, text: &str, format: DescriptionFormat) -> Result<Vec
         Error::new(format_args!("{}: this format cannot carry the robot: written, it is refused with: {e}", robot.name))
     })?;
     let mut differences = Vec::new();
+    // What coordinates lose: their order, or some of them.
     let names = |r: &Robot| r.coordinates.iter().map(|c| c.name.clone()).collect::<Vec<_>>();
     let (before, after) = (names(robot), names(&read));
     let mut sorted = [before.clone(), after.clone()];
@@ -58,6 +59,7 @@ fn read_back(robot: &Robot, text: &str, format: DescriptionFormat) -> Result<Vec
     if before.len() != after.len() {
         differences.push(format!("{} coordinates become {}", before.len(), after.len()));
     }
+    // What the formats have no word for.
     if robot.massless > 0 {
         let n = robot.massless;
         differences.push(format!(
@@ -71,6 +73,7 @@ fn read_back(robot: &Robot, text: &str, format: DescriptionFormat) -> Result<Vec
         let starts: Vec<String> = robot.passive.iter().map(start).collect();
         differences.push(format!("where the search for passive joints starts is not carried: {}", starts.join(", ")));
     }
+    // Whatever else was lost shows in the torques.
     if let Some(x) = torque_difference(robot, &read).filter(|x| *x > TORQUE_ROUNDING) {
         differences.push(format!("the result is another robot: its torques differ by {x:.1e} of the largest"));
     }

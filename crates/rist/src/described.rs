@@ -46,6 +46,7 @@ pub(crate) fn torque_left_out(
     limits: &[CoordinateLimits],
     asked: Option<&LimitsFile>,
 ) -> Vec<LeftOut> {
+    // A limit that the user's own file asks for is told apart from those that only the description has.
     let is_asked = |name: &str, of: fn(&AskedLimits) -> Option<f64>| {
         asked.is_some_and(|file| of(&file.of(name)).or(of(&file.all)).is_some())
     };

@@ -20,6 +20,7 @@ pub(crate) fn drive_gains(
     given: &[(String, Gain)],
     options: &mut Options,
 ) -> Result<Option<DriveGains>, Error> {
+    // Nothing to estimate: torques in the logs, gains in the options, or all gains given.
     if !logs.iter().any(|log| log.effort_is() == Effort::Current) {
         return match given.first() {
             Some((name, _)) => Err(Error::new(format_args!("[gain={name}]: the logs hold torques, not currents"))),
@@ -36,6 +37,7 @@ pub(crate) fn drive_gains(
         options.transmission.drive_gains = all;
         return Ok(None);
     }
+    // Without any known gain the scale of all torques is free.
     if known.iter().all(|g| *g == Gain::Free) {
         return Err(Error::new(format_args!(
             "the logs hold motor currents: give the torque per unit of current of every drive, or of one at least (the \
@@ -43,6 +45,7 @@ pub(crate) fn drive_gains(
             coordinates.first().map_or("q1", String::as_str)
         )));
     }
+    // An estimate that does not tell a gain from zero is refused, for all parameters scale with it.
     let found = estimate_drive_gains(model.regressor(), logs, options, &known)?;
     let is_open = |k: &usize| {
         !found.gain_determined[*k] || found.gain[*k] <= 0.0 || 2.0 * found.gain_deviation[*k] >= found.gain[*k]

@@ -1,4 +1,4 @@
-//! Regressors, torques and inertia matrices of a model at many states.
+//! Regressors, torques, inertia matrices and any other function of a model at many states.
 //!
 //! ```text
 //! tau = Y(q, dq, ddq) X = A(q) ddq + h(q, dq),    h(q, 0) = g(q)
@@ -11,6 +11,7 @@ use modeling::{Derivation, UnclearRank};
 
 use crate::error::Error;
 use crate::model::Model;
+use crate::named_function::function_named;
 use crate::tape::state_tape::{Argument, StateTape};
 
 /// What is evaluated.
@@ -30,6 +31,17 @@ pub enum Quantity {
     Gravity,
 }
 
+/// A matrix that a function gives for each state.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct OutputShape {
+    /// What it is called: `tau`, `dtau_by_q`.
+    pub name: String,
+    /// Rows; columns are 1 of a vector.
+    pub rows: usize,
+    /// Columns.
+    pub columns: usize,
+}
+
 /// States and parameters. An argument that the quantity does not depend on may be empty.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct ManyStates<'a> {
@@ -41,13 +53,25 @@ pub struct ManyStates<'a> {
     pub ddq: &'a [f64],
     /// X, the same for all states; regressors need none.
     pub parameters: &'a [f64],
+    /// What else the function takes, by name, one row per state: torques `tau`, a `wrench`, a `point`, a pose `t`.
+    pub others: &'a [(&'a str, &'a [f64])],
+}
+
+/// Which parameters a function takes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ParametersOf {
+    /// p base parameters.
+    Base(usize),
+    /// p_s standard parameters, of which base parameters do not tell enough.
+    Standard(usize),
 }
 
 /// One quantity of a model, ready to be evaluated by any number of threads.
 pub struct Evaluation {
     source: Source,
     n: usize,
-    shape: (usize, usize),
+    outputs: Vec<OutputShape>,
+    parameters: Option<ParametersOf>,
 }
 
 enum Source {
@@ -65,39 +89,65 @@ impl Evaluation {
     ///
     /// Fails where a loop of the robot closes nowhere.
     pub fn new(model: &Model, quantity: Quantity) -> Result<Evaluation, Error> {
-        let n = model.robot.n_coordinates();
-        if quantity == Quantity::BaseRegressor {
-            return Ok(Evaluation { source: Source::Regressor, n, shape: (n, model.parameters.len()) });
-        }
-        let refused = |e: UnclearRank| Error::new(format_args!("{}: {e}", model.path.display()));
-        let mut derivation = Derivation::new(&model.robot).map_err(|e| refused(e.into()))?;
         let function = match quantity {
-            Quantity::Regressor | Quantity::BaseRegressor => model.standard_regressor.clone(),
-            Quantity::Torque => derivation.inverse_dynamics(&model.parameters).bound(),
-            Quantity::InertiaMatrix => derivation.inertia_matrix(&model.parameters).bound(),
-            Quantity::Bias => derivation.bias(&model.parameters).bound(),
-            Quantity::Gravity => derivation.gravity(&model.parameters).bound(),
+            Quantity::BaseRegressor => return Ok(Evaluation::of_regressor(model)),
+            Quantity::Regressor => return Evaluation::of_function(model, "regressor"),
+            Quantity::Torque => "inverse-dynamics",
+            Quantity::InertiaMatrix => "inertia-matrix",
+            Quantity::Bias => "bias",
+            Quantity::Gravity => "gravity",
         };
-        let shape = match quantity {
-            Quantity::InertiaMatrix => (n, n),
-            Quantity::Regressor | Quantity::BaseRegressor => (n, model.parameters.standard.len()),
-            Quantity::Torque | Quantity::Bias | Quantity::Gravity => (n, 1),
-        };
-        let tape = StateTape::new(&function, derivation.closure());
-        Ok(Evaluation { source: Source::Tape(Box::new(tape)), n, shape })
+        Evaluation::of_function(model, function)
     }
 
-    /// Rows and columns of the outputs of one state.
-    pub fn shape(&self) -> (usize, usize) {
-        self.shape
+    /// Any function by its name, as `rist generate` knows it: `forward-dynamics`, `pose=5`, `jacobian=5:base`.
+    ///
+    /// Fails with the names there are, and where a loop of the robot closes nowhere.
+    pub fn of_function(model: &Model, name: &str) -> Result<Evaluation, Error> {
+        let refused = |e: UnclearRank| Error::new(format_args!("{}: {e}", model.path.display()));
+        let which = function_named(&model.robot, name)?;
+        let mut derivation = Derivation::new(&model.robot).map_err(|e| refused(e.into()))?;
+        let function = derivation.function(&which, &model.standard_regressor, &model.parameters).bound();
+        let shape = |o: &expr::Output| OutputShape { name: o.name.clone(), rows: o.rows, columns: o.columns };
+        let outputs = function.outputs.iter().map(shape).collect();
+        let tape = StateTape::new(&function, derivation.closure());
+        let parameters = tape.arguments().iter().find_map(|a| match *a {
+            Argument::Parameters(p) if p == model.parameters.len() => Some(ParametersOf::Base(p)),
+            Argument::Parameters(p) => Some(ParametersOf::Standard(p)),
+            _ => None,
+        });
+        Ok(Evaluation { source: Source::Tape(Box::new(tape)), n: model.robot.n_coordinates(), outputs, parameters })
+    }
+
+    /// The model's own base regressor.
+    fn of_regressor(model: &Model) -> Evaluation {
+        let n = model.robot.n_coordinates();
+        let outputs = vec![OutputShape { name: "y".into(), rows: n, columns: model.parameters.len() }];
+        Evaluation { source: Source::Regressor, n, outputs, parameters: None }
+    }
+
+    /// What is written for each state, in order, each row by row.
+    pub fn outputs(&self) -> &[OutputShape] {
+        &self.outputs
+    }
+
+    /// What else is needed for each state, with the number of its entries.
+    pub fn others(&self) -> Vec<(&str, usize)> {
+        let Source::Tape(tape) = &self.source else { return Vec::new() };
+        let other = |a| if let &Argument::Other(ref name, width) = a { Some((name.as_str(), width)) } else { None };
+        tape.arguments().iter().filter_map(other).collect()
     }
 
     /// Writes the outputs of one state after the other. Where a loop does not close, they are not numbers.
     ///
     /// Fails where the lengths are not those of whole states, of the same number of them, and of the parameters.
     pub fn fill<'a>(&self, model: &Model, states: &ManyStates<'a>, outputs: &mut [f64]) -> Result<(), Error> {
-        let (n, size) = (self.n, self.shape.0 * self.shape.1);
-        let count = states.q.len().checked_div(n).unwrap_or(0);
+        let (n, size) = (self.n, self.outputs.iter().map(|o| o.rows * o.columns).sum::<usize>());
+        let count = match self.others()[..] {
+            // A pose is enough for the inverse geometric model.
+            [(name, width), ..] if !self.needs("q") => named(states, name).len().checked_div(width).unwrap_or(0),
+            _ => states.q.len().checked_div(n).unwrap_or(0),
+        };
         let wrong = |what: &str, expected: usize, found: usize| {
             Err(Error::new(format_args!(
                 "{what}: {expected} numbers are expected for {count} states, {found} are there"
@@ -108,8 +158,16 @@ impl Evaluation {
                 return wrong(what, count * n, given.len());
             }
         }
-        if let Some(p) = self.parameters().filter(|p| *p != states.parameters.len()) {
+        if let Some(ParametersOf::Base(p) | ParametersOf::Standard(p)) = self.parameters
+            && p != states.parameters.len()
+        {
             return wrong("parameters", p, states.parameters.len());
+        }
+        let others = self.others();
+        for (name, width) in &others {
+            if named(states, name).len() != count * width {
+                return wrong(name, count * width, named(states, name).len());
+            }
         }
         if outputs.len() != count * size {
             return wrong("outputs", count * size, outputs.len());
@@ -121,12 +179,14 @@ impl Evaluation {
             let rows = first..count.min(first + STATES_PER_PASS);
             // An argument that is not needed may be empty.
             let row = |x: &'a [f64], k: usize| x.get(k * n..(k + 1) * n).unwrap_or_default();
+            let some = |(name, width): &(&str, usize)| &named(states, name)[rows.start * width..rows.end * width];
+            let others: Vec<&[f64]> = others.iter().map(some).collect();
             let rows = rows.map(|k| [row(states.q, k), row(states.dq, k), row(states.ddq, k)]);
             match &self.source {
                 Source::Regressor => {
                     model.regressor().fill_many(&rows.flatten().flatten().copied().collect::<Vec<f64>>(), outputs)
                 }
-                Source::Tape(tape) => tape.fill(rows, states.parameters, outputs),
+                Source::Tape(tape) => tape.fill(rows, states.parameters, &others, outputs),
             }
         }
         Ok(())
@@ -135,23 +195,28 @@ impl Evaluation {
     /// Whether the outputs depend on an argument, `q`, `dq` or `ddq`.
     pub fn needs(&self, argument: &str) -> bool {
         match (&self.source, argument) {
-            (_, "q") | (Source::Regressor, _) => true,
+            (Source::Regressor, _) => true,
+            (Source::Tape(tape), "q") => tape.arguments().contains(&Argument::Q),
             (Source::Tape(tape), "dq") => tape.arguments().contains(&Argument::Dq),
             (Source::Tape(tape), _) => tape.arguments().contains(&Argument::Ddq),
         }
     }
 
-    /// Number of parameters, where the outputs depend on them.
-    pub fn parameters(&self) -> Option<usize> {
-        let Source::Tape(tape) = &self.source else { return None };
-        tape.arguments().iter().find_map(|a| if let Argument::Parameters(p) = a { Some(*p) } else { None })
+    /// Which parameters the outputs depend on.
+    pub fn parameters(&self) -> Option<ParametersOf> {
+        self.parameters
     }
+}
+
+/// The rows of an argument; none where it is not given.
+fn named<'a>(states: &ManyStates<'a>, name: &str) -> &'a [f64] {
+    states.others.iter().find(|(given, _)| *given == name).map_or(&[], |(_, rows)| rows)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use numerics::random::Random;
+    use random::Random;
 
     /// tau = Y X = Y_s X_s = A ddq + h, and h(q, 0) = g, at more states than are evaluated together. The robots are a
     /// tree, a compiled robot, and loops that are closed numerically.
@@ -168,9 +233,9 @@ mod tests {
                 (normal(count * n), normal(count * n), normal(count * n), model.parameters.values(&standard));
             let at = |quantity, dq: &[f64]| {
                 let evaluation = Evaluation::new(&model, quantity).unwrap();
-                let (rows, columns) = evaluation.shape();
-                let mut outputs = vec![0.0; count * rows * columns];
-                let states = ManyStates { q: &q, dq, ddq: &ddq, parameters: &x };
+                let size: usize = evaluation.outputs().iter().map(|o| o.rows * o.columns).sum();
+                let mut outputs = vec![0.0; count * size];
+                let states = ManyStates { q: &q, dq, ddq: &ddq, parameters: &x, others: &[] };
                 evaluation.fill(&model, &states, &mut outputs).unwrap();
                 outputs
             };
@@ -204,12 +269,53 @@ mod tests {
         }
     }
 
+    /// Accelerations undo torques, in passes of many states with torques of their own.
+    #[test]
+    fn functions_are_found_by_their_name() {
+        let model = Model::read(format!("{}/../../models/ur5.yaml", env!("CARGO_MANIFEST_DIR"))).unwrap();
+        let (n, count) = (6, STATES_PER_PASS + 7);
+        let mut random = Random::new(6);
+        let mut normal = |count: usize| (0..count).map(|_| 0.3 * random.normal()).collect::<Vec<f64>>();
+        let (q, dq, ddq) = (normal(count * n), normal(count * n), normal(count * n));
+        let x = model.described_parameters().unwrap();
+        let at = |name: &str, states: ManyStates| {
+            let evaluation = Evaluation::of_function(&model, name).unwrap();
+            let size: usize = evaluation.outputs().iter().map(|o| o.rows * o.columns).sum();
+            let mut outputs = vec![0.0; count * size];
+            evaluation.fill(&model, &states, &mut outputs).unwrap();
+            outputs
+        };
+        let states = ManyStates { q: &q, dq: &dq, ddq: &ddq, parameters: &x, others: &[] };
+        let tau = at("inverse-dynamics", states);
+        let found = at("forward-dynamics", ManyStates { ddq: &[], others: &[("tau", &tau)], ..states });
+        let worst = found.iter().zip(&ddq).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+        // The condition of A, up to 1e4.
+        assert!(worst < 1e-9, "{worst:e}");
+
+        let derivatives = Evaluation::of_function(&model, "forward-dynamics-derivatives").unwrap();
+        let names: Vec<&str> = derivatives.outputs().iter().map(|o| o.name.as_str()).collect();
+        assert_eq!((names, derivatives.others()), (vec!["ddq_by_q", "ddq_by_dq", "ddq_by_tau"], vec![("tau", 6)]));
+        let refused = derivatives.fill(&model, &states, &mut vec![0.0; count * 108]).unwrap_err().to_string();
+        assert_eq!(refused, format!("tau: {} numbers are expected for {count} states, 0 are there", count * n));
+
+        // A pose alone gives configurations; one of them is where it came from.
+        let pose = at("pose=6", ManyStates { q: &q, ..ManyStates::default() });
+        let back = at("inverse-geometry=6", ManyStates { others: &[("t", &pose)], ..ManyStates::default() });
+        for (q, back) in q.chunks(n).zip(back.chunks(96)) {
+            let off = |k: usize| {
+                let angle = |j: usize| back[6 * k + j].atan2(back[48 + 6 * k + j]);
+                (0..n).map(|j| (q[j] - angle(j)).sin().abs()).fold(0.0, f64::max)
+            };
+            assert!((0..8).map(off).any(|off| off < 1e-6), "{q:?}");
+        }
+    }
+
     #[test]
     fn wrong_lengths_are_refused() {
         let model = Model::read(format!("{}/../../models/planar2r.yaml", env!("CARGO_MANIFEST_DIR"))).unwrap();
         let torque = Evaluation::new(&model, Quantity::Torque).unwrap();
         let (q, x) = ([0.0; 4], vec![0.0; model.parameters.len()]);
-        let states = ManyStates { q: &q, dq: &q, ddq: &q[..2], parameters: &x };
+        let states = ManyStates { q: &q, dq: &q, ddq: &q[..2], parameters: &x, others: &[] };
         let refused = torque.fill(&model, &states, &mut [0.0; 4]).unwrap_err().to_string();
         assert_eq!(refused, "ddq: 4 numbers are expected for 2 states, 2 are there");
         let states = ManyStates { ddq: &q, parameters: &x[1..], ..states };

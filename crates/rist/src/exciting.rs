@@ -270,7 +270,7 @@ pub(crate) fn identified_torque(
     names: &[String],
     estimate: &Estimate,
 ) -> Result<IdentifiedTorque, Error> {
-    model.check(Path::new("the earlier estimate"), &estimate.made_with())?;
+    model.check_estimate(Path::new("the earlier estimate"), estimate)?;
     let described = described_friction(model);
     let friction = names.iter().zip(described).map(|(name, own)| identified_friction(estimate, name, own)).collect();
     Ok(IdentifiedTorque { parameters: model.values(estimate)?, friction })

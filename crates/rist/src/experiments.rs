@@ -1,6 +1,6 @@
 //! Identifies parameters from the logs of a plan: by the paper's rows of Sp, or by RIST-MH.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use experiments::motion::record::Record;
 use experiments::plan::exciting_trajectory::ExcitingTrajectory;
@@ -23,6 +23,24 @@ pub struct ExperimentLogs<'a> {
     pub directory: &'a Path,
     /// The plan that was run.
     pub plan: &'a ExperimentPlan,
+}
+
+impl ExperimentLogs<'_> {
+    /// The names of all logs that may be read, whether they are there or not.
+    pub fn files(&self) -> Vec<PathBuf> {
+        let names = self.plan.experiments.iter().flat_map(|e| [plain(&e.name), loaded(&e.name)]);
+        names.map(|name| self.directory.join(name)).collect()
+    }
+}
+
+/// The name of the log of an experiment.
+fn plain(experiment: &str) -> String {
+    format!("{experiment}.csv")
+}
+
+/// The name of its log with a load.
+fn loaded(experiment: &str) -> String {
+    format!("{experiment}_loaded.csv")
 }
 
 /// Identifies the base parameters, and the drive gains that are not known, from the experiments of a plan, by all
@@ -59,18 +77,20 @@ fn identify_by(
 ) -> Result<Estimate, Error> {
     let columns = request.columns()?;
     let trajectories = logs.plan.trajectories(&logs.directory.display().to_string())?;
+    // The logs of the plan, in its order.
     let mut read = Reader { model, columns: &columns, currents: false, files: Vec::new() };
     let mut experiments = Vec::new();
     for (e, trajectory) in logs.plan.experiments.iter().zip(&trajectories) {
-        experiments.push(read.experiment(&logs.directory.join(format!("{}.csv", e.name)), trajectory)?);
+        experiments.push(read.experiment(&logs.directory.join(plain(&e.name)), trajectory)?);
     }
     let mut remark = None;
+    // Logs of the same experiments with a known load, as many as there are.
     if let Some((file, load)) = &request.load {
         let added = model.added_by(load).map_err(|e| Error::new(format_args!("{}: {e}", file.display())))?;
         remark = Some(format!("the load of {}: {} kg on {}", file.display(), load.mass, load.link));
         let unloaded = experiments.len();
         for (e, trajectory) in logs.plan.experiments.iter().zip(&trajectories) {
-            let path = logs.directory.join(format!("{}_loaded.csv", e.name));
+            let path = logs.directory.join(loaded(&e.name));
             if path.exists() {
                 experiments.push(read.experiment(&path, trajectory)?.loaded(&added));
             }

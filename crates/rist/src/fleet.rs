@@ -15,7 +15,7 @@ use numerics::in_order::on_threads;
 use numerics::interruption::Interruption;
 
 pub use identification::estimate::fleet::accumulator::Accumulator;
-pub use identification::estimate::fleet::comparison::{Comparison, compare};
+pub use identification::estimate::fleet::comparison::{Compared, Comparison, compare};
 
 use crate::error::Error;
 use crate::model::Model;

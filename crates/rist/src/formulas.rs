@@ -9,6 +9,7 @@ use crate::description::check_size;
 use crate::error::Error;
 use crate::request::DeriveRequest;
 use crate::source::{function_named, function_names};
+use crate::symbols::Kept;
 
 /// The formulas that the request asks for as the text of one file; `made_by`: the command that its head names.
 ///
@@ -55,64 +56,6 @@ fn wanted(robot: &Robot, request: &DeriveRequest) -> Result<Vec<RobotFunction>, 
             "[language=matlab] finds one function in a file, and [function] names {count}: write a file each"
         ))),
         _ => Ok(functions),
-    }
-}
-
-/// Which named constants stay symbols.
-struct Kept<'a> {
-    robot: &'a Robot,
-    names: Vec<String>,
-}
-
-impl<'a> Kept<'a> {
-    /// `constants`: those of the functions, each with all its names in the file.
-    fn of(robot: &'a Robot, asked: &[String], constants: &[(String, Vec<String>)]) -> Result<Kept<'a>, Error> {
-        let is_asked = |(name, names): &&(String, Vec<String>)| match asked {
-            [] => robot.symbols.iter().any(|s| s.name == *name),
-            [word] if word == "all" => true,
-            [word] if word == "none" => false,
-            _ => names.iter().chain([name]).any(|name| asked.contains(name)),
-        };
-        let names = constants.iter().filter(is_asked).map(|(name, _)| name.clone()).collect();
-        let kept = Kept { robot, names };
-        let known = |name: &String| {
-            matches!(name.as_str(), "all" | "none")
-                || robot.symbols.iter().any(|s| s.name == *name)
-                || constants.iter().any(|(_, names)| names.contains(name))
-        };
-        if let Some(unknown) = asked.iter().find(|name| !known(name)) {
-            let all: Vec<&str> = constants.iter().flat_map(|(_, names)| names).map(String::as_str).collect();
-            let there = if all.is_empty() { "none there".to_string() } else { all.join(", ") };
-            return Err(Error::new(format_args!(
-                "[symbols={unknown}]: the functions have no such length, angle or gravity; theirs are {there}"
-            )));
-        }
-        let lacking = constants.iter().find(|(name, _)| kept.is_open(name) && !kept.holds(name));
-        match lacking {
-            Some((name, _)) => Err(Error::new(format_args!(
-                "{name} has no value in the file: leave it a symbol ([symbols={name}]), or give it one ([value={name}=0.45])"
-            ))),
-            None => Ok(kept),
-        }
-    }
-
-    fn holds(&self, name: &str) -> bool {
-        self.names.iter().any(|kept| kept == name)
-    }
-
-    /// Whether the file gives the symbol no value.
-    fn is_open(&self, name: &str) -> bool {
-        self.robot.symbols.iter().any(|s| s.generic && s.name == name)
-    }
-
-    /// The symbols of a function with their values in the file.
-    fn line(&self, function: &Function) -> Option<String> {
-        let value = |(_, name, x): (expr::Expr, String, f64)| match self.is_open(&name) {
-            true => format!("{name} has no value"),
-            false => format!("{name} = {x}"),
-        };
-        let values: Vec<String> = function.constants().into_iter().map(value).collect();
-        (!values.is_empty()).then(|| format!("In the file {}.", values.join(", ")))
     }
 }
 

@@ -36,13 +36,7 @@ impl Identification {
         let model = self.used(model);
         let (reference, estimate) = (model.reference.clone(), &self.estimate);
         let validation = (!predictions.is_empty()).then(|| {
-            Validation::of_logs(
-                reference,
-                &estimate.method,
-                estimate.cutoff.unwrap_or_default(),
-                model.regressor(),
-                &predictions,
-            )
+            Validation::of_logs(reference, &estimate.method, estimate.cutoff, model.regressor(), &predictions)
         });
         let is_withheld = verdict.of_bodies().0 == Trust::No && !anyway;
         Ok(Judged { predictions, validation, verdict, is_withheld })

@@ -170,12 +170,16 @@ impl Model {
     /// Base parameters from the inertials of the description, a link without them counting as massless; `None` where
     /// no link has any.
     pub fn described_parameters(&self) -> Option<Vec<f64>> {
+        Some(self.parameters.values(&self.described_standard_parameters()?))
+    }
+
+    /// Standard parameters from the inertials of the description, in their order; as [`Model::described_parameters`].
+    pub fn described_standard_parameters(&self) -> Option<Vec<f64>> {
         if self.robot.links.iter().all(|link| link.inertial.is_none()) {
             return None;
         }
         let value = |p: &robot::StandardParameter| p.value(&self.robot).unwrap_or(0.0);
-        let standard: Vec<f64> = self.parameters.standard.iter().map(value).collect();
-        Some(self.parameters.values(&standard))
+        Some(self.parameters.standard.iter().map(value).collect())
     }
 
     /// Drive gains of the description, one per coordinate, N m/A.
@@ -223,14 +227,19 @@ impl Model {
         load.base_parameters(&self.robot, &self.standard_map()).map_err(Error::new)
     }
 
-    /// Refuses an artefact that was made with another robot or geometry, or does not say with which.
+    /// Refuses an estimate that was made with another robot or geometry, or does not say with which.
+    pub fn check_estimate(&self, file: &Path, estimate: &Estimate) -> Result<(), Error> {
+        let Some(made_with) = estimate.made_with() else {
+            return Err(Error::new(format_args!("{}: it does not say with which model it was made", file.display())));
+        };
+        self.check(file, &made_with)
+    }
+
+    /// Refuses an artefact that was made with another robot or geometry.
     pub fn check(&self, file: &Path, made_with: &ModelReference) -> Result<(), Error> {
         let ours = &self.reference;
         if made_with.fingerprint == ours.fingerprint {
             return Ok(());
-        }
-        if made_with.fingerprint.is_empty() {
-            return Err(Error::new(format_args!("{}: it does not say with which model it was made", file.display())));
         }
         Err(Error::new(format_args!(
             "{}: made with `{}` ({}), but this model is `{}` ({}): its geometry or joints have changed, or it was read with \

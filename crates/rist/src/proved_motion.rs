@@ -41,11 +41,13 @@ pub(crate) fn proved(
 ) -> Option<ProvedMotion> {
     let best = found.first()?.criterion;
     let first = found.first()?.joints.clone();
+    // A motion made smaller until it is proven, and the share of the criterion that is left of it.
     let fit = |joints: Vec<Vec<f64>>| {
         let (motion, certificate) = fitted(request.motion(shape, joints), obligations);
         let criterion = criterion_of(problem, &motion.joints).unwrap_or(f64::INFINITY);
         ProvedMotion { motion, certificate, kept_share: (best - criterion).exp() }
     };
+    // The best found that needs no more than that; later ones are fitted only where the first fails.
     let mut all = found.into_iter().map(|found| fit(found.joints));
     let first_fit = all.next()?;
     let mut chosen = if is_proven(&first_fit.certificate) {
@@ -53,6 +55,7 @@ pub(crate) fn proved(
     } else {
         all.find(|fit| is_proven(&fit.certificate)).unwrap_or(first_fit)
     };
+    // Search on from the best, below limits lowered by what its proof was short of.
     let mut share = 1.0;
     let mut from = first;
     for _ in 0..MOST_SEARCHES_MORE {

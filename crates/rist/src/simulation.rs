@@ -12,11 +12,11 @@ use experiments::simulate::closed_loop::Stop;
 use experiments::simulate::dynamics::{Dynamics, inverse_dynamics};
 use experiments::simulate::setup::{self, MAX_CONTROL_PERIOD_S, SimulationSetup};
 use identification::estimate::identified::Identified;
-use linear_model::parameter::{BaseParameter, Parameter, ParameterId};
+use linear_model::parameter::{BaseParameter, FrictionParameter, Parameter, ParameterId};
 use logs::Effort;
 use numerics::in_order::in_order;
 use numerics::interruption::Interruption;
-use numerics::random::Random;
+use random::Random;
 
 use crate::Estimate;
 use crate::adapters::tape_dynamics::dynamics as dynamics_of;
@@ -88,8 +88,10 @@ impl SimulateRequest {
 
 /// The outcome of a simulation.
 pub struct Simulated {
-    /// The parameters and gains behind the logs.
+    /// The parameters, friction and gains behind the logs.
     pub truth: Estimate,
+    /// The same behind the logs with the load, where there are some.
+    pub loaded_truth: Option<Estimate>,
     /// Sentences on what the description does not say and was assumed.
     pub notes: Vec<String>,
 }
@@ -128,12 +130,13 @@ pub fn simulate<'a>(
     let motion = |name: String, way, is_loaded| Motion { name, way, is_loaded };
     let mut motions: Vec<Motion> = ways.iter().map(|(name, way)| motion(name.to_string(), way, false)).collect();
     motions.extend(validations.iter().enumerate().map(|(k, way)| motion(format!("v{:02}", k + 1), way, false)));
-    let mut loaded = None;
+    let (mut loaded, mut with_load) = (None, None);
     if let Some((_, load)) = &request.load {
         let added = model.added_by(load)?;
         let plus = |x: &[f64]| x.iter().zip(&added).map(|(x, l)| x + l).collect::<Vec<f64>>();
         // The load is known, so the feedforward includes it.
         let feedforward = feedforward.as_ref().map(|f| Feedforward { parameters: plus(&f.parameters), ..f.clone() });
+        with_load = Some(plus(&truth));
         loaded = Some(Run { model, setup: &setup, request, dynamics: dynamics_of(model, plus(&truth)), feedforward });
         motions.extend(ways.iter().map(|(name, way)| motion(format!("{name}_loaded"), way, true)));
     }
@@ -153,7 +156,8 @@ pub fn simulate<'a>(
     })?;
     drop((run, loaded));
     let notes = setup.notes.iter().cloned().chain(effort_notes(model, request)).collect();
-    Ok(Simulated { truth: truth_of(model, &setup, &truth, request.effort(model)), notes })
+    let of = |x: &[f64]| truth_of(model, &setup, x, request.effort(model));
+    Ok(Simulated { truth: of(&truth), loaded_truth: with_load.as_deref().map(of), notes })
 }
 
 /// The assumptions on the drive gains.
@@ -161,9 +165,11 @@ fn effort_notes(model: &Model, request: &SimulateRequest) -> Vec<String> {
     if request.effort(model) == Effort::Torque {
         return vec!["no drive gain is known: the logs hold torques ([gain] makes currents of them)".into()];
     }
-    let names = model.regressor().coordinates().iter().zip(model.drive_gains());
-    let assumed = names.filter(|(c, gain)| gain.is_none() && request.gain.iter().all(|(name, _)| name != *c));
-    assumed.map(|(c, _)| format!("{c}: no drive gain in the file, 1 N m/A assumed")).collect()
+    let regressor = model.regressor();
+    let names = regressor.coordinates().iter().zip(model.drive_gains()).enumerate();
+    let assumed = names.filter(|(_, (c, gain))| gain.is_none() && request.gain.iter().all(|(name, _)| name != *c));
+    let unit = |k: usize| if regressor.is_prismatic(k) { "N/A" } else { "N m/A" };
+    assumed.map(|(k, (c, _))| format!("{c}: no drive gain in the file, 1 {} assumed", unit(k))).collect()
 }
 
 /// Refuses motions for validation that are too long.
@@ -262,6 +268,20 @@ fn truth_of(model: &Model, setup: &SimulationSetup, truth: &[f64], effort: Effor
         Identified::given(parameter.id, unit, *value)
     };
     let mut parameters: Vec<Identified> = regressor.parameters().iter().zip(truth).map(base).collect();
+    // Equation (5) of the paper, by direction: FV and FS alike for both would not be the truth where they differ.
+    for (k, (coordinate, law)) in regressor.coordinates().iter().zip(&setup.friction).enumerate() {
+        let by_direction = [
+            (FrictionParameter::ViscousForward, law.viscous_positive),
+            (FrictionParameter::CoulombForward, law.coulomb_positive),
+            (FrictionParameter::ViscousBackward, law.viscous_negative),
+            (FrictionParameter::CoulombBackward, law.coulomb_negative),
+        ];
+        parameters.extend(by_direction.map(|(parameter, value)| {
+            let id = ParameterId::friction(parameter, coordinate);
+            let unit = id.unit(regressor.is_prismatic(k));
+            Identified::given(id, unit, value)
+        }));
+    }
     let gains = setup.drives.gain.iter().filter(|_| effort == Effort::Current);
     for (k, (coordinate, gain)) in regressor.coordinates().iter().zip(gains).enumerate() {
         let id = ParameterId::drive_gain(coordinate);

@@ -4,15 +4,17 @@ use std::path::Path;
 
 use expr::Value;
 use linear_model::parameter::{FrictionParameter, ParameterId};
-use modeling::{LinkFrame, ReferenceFrame, RobotFunction};
+use modeling::RobotFunction;
 use robot::Robot;
 
 use crate::Estimate;
 use crate::description::check_size;
 use crate::error::Error;
 use crate::model::{Model, predicts};
+pub use crate::named_function::function_named;
 use crate::request::GenerateRequest;
 pub use crate::request::function_names;
+use crate::symbols::check_symbols;
 use crate::verdict::{Trust, estimate_verdict};
 
 /// The language of generated source.
@@ -35,36 +37,6 @@ pub struct Source {
     pub header: Option<String>,
     /// Name of each function, with its multiplications, additions, and sines with cosines a call.
     pub counts: Vec<(String, expr::Count)>,
-}
-
-/// A function by its name: `inertia-matrix`, `pose=5`. A link is given by its name, its joint or its label. A link of a
-/// URDF may also be fixed to a moving one. Functions of a link are in the frame that its file gives it, `jacobian=5:base` and
-/// `pose=5:2` in that of the base or of another link.
-///
-/// Fails with the names there are.
-pub fn function_named(robot: &Robot, text: &str) -> Result<RobotFunction, Error> {
-    let (name, link) = text.split_once('=').map_or((text, None), |(name, link)| (name, Some(link)));
-    if let Some(function) = RobotFunction::of_robot(name).filter(|_| link.is_none()) {
-        return Ok(function);
-    }
-    let Some(make) = RobotFunction::of_link(name) else {
-        return Err(Error::new(format_args!("there is no function `{text}`; there are {}", function_names())));
-    };
-    let Some(wanted) = link else {
-        return Err(Error::new(format_args!("`{name}` needs its link: `{name}=LINK`")));
-    };
-    let absent = |wanted: &str| {
-        let names = LinkFrame::names(robot).join(", ");
-        Error::new(format_args!("{} has no moving link `{wanted}`; it has {names}", robot.name))
-    };
-    if let Some(frame) = LinkFrame::named(robot, wanted) {
-        return Ok(make(frame));
-    }
-    let Some((link, reference)) = wanted.rsplit_once(':') else { return Err(absent(wanted)) };
-    let frame = LinkFrame::named(robot, link).ok_or_else(|| absent(link))?;
-    let reference = ReferenceFrame::named(robot, reference).ok_or_else(|| absent(reference))?;
-    let function = make(frame).expressed_in(reference);
-    function.ok_or_else(|| Error::new(format_args!("`{name}` is not expressed in a frame: `{name}={link}`")))
 }
 
 /// The numbers of an estimate for a file of source.
@@ -120,7 +92,7 @@ impl GenerateRequest {
     ///
     /// Fails where it was made with another model, and where its verdict is no and nothing says to take it anyway.
     pub fn values(&self, model: &Model, file: &Path, estimate: &Estimate) -> Result<IdentifiedValues, Error> {
-        model.check(file, &estimate.made_with())?;
+        model.check_estimate(file, estimate)?;
         let verdict = estimate_verdict(estimate);
         if verdict.trust == Trust::No && !self.anyway {
             return Err(Error::verdict(format_args!(
@@ -134,10 +106,15 @@ impl GenerateRequest {
     }
 }
 
+/// The word for gravity compensation, feedforward and computed torque.
+pub(crate) const CONTROLLER: &str = "controller";
+const CALLED_BY_CONTROLLER: [&str; 2] = ["inverse-dynamics", "gravity"];
+
 /// The base regressor and `functions` of a robot as source; `made_by`: the command that the head of the file names;
-/// `values`: numbers that stand in it as the constants X and F.
+/// `values`: numbers that stand in it as the constants X and F; `symbols`: lengths, angles and components of gravity that are
+/// an argument, `all` for all of them.
 ///
-/// Fails where a name is no function's, where the rank is not clear-cut, and on robots whose derivation takes long or much
+/// Fails where a symbol that is to be a number has no value, where a name is no function's, where the rank is not clear-cut, and on robots whose derivation takes long or much
 /// memory, unless `any_size` asks for it.
 pub fn generate(
     robot: &Robot,
@@ -145,12 +122,20 @@ pub fn generate(
     language: &Language,
     made_by: &str,
     values: Option<&IdentifiedValues>,
+    symbols: &[String],
     any_size: bool,
 ) -> Result<Source, Error> {
     check_size(robot, any_size)?;
-    let functions: Vec<RobotFunction> =
-        functions.iter().map(|name| function_named(robot, name)).collect::<Result<_, _>>()?;
-    let mut module = modeling::module(robot, &functions).map_err(Error::new)?;
+    let (controllers, functions): (Vec<&String>, Vec<&String>) = functions.iter().partition(|name| *name == CONTROLLER);
+    // What a controller calls.
+    let called = CALLED_BY_CONTROLLER.iter().filter(|_| !controllers.is_empty());
+    let names = functions.into_iter().map(String::as_str).chain(called.copied());
+    let functions: Vec<RobotFunction> = names.map(|name| function_named(robot, name)).collect::<Result<_, _>>()?;
+    let is_symbol = |name: &str| symbols.iter().any(|asked| asked == name || asked == "all");
+    let made = modeling::module_with_symbols(robot, &functions, &is_symbol).map_err(Error::new)?;
+    check_symbols(robot, symbols, &made.symbols, &made.constants)?;
+    let mut module = made.module;
+    module.has_controller = !controllers.is_empty();
     if let Some(values) = values {
         values.write(&mut module);
     }

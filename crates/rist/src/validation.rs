@@ -125,7 +125,7 @@ fn is_copy(a: &Path, b: &Path) -> std::io::Result<bool> {
 pub fn validate(model: &Model, estimate: &Estimate, logs: &[LogSource]) -> Result<Validation, Error> {
     let found = predictions(model, estimate, logs)?.into_iter().map(|p| (p.log, p.residuals)).collect::<Vec<_>>();
     let (reference, method) = (model.reference.clone(), &estimate.method);
-    Ok(Validation::of_logs(reference, method, estimate.cutoff.unwrap_or_default(), model.regressor(), &found))
+    Ok(Validation::of_logs(reference, method, estimate.cutoff, model.regressor(), &found))
 }
 
 /// Predicts motions with an estimate of experiments. Friction is fitted to the motions, since the paper's rows estimate

@@ -6,7 +6,7 @@
 //! h_a = h + m p
 //! which is linear in the ten parameters: from sum m (r . r E - r r^T) with r_a = R_ab r_b + p_ab.
 
-use crate::vector::{Vector3, dot, product, scaled, transposed, turn};
+use crate::vector::{Vector3, dot, product, scaled, transposed, turned};
 
 pub use crate::vector::Matrix3;
 
@@ -26,14 +26,14 @@ impl Pose {
 
     /// aTc from `self` = aTb and `next` = bTc.
     pub fn compose(&self, next: &Pose) -> Pose {
-        let p = turn(&self.rotation, next.position);
+        let p = turned(&self.rotation, next.position);
         Pose { rotation: product(&self.rotation, &next.rotation), position: [0, 1, 2].map(|i| self.position[i] + p[i]) }
     }
 
     /// bTa from `self` = aTb.
     pub fn inverse(&self) -> Pose {
         let rotation = transposed(&self.rotation);
-        Pose { rotation, position: turn(&rotation, self.position).map(|x| -x) }
+        Pose { rotation, position: turned(&rotation, self.position).map(|x| -x) }
     }
 }
 
@@ -81,12 +81,12 @@ pub fn transform_inertial(x: &[f64; 10], pose: &Pose) -> [f64; 10] {
     let [xx, xy, xz, yy, yz, zz, mx, my, mz, m] = *x;
     let r = &pose.rotation;
     let p: Vector3 = pose.position;
-    let turned = product(&product(r, &[[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]]), &transposed(r));
-    let h = turn(r, [mx, my, mz]);
+    let inertia = product(&product(r, &[[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]]), &transposed(r));
+    let h = turned(r, [mx, my, mz]);
     let trace = 2.0 * dot(p, h) + m * dot(p, p);
     let entry = |i: usize, j: usize| {
         let diagonal = if i == j { trace } else { 0.0 };
-        turned[i][j] + diagonal - (p[i] * h[j] + h[i] * p[j]) - m * p[i] * p[j]
+        inertia[i][j] + diagonal - (p[i] * h[j] + h[i] * p[j]) - m * p[i] * p[j]
     };
     let [mx, my, mz] = [0, 1, 2].map(|i| h[i] + scaled(p, m)[i]);
     [entry(0, 0), entry(0, 1), entry(0, 2), entry(1, 1), entry(1, 2), entry(2, 2), mx, my, mz, m]
@@ -156,7 +156,7 @@ mod tests {
             x
         };
         let pose = pose(2.0);
-        let moved = sums(&|r| [0, 1, 2].map(|i| turn(&pose.rotation, r)[i] + pose.position[i]));
+        let moved = sums(&|r| [0, 1, 2].map(|i| turned(&pose.rotation, r)[i] + pose.position[i]));
         close(&transform_inertial(&sums(&|r| r), &pose), &moved);
     }
 

@@ -26,7 +26,7 @@ mod polygon;
 mod relation;
 mod robot;
 pub mod value;
-mod vector;
+pub mod vector;
 
 pub use collision::{Collision, CollisionShape};
 pub use error::{Error, Place};

@@ -54,12 +54,14 @@ enum Step {
 fn settle(robot: &Robot, steps: &mut Vec<Step>, notes: &mut Vec<Note>) -> Result<Vec<Relation>, String> {
     let symbols = &robot.symbols;
     let mut relations: Vec<Relation> = Vec::new();
+    // Each loop that passive coordinates close, as a polygon where it is planar.
     let mut polygons = Vec::with_capacity(robot.loops.len());
     for (l, one) in robot.loops.iter().enumerate() {
         let named = |e: String| format!("loop {} cannot close: {e}", l + 1);
         let planar = if robot.is_implicit(one) { polygon(robot, symbols, one).map_err(named)? } else { None };
         polygons.push(planar);
     }
+    // First the orientation of each loop, then groups of sides as they keep their angles.
     let mut tried: Vec<Step> = (0..polygons.len()).filter(|&l| polygons[l].is_some()).map(Step::Turn).collect();
     let mut first = true;
     loop {
@@ -75,6 +77,7 @@ fn settle(robot: &Robot, steps: &mut Vec<Step>, notes: &mut Vec<Note>) -> Result
             return Ok(relations);
         }
         first = false;
+        // With what is settled by now, other sides keep their angle: look at every loop again.
         for (l, polygon) in polygons.iter().enumerate() {
             if let Some(polygon) = polygon {
                 tried.extend(opposite(robot, l, polygon, &relations, steps, notes)?);

@@ -12,7 +12,7 @@
 use crate::inertial::Pose;
 use crate::robot::{JointKind, Loop, LoopFrame, Robot};
 use crate::value::{CoordinateId, Symbol};
-use crate::vector::{Vector3, cross, dot, norm, plus, product, scaled, transposed, turn};
+use crate::vector::{Vector3, cross, dot, minus, norm, product, scaled, transposed, turned};
 
 /// What rounding may leave between frames that coincide, m and rad.
 pub(crate) const COINCIDENCE_ROUNDING: f64 = 1e-9;
@@ -49,11 +49,11 @@ pub(crate) fn polygon(robot: &Robot, symbols: &[Symbol], one: &Loop) -> Result<O
     }
 
     let between = product(&twin.end.rotation, &transposed(&cut.end.rotation));
-    let off = norm(plus(turn(&between, axis), axis, -1.0));
+    let off = norm(minus(turned(&between, axis), axis));
     if off > COINCIDENCE_ROUNDING {
         return Err(format!("its joints turn about one direction, and about it the two ends differ by {off:.1e} rad"));
     }
-    let apart = dot(plus(twin.end.position, cut.end.position, -1.0), axis).abs();
+    let apart = dot(minus(twin.end.position, cut.end.position), axis).abs();
     if apart > COINCIDENCE_ROUNDING {
         return Err(format!("its joints move in one plane, and the two ends lie in planes {apart:.3e} m apart"));
     }
@@ -70,7 +70,7 @@ pub(crate) fn polygon(robot: &Robot, symbols: &[Symbol], one: &Loop) -> Result<O
     let (back, phi_twin) = twin.sides(axis, n);
     let mut sides: Vec<Side> = outward.into_iter().map(|(v, turn)| Side { vector: flat(v), turn }).collect();
     sides.extend(back.into_iter().rev().map(|(v, turn)| Side { vector: flat(scaled(v, -1.0)), turn }));
-    let x_turned = turn(&between, x);
+    let x_turned = turned(&between, x);
     Ok(Some(Polygon {
         sides,
         turn: phi_cut.iter().zip(&phi_twin).map(|(a, b)| a - b).collect(),
@@ -128,14 +128,14 @@ impl<'a> Way<'a> {
         let mut phi = vec![0.0; n];
         let mut from = [0.0; 3];
         for joint in &self.joints {
-            sides.push((plus(joint.origin, from, -1.0), phi.clone()));
+            sides.push((minus(joint.origin, from), phi.clone()));
             from = joint.origin;
             let sign = dot(joint.axis, axis).signum();
             for &(k, c) in &joint.terms {
                 phi[k.0] += sign * c;
             }
         }
-        sides.push((plus(self.end.position, from, -1.0), phi.clone()));
+        sides.push((minus(self.end.position, from), phi.clone()));
         (sides, phi)
     }
 }

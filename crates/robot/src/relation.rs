@@ -41,6 +41,7 @@ pub(crate) fn reduced(relations: &[Relation], (mut coefficients, mut constant): 
 pub(crate) fn apply(robot: &mut Robot, relations: &[Relation], constants: &[(Value, bool)]) {
     let n = robot.n_coordinates();
     let total = robot.n_variables();
+    // A variable that no relation gives remains passive, and the remaining ones move up.
     let remains: Vec<usize> = (n..total).filter(|k| relations.iter().all(|r| r.pivot != *k)).collect();
     let place = |k: usize| if k < n { k } else { n + remains.iter().position(|&r| r == k).unwrap_or_default() };
     let solution = |k: usize| -> (Affine, bool) {
@@ -53,6 +54,7 @@ pub(crate) fn apply(robot: &mut Robot, relations: &[Relation], constants: &[(Val
     };
     let solutions: Vec<(Affine, bool)> = (0..total).map(solution).collect();
 
+    // What became of each passive variable, told to the user.
     let names: Vec<String> = (0..total).map(|k| robot.coordinate_name(CoordinateId(k)).to_string()).collect();
     let new_name = |k: CoordinateId| if k.0 < n { names[k.0].clone() } else { names[remains[k.0 - n]].clone() };
     for k in n..total {
@@ -66,6 +68,7 @@ pub(crate) fn apply(robot: &mut Robot, relations: &[Relation], constants: &[(Val
         robot.notes.push(Note { subject: names[k].clone(), text });
     }
 
+    // Joints and loop frames take their solutions.
     let symbols = robot.symbols.clone();
     let put_in = |geometry: &mut ModifiedDh, kind: JointKind, variable: &mut Affine| {
         substitute(&solutions, &symbols, geometry, kind, variable);

@@ -1,33 +1,53 @@
-//! Three-vectors and three-by-three matrices in f64.
+//! Three-vectors and three-by-three matrices in f64: coordinates in a frame, lengths in m where they are lengths.
 
+/// Three coordinates.
+pub type Vector3 = [f64; 3];
 /// Three rows of three.
 pub type Matrix3 = [[f64; 3]; 3];
-pub(crate) type Vector3 = [f64; 3];
 
-pub(crate) fn dot(a: Vector3, b: Vector3) -> f64 {
+/// a . b.
+pub fn dot(a: Vector3, b: Vector3) -> f64 {
     a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 }
 
-pub(crate) fn cross(a: Vector3, b: Vector3) -> Vector3 {
+/// a x b.
+pub fn cross(a: Vector3, b: Vector3) -> Vector3 {
     [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
 }
 
-pub(crate) fn norm(a: Vector3) -> f64 {
+/// The length of a.
+pub fn norm(a: Vector3) -> f64 {
     dot(a, a).sqrt()
 }
 
-pub(crate) fn scaled(a: Vector3, factor: f64) -> Vector3 {
+/// factor a.
+pub fn scaled(a: Vector3, factor: f64) -> Vector3 {
     a.map(|x| x * factor)
 }
 
+/// a + b.
+pub fn plus(a: Vector3, b: Vector3) -> Vector3 {
+    [a[0] + b[0], a[1] + b[1], a[2] + b[2]]
+}
+
+/// a - b.
+pub fn minus(a: Vector3, b: Vector3) -> Vector3 {
+    [a[0] - b[0], a[1] - b[1], a[2] - b[2]]
+}
+
 /// a + factor b.
-pub(crate) fn plus(a: Vector3, b: Vector3, factor: f64) -> Vector3 {
+pub(crate) fn plus_scaled(a: Vector3, b: Vector3, factor: f64) -> Vector3 {
     [0, 1, 2].map(|i| a[i] + factor * b[i])
 }
 
 /// m v.
-pub(crate) fn turn(m: &Matrix3, v: Vector3) -> Vector3 {
+pub fn turned(m: &Matrix3, v: Vector3) -> Vector3 {
     m.map(|row| dot(row, v))
+}
+
+/// m' v.
+pub fn turned_back(m: &Matrix3, v: Vector3) -> Vector3 {
+    [0, 1, 2].map(|k| m[0][k] * v[0] + m[1][k] * v[1] + m[2][k] * v[2])
 }
 
 /// a b.

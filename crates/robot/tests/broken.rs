@@ -5,6 +5,7 @@
 use std::collections::BTreeSet;
 use std::path::Path;
 
+use random::SplitMix;
 use robot::format;
 
 fn folder() -> std::path::PathBuf {
@@ -57,10 +58,9 @@ fn damaged_models_do_not_panic() {
             Some("par") => format::read_par,
             _ => format::read_urdf,
         };
-        let mut state: u32 = 1995;
+        let mut random = SplitMix(1995);
         for round in 0..300 {
-            state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
-            let at = (state >> 8) as usize % text.len();
+            let at = (random.bits() % text.len() as u64) as usize;
             if !text.is_char_boundary(at) || !text.is_char_boundary(at + 1) {
                 continue;
             }

@@ -2,6 +2,7 @@
 
 use std::fmt::Write;
 
+use random::SplitMix;
 use robot::{JointKind, Robot, format};
 
 fn read(body: &str) -> Robot {
@@ -30,11 +31,8 @@ fn geometry(robot: &Robot, j: usize) -> [f64; 6] {
 /// with generic, parallel, opposite, crossing and coincident axes all come through.
 #[test]
 fn random_trees_are_reframed() {
-    let mut state: u32 = 7;
-    let mut random = |n: u32| {
-        state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
-        (state >> 16) % n
-    };
+    let mut generator = SplitMix(7);
+    let mut random = |n: u32| (generator.bits() % u64::from(n)) as u32;
     let lengths = ["0 0 0", "0.3 0 0", "0 -0.2 0", "0 0 0.4", "0.1 0.2 -0.3", "0 0.25 0.1"];
     let angles = ["0 0 0", "1.5708 0 0", "0 -1.5708 0", "0.7854 0 1.5708", "0.3 -0.2 1.1", "0 3.14159 0"];
     let axes = ["0 0 1", "0 0 -1", "1 0 0", "0 1 0", "1 1 0", "0.2 -0.7 0.4"];

@@ -944,9 +944,27 @@ impl Real for f32 {
     fn mul_add(self, b: f32, c: f32) -> f32 {
         self * b + c
     }
+    /// Within 1e-7 of the sine and cosine of x for |x| < 8192, NaN beyond: as for f64, with the parts and the polynomials
+    /// of Cephes for f32.
     #[inline(always)]
     fn sin_cos(self) -> (f32, f32) {
-        let (s, c) = Real::sin_cos(self as f64);
-        (s as f32, c as f32)
+        const ROUND: f32 = 12582912.0;
+        const REACH: f32 = 4.1538375e34;
+        const PARTS: [f32; 3] = [1.5703125, 4.837513e-4, 7.54979e-8];
+        let fused = <f32 as Real>::mul_add;
+        let turns = fused(self, core::f32::consts::FRAC_2_PI, ROUND);
+        let quadrant = turns.to_bits();
+        let n = turns - ROUND;
+        let reach = self * REACH;
+        let x = fused(-n, PARTS[2], fused(-n, PARTS[1], fused(-n, PARTS[0], self)));
+        let x = x * fused(0.0, reach, 1.0);
+        let z = x * x;
+        let s = fused(z, fused(z, -1.9515296e-4, 8.332161e-3), -1.6666655e-1);
+        let s = fused(x * z, s, x);
+        let c = fused(z, fused(z, 2.4433157e-5, -1.3887316e-3), 4.1666646e-2);
+        let c = fused(z * z, c, fused(-0.5, z, 1.0));
+        let (s, c) = if quadrant & 1 == 0 { (s, c) } else { (c, s) };
+        let sign = |x: f32, bits: u32| f32::from_bits(x.to_bits() ^ (bits & 2) << 30);
+        (sign(s, quadrant), sign(c, quadrant.wrapping_add(1)))
     }
 }

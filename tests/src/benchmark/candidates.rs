@@ -4,7 +4,7 @@ use experiments::motion::profile::Profile;
 use experiments::plan::candidates::{Candidate, CandidateGrid, MotionLimits, candidates};
 use experiments::plan::exciting_trajectory::ExcitingTrajectory;
 use experiments::plan::motion_kind::MotionKind;
-use numerics::random::Random;
+use random::Random;
 
 use crate::benchmark::arms::{ACCELERATION, NOISE, VELOCITY};
 use crate::tape_robot::TapeRobot;

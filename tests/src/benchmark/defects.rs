@@ -13,7 +13,7 @@ use experiments::simulate::dynamics::{Dynamics, inverse_dynamics};
 use identification::spectrum::experiment::SpectralExperiment;
 use linear_model::friction::law::FrictionLaw;
 use numerics::fourier::circular_differences;
-use numerics::random::Random;
+use random::Random;
 
 use crate::benchmark::arms::NO_FRICTION;
 use crate::benchmark::scenario::BenchmarkArm;

@@ -13,8 +13,8 @@ use std::f64::consts::TAU;
 use identification::estimate::options::Options;
 use logs::{Effort, Log, LogReport, LogSource};
 use numerics::in_order::in_order;
-use numerics::random::Random;
-use rist::fleet::{Comparison, SumsRequest, compare};
+use random::Random;
+use rist::fleet::{Compared, Comparison, SumsRequest, compare};
 use rist::{Accumulator, Model};
 use robot::{Inertial, StandardParameter};
 
@@ -236,7 +236,7 @@ pub fn simulate(model: &Model, fleet: Fleet, sizes: &[f64], rate: f64) -> Vec<(f
     let healthy = sums(&healthy);
     let compared = |robots: &[&Accumulator]| -> Comparison {
         let named: Vec<(&str, &Accumulator)> = robots.iter().map(|sums| ("robot", *sums)).collect();
-        compare(("reference", &reference), &named, rate).unwrap_or_else(|e| panic!("{e}"))
+        compare(("reference", &reference), &named, Compared::All, rate).unwrap_or_else(|e| panic!("{e}"))
     };
     // The deviations of differences, each the mean over some robots, because a single one is uncertain by a fifth.
     let some = compared(&healthy.iter().take(16).collect::<Vec<_>>());

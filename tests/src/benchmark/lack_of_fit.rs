@@ -17,7 +17,7 @@ use linear_model::friction::terms::sign;
 use linear_model::regressor::Regressor;
 use logs::{Effort, Log, LogReport};
 use nalgebra::{Cholesky, Const, SMatrix, SVector};
-use numerics::random::Random;
+use random::Random;
 use robot::RotorInertia;
 
 use crate::tape_robot::TapeRobot;

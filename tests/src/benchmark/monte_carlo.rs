@@ -30,8 +30,8 @@ use identification::spectrum::rist_mh::data::{HarmonicData, HarmonicOptions};
 use linear_model::friction::law::FrictionLaw;
 use linear_model::regressor::Regressor;
 use numerics::least_squares::solve;
-use numerics::random::Random;
 use numerics::triangle::TriangleBuilder;
+use random::Random;
 
 /// The estimators compared.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -5,7 +5,7 @@ use experiments::plan::exchange::{Criterion, Search, exchange, value_of};
 use experiments::plan::exciting_trajectory::ExcitingTrajectory;
 use experiments::plan::motion_kind::MotionKind;
 use numerics::information_matrix::Rows;
-use numerics::random::Random;
+use random::Random;
 
 use crate::benchmark::candidates::bang_bang;
 

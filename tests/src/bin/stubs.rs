@@ -9,8 +9,8 @@ use std::process::ExitCode;
 
 use rist::request::spelling::{Reader, spelled};
 use rist::request::{
-    CheckRequest, DoctorRequest, ExciteRequest, Field, Flag, Method, MethodRequest, ModelOptions, PlanRequest, Range,
-    Request, SimulateRequest, SumsRequest, ValidateRequest, number, requests,
+    CheckRequest, CompareRequest, DoctorRequest, ExciteRequest, Field, Flag, Method, MethodRequest, ModelOptions,
+    PlanRequest, Range, Request, SimulateRequest, SumsRequest, ValidateRequest, number, requests,
 };
 use serde_json::Value;
 
@@ -101,6 +101,7 @@ fn functions() -> Vec<Function> {
         Function::new("Model.read", "model.rs", &ModelOptions::fields(), Vec::new()),
         Function::new("Model.parse", "model.rs", &ModelOptions::fields(), Vec::new()),
         Function::new("Accumulator.__init__", "fleet.rs", &SumsRequest::fields(), Vec::new()),
+        Function::new("compare", "fleet.rs", &CompareRequest::fields(), Vec::new()),
         Function::new("identify", "identify.rs", &all, of_identify),
         Function::new("validate", "validation.rs", &ValidateRequest::fields(), Vec::new()),
         Function::new("doctor", "identify.rs", &DoctorRequest::fields(), Vec::new()),

@@ -20,7 +20,7 @@ use linear_model::standard_map::StandardMap;
 use linear_model::states::States;
 use logs::{Effort, Log, LogReport};
 use nalgebra::DMatrix;
-use numerics::random::Random;
+use random::Random;
 use tests::benchmark::robots::pendulum;
 use tests::benchmark::tally::Tally;
 use tests::tape_robot::TapeRobot;

@@ -9,7 +9,7 @@ use identification::signals::signal_options::Signal;
 use linear_model::regressor::Regressor;
 use logs::{Effort, Log, LogReport, LogSource};
 use nalgebra::{DMatrix, DVector};
-use numerics::random::Random;
+use random::Random;
 use tests::model;
 use tests::tape_robot::TapeRobot;
 

@@ -117,7 +117,7 @@ fn threads_change_nothing() {
 /// Differences that stop at the edges of the window put noise/h^2 into every bin.
 #[test]
 fn differences_must_wrap_around() {
-    let mut random = numerics::random::Random::new(1);
+    let mut random = random::Random::new(1);
     let (n, h, noise) = (4000, 1e-3, 5e-5);
     let (mut wrapped, mut cut) = (0.0, 0.0);
     for _ in 0..20 {

@@ -2,8 +2,9 @@
 
 /// The folders and files of each `src`, from bottom to top: a file imports only what stands before its own
 /// place in the list.
-pub(crate) const ORDERS: [(&str, &[&str]); 17] = [
+pub(crate) const ORDERS: [(&str, &[&str]); 18] = [
     ("crates/gate", &["budget", "unfolding", "shown", "source"]),
+    ("crates/random", &["split_mix", "random"]),
     ("crates/claims", &["subject", "figure", "remedy", "outcome", "standing", "claim", "purpose", "rule"]),
     ("crates/expr", &["graph", "function", "forward", "fusion", "sine", "slots", "tape", "adjoint", "module"]),
     (
@@ -34,7 +35,6 @@ pub(crate) const ORDERS: [(&str, &[&str]); 17] = [
     (
         "crates/clearance",
         &[
-            "vector",
             "solid",
             "separation",
             "mesh",
@@ -51,7 +51,6 @@ pub(crate) const ORDERS: [(&str, &[&str]); 17] = [
     (
         "crates/modeling",
         &[
-            "random",
             "kinematics",
             "derivation",
             "base",
@@ -63,7 +62,7 @@ pub(crate) const ORDERS: [(&str, &[&str]); 17] = [
             "size",
         ],
     ),
-    ("crates/codegen", &["steps", "numbers", "rust_function", "rust_file", "c", "formula"]),
+    ("crates/codegen", &["steps", "numbers", "controller", "rust_function", "rust_file", "c", "formula"]),
     (
         "crates/logs",
         &[
@@ -88,7 +87,6 @@ pub(crate) const ORDERS: [(&str, &[&str]); 17] = [
         &[
             "error",
             "vector",
-            "random",
             "interruption",
             "in_order",
             "interval",
@@ -160,6 +158,7 @@ pub(crate) const ORDERS: [(&str, &[&str]); 17] = [
             "torque_difference",
             "description",
             "model",
+            "named_function",
             "evaluation",
             "states_file",
             "linting",
@@ -188,6 +187,7 @@ pub(crate) const ORDERS: [(&str, &[&str]); 17] = [
             "motion_portrait",
             "closed_loop",
             "simulation",
+            "symbols",
             "verdict",
             "source",
             "formulas",
@@ -211,6 +211,7 @@ pub(crate) const ORDERS: [(&str, &[&str]); 17] = [
             "doctor",
             "evaluate",
             "generate",
+            "derive",
             "report",
             "identify",
             "accumulate",

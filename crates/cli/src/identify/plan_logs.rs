@@ -21,12 +21,17 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let [directory] = arguments.logs.as_slice() else {
         return Err(Failure::new("[plan] takes one directory of logs"));
     };
+    // An output over an input is refused before the work, not after it.
     let of_user = [arguments.model.model.as_path(), plan_file].into_iter();
     let mut inputs: Vec<&Path> = of_user.chain(given.files()).collect();
     arguments.out.iter().try_for_each(|out| check_output(out, &inputs))?;
     let model = arguments.model.derive()?;
     let plan = read_plan(plan_file, &model)?;
     let logs = ExperimentLogs { directory, plan: &plan };
+    // The logs are inputs too, and the plan has their names.
+    let files = logs.files();
+    inputs.extend(files.iter().map(PathBuf::as_path));
+    arguments.out.iter().try_for_each(|out| check_output(out, &inputs))?;
     let of_options = |e| Failure::new(format_args!("{}: {e}", given.file("options").display()));
     let at = || at_work(format_args!("identifying from {}", directory.display()));
     let in_loop = |method| {
@@ -56,8 +61,6 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
         Ok(json!({"estimate": serde_json::to_value(&estimate)?, "verdict": as_json(&verdict)}))
     })?;
     if let Some(out) = &arguments.out {
-        let read: Vec<PathBuf> = estimate.logs.iter().map(PathBuf::from).collect();
-        inputs.extend(read.iter().map(PathBuf::as_path));
         write_file(out, &estimate.to_yaml()?, &inputs)?;
     }
     refused(&verdict, false)

@@ -24,11 +24,13 @@ use rist::output::{is_same, write_file};
 pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let (asked, given) = (&arguments.asked, &arguments.asked.given);
     let files: BodiesFiles = given.read()?;
+    // A flag that means nothing without another is refused.
     needs(given, "date", "report")?;
     needs(given, "into", "write_mjcf")?;
     needs(given, "loaded_link", "loaded")?;
     let model = arguments.model.derive()?;
     let mut request: IdentifyRequest = given.read()?;
+    // A simulator needs bodies that can exist.
     let writes = files.write_urdf.is_some() || files.write_mjcf.is_some();
     request.consistent |= writes;
     let columns = request.samples.options().columns;

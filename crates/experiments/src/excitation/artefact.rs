@@ -147,6 +147,7 @@ impl ExcitingMotion {
     /// Fails where its numbers describe no motion.
     pub fn motion(&self, file: &str) -> Result<Motion, Error> {
         let fail = |what: String| Err(Error::at(file, 0, what));
+        // A file may be edited: each number is checked before the motion is made from it.
         let times = [("rate_hz", Some(self.rate_hz)), ("period_s", Some(self.period_s)), ("blend_s", self.blend_s)];
         let given = times.iter().filter_map(|(name, x)| Some((name, (*x)?)));
         if let Some((name, x)) = given.into_iter().find(|(_, x)| !(x.is_finite() && *x > 0.0)) {
@@ -158,6 +159,7 @@ impl ExcitingMotion {
                 self.effort_share, self.repetitions
             ));
         }
+        // The number of samples is checked before anybody makes them.
         let shape = self.shape();
         let duration = 2.0 * shape.blend() + self.repetitions as f64 * shape.period();
         check_samples(duration * self.rate_hz).map_err(|what| Error::at(file, 0, what))?;

@@ -125,7 +125,7 @@ fn multiply(x: &[f64], m: &[f64], out: &mut [f64]) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use numerics::random::Random;
+    use random::Random;
 
     #[test]
     fn slopes_are_those_of_central_differences() {

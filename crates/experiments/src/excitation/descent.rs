@@ -42,6 +42,7 @@ pub struct Descent {
 pub(crate) fn descend(objective: &dyn Objective, x: &[f64], iterations: usize, least: f64) -> Option<Descent> {
     let mut x = x.to_vec();
     let (mut value, mut slope) = objective.value(&x, f64::INFINITY)?;
+    // The pairs (s, y, 1 / s'y) of steps and of changes of the slope, the oldest first.
     let mut pairs: Vec<(Vec<f64>, Vec<f64>, f64)> = Vec::new();
     let mut stalled = 0;
     for iteration in 0..iterations {
@@ -50,6 +51,7 @@ pub(crate) fn descend(objective: &dyn Objective, x: &[f64], iterations: usize, l
         }
         let mut direction = along(objective, &x, &slope, &pairs);
         let mut rate = dot(&direction, &slope);
+        // The curvature remembered points uphill: forget it, and go along the known curvature alone.
         if rate.is_nan() || rate >= 0.0 {
             pairs.clear();
             direction = along(objective, &x, &slope, &pairs);
@@ -62,6 +64,7 @@ pub(crate) fn descend(objective: &dyn Objective, x: &[f64], iterations: usize, l
             pairs.clear();
             continue;
         };
+        // A pair is kept where the curvature s'y along the step is clearly positive.
         let s: Vec<f64> = next.iter().zip(&x).map(|(a, b)| a - b).collect();
         let y: Vec<f64> = next_slope.iter().zip(&slope).map(|(a, b)| a - b).collect();
         let sy = dot(&s, &y);

@@ -73,6 +73,7 @@ pub fn held(
     let nothing = AskedLimits::default();
     let asked = asked.unwrap_or(&nothing);
     let others = [(Origin::Description, &described), (Origin::LimitsFile, asked)];
+    // The tightest limit of the three; effort and power may have none.
     let least = |own: f64, of: &dyn Fn(&AskedLimits) -> Option<f64>| {
         others.iter().filter_map(|(_, other)| of(other)).fold(own, f64::min)
     };
@@ -93,6 +94,7 @@ pub fn held(
     if let Some(fault) = limits.fault() {
         return Err(fault);
     }
+    // Where a limit stands: the user's description and file count before the motion's own file.
     let origin = |kind: LimitKind, bounds: (f64, f64)| {
         let given = others.iter().filter_map(|(origin, other)| Some((*origin, other.bounds(kind)?)));
         let (same, other): (Vec<_>, Vec<_>) = given.partition(|(_, theirs)| *theirs == bounds);

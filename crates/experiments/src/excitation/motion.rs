@@ -185,7 +185,7 @@ impl Motion {
 #[cfg(test)]
 pub(crate) mod tests {
     use super::*;
-    use numerics::random::Random;
+    use random::Random;
 
     /// One of each shape, of two coordinates, with two repetitions.
     pub(crate) fn motions() -> [Motion; 2] {

@@ -15,7 +15,7 @@ use std::ops::Range;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use numerics::interruption::Interruption;
-use numerics::random::Random;
+use random::Random;
 
 use crate::excitation::descent::descend;
 use crate::excitation::limits::LimitKind;
@@ -196,6 +196,7 @@ fn descended(
     start: usize,
 ) -> Result<Found, NoMotion> {
     let mut x = from;
+    // Where something is known already: first without it, then with it, at ever lower walls.
     let first = alone.into_iter().flat_map(|prepared| heights.iter().map(move |height| (prepared, *height)));
     let last = if alone.is_some() { &WALL_HEIGHTS[HEIGHT_INDEX_AFTER_LONE_DESCENT..] } else { heights };
     for (prepared, height) in first.chain(last.iter().map(|height| (prepared, *height))) {
@@ -205,6 +206,7 @@ fn descended(
             x = found.x;
         }
     }
+    // What was found, without the walls' part of the value.
     let criterion = prepared.criterion(&x).ok_or_else(|| too_small(prepared, problem, &x))?;
     let (room, joint, limit) = prepared.barrier().least_room(&x).ok_or(NoMotion::AllLocked)?;
     Ok(Found {

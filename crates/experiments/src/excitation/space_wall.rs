@@ -45,6 +45,7 @@ impl<'a> SpaceWall<'a> {
     ) -> Option<f64> {
         let weight = height / self.instants.len() as f64;
         let mut value = 0.0;
+        // S and dS/dq at each instant; where no gap is near, nothing is felt.
         for row in &self.instants {
             let q = positions(row);
             let (mut total, mut is_near, mut is_kept) = (vec![0.0; q.len()], false, true);
@@ -57,6 +58,7 @@ impl<'a> SpaceWall<'a> {
                 } else if s < 1.0 {
                     is_near = true;
                     value -= s.ln() + (1.0 - s) + 0.5 * (1.0 - s).powi(2);
+                    // The derivative of -(log s + (1 - s) + (1 - s)^2 / 2) by the room, times height / N.
                     let rate = weight * (2.0 - s - 1.0 / s) / width;
                     total.iter_mut().zip(slope).for_each(|(t, x)| *t += rate * x);
                 }

@@ -162,6 +162,7 @@ fn information(
     let (n, p, base) = (model.n(), model.p(), model.regressor.parameters().len());
     let mut block = TriangleBuilder::new(columns.len());
     let (mut y, mut row, mut picked) = (vec![0.0; n * base], vec![0.0; p], vec![0.0; columns.len()]);
+    // The rows of the whole period, at the instants of the log.
     for r in 0..(motion.shape.period() * motion.rate).round() as usize {
         let state = motion.at(motion.shape.blend() + r as f64 / motion.rate);
         let of = |d: usize| -> Vec<f64> { state.iter().map(|x| x[d]).collect() };
@@ -170,6 +171,7 @@ fn information(
         for i in (0..n).filter(|&i| limits[i].locked.is_none()) {
             row.fill(0.0);
             row[..base].copy_from_slice(&y[i * base..][..base]);
+            // The row of joint i: its line of Y, then its friction with the exact sign, over its noise.
             let mut places = &mut row[base + columns_before(model.friction, i)..];
             for term in model.friction {
                 let (own, rest) = places.split_at_mut(term.parameters_of(i).len());
@@ -180,6 +182,7 @@ fn information(
             block.push(&picked, 0.0);
         }
     }
+    // What is known from an earlier identification, as rows of information.
     for row in known.chunks_exact(p.max(1)) {
         picked.iter_mut().zip(columns).for_each(|(x, &c)| *x = row[c]);
         block.push(&picked, 0.0);
@@ -223,7 +226,7 @@ mod tests {
     use crate::pendulum::Pendulum;
     use linear_model::friction::terms::FrictionTerm;
     use linear_model::regressor::Regressor;
-    use numerics::random::Random;
+    use random::Random;
 
     fn motion() -> Motion {
         let shape = Shape::Fourier(FourierSeries { period: 5.0, blend: 1.0, harmonics: 2 });

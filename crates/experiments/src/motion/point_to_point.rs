@@ -3,7 +3,7 @@
 //! Each move is p(s) = 10 s^3 - 15 s^4 + 6 s^5, s = t/T, with peaks 1.875 L/T and 5.7735 L/T^2; all
 //! joints share the T of the slowest.
 
-use numerics::random::Random;
+use random::Random;
 
 use crate::motion::reference_motion::Reference;
 
@@ -44,6 +44,7 @@ pub fn validation_trajectory(
     random: &mut Random,
 ) -> Reference {
     let n = position.len();
+    // A random point in the middle part `range` of each joint's limits.
     let mut point = || -> Vec<f64> {
         let within = |&(low, high): &(f64, f64)| (0.5 * (low + high), 0.5 * motion.range * (high - low));
         position.iter().map(within).map(|(middle, half)| random.between(middle - half, middle + half)).collect()
@@ -53,10 +54,12 @@ pub fn validation_trajectory(
     let mut from = point();
     for _ in 0..motion.moves {
         let to = point();
+        // The slowest joint sets T, which is rounded up to whole samples.
         let time =
             (0..n).map(|k| motion.seconds((to[k] - from[k]).abs(), velocity[k], acceleration[k])).fold(0.0, f64::max);
         let count = (time / sample_time).ceil().max(1.0) as usize;
         let time = count as f64 * sample_time;
+        // p(s) and its derivatives by t, s = t/T; the end of a move is the begin of the next.
         for i in 0..count {
             let s = i as f64 / count as f64;
             let p = s.powi(3) * (10.0 - 15.0 * s + 6.0 * s * s);
@@ -70,6 +73,12 @@ pub fn validation_trajectory(
             }
         }
         from = to;
+    }
+    // The last move ends at rest in its point.
+    for (k, q) in from.into_iter().enumerate() {
+        r.q[k].push(q);
+        r.dq[k].push(0.0);
+        r.ddq[k].push(0.0);
     }
     let count = r.q.first().map_or(0, Vec::len);
     r.windows = std::iter::once(0..count).collect();
@@ -87,6 +96,7 @@ mod tests {
         let r = validation_trajectory(&motion, &position, &[2.0, 3.0], &[20.0, 30.0], 1e-3, &mut Random::new(3));
         for k in 0..2 {
             let peak = |x: &[f64]| x.iter().fold(0.0_f64, |m, x| m.max(x.abs()));
+            assert_eq!([&r.dq[k], &r.ddq[k]].map(|x| (x[0], x.last().copied())), [(0.0, Some(0.0)); 2]);
             assert!(r.q[k].iter().all(|&q| q >= position[k].0 && q <= position[k].1));
             assert!(peak(&r.dq[k]) <= 0.8 * [2.0, 3.0][k] + 1e-9);
             assert!(peak(&r.ddq[k]) <= 0.7 * [20.0, 30.0][k] + 1e-2);

@@ -92,19 +92,23 @@ pub(crate) fn branch_and_bound(blocks: &[Rows], chosen: &[usize], work: &Work) -
 impl TreeSearch {
     /// The search at its root. Equal candidates count as one, and those that no good plan runs are left out.
     fn at_root(blocks: &[Rows], chosen: &[usize], tolerance: f64) -> Option<TreeSearch> {
+        // What is to be beaten: the given plan, by more than the tolerance.
         let count = chosen.len();
         let best = (value_of(blocks, chosen, Criterion::Determinant), chosen.to_vec());
         let known = best.0 + tolerance;
+        // Equal candidates are one variable, which may be run up to N times.
         let equal = equal_candidates(blocks);
         let is_kept = |i: &usize| equal.binary_search_by_key(i, |e| e.0).is_err();
         let all = Choice::of(blocks, (0..blocks.len()).filter(is_kept).collect(), count);
         let m = all.index.len();
         let bounds = Bounds { low: vec![0; m], high: vec![count; m] };
         let goal = (f64::NEG_INFINITY, ASCENT_TOLERANCE_SHARE * tolerance);
+        // The relaxed design bounds every plan, and its tangent tells which candidates no good plan runs.
         let root = relaxed(&all.blocks, &bounds, count, &all.beginning(), goal, MAX_ROOT_NEWTON_STEPS)?;
         let mut proof = PlanProof::new(equal, all.design(&root.x));
         let (mut node, mut closed) = (0, f64::NEG_INFINITY);
         let mut left: Vec<usize> = (0..m).collect();
+        // Those leave the problem; the proof keeps a split for each.
         for cut in cuts(&root.tangent, &bounds, known, count) {
             if cut.keeps_below && cut.at_most == 0 {
                 node = proof.split(node, all.index[cut.candidate], 0, 0)[0];
@@ -112,6 +116,7 @@ impl TreeSearch {
                 closed = known;
             }
         }
+        // The root node of what is left, with design and tangent of the relaxed one.
         let of = |x: &[f64]| -> Vec<f64> { left.iter().map(|&i| x[i]).collect() };
         let first = Open {
             bound: root.bound,

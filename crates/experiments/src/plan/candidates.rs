@@ -21,7 +21,7 @@ use logs::Error;
 use numerics::in_order::in_order;
 use numerics::information_matrix::Rows;
 use numerics::interruption::Interruption;
-use numerics::random::Random;
+use random::Random;
 
 use crate::motion::profile::Profile;
 use crate::plan::exciting_trajectory::{ExcitingTrajectory, Motion};
@@ -137,6 +137,7 @@ pub fn candidates(
     let n = limits.len();
     let mut trajectories = Vec::new();
     let matters = coordinates_that_matter(regressor, limits);
+    // Every kind of motion for each fast joint; its companions are joints behind it in the chain.
     for fast in 0..n {
         let mut motions = vec![(MotionKind::Inertial, vec![])];
         for l in fast + 1..n {
@@ -149,6 +150,7 @@ pub fn candidates(
         if grid.gravity {
             motions.push((MotionKind::Gravity, vec![]));
         }
+        // Each motion draws from a stream of its own, whatever the others draw.
         for (index, (kind, slow)) in motions.into_iter().enumerate() {
             let mut random = Random::stream(grid.seed, (fast * 1000 + index) as u64);
             for centre in configurations(grid, limits, &matters, &mut random) {
@@ -160,6 +162,7 @@ pub fn candidates(
             }
         }
     }
+    // Rows of the regressor for all of them, on all processors; what shows nothing is left out.
     let mut found = Vec::new();
     let rows = |_, trajectory: &ExcitingTrajectory| Candidate::new(trajectory.clone(), regressor, noise);
     let done = in_order(&trajectories, rows, |_, candidate| {
@@ -183,6 +186,7 @@ pub fn swing(
 ) -> Option<ExcitingTrajectory> {
     let limit = &limits[fast];
     let (v_factor, a_factor) = grid.profile.peaks();
+    // T of the greatest acceleration at low velocity, and of the greatest velocity, from the head.
     let low_velocity = (4.0 / limit.bandwidth).max(a_factor / v_factor * limit.slow_velocity / limit.acceleration);
     let high_velocity = (a_factor / v_factor * limit.velocity / limit.acceleration).max(4.0 / limit.bandwidth);
     let t = match kind {
@@ -191,11 +195,13 @@ pub fn swing(
         MotionKind::Mixed => (low_velocity * high_velocity).sqrt(),
         MotionKind::Gravity => return None,
     };
+    // L within acceleration, velocity and range; T in multiples of four samples.
     let room = |k: usize| 2.0 * (centre[k] - limits[k].position.0).min(limits[k].position.1 - centre[k]);
     let stroke = (limit.acceleration * t * t / a_factor).min(limit.velocity * t / v_factor).min(room(fast));
     let period = 4 * ((t / (4.0 * grid.sample_time) - 1e-9).ceil() as usize).max(2);
     let t = period as f64 * grid.sample_time;
     let slow_velocity: Vec<f64> = limits.iter().map(|l| l.slow_velocity).collect();
+    // Slow joints need room for v_small T / v_factor, the fast one enough counts of its encoder.
     let fits = slow.iter().all(|&l| slow_velocity[l] * t / v_factor <= room(l));
     if !fits || stroke < SMALLEST_STROKE_COUNTS * limit.quantum {
         return None;
@@ -254,6 +260,7 @@ fn configurations(
     random: &mut Random,
 ) -> Vec<Vec<f64>> {
     let n = limits.len();
+    // A coordinate that Y does not depend on stays in the middle; the others take steps within 80 %.
     let steps: Vec<usize> = (0..n).map(|k| if matters[k] { grid.steps.max(1) } else { 1 }).collect();
     let total = steps.iter().try_fold(1usize, |a, &b| a.checked_mul(b)).unwrap_or(usize::MAX);
     let at = |k: usize, i: usize| {
@@ -261,6 +268,7 @@ fn configurations(
         let (low, high) = (low + 0.1 * (high - low), high - 0.1 * (high - low));
         if steps[k] == 1 { 0.5 * (low + high) } else { low + (high - low) * i as f64 / (steps[k] - 1) as f64 }
     };
+    // All points of the grid where they are few enough, else random ones of them.
     if total <= grid.configurations {
         (0..total)
             .map(|mut index| {

@@ -157,7 +157,7 @@ pub(crate) fn line_search(factor: &InformationFactor, gain: &Rows, lose: &Rows, 
 mod tests {
     use super::*;
     use crate::plan::exchange::{Criterion, Search, exchange, value_of};
-    use numerics::random::Random;
+    use random::Random;
 
     /// Points of a line: y = a + b t, t in [-1, 1]; the best design has half at each end.
     fn line() -> Vec<Rows> {

@@ -17,7 +17,7 @@
 
 use numerics::information_matrix::{InformationFactor, InformationMatrix, Rows};
 use numerics::interruption::Interruption;
-use numerics::random::Random;
+use random::Random;
 
 /// The criterion that a plan maximises.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -84,6 +84,7 @@ pub fn exchange(
     let done = std::sync::Mutex::new((0, f64::NEG_INFINITY));
     let threads = search.threads.clamp(1, search.starts.max(1));
     let interruption = Interruption::here();
+    // A start depends on its number alone, whichever thread it runs on.
     let start = |s: usize| {
         let mut random = Random::stream(search.seed, s as u64);
         let found = interruption.during(|| one_start(&scaled, count, criterion, search.sweeps, &mut random));
@@ -93,6 +94,7 @@ pub fn exchange(
         }
         found
     };
+    // The threads take the starts in turn; their order is restored before the first best is taken.
     let mut found: Vec<(usize, (Vec<usize>, f64))> = std::thread::scope(|scope| {
         let (start, interruption) = (&start, &interruption);
         let share = |w: usize| {

@@ -216,6 +216,7 @@ impl ExcitingTrajectory {
             windows: self.windows(),
         };
         match &self.motion {
+            // A swing: half the range times the profile, of all moving joints in phase.
             Motion::Swing { profile, period, half_range, .. } => {
                 let t = *period as f64 * h;
                 for i in 0..count {
@@ -227,6 +228,7 @@ impl ExcitingTrajectory {
                     }
                 }
             }
+            // A sweep: up with a ramp of velocity, a cruise and a ramp down, the same way back after a rest.
             Motion::Sweep { range, velocity, acceleration, .. } => {
                 let k = self.fast;
                 let (ramp, all) = (velocity / acceleration, velocity / acceleration + range / velocity);
@@ -257,7 +259,7 @@ impl ExcitingTrajectory {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use numerics::random::Random;
+    use random::Random;
 
     fn swing(profile: Profile) -> ExcitingTrajectory {
         let slow_velocity = [0.5; 3];

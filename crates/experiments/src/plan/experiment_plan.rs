@@ -74,6 +74,7 @@ impl ExperimentPlan {
         search: &Search,
         progress: &(dyn Fn(usize, usize, f64) + Sync),
     ) -> ExperimentPlan {
+        // The determinant is of rows over their noise, the condition of the paper's raw rows.
         let information: Vec<Rows> = candidates.iter().map(|c| c.information.clone()).collect();
         let raw: Vec<Rows> = candidates.iter().map(|c| c.raw.clone()).collect();
         let p = regressor.parameters().len();
@@ -81,6 +82,7 @@ impl ExperimentPlan {
             Criterion::Determinant => &information,
             Criterion::FrobeniusCondition => &raw,
         };
+        // A good plan by exchange, then a proven one by branch and bound where that is asked.
         let mut chosen = exchange(blocks, count, criterion, search, progress).chosen;
         let bound = determinant_bound(&information, 1e-2, 2000);
         let work = Work { nodes: search.nodes, tolerance: search.tolerance };
@@ -89,6 +91,7 @@ impl ExperimentPlan {
         if let Some(proven) = &proven {
             chosen.clone_from(&proven.chosen);
         }
+        // What the plan is worth: its condition, its determinant, and the deviations it predicts.
         let condition = condition_bound(&raw, 1e-2, 2000);
         let value = value_of(&information, &chosen, Criterion::Determinant);
         let solution = fit(p, chosen.iter().map(|&i| &information[i]));
@@ -109,6 +112,7 @@ impl ExperimentPlan {
                 Criterion::FrobeniusCondition => "frobenius_condition".into(),
             },
             d_efficiency_at_least: {
+                // The better of two certificates: of the relaxed design, and of the search tree.
                 let relaxed = certified_efficiency(value, chosen.len(), p, &bound);
                 let whole = proven.as_ref().map(|x| ((value - x.proof.log_det_at_most) / p as f64).exp());
                 whole.map_or(relaxed, |whole| whole.max(relaxed))

@@ -45,6 +45,7 @@ pub fn spectral_rows(
 ) -> EquationBlock {
     let mut block = EquationBlock::new(regressor.parameters().len());
     let Motion::Swing { period, .. } = &trajectory.motion else { return block };
+    // Whole periods only, so that f_P is a bin of the Fourier transform.
     let count = motion.len();
     let periods = count / period;
     if periods == 0 {
@@ -52,6 +53,7 @@ pub fn spectral_rows(
     }
     let columns = motion.regressor_columns(regressor);
     let bins = Bins::new(count);
+    // One equation per projector and moving joint: Sp(D_j, v, f) X = Sp(tau_j, v, f).
     for equation in trajectory.equations() {
         let (k, j) = (trajectory.fast, equation.joint);
         let bin = equation.projector.harmonic() * periods;
@@ -63,6 +65,7 @@ pub fn spectral_rows(
             continue;
         }
         let row: Vec<f64> = columns[j].iter().map(|d| sp(bins.of(d, bin), v)).collect();
+        // The variance of Sp(tau) is sigma^2 N / (2 |v(f)|^2).
         let deviation = noise[j] * (count as f64 / 2.0).sqrt() / v.norm();
         block.push(&row, sp(bins.of(&torque[j], bin), v), deviation, j);
     }

@@ -146,7 +146,7 @@ impl QuadraticModel {
 mod tests {
     use super::*;
     use numerics::information_matrix::InformationMatrix;
-    use numerics::random::Random;
+    use random::Random;
 
     /// The model agrees with log det F to third order, and a candidate held where the best step puts it costs nothing.
     #[test]

@@ -222,7 +222,7 @@ fn without_rank(blocks: &[Rows], bounds: &Bounds, count: usize, x: &[f64]) -> Op
 #[cfg(test)]
 mod tests {
     use super::*;
-    use numerics::random::Random;
+    use random::Random;
 
     /// No plan between the bounds is above the bound, and without bounds the relaxed design is the best there is.
     #[test]

@@ -14,7 +14,7 @@
 
 use linear_model::friction::law::FrictionLaw;
 use numerics::positive_definite::solve_positive;
-use numerics::random::Random;
+use random::Random;
 
 use crate::motion::record::Record;
 use crate::motion::reference_motion::Reference;
@@ -85,6 +85,9 @@ pub struct Simulation<'a> {
     pub substeps: usize,
 }
 
+/// A law of control: instant, positions seen, velocities, torques to write.
+pub type Law<'a> = dyn FnMut(usize, &[f64], &[f64], &mut [f64]) + 'a;
+
 /// The reason why a simulated motion stopped.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Stop {
@@ -102,6 +105,18 @@ impl Simulation<'_> {
     ///
     /// The record is noise-free and not quantised. It ends early when the robot is not physical.
     pub fn run(&self, reference: &Reference, feedforward: Option<&[Vec<f64>]>) -> (Record, Stop) {
+        self.run_under(reference, &mut |i, seen, velocity, tau| {
+            for (k, tau) in tau.iter_mut().enumerate() {
+                *tau = self.controller.proportional[k] * (reference.q[k][i] - seen[k])
+                    + self.controller.derivative[k] * (reference.dq[k][i] - velocity[k])
+                    + feedforward.map_or(0.0, |f| f[k][i]);
+            }
+        })
+    }
+
+    /// The same under a law of the caller's, which writes the torques, N m, of an instant from the positions that the
+    /// controller sees and their filtered differences.
+    pub fn run_under(&self, reference: &Reference, law: &mut Law) -> (Record, Stop) {
         let n = self.dynamics.n_coordinates();
         let h = reference.sample_time;
         let count = reference.q.first().map_or(0, Vec::len);
@@ -110,6 +125,8 @@ impl Simulation<'_> {
         let mut velocity = vec![0.0; n];
         let mut seen_before = vec![0.0; n];
         let mut held = vec![0.0; n];
+        let mut asked = vec![0.0; n];
+        // The robot starts on the reference, at its velocity.
         for k in 0..n {
             state.q[k] = reference.q[k].first().copied().unwrap_or(0.0);
             velocity[k] = reference.dq[k].first().copied().unwrap_or(0.0);
@@ -117,23 +134,26 @@ impl Simulation<'_> {
         }
         let decay = (-self.controller.velocity_pole * h).exp();
         for i in 0..count {
+            // The controller: the encoder's position, its filtered backward difference, the limited torque.
             for k in 0..n {
                 let seen = quantised(state.q[k], self.quantum[k]);
                 if i > 0 {
                     velocity[k] = decay * velocity[k] + (1.0 - decay) * (seen - seen_before[k]) / h;
                 }
                 seen_before[k] = seen;
-                let asked = self.controller.proportional[k] * (reference.q[k][i] - seen)
-                    + self.controller.derivative[k] * (reference.dq[k][i] - velocity[k])
-                    + feedforward.map_or(0.0, |f| f[k][i]);
+            }
+            law(i, &seen_before, &velocity, &mut asked);
+            for k in 0..n {
                 let limit = self.drives.greatest_torque[k];
-                let torque = asked.clamp(-limit, limit);
+                let torque = asked[k].clamp(-limit, limit);
                 let current = torque / self.drives.gain[k];
+                // The record has the mean of the currents held before and after the instant.
                 record.q[k].push(state.q[k]);
                 record.current[k].push(if i == 0 { current } else { 0.5 * (held[k] + current) });
                 held[k] = current;
                 state.tau[k] = torque;
             }
+            // The torque is held for a sample, while the robot moves in substeps of Runge-Kutta.
             for _ in 0..self.substeps {
                 if !self.step(&mut state, h / self.substeps as f64) {
                     return (record, Stop::NotPhysical { time: i as f64 * h });

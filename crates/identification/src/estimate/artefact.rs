@@ -88,9 +88,9 @@ pub struct Estimate {
 }
 
 impl Estimate {
-    /// The model that it was made with.
-    pub fn made_with(&self) -> ModelReference {
-        ModelReference { name: self.model.clone(), fingerprint: self.fingerprint.clone().unwrap_or_default() }
+    /// The model that it was made with, where it says which.
+    pub fn made_with(&self) -> Option<ModelReference> {
+        Some(ModelReference { name: self.model.clone(), fingerprint: self.fingerprint.clone()? })
     }
 
     /// The value of a parameter; `None` where it is not identifiable or not there.
@@ -124,6 +124,7 @@ impl Estimate {
     pub fn from_yaml(file: &str, text: &str) -> Result<Estimate, Error> {
         let at = |message: String| Error::at(file, 0, message);
         let mut estimate: Estimate = artefact::read(Kind::Estimate, text).map_err(at)?;
+        // The count stands in the last line, so a file that was cut short has none.
         let found = estimate.parameters.len();
         match estimate.parameter_count.take() {
             Some(count) if count == found => {}
@@ -134,6 +135,7 @@ impl Estimate {
             }
         }
         estimate.is_edited = artefact::is_edited(text);
+        // What the reading of YAML lets pass: names twice, negative deviations, numbers that are none.
         let mut seen = BTreeSet::new();
         if let Some(twice) =
             estimate.parameters.iter().map(|p| p.id.to_string()).find(|name| !seen.insert(name.clone()))
@@ -162,7 +164,7 @@ impl Estimate {
 const CUTOFFS_HZ: std::ops::RangeInclusive<f64> = 1e-6..=1e6;
 
 /// A number of an estimate; files of before have 0 where there is none.
-fn not_zero<'de, D: serde::Deserializer<'de>>(reader: D) -> Result<Option<f64>, D::Error> {
+pub(crate) fn not_zero<'de, D: serde::Deserializer<'de>>(reader: D) -> Result<Option<f64>, D::Error> {
     Ok(Option::<f64>::deserialize(reader)?.filter(|x| *x != 0.0))
 }
 

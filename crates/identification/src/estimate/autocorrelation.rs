@@ -144,7 +144,7 @@ impl ResidualSum for Autocorrelation {
 mod tests {
     use super::*;
     use crate::signals::butterworth::Butterworth;
-    use numerics::random::Random;
+    use random::Random;
 
     fn memory(e: Vec<f64>, period: f64) -> f64 {
         let mut found = Autocorrelation::new(1);

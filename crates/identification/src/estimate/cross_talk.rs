@@ -120,7 +120,7 @@ mod tests {
     use linear_model::parameter::BaseParameter;
     use linear_model::regressor::Regressor;
     use linear_model::states::States;
-    use numerics::random::Random;
+    use random::Random;
 
     /// Two joints that have nothing to do with one another.
     struct Wheels([String; 2], [BaseParameter; 2]);

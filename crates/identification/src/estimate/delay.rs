@@ -178,7 +178,7 @@ mod tests {
     use crate::signals::signal_options::Signal;
     use crate::test_arm::Pendulum;
     use logs::{Effort, Log, LogReport};
-    use numerics::random::Random;
+    use random::Random;
 
     /// A pendulum with dry friction under a PD controller of 1 kHz, which sticks where it turns.
     ///

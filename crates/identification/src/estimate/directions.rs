@@ -116,7 +116,7 @@ mod tests {
     use crate::rows::observation::Observation;
     use crate::test_arm::Pendulum;
     use numerics::least_squares::solve;
-    use numerics::random::Random;
+    use random::Random;
 
     /// A pendulum that hardly leaves one angle determines a sum of its two first moments, and does not tell them apart.
     #[test]

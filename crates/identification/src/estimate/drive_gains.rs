@@ -36,22 +36,26 @@ pub fn estimate_drive_gains(
     if let Some(log) = logs.iter().find(|l| l.effort_is() != Effort::Current) {
         return Err(Error::at(&log.name(), 0, "the log holds torques; drive gains are estimated from currents"));
     }
+    // Gains of one leave the currents as they are: the right-hand sides are currents, not torques.
     let mut options = options.clone();
     options.transmission.drive_gains = Some(vec![1.0; regressor.coordinates().len()]);
     let model = options.linear_model(regressor);
     let records = SourceRecords::new(regressor, logs, &options.preparation())?;
     let observation = Observation::of_records(&model, &records, None)?;
     let joints = observation.joints(|_| true);
+    // The currents' products by band of speed and position: rows of one band may share an error.
     let bands = StateBands::new(&model, &observation, Arc::new(|_, _| 1.0));
     let bands = residual_sums(&model, &records, &vec![0.0; model.p()], bands)?;
     let replicates = Replicates::of(&model, &observation, bands);
     let equations = equations(&joints);
+    // Discounts s follow from the answer, and the answer from them: at first, every equation counts.
     let mut weighing = vec![1.0; known.len()];
     let mut found = drive_gains(&equations, known)?;
     for _ in 0..WEIGHING_ROUNDS {
         weighing = discounts(&found, known, &weighing, &replicates.deviation(&found, known, &weighing));
         found = drive_gains(&equations, &beside(known, &weighing))?;
     }
+    // Deviations to believe; those of the gains come as those of ln k.
     let deviation = replicates.deviation(&found, known, &weighing).sigma();
     let (parameters, gains) = deviation.split_at(model.p());
     found.deviation = parameters.to_vec();
@@ -116,8 +120,8 @@ fn equations(joints: &[Triangle]) -> Vec<JointEquations> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use numerics::random::Random;
     use numerics::triangle::TriangleBuilder;
+    use random::Random;
 
     /// Two joints that share two parameters, with noisy currents.
     fn joints(noise: f64, seed: u64) -> Vec<Triangle> {

@@ -74,7 +74,7 @@ pub fn keep_essential(regressor: &dyn Regressor, fit: &mut Fit, options: &Option
 mod tests {
     use super::*;
     use crate::test_arm::Pendulum;
-    use numerics::random::Random;
+    use random::Random;
 
     /// In a joint without offset and Coulomb friction both are dropped. What stays is right, and its deviation shrinks.
     #[test]

@@ -117,7 +117,7 @@ mod tests {
     use super::*;
     use crate::test_arm::Pendulum;
     use linear_model::states::States;
-    use numerics::random::Random;
+    use random::Random;
 
     /// Only one tenth of the record turns far enough to tell MX from MY. Without it their difference is open, and the
     /// error on it is that of the noise and not of a guess.

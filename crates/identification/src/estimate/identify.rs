@@ -221,6 +221,7 @@ pub(super) fn report(
 ) -> Estimate {
     let white = white_deviation(solution);
     let still = little_motion(model, observation);
+    // A parameter that the rows do not determine has no value; its part of x serves predictions.
     let parameter = |(c, parameter): (usize, &Parameter)| {
         let (id, unit) = (parameter.id.clone(), parameter.unit());
         if !solution.determined[c] {

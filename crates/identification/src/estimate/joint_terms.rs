@@ -280,7 +280,7 @@ mod tests {
     use super::*;
     use crate::test_arm::Pendulum;
     use linear_model::regressor::predict_load;
-    use numerics::random::Random;
+    use random::Random;
 
     /// Records of a pendulum whose friction is `friction(dq, load)`, with the load predicted by the truth.
     fn found(friction: impl Fn(f64, f64) -> f64) -> (JointTerms, f64) {

@@ -126,7 +126,7 @@ mod tests {
     use crate::signals::signal_options::Signal;
     use crate::test_arm::Pendulum;
     use logs::{Effort, Log, LogReport};
-    use numerics::random::Random;
+    use random::Random;
 
     fn log(friction: impl Fn(f64, usize) -> f64) -> Log {
         let arm = Pendulum::new();

@@ -9,6 +9,7 @@ use linear_model::unit::Unit;
 use logs::Error;
 use serde::{Deserialize, Serialize};
 
+use crate::estimate::artefact::not_zero;
 use crate::estimate::residuals::{JointResidual, Residuals, Squares, write_residuals};
 
 /// Prediction on motions that were not used.
@@ -19,8 +20,9 @@ pub struct Validation {
     pub model: ModelReference,
     /// How the predicting estimate was made.
     pub method: String,
-    /// Cut-off of the low-pass, Hz; 0: none.
-    pub cutoff_hz: f64,
+    /// Cut-off of the low-pass, Hz; `None` where there was none.
+    #[serde(default, skip_serializing_if = "Option::is_none", deserialize_with = "not_zero")]
+    pub cutoff_hz: Option<f64>,
     /// One per coordinate, over all motions.
     pub joints: Vec<JointValidation>,
     /// Relative error over all joints and motions.
@@ -85,10 +87,11 @@ impl Validation {
     pub fn of_logs(
         model: ModelReference,
         method: &str,
-        cutoff: f64,
+        cutoff: Option<f64>,
         regressor: &dyn Regressor,
         logs: &[(String, Residuals)],
     ) -> Validation {
+        // The errors of a joint over all logs: the sums of squares add, the errors do not.
         let mut squares = vec![Squares::default(); regressor.coordinates().len()];
         for (_, one) in logs {
             for (sum, s) in squares.iter_mut().zip(&one.squares) {
@@ -149,22 +152,23 @@ impl fmt::Display for Validation {
         }
         writeln!(
             f,
-            "{}: {}, {} motions, low-pass {} Hz",
+            "{}: {}, {} motions, {}",
             self.model.name,
             self.method,
             self.motions.len(),
-            self.cutoff_hz
+            self.cutoff_hz.map_or_else(|| "no low-pass".into(), |hz| format!("low-pass {hz} Hz"))
         )?;
         writeln!(f, "{:<12} {:>9} {:>12} {:>10} {:>10}", "joint", "error", "no friction", "rms N m", "not white")?;
+        let percent = |x: Option<f64>, digits: usize| x.map_or("-".into(), |x| format!("{:.digits$}%", 100.0 * x));
         for j in &self.joints {
             writeln!(
                 f,
-                "{:<12} {:>8.2}% {:>11.2}% {:>10.4} {:>9.0}%{}",
+                "{:<12} {:>9} {:>12} {:>10.4} {:>10}{}",
                 j.coordinate,
-                100.0 * j.relative,
-                100.0 * j.relative_rigid.unwrap_or(f64::NAN),
+                percent(Some(j.relative), 2),
+                percent(j.relative_rigid, 2),
                 j.rms,
-                100.0 * j.not_white.unwrap_or(f64::NAN),
+                percent(j.not_white, 0),
                 if j.unit == Unit::TORQUE { String::new() } else { format!("  (rms in {})", j.unit) }
             )?;
         }

@@ -187,6 +187,7 @@ fn claims_of_bodies(evidence: &Evidence) -> Vec<Claim> {
     let refused = |fault: String, advice: &str| contradicted(BODIES, fault, advice);
     let look = "look at the remarks; [rotor_inertia=actuated] takes rotors out of the bodies";
     let mut claims: Vec<Claim> = bodies.refusal.iter().map(|why| contradicted(LOG, why.clone(), look)).collect();
+    // A factor of all masses is a unit or a gain; one mass alone counts where it weighs something.
     let ratios: Vec<f64> = bodies.masses.iter().map(|(_, ratio, _)| *ratio).collect();
     let whole: f64 = bodies.masses.iter().map(|(_, _, mass)| mass).sum();
     let is_off = |&&(_, ratio, mass): &&(String, f64, f64)| {
@@ -206,6 +207,7 @@ fn claims_of_bodies(evidence: &Evidence) -> Vec<Claim> {
             "log the robot without load, or give the load its own log ([loaded]); [anyway] writes it",
         ));
     }
+    // What was identified must predict better than what was known before.
     if let (Some(described), Some(held_out)) = (evidence.described, evidence.prediction.held_out)
         && described <= held_out
     {

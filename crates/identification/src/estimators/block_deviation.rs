@@ -71,8 +71,8 @@ mod tests {
     use crate::test_arm::Pendulum;
     use linear_model::linear_model::Model;
     use numerics::least_squares::solve;
-    use numerics::random::Random;
     use numerics::student::reach;
+    use random::Random;
 
     /// The solution without a block, as it is found when the block is really left out.
     #[test]

@@ -72,6 +72,7 @@ pub fn simulated(
     start: &[f64],
     method: ClosedLoop,
 ) -> Result<Simulated, Error> {
+    // The weights of the rows are those of weighted least squares on the measured states.
     let observation = Observation::of(model, measured, 1);
     let (_, weights) = fit(&observation.joints(|_| true), Weights::Joint);
     let mut x = start.to_vec();
@@ -89,6 +90,7 @@ pub fn simulated(
             );
             return Err(Error::new(message));
         }
+        // Z is always simulated; W is measured for IV and simulated for DIDIM.
         let regressors = match method {
             ClosedLoop::InstrumentalVariables => measured,
             ClosedLoop::DirectAndInverse => {
@@ -100,10 +102,12 @@ pub fn simulated(
         let (normal, rhs, gram, rows, squares) = products(model, &instruments, regressors, measured, &weights);
         let inverse = scaled_inverse(&normal)
             .ok_or_else(|| Error::new("the simulated motion leaves parameters open: excite more, or fix them"))?;
+        // X = (Z' W)^-1 Z' Y, and C = s^2 (Z'W)^-1 Z'Z (W'Z)^-1.
         let next = &inverse * &rhs;
         let fitted = residual_variance(model, regressors, measured, &weights, &next, rows, squares);
         let covariance = fitted * &inverse * &gram * inverse.transpose();
         out.sigma = covariance.diagonal().iter().map(|v| v.max(0.0).sqrt()).collect();
+        // The relative change |X_next - X| / |X_next|; the iteration ends where it is small.
         let step = next.iter().zip(&x).map(|(a, b)| a - b);
         let size: f64 = next.iter().map(|v| v * v).sum::<f64>().sqrt();
         out.change = step.map(|d| d * d).sum::<f64>().sqrt() / size.max(f64::MIN_POSITIVE);
@@ -206,7 +210,7 @@ mod tests {
     use super::*;
     use crate::signals::differences::Differences;
     use crate::test_arm::{Loop, Pendulum};
-    use numerics::random::Random;
+    use random::Random;
 
     /// The loop run with the true parameters, q measured with noise and differentiated unfiltered.
     fn experiment(noise: f64, seed: u64) -> (Pendulum, Loop, States) {

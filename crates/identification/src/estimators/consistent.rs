@@ -195,8 +195,8 @@ fn body_transform(reference: &Matrix4<f64>) -> DMatrix<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use numerics::random::Random;
     use numerics::triangle::TriangleBuilder;
+    use random::Random;
 
     const BODY: Ten = [0.30, 0.01, -0.02, 0.28, 0.015, 0.20, 0.4, -0.1, 0.2, 2.0];
 

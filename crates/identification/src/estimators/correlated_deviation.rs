@@ -97,7 +97,7 @@ pub(crate) fn span(rho: f64, n: usize) -> usize {
 mod tests {
     use super::*;
     use crate::test_arm::Pendulum;
-    use numerics::random::Random;
+    use random::Random;
 
     /// The sum of noise that keeps 0.9 of itself from sample to sample has the variance of 19 white ones. Bartlett
     /// weights stay below that.

@@ -47,12 +47,14 @@ pub fn essential(triangle: &Triangle, limits: Elimination) -> Essential {
     let full = norm(triangle, &solution);
     let mut growth = 1.0;
     while kept.len() > 1 {
+        // The parameter with the largest relative deviation goes, unless it is near the smallest.
         let relative: Vec<f64> = (0..kept.len()).map(|c| relative_sigma(&solution, c)).collect();
         let smallest = relative.iter().copied().fold(f64::INFINITY, f64::min);
         let Some(worst) = (0..kept.len()).max_by(|&a, &b| relative[a].total_cmp(&relative[b])) else { break };
         if relative[worst] <= limits.ratio * smallest {
             break;
         }
+        // Without it the residual norm may grow by `growth` over that of all parameters.
         let mut fewer = kept.clone();
         let candidate = fewer.remove(worst);
         let reduced = select(triangle, &fewer);
@@ -80,8 +82,8 @@ fn relative_sigma(solution: &Solution, c: usize) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use numerics::random::Random;
     use numerics::triangle::TriangleBuilder;
+    use random::Random;
 
     #[test]
     fn parameters_that_are_zero_go() {

@@ -177,7 +177,7 @@ impl Sizes {
 mod tests {
     use super::*;
     use crate::test_arm::Pendulum;
-    use numerics::random::Random;
+    use random::Random;
 
     /// With 5 % of the torques off by thirty sigmas to one side, least squares is pulled away. The robust estimate
     /// stays within half a sigma.

@@ -50,8 +50,10 @@ pub fn payload(
         let (a, b) = (without.len(), with.len());
         return Err(Error::new(format!("{base} base parameters, {p} columns, {a} and {b} joints do not fit together")));
     }
+    // B_L, the ten columns of the load's link.
     let load = map.matrix.columns(first, 10);
     let m = p + 10;
+    // Rows [W, W B_L] with the load and [W, 0] without, from the triangles of each joint.
     let mut block = TriangleBuilder::new(m);
     for (triangles, loaded) in [(without, false), (with, true)] {
         for (t, &weight) in triangles.iter().zip(weights) {
@@ -85,7 +87,7 @@ pub fn payload(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use numerics::random::Random;
+    use random::Random;
 
     /// A body whose ten parameters are the base parameters.
     fn one_body() -> StandardMap {

@@ -189,7 +189,7 @@ mod tests {
     use crate::test_arm::Pendulum;
     use linear_model::friction::terms::FrictionTerm;
     use linear_model::states::States;
-    use numerics::random::Random;
+    use random::Random;
 
     fn of(model: &Model, states: States) -> (Solution, ReplicateDeviation) {
         let observation = Observation::of(model, &states, 20);

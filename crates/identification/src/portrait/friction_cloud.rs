@@ -86,7 +86,7 @@ pub fn law(model: &Model, x: &[f64], j: usize, speed: f64) -> Vec<(f64, f64)> {
 mod tests {
     use super::*;
     use crate::test_arm::Pendulum;
-    use numerics::random::Random;
+    use random::Random;
 
     #[test]
     fn a_cloud_keeps_its_outline_and_little_else() {

@@ -118,11 +118,13 @@ pub fn portrait(model: &Model, x: &[f64], options: &Options, logs: &[LogSource])
     let mut autocorrelation = Autocorrelation::new(model.n());
     let duration: f64 = logs.iter().map(|log| log.report().duration).sum();
     for log in logs {
+        // Logs follow one another on one axis of time, with a gap between them.
         let from = portrait.logs.last().map_or(0.0, |span: &LogSpan| span.to + GAP_BETWEEN_LOGS_SHARE * duration);
         let records = SourceRecords::new(model.regressor, std::slice::from_ref(log), &options.preparation())?;
         let (mut begin, mut to) = (None, from);
         records.each(&mut |states| {
             let Some(first) = states.t.first() else { return };
+            // A log comes block by block; its first instant is where its span begins.
             let shift = from - *begin.get_or_insert(*first);
             joints.iter_mut().for_each(|joint| joint.begin(states.period));
             let mut residuals = vec![vec![f64::NAN; states.len()]; model.n()];
@@ -140,6 +142,7 @@ pub fn portrait(model: &Model, x: &[f64], options: &Options, logs: &[LogSource])
         })?;
         portrait.logs.push(LogSpan { name: log.name(), from, to });
     }
+    // What is known only after all samples: the noise, the autocorrelation, the law of friction.
     let base = model.regressor.parameters().len();
     let noise = noise_density(options, logs)?;
     for (j, (joint, noise)) in joints.into_iter().zip(noise).enumerate() {

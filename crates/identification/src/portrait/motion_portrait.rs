@@ -222,7 +222,7 @@ mod tests {
     use experiments::excitation::fourier_series::FourierSeries;
     use experiments::excitation::motion::Shape;
     use experiments::excitation::quintic_spline::QuinticSpline;
-    use numerics::random::Random;
+    use random::Random;
 
     /// One of each shape, of one coordinate.
     fn motions() -> [Motion; 2] {

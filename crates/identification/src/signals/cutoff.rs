@@ -294,7 +294,7 @@ fn smooth_length(n: usize) -> usize {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use numerics::random::Random;
+    use random::Random;
     use std::f64::consts::PI;
 
     fn wave(n: usize, period: f64, hz: f64, amplitude: f64) -> Vec<f64> {

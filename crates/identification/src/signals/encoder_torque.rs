@@ -34,7 +34,7 @@ mod tests {
     use super::*;
     use crate::test_arm::Pendulum;
     use experiments::simulate::dynamics::RegressorDynamics;
-    use numerics::random::Random;
+    use random::Random;
 
     /// The second derivative of white noise, below the cut-off, times the inertia: by its spectrum.
     #[test]

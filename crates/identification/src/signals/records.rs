@@ -185,7 +185,7 @@ mod tests {
     use crate::test_arm::Pendulum;
     use linear_model::friction::terms::FrictionTerm;
     use logs::{ColumnNames, LogReport};
-    use numerics::random::Random;
+    use random::Random;
     use std::path::{Path, PathBuf};
 
     /// A pendulum's log of `rows` rows, each as `row` makes it of t, q and tau.

@@ -29,6 +29,7 @@ pub(crate) fn check_velocity(
 ) -> Result<(), Error> {
     let length = (t.len() / SPANS_PER_LOG).max(5);
     for ((name, q), dq) in coordinates.iter().zip(q).zip(dq) {
+        // Sums of a^2, a b and b^2 over the spans that have no gap in time.
         let (mut aa, mut ab, mut bb, mut largest) = (0.0, 0.0, 0.0, 0.0f64);
         for start in (0..t.len().saturating_sub(length)).step_by(length) {
             let span = start..start + length;
@@ -40,12 +41,14 @@ pub(crate) fn check_velocity(
             (aa, ab, bb, largest) = (aa + a * a, ab + a * b, bb + b * b, largest.max(a.abs()));
         }
         let slope = ab / aa;
+        // A joint that hardly moves, or whose velocity is noise, says nothing.
         if largest < SMALLEST_CHECKED_CHANGE
             || ab * ab < SMALLEST_EXPLAINED_SHARE * aa * bb
             || PLAUSIBLE_SLOPES.contains(&slope)
         {
             continue;
         }
+        // The slope tells which mistake it is.
         let close = |x: f64| (slope / x - 1.0).abs() < 0.05;
         let degree = 180.0 / std::f64::consts::PI;
         let guess = match slope {

@@ -131,7 +131,7 @@ mod tests {
     use super::*;
     use experiments::motion::profile::Profile;
     use experiments::plan::motion_kind::MotionKind;
-    use numerics::random::Random;
+    use random::Random;
 
     fn noisy(count: usize) -> Record {
         let mut random = Random::new(2);

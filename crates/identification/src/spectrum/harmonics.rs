@@ -96,10 +96,12 @@ pub(crate) fn joint_spectra(
     let h = experiment.trajectory.sample_time;
     let seconds = period as f64 * h;
     let highest = harmonics(band.equations, period, h);
+    // Currents of all periods are averaged into one; the motion of the columns already is.
     let current = folded(&experiment.current, period);
     let columns = motion.regressor_columns(regressor);
     let bins = Bins::new(period);
     let acceleration = acceleration_columns(regressor, &experiment.trajectory.centre);
+    // One spectrum per moving joint: a locked one has friction that nothing tells.
     let mut spectra = Vec::new();
     for j in experiment.trajectory.moving() {
         let mut s = JointSpectrum {
@@ -120,6 +122,7 @@ pub(crate) fn joint_spectra(
             ddq: motion.ddq[j].clone(),
             drive: harmonic_derivatives(&current[j], h, harmonics(band.motion, period, h))[0].clone(),
         };
+        // exp(2 pi i f_h delay) tau_j(f_h) at every harmonic of the band, as currents.
         for k in 0..=highest {
             let f = k as f64 / seconds;
             let turn = Complex::cis(std::f64::consts::TAU * f * band.delay);

@@ -81,6 +81,7 @@ pub fn identify_spectrum(
         }
         return Ok(estimate);
     }
+    // Some gain unknown: the rows are those of the currents, with gains of one.
     let one = vec![1.0; regressor.coordinates().len()];
     match method {
         SpectralMethod::Paper | SpectralMethod::TotalLeastSquares => {

@@ -95,6 +95,7 @@ impl FrictionTerm {
     ///
     /// Fails with the list of words where there is no such term.
     pub fn of_word(text: &str) -> Result<FrictionTerm, String> {
+        // The term of a single joint.
         if let Some((term, number)) = text.split_once('@') {
             let number: usize =
                 number.parse().ok().filter(|n| *n > 0).ok_or_else(|| {
@@ -114,6 +115,7 @@ impl FrictionTerm {
             };
             return Ok(At(number, term));
         }
+        // A term of all joints, with a speed where it has one.
         let (name, speed) = match text.split_once('=') {
             Some((name, speed)) => (name, Some(speed)),
             None => (text, None),
@@ -135,8 +137,8 @@ impl FrictionTerm {
             ("smooth-coulomb" | "stribeck", None) => Err(format!("`{name}` needs its speed in rad/s: `{name}=0.1`")),
             _ => Err(format!(
                 "there is no friction term `{text}`; there are viscous, coulomb, offset, asymmetric, load, rotor, \
-                 smooth-coulomb=V, stribeck=V, none and auto, and of joint N alone load@N, stribeck=V@N, viscous-asymmetry@N, \
-                 root@N"
+                 smooth-coulomb=V, stribeck=V, none and auto, and of joint N alone load@N, stribeck=V@N, \
+                 viscous-asymmetry@N, root@N"
             )),
         }
     }

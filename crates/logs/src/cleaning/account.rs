@@ -112,6 +112,7 @@ impl LogReport {
         if self.rows == 0 {
             return at(1, "there is a header but no row of numbers below it".into());
         }
+        // A clock may stumble in some rows; one that does so in many is not the time.
         if self.clock_backwards as f64 > LARGEST_BACKWARD_SHARE * self.rows as f64 {
             let message = format!(
                 "column `{time}` runs backwards in {} rows, here first: two runs in one file, or not the time; split the file",
@@ -126,6 +127,7 @@ impl LogReport {
             );
             return at(0, message);
         }
+        // Rows: most must be whole, and enough must be left.
         if self.ragged > self.rows / 2 {
             let message =
                 format!("{} of {} rows have more or fewer cells than the header has names", self.ragged, self.rows);
@@ -138,6 +140,7 @@ impl LogReport {
             );
             return at(0, message);
         }
+        // Steps in the unit that the header seems to say.
         if !(self.period.is_finite() && self.duration.is_finite()) {
             return at(0, "the clock leaves the range of numbers".into());
         }

@@ -208,6 +208,7 @@ impl Finder<'_> {
         if group.is_empty() {
             return Ok(None);
         }
+        // Joints are counted from 0 where one of them has the number 0, else from 1.
         let from_zero = group.iter().any(|r| r.joint == Designator::Number(0));
         let mut places: Vec<Option<&Reading>> = vec![None; n];
         for reading in group {
@@ -216,6 +217,7 @@ impl Finder<'_> {
                 Designator::Coordinate(k) => k,
                 Designator::Number(i) => i.wrapping_sub(usize::from(!from_zero)),
             };
+            // A number beyond the joints is another device, such as a gripper: left out.
             let Some(slot) = places.get_mut(place) else { continue };
             if let Some(other) = slot {
                 let (a, b) = (&self.table.header[other.column], &self.table.header[reading.column]);
@@ -229,6 +231,7 @@ impl Finder<'_> {
             }
             *slot = Some(reading);
         }
+        // A quantity that only some of the joints have is refused.
         if let Some(k) = places.iter().position(Option::is_none) {
             let name = self.coordinates.get(k).map_or("", String::as_str);
             return Err(self.error(format!(

@@ -86,6 +86,7 @@ impl Compression {
             Compression::Gzip => bounded(flate2::read::MultiGzDecoder::new(packed), most)?,
             #[cfg(feature = "parquet")]
             Compression::Brotli => bounded(brotli_decompressor::Decompressor::new(packed, 4096), most)?,
+            // The decoders of blocks take all memory at once, so the ratio of their format bounds it first.
             #[cfg(feature = "parquet")]
             Compression::Snappy => {
                 let claimed = snap::raw::decompress_len(packed).map_err(|e| failed(&e))?;

@@ -160,6 +160,7 @@ impl<'a> TableReader<'a> {
             skipped: self.rows,
             ..Table::default()
         };
+        // The row that was read while the header was looked for.
         if most > 0
             && let Some((line, cells)) = self.waiting.take()
         {
@@ -167,6 +168,7 @@ impl<'a> TableReader<'a> {
             let block = self.dialect.read(&quoted(&cells, delimiter), 1);
             self.append(&mut table, &block, line)?;
         }
+        // Blocks of whole rows, read by all threads, appended in the order of the file.
         while table.rows() < most {
             let cuts = self.cuts(most - table.rows())?;
             if cuts.is_empty() {
@@ -178,6 +180,7 @@ impl<'a> TableReader<'a> {
             wanted.for_each(|(column, _)| column.reserve(more));
             for (block, bytes) in blocks.into_iter().zip(cuts.iter().map(|cut| cut.0)) {
                 self.at += bytes;
+                // Bytes without a row in them grow memory, so they have a bound too.
                 self.idle = if block.rows == 0 { self.idle + bytes } else { 0 };
                 if self.idle > MAX_ROW_BYTES {
                     return Err(unreadable(&self.file, self.ends + 1, &too_long()));
@@ -292,6 +295,7 @@ impl<'a> TableReader<'a> {
                 *text = Some((line + above, found.clone()));
             }
         }
+        // A file that is mostly ragged is none: refused before it has filled the memory.
         for row in block.ragged.iter().map(|row| rows + row) {
             table.ragged += 1;
             if table.ragged > row.div_ceil(2) && table.ragged.saturating_mul(width) > MAX_RAGGED_CELLS {
@@ -300,6 +304,7 @@ impl<'a> TableReader<'a> {
                 return Err(Error::at(&self.file, table.line(row), message));
             }
         }
+        // Numbers of a packed file count against its budget, as its bytes do.
         if let Some(packed) = &self.packed {
             let numbers = self.dialect.wanted.iter().filter(|wanted| **wanted).count().saturating_mul(table.rows());
             let drawn = packed.budget().draw(numbers.saturating_mul(NUMBER_BYTES));

@@ -41,6 +41,7 @@ pub(crate) fn read(file: &str, bytes: &[u8], budget: &mut Budget) -> Result<Tabl
                 None
             }
         };
+        // The bound is on all arrays together, before they become columns.
         if let Some(array) = found {
             numbers += array.values.len();
             if numbers > MAX_CELLS {
@@ -77,6 +78,7 @@ struct Entry<'a> {
 ///
 /// Fails when files overlap or claim more than [`MAX_ARRAY_BYTES`] together.
 fn entries(bytes: &[u8]) -> Result<Vec<Entry<'_>>, String> {
+    // The end of the directory: how many files, and where their records begin.
     let end = bytes.windows(4).rposition(|w| w == b"PK\x05\x06").ok_or("the zip has no directory: cut short?")?;
     let count = number(bytes, end + 10, 2)?;
     let mut at = number(bytes, end + 16, 4)?;
@@ -90,6 +92,7 @@ fn entries(bytes: &[u8]) -> Result<Vec<Entry<'_>>, String> {
         let (name, extra, comment) =
             (number(bytes, at + 28, 2)?, number(bytes, at + 30, 2)?, number(bytes, at + 32, 2)?);
         let local = number(bytes, at + 42, 4)?;
+        // Name, extra field and comment follow each record; the file itself begins behind its local head.
         let text = bytes.get(at + 46..at + 46 + name).ok_or("the zip ends too early")?;
         let text = String::from_utf8_lossy(text).into_owned();
         let start = local + 30 + number(bytes, local + 26, 2)? + number(bytes, local + 28, 2)?;
@@ -103,6 +106,7 @@ fn entries(bytes: &[u8]) -> Result<Vec<Entry<'_>>, String> {
         out.push(Entry { name: text, method, packed: content, size });
         at += 46 + name + extra + comment;
     }
+    // Files that overlap would be unpacked many times over.
     places.sort_unstable();
     if places.windows(2).any(|pair| pair[1].0 < pair[0].1) {
         return Err("the files in the zip overlap: it is damaged, or made to unpack without end".into());

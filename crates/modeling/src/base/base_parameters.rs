@@ -32,7 +32,7 @@ use crate::base::unclear_rank::UnclearRank;
 use crate::base::written_rules::{RuleSources, Rules};
 use crate::derivation::Derivation;
 use crate::kinematics::closure::Closure;
-use crate::random::SplitMix;
+use random::SplitMix;
 
 /// The base parameters of a robot and the regrouping that leads to them.
 #[derive(Clone, Debug)]
@@ -137,6 +137,7 @@ pub(crate) fn base_parameters(
     let name = |c: usize| standard[c].display(robot).to_string();
     let joints = regressor.outputs[0].rows;
 
+    // Which columns are independent: by numbers, and exactly, in a finite field where loops allow it.
     let sampled = sampled(regressor, derivation.closure());
     let mut closed = None;
     let exact = |stand_out: &dyn Fn(&[usize]) -> bool, expected: usize| {
@@ -157,6 +158,7 @@ pub(crate) fn base_parameters(
     let mut rank = Rank::of(&scan);
     rank.exact = exact;
 
+    // The beta of each dropped column, and how each is known: exactly, at general points, by numbers.
     let regrouping = regrouping(derivation, regressor, &standard, &scan, closed.as_ref().map(|closed| &closed.points));
     let shares = &regrouping.shares;
     for (&column, row) in shares {
@@ -172,6 +174,7 @@ pub(crate) fn base_parameters(
     }
     held_against_numbers(&scan, shares, name)?;
 
+    // Each kept column is a base parameter; a dropped one that joins none has no effect.
     let base: Vec<BaseParameter> =
         scan.kept.iter().map(|&c| base_parameter(robot, &standard, &scan, shares, c)).collect();
     let no_effect = (0..standard.len())

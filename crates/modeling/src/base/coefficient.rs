@@ -290,6 +290,7 @@ fn double_angle(terms: &BTreeMap<Monomial, Ratio>, name: &dyn Fn(u32) -> String)
         text = if text == "1" { pair } else { format!("{text}*{pair}") };
         Some(if n < 0 { format!("-{text}") } else { text })
     };
+    // One term: 2 x sin cos.
     if terms.len() == 1 {
         let (monomial, &(n, d)) = terms.iter().next()?;
         let s = monomial.iter().find_map(|f| match f {
@@ -305,6 +306,7 @@ fn double_angle(terms: &BTreeMap<Monomial, Ratio>, name: &dyn Fn(u32) -> String)
     if terms.len() != 2 {
         return None;
     }
+    // One term has cos^2; the rest of it must stand beside it alone, times -1 or -1/2.
     let (squared, &(n, d)) = terms.iter().find(|(m, _)| m.iter().any(|f| matches!(f, (Atom::Cos(_), 2))))?;
     let s = squared.iter().find_map(|f| if let (Atom::Cos(s), 2) = f { Some(*s) } else { None })?;
     let rest = multiplied(squared, &vec![(Atom::Cos(s), -2)]);

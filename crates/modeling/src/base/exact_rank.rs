@@ -12,7 +12,7 @@ use expr::{Function, Graph, SymbolKind};
 use crate::base::angles::Angles;
 use crate::base::field::{Assignment, Residue, twelfth_turn};
 use crate::base::field_algebra::FieldAlgebra;
-use crate::random::SplitMix;
+use random::SplitMix;
 
 /// The columns that are independent of those before them, in their order.
 pub(crate) fn independent_columns(regressor: &Function) -> Vec<usize> {

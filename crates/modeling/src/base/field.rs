@@ -6,7 +6,7 @@
 //! of two and three, so that every twelfth of pi has its cosine and sine, and none of minus one, so that 1 + t^2 is never
 //! zero.
 
-use crate::random::SplitMix;
+use random::SplitMix;
 
 /// 2^61 less this is P.
 const PRIME_OFFSET: u64 = 465;
@@ -55,7 +55,7 @@ impl Residue {
     /// Uniform, but neither zero nor one.
     pub(crate) fn random(random: &mut SplitMix) -> Residue {
         loop {
-            let x = random.next() >> 3;
+            let x = random.bits() >> 3;
             if x < P && x > 1 {
                 return Residue(x);
             }

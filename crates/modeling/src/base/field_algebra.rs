@@ -6,7 +6,7 @@ use expr::{Algebra, Expr, Graph, Node, Symbol, SymbolKind};
 
 use crate::base::angles::Angles;
 use crate::base::field::{Assignment, Point, Residue, circle, times};
-use crate::random::SplitMix;
+use random::SplitMix;
 
 /// One evaluation of a function in the field: constants as `constants` assigns them (by symbol),
 /// inputs random.

@@ -18,7 +18,7 @@ use crate::base::coefficient::{Atom, Coefficient, Monomial, residue};
 use crate::base::exact_rank::Echelon;
 use crate::base::field::{Assignment, Residue, solve};
 use crate::base::field_algebra::FieldAlgebra;
-use crate::random::SplitMix;
+use random::SplitMix;
 
 /// One column to explain: `column` = sum_k x_k support_k, the x_k unknown.
 pub(crate) struct Relation {
@@ -178,6 +178,7 @@ fn fit(
 /// -size and size + 1, each cosine up to size, each sine up to one.
 fn monomials(samples: &FieldSamples, symbols: &[usize], degree: i32, size: i32) -> Vec<Monomial> {
     let mut all: Vec<(Monomial, i32)> = vec![(Vec::new(), 0)];
+    // Symbol by symbol, every power of it on every product so far; `length` is the power of lengths.
     for &s in symbols {
         let id = s as u32;
         let mut next = Vec::new();

@@ -25,7 +25,7 @@ use crate::base::interpolation::{Relation, interpolate};
 use crate::base::rank::Scan;
 use crate::base::rigid_regrouping::tree_rules;
 use crate::derivation::Derivation;
-use crate::random::SplitMix;
+use random::SplitMix;
 
 /// A numeric coefficient smaller than this is a rounded zero. The scan leaves about 1e-13; a true
 /// coefficient is a product of at most two lengths, and two of a tenth of a millimetre give 1e-8.

@@ -110,6 +110,7 @@ impl Frame {
         let J = [[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]];
         let (R, p) = (&self.axes, self.p);
 
+        // s = R MS_j; the columns of R are the axes.
         let mut s = NULL;
         for (moment, axis) in [mx, my, mz].into_iter().zip(R) {
             for i in 0..3 {
@@ -117,12 +118,14 @@ impl Frame {
                 s[i] = g.add(s[i], term);
             }
         }
+        // 2 (p . s) + m p . p, on the diagonal.
         let (ps, pp) = (dot(g, p, s), dot(g, p, p));
         let mpp = g.mul(m, pp);
         let two = g.constant(2.0);
         let twice = g.mul(two, ps);
         let isotropic = g.add(twice, mpp);
 
+        // R J R^T, the diagonal, and -p s^T - s p^T - m p p^T.
         let mut inertia = |r: usize, c: usize| {
             let mut sum = if r == c { isotropic } else { Expr::ZERO };
             for a in 0..3 {

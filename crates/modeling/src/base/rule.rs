@@ -39,6 +39,7 @@ pub(crate) fn rounded(x: f64) -> f64 {
 
 /// `XXR2 = XX2 - YY2 - D2^2*(M3 + M4)` from parameters with their factors, own first.
 pub(crate) fn text(left: &str, terms: &[(usize, Factor)], name: &impl Fn(usize) -> String) -> String {
+    // Parameters whose coefficients are equal but for the sign share a parenthesis.
     let mut groups: Vec<(&str, Vec<(bool, usize)>)> = Vec::new();
     for (parameter, factor) in terms {
         match groups.iter_mut().find(|g| g.0 == factor.magnitude) {
@@ -61,6 +62,7 @@ pub(crate) fn text(left: &str, terms: &[(usize, Factor)], name: &impl Fn(usize) 
             }
             sum
         };
+        // The sign of the first one stands before the parenthesis and turns all signs in it.
         let negative = members[0].0;
         let sign = match (i, negative) {
             (0, false) => " ",

@@ -76,7 +76,7 @@ fn dot(a: &[f64], b: &[f64]) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::random::SplitMix;
+    use random::SplitMix;
 
     /// R'R is A'A and R is that of an ordinary QR up to the signs of its rows, with columns that joints do not reach.
     #[test]

@@ -41,7 +41,7 @@ struct Derivatives {
 /// Inputs `q`, `dq`, `ddq`, `x`; outputs `dtau_by_q`, `dtau_by_dq` (n x n). That by ddq is the inertia matrix.
 pub(crate) fn inverse_dynamics_derivatives(derivation: &mut Derivation, x: &ParameterInputs) -> Function {
     let links = derivation.links.clone();
-    let Derivatives { by_q, by_dq } = derivatives(derivation, &links, x);
+    let Derivatives { by_q, by_dq } = derivatives(derivation, &links, x, 2.0);
     let mut inputs = derivation.motion.inputs();
     inputs.push(x.input());
     let outputs = vec![square("dtau_by_q", by_q), square("dtau_by_dq", by_dq)];
@@ -51,10 +51,7 @@ pub(crate) fn inverse_dynamics_derivatives(derivation: &mut Derivation, x: &Para
 /// C(q, dq): inputs `q`, `dq`, `x`; output `c` (n x n).
 pub(crate) fn coriolis_matrix(derivation: &mut Derivation, x: &ParameterInputs) -> Function {
     let links = derivation.coasting_links();
-    let by_dq = derivatives(derivation, &links, x).by_dq;
-    let g = &mut derivation.graph;
-    let half = g.constant(0.5);
-    let c = by_dq.into_iter().map(|entry| g.mul(half, entry)).collect();
+    let c = derivatives(derivation, &links, x, 1.0).by_dq;
     let motion = &derivation.motion;
     let mut inputs = motion.configuration();
     inputs.extend([motion.input(MotionInput::Dq), x.input()]);
@@ -78,7 +75,7 @@ pub(crate) fn forward_dynamics_derivatives(derivation: &mut Derivation, x: &Para
         (by_each(derivation, &ddq, MotionInput::Q), by_each(derivation, &ddq, MotionInput::Dq))
     } else {
         let links = link_motions(g, robot, constants, &Motion { ddq: ddq.clone(), ..motion.clone() });
-        let found = derivatives(derivation, &links, x);
+        let found = derivatives(derivation, &links, x, 2.0);
         let g = &mut derivation.graph;
         let [by_q, by_dq] = [found.by_q, found.by_dq].map(|rows| factor.solve_columns(g, &rows));
         (by_q.into_iter().map(|x| -x).collect(), by_dq.into_iter().map(|x| -x).collect())
@@ -112,23 +109,28 @@ fn by_each(derivation: &mut Derivation, entries: &[Expr], by: MotionInput) -> Ve
     (0..entries.len()).flat_map(|r| columns.iter().map(move |column| column[r])).collect()
 }
 
-fn derivatives(derivation: &mut Derivation, links: &[LinkMotion], x: &ParameterInputs) -> Derivatives {
+/// `scale` is 2; with 1 `by_dq` is half of itself, which is C, and `by_q` is nothing.
+fn derivatives(derivation: &mut Derivation, links: &[LinkMotion], x: &ParameterInputs, scale: f64) -> Derivatives {
     if derivation.implicit.is_some() {
         let tau = torque::entries(derivation, links, x);
-        return Derivatives {
-            by_q: by_each(derivation, &tau, MotionInput::Q),
-            by_dq: by_each(derivation, &tau, MotionInput::Dq),
-        };
+        let [by_q, by_dq] = [MotionInput::Q, MotionInput::Dq].map(|by| by_each(derivation, &tau, by));
+        let g = &mut derivation.graph;
+        let share = g.constant(scale / 2.0);
+        return Derivatives { by_q, by_dq: by_dq.into_iter().map(|entry| g.mul(share, entry)).collect() };
     }
     let Derivation { robot, graph: g, motion, .. } = derivation;
     let bodies = composites(g, robot, links, x);
-    let v = velocities(g, robot, links, &motion.dq);
-    let momenta = composite_momenta(g, robot, links, &v, x);
+    // All velocities enter twice.
+    let scale = g.constant(scale);
+    let w: Vec<Vector> = links.iter().map(|link| link.w.map(|w| g.mul(scale, w))).collect();
+    let rates: Vec<Expr> = motion.dq.iter().map(|&rate| g.mul(scale, rate)).collect();
+    let v = velocities(g, robot, links, &w, &rates);
+    let momenta = composite_momenta(g, robot, links, [&w, &v], x);
     let wrenches = wrenches(g, robot, links, x);
     let n = robot.n_coordinates();
     let mut found = Derivatives { by_q: vec![Expr::ZERO; n * n], by_dq: vec![Expr::ZERO; n * n] };
     let changes: Vec<Change> =
-        robot.link_ids().map(|i| Change::new(g, robot.link(i).joint.kind, &links[i.0], v[i.0])).collect();
+        robot.link_ids().map(|i| Change::new(g, robot.link(i).joint.kind, &links[i.0], [w[i.0], v[i.0]])).collect();
     for j in robot.link_ids() {
         let kind = robot.link(j).joint.kind;
         if robot.link(j).joint.variable.terms.is_empty() || kind == JointKind::Fixed {
@@ -144,10 +146,7 @@ fn derivatives(derivation: &mut Derivation, links: &[LinkMotion], x: &ParameterI
         let (f, moment) = unit_wrench(g, body, kind);
         let mut row = [f, moment];
         let along = of_link.along_z(g, kind == JointKind::Prismatic);
-        let mut of_momenta = along.map(|u| {
-            let two = g.constant(2.0);
-            g.mul(two, u)
-        });
+        let mut of_momenta = along;
         let mut at = j;
         loop {
             let own = |wrench: [Vector; 2]| match robot.link(at).joint.kind {
@@ -220,17 +219,17 @@ struct Change {
 }
 
 impl Change {
-    fn new(g: &mut Graph, kind: JointKind, link: &LinkMotion, v: Vector) -> Change {
+    /// `w` and `v` are twice the velocities.
+    fn new(g: &mut Graph, kind: JointKind, link: &LinkMotion, [w, v]: [Vector; 2]) -> Change {
         let [wx, wy, _] = link.w;
         let u_z = link.U.map(|row| row[2]);
         let e = [wy, -wx, Expr::ZERO];
-        let two = g.constant(2.0);
-        let twice_e = e.map(|x| g.mul(two, x));
+        let twice_e = [w[1], -w[0], Expr::ZERO];
         match kind {
             JointKind::Revolute => {
-                let lift = cross(g, v, twice_e);
+                let lift = cross(g, v, e);
                 let a_0 = add(g, [link.a[1], -link.a[0], Expr::ZERO], lift);
-                let twice_v = [g.mul(two, v[1]), -g.mul(two, v[0]), Expr::ZERO];
+                let twice_v = [v[1], -v[0], Expr::ZERO];
                 let z = [Expr::ZERO, Expr::ZERO, Expr::ONE];
                 Change { by_q: Field { W: e, A: u_z, a_0 }, by_dq: Field { W: z, A: twice_e, a_0: twice_v } }
             }
@@ -246,13 +245,11 @@ impl Change {
 }
 
 impl Field {
-    /// Force and moment on a body: I (A, a_0) + 2 B(W).
+    /// Force and moment on a body: I (A, a_0) + 2 B(W); `momenta` are twice those of the body.
     fn wrench(&self, g: &mut Graph, body: Body, momenta: &Momenta) -> [Vector; 2] {
         let (across, moved) = (cross(g, self.A, body.first_moment), self.a_0.map(|a| g.mul(body.mass, a)));
         let (turned, lever) = (body.times(g, self.A), cross(g, body.first_moment, self.a_0));
-        let two = g.constant(2.0);
         let (f, n) = momenta.times(g, self.W);
-        let [f, n] = [f, n].map(|v| v.map(|x| g.mul(two, x)));
         let (moved, turned) = (add(g, moved, across), add(g, turned, lever));
         [add(g, moved, f), add(g, turned, n)]
     }

@@ -48,20 +48,26 @@ pub(crate) fn jacobian_determinant(derivation: &mut Derivation, frame: &LinkFram
 fn seen_from(derivation: &mut Derivation, link: LinkId, at: LinkId) -> Vec<Vec<Expr>> {
     let reference = ReferenceFrame::Link(LinkFrame::from(at));
     let Derivation { robot, graph: g, links, .. } = derivation;
-    let origin = at_place_of(g, robot, links, NULL, link, &reference);
     let columns: Vec<Vec<Expr>> = (0..robot.n_variables())
         .map(|k| {
-            if let Some(twist) = links[at.0].jacobian[k] {
-                // What moves the other moves the link alike, unless the coordinate moves joints between them too.
-                let between = std::iter::successors(Some(link), |j| robot.link(*j).antecedent).take_while(|j| *j != at);
-                if between.into_iter().all(|j| robot.link(j).joint.variable.terms.iter().all(|t| t.0.0 != k)) {
-                    return [twist.d, twist.z].concat();
-                }
+            let between = std::iter::successors(Some(link), |j| robot.link(*j).antecedent).take_while(|j| *j != at);
+            let moved: Vec<LinkId> =
+                between.filter(|j| robot.link(*j).joint.variable.terms.iter().any(|t| t.0.0 == k)).collect();
+            // What moves the other moves the link alike, unless the coordinate moves joints between them too. What moves one
+            // joint between them is simplest in the frame of that joint.
+            let from = match moved[..] {
+                [] => at,
+                [joint] if links[at.0].jacobian[k].is_none() => joint,
+                _ => link,
+            };
+            let Some(twist) = links[from.0].jacobian[k] else { return vec![Expr::ZERO; 6] };
+            if from == at {
+                return [twist.d, twist.z].concat();
             }
-            let Some(twist) = links[link.0].jacobian[k] else { return vec![Expr::ZERO; 6] };
-            let z = in_axes_of(g, robot, links, twist.z, link, &reference);
-            let d = in_axes_of(g, robot, links, twist.d, link, &reference);
-            // From O of the link to O of the other.
+            let origin = at_place_of(g, robot, links, NULL, from, &reference);
+            let z = in_axes_of(g, robot, links, twist.z, from, &reference);
+            let d = in_axes_of(g, robot, links, twist.d, from, &reference);
+            // From the origin of one to that of the other.
             let lever = cross(g, z, origin.map(|x| -x));
             [add(g, d, lever), z].concat()
         })

@@ -10,17 +10,30 @@ use expr::{Expr, Function, Graph, Output};
 use robot::{Inertial, StandardParameter};
 
 use crate::derivation::Derivation;
+use crate::dynamics::parameter_inputs::ParameterInputs;
 use crate::kinematics::links::{LinkMotion, MotionInput};
 use crate::kinematics::vector::{NULL, Vector, add, cross, dot, sum};
 
 /// Inputs `q`, `dq`; outputs `kinetic` and `potential`, 1 x p: the energy per unit of each parameter.
 pub(crate) fn energy(derivation: &mut Derivation) -> Function {
+    let [kinetic, potential] = energy_entries(derivation);
+    let Derivation { graph: g, motion, .. } = derivation;
+    let row = |name: &str, entries: Vec<Expr>| Output { name: name.into(), rows: 1, columns: entries.len(), entries };
+    let outputs = vec![row("kinetic", kinetic), row("potential", potential)];
+    let mut inputs = motion.configuration();
+    inputs.push(motion.input(MotionInput::Dq));
+    Function::new("energy", g, inputs, outputs)
+}
+
+/// Kinetic and potential energy per unit of each standard parameter.
+fn energy_entries(derivation: &mut Derivation) -> [Vec<Expr>; 2] {
     let parameters = StandardParameter::all(derivation.robot);
     let weights = weights(derivation);
     let Derivation { robot, graph: g, motion, links, .. } = derivation;
     let (mut kinetic, mut potential) = (Vec::new(), Vec::new());
     for p in &parameters {
         let link = &links[p.link.0];
+        // 1/2 IA dq_j^2 of rotors, with dq_j of the joint's own variable.
         kinetic.push(match p.inertial {
             Inertial::Ia => {
                 let mut rate = Expr::ZERO;
@@ -33,6 +46,7 @@ pub(crate) fn energy(derivation: &mut Derivation) -> Function {
             }
             body => kinetic_column(g, link, &motion.dq, body),
         });
+        // U_j per unit of MS_j and M_j: -g in the axes of the link, and -g . p_0j.
         let (weight, height) = weights[p.link.0];
         potential.push(match p.inertial {
             Inertial::Mx => weight[0],
@@ -42,11 +56,23 @@ pub(crate) fn energy(derivation: &mut Derivation) -> Function {
             _ => Expr::ZERO,
         });
     }
-    let row = |name: &str, entries| Output { name: name.into(), rows: 1, columns: parameters.len(), entries };
-    let outputs = vec![row("kinetic", kinetic), row("potential", potential)];
+    [kinetic, potential]
+}
+
+/// Inputs `q`, `dq`, `x`; output `e` (2): kinetic and potential energy of these parameters.
+pub(crate) fn energies(derivation: &mut Derivation, x: &ParameterInputs) -> Function {
+    let per_unit = energy_entries(derivation);
+    let parameters = StandardParameter::all(derivation.robot);
+    let Derivation { graph: g, motion, .. } = derivation;
+    let entries = per_unit.map(|column| {
+        let terms: Vec<Expr> =
+            column.into_iter().zip(&parameters).map(|(e, p)| g.mul(e, x.get(p.link, p.inertial))).collect();
+        sum(g, &terms)
+    });
+    let output = Output { name: "e".into(), rows: 2, columns: 1, entries: entries.to_vec() };
     let mut inputs = motion.configuration();
-    inputs.push(motion.input(MotionInput::Dq));
-    Function::new("energy", g, inputs, outputs)
+    inputs.extend([motion.input(MotionInput::Dq), x.input()]);
+    Function::new("energies", g, inputs, vec![output])
 }
 
 fn kinetic_column(g: &mut Graph, link: &LinkMotion, dq: &[Expr], parameter: Inertial) -> Expr {

@@ -18,7 +18,8 @@ use crate::kinematics::vector::{NULL, Vector, add, cross, dot};
 /// Inputs `q`, `dq`; output `v` (6): velocity of the frame's origin, then angular velocity.
 pub(crate) fn velocity(derivation: &mut Derivation, frame: &LinkFrame, reference: Option<&ReferenceFrame>) -> Function {
     let Derivation { robot, graph: g, motion, links, .. } = derivation;
-    let v = velocities(g, robot, links, &motion.dq)[frame.link.0];
+    let w: Vec<Vector> = links.iter().map(|link| link.w).collect();
+    let v = velocities(g, robot, links, &w, &motion.dq)[frame.link.0];
     let p = constants(g, frame.pose.position);
     let w = links[frame.link.0].w;
     let lever = cross(g, w, p);

@@ -72,11 +72,13 @@ fn whole(derivation: &mut Derivation, x: &ParameterInputs) -> Whole {
     let mut momenta = vec![vec![Expr::ZERO; 6]; robot.n_variables()];
     for j in robot.link_ids() {
         let link = robot.link(j);
+        // MS_0 and M_0: of the links that stand on the base, each with all that it carries.
         if link.antecedent.is_none() {
             let carried = carried_first_moment(g, bodies[j.0], &links[j.0].placement);
             moment = add(g, moment, carried);
             mass = g.add(mass, bodies[j.0].mass);
         }
+        // (f_k, n_k) of what joint j moves, carried inward to the base's origin.
         let (mut f, mut n) = unit_wrench(g, bodies[j.0], link.joint.kind);
         let mut at = Some(j);
         while let Some(k) = at {
@@ -94,6 +96,7 @@ fn whole(derivation: &mut Derivation, x: &ParameterInputs) -> Whole {
             }
         }
     }
+    // Passive coordinates follow from the others: their momenta join those through G.
     if let Some(implicit) = implicit {
         momenta = reduced(g, &implicit.G, &momenta);
     }

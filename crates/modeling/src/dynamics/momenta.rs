@@ -110,13 +110,13 @@ impl Momenta {
     }
 }
 
-/// The velocity of every O_j in frame j.
-pub(crate) fn velocities(g: &mut Graph, robot: &Robot, links: &[LinkMotion], dq: &[Expr]) -> Vec<Vector> {
+/// The velocity of every O_j in frame j, of all angular velocities.
+pub(crate) fn velocities(g: &mut Graph, robot: &Robot, links: &[LinkMotion], w: &[Vector], dq: &[Expr]) -> Vec<Vector> {
     let mut velocities: Vec<Vector> = Vec::new();
     for (link, at) in robot.links.iter().zip(links) {
         let mut v = match link.antecedent {
             Some(i) => {
-                let lever = cross(g, links[i.0].w, at.placement.p);
+                let lever = cross(g, w[i.0], at.placement.p);
                 let v = add(g, velocities[i.0], lever);
                 at.placement.to_link(g, v)
             }
@@ -136,10 +136,10 @@ pub(crate) fn composite_momenta(
     g: &mut Graph,
     robot: &Robot,
     links: &[LinkMotion],
-    velocities: &[Vector],
+    [w, v]: [&[Vector]; 2],
     x: &ParameterInputs,
 ) -> Vec<Momenta> {
-    let of_link = |j: robot::LinkId| Momenta::new(g, Body::new(x.body(j)), links[j.0].w, velocities[j.0]);
+    let of_link = |j: robot::LinkId| Momenta::new(g, Body::new(x.body(j)), w[j.0], v[j.0]);
     let mut momenta: Vec<Momenta> = robot.link_ids().map(of_link).collect();
     for j in robot.link_ids().rev() {
         if let Some(i) = robot.link(j).antecedent {

@@ -22,8 +22,10 @@ use crate::kinematics::vector::{NULL, Vector, add, cross, dot, plus_dot};
 /// Inputs `q`, `dq`, `x`; output `p` (n), kg m^2/s (kg m/s).
 pub(crate) fn momentum(derivation: &mut Derivation, x: &ParameterInputs) -> Function {
     let Derivation { robot, graph: g, motion, links, implicit, .. } = derivation;
-    let v = velocities(g, robot, links, &motion.dq);
+    let w: Vec<Vector> = links.iter().map(|link| link.w).collect();
+    let v = velocities(g, robot, links, &w, &motion.dq);
     let mut p = vec![Expr::ZERO; robot.n_variables()];
+    // h = M v + w x MS and L = J w + MS x v of each link.
     let mut momenta: Vec<[Vector; 2]> = robot
         .link_ids()
         .map(|j| {
@@ -33,6 +35,7 @@ pub(crate) fn momentum(derivation: &mut Derivation, x: &ParameterInputs) -> Func
             [add(g, moved, turned), add(g, own, lever)]
         })
         .collect();
+    // From the tips inward: each link's momentum along its axis, then added to what carries it.
     for j in robot.link_ids().rev() {
         let link = robot.link(j);
         let [h, L] = momenta[j.0];
@@ -57,6 +60,7 @@ pub(crate) fn momentum(derivation: &mut Derivation, x: &ParameterInputs) -> Func
             momenta[i.0] = [add(g, momenta[i.0][0], h), add(g, momenta[i.0][1], L)];
         }
     }
+    // Passive coordinates follow from the others: their momenta join those through G.
     let p = match implicit {
         None => p,
         Some(implicit) => reduced(g, &implicit.G, &p.into_iter().map(|x| vec![x]).collect::<Vec<_>>()).concat(),
@@ -70,10 +74,12 @@ pub(crate) fn momentum(derivation: &mut Derivation, x: &ParameterInputs) -> Func
 /// Inputs `q`, `dq`; output `y` (n x p of the base parameters): p = y X.
 pub(crate) fn momentum_regressor(derivation: &mut Derivation, base: &BaseParameters) -> Function {
     let Derivation { robot, graph: g, motion, links, implicit, .. } = derivation;
-    let v = velocities(g, robot, links, &motion.dq);
+    let w: Vec<Vector> = links.iter().map(|link| link.w).collect();
+    let v = velocities(g, robot, links, &w, &motion.dq);
     let parameters: Vec<StandardParameter> = base.base.iter().map(|b| base.standard[b.column]).collect();
     let mut rows = vec![vec![Expr::ZERO; parameters.len()]; robot.n_variables()];
     for (c, parameter) in parameters.iter().enumerate() {
+        // A column: IA of a rotor, or h and L per unit of the parameter.
         let (link, at) = (robot.link(parameter.link), &links[parameter.link.0]);
         if parameter.inertial == Inertial::Ia {
             let rate = joint_variable(g, link, &motion.dq);
@@ -84,6 +90,7 @@ pub(crate) fn momentum_regressor(derivation: &mut Derivation, base: &BaseParamet
             continue;
         }
         let [h, L] = unit_momentum(g, at.w, v[parameter.link.0], parameter.inertial);
+        // z_jk . L + d_jk . h, for each coordinate that moves the link.
         for (row, twist) in rows.iter_mut().zip(&at.jacobian) {
             if let Some(twist) = twist {
                 let angular = dot(g, twist.z, L);

@@ -14,7 +14,7 @@ use expr::{Function, Output, Tape, Workspace};
 use nalgebra::{DMatrix, DVector};
 use std::fmt;
 
-use crate::random::SplitMix;
+use random::SplitMix;
 
 /// |e| of a closed loop relative to the larger of 1 and the largest entry of J_p: m and rad.
 const CLOSED_LOOP_ERROR: f64 = 1e-11;

@@ -20,7 +20,7 @@ use crate::kinematics::closure::Closure;
 use crate::kinematics::constants::Constants;
 use crate::kinematics::links::{LinkMotion, Motion, MotionInput, link_motions};
 use crate::kinematics::vector::{NULL, Vector, add, dot, sum};
-use crate::random::SplitMix;
+use random::SplitMix;
 
 /// The passive coordinates of a derivation: their rates per unit of the coordinates'.
 pub(crate) struct Implicit {
@@ -30,6 +30,32 @@ pub(crate) struct Implicit {
     pub coast: Vec<Expr>,
     /// e and J_p: inputs `q`, `passive`.
     pub function: Function,
+    /// e, and [J_a J_p] row by row.
+    gaps: Vec<Expr>,
+    equations: Vec<Vec<Expr>>,
+}
+
+impl Implicit {
+    /// Inputs `q`, `passive`; outputs `e` (6 a loop), `ja` (x n), `jp` (x m) and `g` (m x n): e = 0, J_a dq + J_p dq_p = 0, and
+    /// dq_p = G dq.
+    pub(crate) fn constraint_equations(&self, g: &Graph, motion: &Motion) -> Function {
+        let n = motion.n;
+        let matrix = |name: &str, columns: usize, rows: Vec<Vec<Expr>>| Output {
+            name: name.into(),
+            rows: rows.len(),
+            columns,
+            entries: rows.concat(),
+        };
+        let part = |of: std::ops::Range<usize>| self.equations.iter().map(|row| row[of.clone()].to_vec()).collect();
+        let outputs = vec![
+            matrix("e", 1, self.gaps.iter().map(|e| vec![*e]).collect()),
+            matrix("ja", n, part(0..n)),
+            matrix("jp", motion.q.len() - n, part(n..motion.q.len())),
+            matrix("g", n, self.G.clone()),
+        ];
+        let inputs = vec![motion.input(MotionInput::Q), motion.input(MotionInput::Passive)];
+        Function::new("constraint_equations", g, inputs, outputs)
+    }
 }
 
 /// Fills in the rates of the passive coordinates of `motion`, which the loops determine.
@@ -45,7 +71,7 @@ pub(crate) fn implicit(
     let loops: Vec<OpenLoop> = open_loops(robot);
     let still = Motion { dq: vec![Expr::ZERO; n + m], ddq: vec![Expr::ZERO; n + m], ..motion.clone() };
     let (gaps, equations) = loop_equations(g, &loops, constants, &still);
-    let function = closure_function(g, motion, gaps, &equations);
+    let function = closure_function(g, motion, gaps.clone(), &equations);
 
     let start = robot.passive.iter().map(|p| p.start).collect();
     let order = elimination_order(&mut Closure::new(&function, start), n, m)?;
@@ -64,7 +90,7 @@ pub(crate) fn implicit(
         let driven = combination(g, &G[p], &motion.ddq[..n]);
         motion.ddq[n + p] = g.add(driven, coast[p]);
     }
-    Some(Implicit { G, coast, function })
+    Some(Implicit { G, coast, function, gaps, equations })
 }
 
 /// e and [J_a J_p], six rows a loop: the twist of the twin frame less that of the cut frame, per unit

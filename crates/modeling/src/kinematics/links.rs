@@ -112,6 +112,7 @@ pub(crate) fn link_motions_under(
     motion: &Motion,
     weight: Vector,
 ) -> Vec<LinkMotion> {
+    // The base: at rest, unturned, its acceleration the weight.
     let n = robot.n_variables();
     let at_rest = Parallel {
         w: NULL,
@@ -134,6 +135,7 @@ pub(crate) fn link_motions_under(
         placement: Placement { gamma: unturned, alpha: unturned, theta: unturned, p: NULL },
         parallel: at_rest,
     };
+    // Antecedents stand before what they carry, so one pass outward is enough.
     let mut motions: Vec<LinkMotion> = Vec::with_capacity(robot.links.len());
     for link in &robot.links {
         let antecedent = link.antecedent.map_or(&base, |i| &motions[i.0]);
@@ -239,6 +241,7 @@ fn run_of_parallel_axes(
     rate: Expr,
     acceleration: Expr,
 ) -> Parallel {
+    // On a parallel axis the run goes on, else a new one begins with w_0 = Rx(-alpha) Rz(-gamma) w_i.
     let mut run = if geometry.alpha.is_zero() {
         Parallel { turn: i.parallel.turn.plus(&geometry.gamma), ..i.parallel.clone() }
     } else {
@@ -252,6 +255,7 @@ fn run_of_parallel_axes(
             rates: vec![0.0; i.jacobian.len()],
         }
     };
+    // The joint's own turn and rates join the sums of the run.
     run.turn = run.turn.plus(&geometry.theta);
     if link.joint.kind == JointKind::Revolute {
         run.rate = g.add(run.rate, rate);

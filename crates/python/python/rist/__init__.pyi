@@ -126,6 +126,40 @@ class Model:
         """(N, n), N m (N)."""
     def gravity(self, q: ArrayLike, parameters: ArrayLike | Estimate | None = None) -> Numbers:
         """(N, n), N m (N)."""
+    def energy(
+        self, q: ArrayLike, dq: ArrayLike | None = None, parameters: ArrayLike | Estimate | None = None
+    ) -> Numbers:
+        """(N, 2), J: kinetic and potential energy, of base parameters the potential one up to a constant."""
+    def forward_dynamics(
+        self, q: ArrayLike, dq: ArrayLike | None, tau: ArrayLike, parameters: ArrayLike | Estimate | None = None
+    ) -> Numbers:
+        """(N, n), rad/s^2 (m/s^2)."""
+    def torque_derivatives(
+        self,
+        q: ArrayLike,
+        dq: ArrayLike | None = None,
+        ddq: ArrayLike | None = None,
+        parameters: ArrayLike | Estimate | None = None,
+    ) -> tuple[Numbers, Numbers]:
+        """By q and dq, each (N, n, n)."""
+    def forward_dynamics_derivatives(
+        self, q: ArrayLike, dq: ArrayLike | None, tau: ArrayLike, parameters: ArrayLike | Estimate | None = None
+    ) -> tuple[Numbers, Numbers, Numbers]:
+        """By q, dq and tau, each (N, n, n)."""
+    def pose(self, link: str, q: ArrayLike, frame: str | None = None) -> Numbers:
+        """(N, 3, 4): orientation and position of a link in the base frame, or in that of another link."""
+    def jacobian(self, link: str, q: ArrayLike, frame: str | None = None) -> Numbers:
+        """(N, 6, n): velocity of a link's origin, then angular velocity, in its axes, or in those of another link or "base"."""
+    def evaluate(
+        self,
+        function: str,
+        q: ArrayLike | None = None,
+        dq: ArrayLike | None = None,
+        ddq: ArrayLike | None = None,
+        parameters: ArrayLike | Estimate | None = None,
+        **others: ArrayLike,
+    ) -> Numbers | dict[str, Numbers]:
+        """Any function of `rist generate` by its name: its output, or a dict of them by name."""
     @overload
     def generate(
         self,
@@ -135,6 +169,7 @@ class Model:
         *,
         estimate: Estimate | None = None,
         anyway: bool = False,
+        symbols: Sequence[str] = ...,
     ) -> str: ...
     @overload
     def generate(
@@ -145,6 +180,7 @@ class Model:
         *,
         estimate: Estimate | None = None,
         anyway: bool = False,
+        symbols: Sequence[str] = ...,
     ) -> tuple[str, str]: ...
 
 class Verdict:
@@ -493,8 +529,9 @@ def simulate(
     """Simulates the experiments of a plan, or an ExcitingMotion, in closed loop, with friction, noise and drive gains.
 
     With out="DIRECTORY" it writes a log an experiment (e01.csv, .. or motion.csv, v01.csv, .. of motions for validation, e01_loaded.csv,
-    ..) and truth.yaml, as `rist simulate` does. Returns the parameters behind the logs, an Estimate, and the logs: a dict by
-    name of dicts of arrays t (N,) in s, q (N, n) in rad (m), i (N, n) in A, which `identify` takes.
+    ..), truth.yaml, and truth_loaded.yaml with a load, as `rist simulate` does. Returns the parameters behind the logs, an
+    Estimate, and the logs: a dict by name of dicts of arrays t (N,) in s, q (N, n) in rad (m), i (N, n) in A, which
+    `identify` takes.
 
     Options:
     - validation: Number of validation motions [default: 10]
@@ -571,4 +608,17 @@ def check(
       alone
     - after: An estimate of this model: efforts and powers are proved with its torques instead of the
       description's"""
-def compare(reference: Accumulator, robots: Mapping[str, Accumulator], fdr: float = 0.05) -> Comparison: ...
+def compare(
+    reference: Accumulator,
+    robots: Mapping[str,
+    Accumulator],
+    *,
+    of: Literal["all", "inertial"] = "all",
+    fdr: float = 0.05,
+) -> Comparison:
+    """Compares sums with those of a reference: robots by name, {"r07": Accumulator, ..}.
+
+    Options:
+    - of: The parameters that are asked about [default: 'all']
+    - fdr: False discovery rate: the expected share of unchanged robots among those reported as changed, and of
+      unchanged parameters among those reported [default: 0.05]"""

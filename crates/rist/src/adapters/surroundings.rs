@@ -12,7 +12,7 @@ use experiments::excitation::left_out::{LeftOut, Matter};
 use experiments::excitation::limits::{AskedLimits, CoordinateLimits, LimitKind};
 use experiments::excitation::motion::Motion;
 use experiments::excitation::space_limits::{Floor, SpaceLimits};
-use numerics::random::Random;
+use random::Random;
 
 use crate::error::Error;
 use crate::model::Model;

@@ -54,7 +54,7 @@ impl Dynamics for TapeDynamics {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use numerics::random::Random;
+    use random::Random;
 
     /// Both ways to A and h agree, with a prismatic joint and with a loop whose passive joints are known functions.
     #[test]

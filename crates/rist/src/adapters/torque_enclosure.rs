@@ -45,6 +45,7 @@ impl EnclosedTorque for TorqueEnclosure<'_> {
         let nodes = self.function.graph().nodes();
         let mut values = vec![Jet::constant(Interval::ZERO); nodes.len()];
         let constants = self.values.iter().map(|x| Jet::constant(Interval::point(*x)));
+        // The inputs in their order: q, dq, ddq, then the described parameters, which are points.
         let given = q.iter().chain(dq).chain(ddq).copied().chain(constants);
         for (e, jet) in self.function.inputs.iter().flat_map(|i| &i.entries).zip(given) {
             values[e.node()] = jet;
@@ -65,6 +66,7 @@ impl EnclosedTorque for TorqueEnclosure<'_> {
         }
         let outputs = self.function.outputs.iter().flat_map(|o| &o.entries);
         let outputs: Vec<Jet> = outputs.map(|e| signed(&values, *e)).collect();
+        // Without identified parameters the outputs are torques, else they are Y, and tau = Y X.
         if self.multiples.is_empty() {
             return outputs;
         }

@@ -2,6 +2,7 @@
 
 use experiments::excitation::limits::LimitsFile;
 use identification::estimate::artefact::Estimate;
+use identification::estimate::fleet::comparison::Compared;
 use identification::estimate::options::Options;
 
 use super::{Range, request};
@@ -40,6 +41,8 @@ request! {
 request! {
     /// How sums are compared.
     pub struct CompareRequest {
+        /// The parameters that are asked about.
+        of: Compared = Compared::All;
         /// False discovery rate: the expected share of unchanged robots among those reported as changed, and of unchanged
         /// parameters among those reported.
         fdr: f64 = 0.05, value_name("RATE");

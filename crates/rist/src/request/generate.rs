@@ -24,12 +24,15 @@ words! { SourceLanguage:
 request! {
     /// What source is written of a robot.
     pub struct GenerateRequest {
-        /// Functions beside base-regressor:
+        /// Functions beside base-regressor: controller (gravity compensation, feedforward and computed torque, with limits),
         functions: Vec<String> = Vec::new(), value_name("NAMES"), and(&function_names());
         /// An estimate of this model: its numbers stand in the file as the constants X and F.
         estimate: Option<PathBuf> = None, value_name("ESTIMATE");
         /// Take the numbers even of an estimate whose verdict is no.
         anyway: bool = false;
+        /// Lengths, angles and components of gravity that stay open, as an argument `symbols` of all functions: `all`, or
+        /// these; a number without a name is called by its place, as d3, r4, alpha5, gz [default: none].
+        symbols: Vec<String> = Vec::new(), value_name("NAMES");
         /// Language to write.
         language: SourceLanguage = SourceLanguage::Rust;
     }

@@ -3,6 +3,7 @@
 use experiments::excitation::criterion::Aim;
 use experiments::motion::profile::Profile;
 use experiments::plan::exchange::Criterion;
+use identification::estimate::fleet::comparison::Compared;
 use identification::estimators::weighted::Weights;
 use linear_model::description_options::RotorInertias;
 use robot::format::{Angles, Mimic};
@@ -89,6 +90,11 @@ words! { Profile:
 words! { Aim:
     Determinant = "determinant" "The determinant of the information",
     Condition = "condition" "The condition number of the columns, scaled to unit norm",
+}
+
+words! { Compared:
+    All = "all" "All that both determine",
+    Inertial = "inertial" "Those of bodies and rotors: friction may move from day to day",
 }
 
 words! { Mimic:

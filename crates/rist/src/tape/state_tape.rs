@@ -7,7 +7,7 @@ use modeling::Closure;
 
 use crate::tape::thread_tapes::ThreadTapes;
 
-/// f(q, passive joints, dq, ddq, X), of which it may need only some.
+/// f(q, passive joints, dq, ddq, X, others), of which it may need only some.
 pub(crate) struct StateTape {
     tapes: ThreadTapes,
     arguments: Vec<Argument>,
@@ -15,7 +15,7 @@ pub(crate) struct StateTape {
 }
 
 /// An argument of the function.
-#[derive(Clone, Copy, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub(crate) enum Argument {
     /// rad (m).
     Q,
@@ -27,6 +27,8 @@ pub(crate) enum Argument {
     Ddq,
     /// So many parameters.
     Parameters(usize),
+    /// Another of this name, so many entries a state: torques, a wrench.
+    Other(String, usize),
 }
 
 impl StateTape {
@@ -37,7 +39,8 @@ impl StateTape {
             "dq" => Argument::Dq,
             "ddq" => Argument::Ddq,
             "x" => Argument::Parameters(input.entries.len()),
-            _ => Argument::Passive(input.entries.len()),
+            "passive" => Argument::Passive(input.entries.len()),
+            name => Argument::Other(name.into(), input.entries.len()),
         };
         let arguments: Vec<Argument> = function.inputs.iter().map(argument).collect();
         let has_passive = arguments.iter().any(|a| matches!(a, Argument::Passive(k) if *k > 0));
@@ -54,24 +57,32 @@ impl StateTape {
     }
 
     /// Writes the outputs at each state q, dq, ddq, one after the other; an argument that is not needed may be empty.
+    /// `others`: the other arguments in the order of [`StateTape::arguments`], a row per state.
     ///
     /// Where the loops do not close, the outputs are NaN, which is refused later.
     pub(crate) fn fill<'a>(
         &self,
         states: impl Iterator<Item = [&'a [f64]; 3]>,
         parameters: &[f64],
+        others: &[&[f64]],
         outputs: &mut [f64],
     ) {
         let mut closure = self.closure.as_ref().map(|c| c.lock().unwrap_or_else(PoisonError::into_inner));
         let (mut count, mut open) = (0, Vec::new());
+        // The inputs of all states; a loop that does not close is remembered, and gets zeros for now.
         self.tapes.with(|tapes, work, inputs| {
             for [q, dq, ddq] in states {
+                let mut others = others.iter();
                 for argument in &self.arguments {
                     match argument {
                         Argument::Q => inputs.extend(q),
                         Argument::Dq => inputs.extend(dq),
                         Argument::Ddq => inputs.extend(ddq),
                         Argument::Parameters(_) => inputs.extend(parameters),
+                        Argument::Other(_, width) => {
+                            let all = others.next().copied().unwrap_or_default();
+                            inputs.extend(&all[count * width..][..*width]);
+                        }
                         Argument::Passive(n) => match closure.as_mut().map(|closure| closure.passive(q)) {
                             Some(Ok(passive)) => inputs.extend(passive),
                             Some(Err(_)) => {
@@ -84,6 +95,7 @@ impl StateTape {
                 }
                 count += 1;
             }
+            // One state alone runs on the scalar tape, more of them side by side.
             match count {
                 1 => tapes[0].evaluate(inputs, &mut work[0], outputs),
                 _ => tapes[0].evaluate_many(inputs, &mut work[0], outputs),

@@ -52,13 +52,13 @@ impl Regressor for TapeRegressor {
     }
 
     fn fill(&self, q: &[f64], dq: &[f64], ddq: &[f64], y: &mut [f64]) {
-        self.tape.fill(std::iter::once([q, dq, ddq]), &[], y);
+        self.tape.fill(std::iter::once([q, dq, ddq]), &[], &[], y);
     }
 
     fn fill_many(&self, states: &[f64], y: &mut [f64]) {
         let n = self.coordinates.len();
         if !y.is_empty() {
-            self.tape.fill(states.chunks_exact(3 * n).map(|s| [&s[..n], &s[n..2 * n], &s[2 * n..]]), &[], y);
+            self.tape.fill(states.chunks_exact(3 * n).map(|s| [&s[..n], &s[n..2 * n], &s[2 * n..]]), &[], &[], y);
         }
     }
 }

@@ -46,7 +46,8 @@ pub fn write_back(
         let link =
             robot.links.get(id.0).ok_or_else(|| Error::at(file, 0, format!("the robot has no link {}", id.0)))?;
         body::check(link, ten).map_err(|message| Error::at(file, 0, message))?;
-        let (own, lumped) = body::own(link, ten, |_| true);
+        // What is left for the link itself, about its centre of mass, in the frame that the file gave it.
+        let (own, lumped) = body::own(link, ten);
         for name in &lumped {
             empty(&element(root, "link", name, file)?, &mut edits);
         }

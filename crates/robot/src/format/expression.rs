@@ -112,6 +112,7 @@ impl Names {
                 source.at(node, format!("{what} is an expression of more than {MAX_EXPRESSION_CHARACTERS} characters"))
             );
         }
+        // A refusal names what a word could have meant; a coordinate is only allowed where joints move.
         let value = parse(text, &find).map_err(|e| {
             let refusal = match identifiers(text).find(|w| find(w).is_none()) {
                 Some(w) if self.coordinates.iter().any(|c| c == w) => format!(
@@ -126,6 +127,7 @@ impl Names {
             };
             source.at(node, format!("{what}: {refusal}"))
         })?;
+        // Symbols may stand for expressions, so a short text can be a long computation.
         if self.cost(&value) > MAX_VALUE_OPERATIONS {
             let message =
                 format!("{what} takes more than {MAX_VALUE_OPERATIONS} operations with its symbols written out");

@@ -54,6 +54,7 @@ impl Affine {
                 let offset = sum(&a.offset, &negated(&b.offset));
                 Some(combine(a, b, -1.0, offset))
             }
+            // A product with a constant; the offset keeps the expression, the terms take its number.
             Value::Mul(a, b) => {
                 let (fa, fb) = (part(a)?, part(b)?);
                 match (fa.terms.is_empty(), fb.terms.is_empty()) {

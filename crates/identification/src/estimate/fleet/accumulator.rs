@@ -197,7 +197,7 @@ mod tests {
     use crate::test_arm::Pendulum;
     use linear_model::linear_model::Model;
     use linear_model::reference::ModelReference;
-    use numerics::random::Random;
+    use random::Random;
 
     fn empty() -> Accumulator {
         let arm = Pendulum::new();

@@ -19,6 +19,24 @@ use crate::estimate::fleet::accumulator::Accumulator;
 use crate::estimate::fleet::false_discovery::families;
 use crate::estimate::fleet::solution::Solved;
 
+/// Which parameters are asked about. Each question costs power: the rate is held over all that are asked.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Compared {
+    /// All that both determine.
+    #[default]
+    All,
+    /// Those of bodies and rotors. Friction and offsets, which move with temperature and from day to day, are fitted and
+    /// not asked about.
+    Inertial,
+}
+
+impl Compared {
+    fn has(self, id: &ParameterId) -> bool {
+        self == Compared::All || matches!(id, ParameterId::Base(_))
+    }
+}
+
 /// Robots against a reference.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -27,6 +45,9 @@ pub struct Comparison {
     pub model: String,
     /// The reference, as the user named it.
     pub reference: String,
+    /// The parameters that were asked about.
+    #[serde(default)]
+    pub of: Compared,
     /// False discovery rate that is held over the robots, and over the parameters of those that changed.
     pub rate: f64,
     /// In the order given.
@@ -79,12 +100,13 @@ impl Difference {
     }
 }
 
-/// Compares robots, by name, with the reference; `rate`: the false discovery rate to be held.
+/// Compares the parameters `of` robots, by name, with the reference; `rate`: the false discovery rate to be held.
 ///
 /// Fails with what differs in the settings of two sums, where two hold the same log, and where one cannot be solved.
 pub fn compare(
     reference: (&str, &Accumulator),
     robots: &[(&str, &Accumulator)],
+    of: Compared,
     rate: f64,
 ) -> Result<Comparison, Error> {
     if !(rate > 0.0 && rate < 1.0) {
@@ -96,7 +118,7 @@ pub fn compare(
     for &(name, sums) in robots {
         let both = Pair { ours: (name, sums), theirs: reference };
         both.check()?;
-        compared.push(both.differences(&solved((name, sums))?, &base));
+        compared.push(both.differences(&solved((name, sums))?, &base, of));
     }
     let p: Vec<Vec<f64>> = compared.iter().map(|r| r.parameters.iter().map(|d| d.p).collect()).collect();
     for (robot, family) in compared.iter_mut().zip(families(&p, rate)) {
@@ -104,7 +126,7 @@ pub fn compare(
         robot.parameters.iter_mut().zip(family.found).for_each(|(d, found)| d.moved = found);
     }
     let model = reference.1.settings().model.name.clone();
-    Ok(Comparison { model, reference: reference.0.into(), rate, robots: compared, is_edited: false })
+    Ok(Comparison { model, reference: reference.0.into(), of, rate, robots: compared, is_edited: false })
 }
 
 /// A robot and its reference.
@@ -136,11 +158,11 @@ impl Pair<'_> {
         }
     }
 
-    fn differences(&self, a: &Solved, b: &Solved) -> ComparedRobot {
+    fn differences(&self, a: &Solved, b: &Solved, of: Compared) -> ComparedRobot {
         let columns = &self.ours.1.settings().columns;
         let (mut parameters, mut open) = (Vec::new(), Vec::new());
         let sigma = [a, b].map(|solved| solved.sigma(|_| 1.0));
-        for (c, column) in columns.iter().enumerate() {
+        for (c, column) in columns.iter().enumerate().filter(|(_, column)| of.has(&column.name)) {
             if !(a.solution.determined[c] && b.solution.determined[c]) {
                 open.push(column.name.clone());
                 continue;
@@ -192,9 +214,10 @@ impl fmt::Display for Comparison {
         }
         writeln!(
             f,
-            "{}: {changed} of {all} changed against {}, with a false discovery rate of {} %",
+            "{}: {changed} of {all} changed against {}{}, with a false discovery rate of {} %",
             self.model,
             self.reference,
+            if self.of == Compared::Inertial { ", friction not asked about" } else { "" },
             100.0 * self.rate
         )?;
         let are_many = all - changed > MAX_NAMED_ROBOTS;
@@ -259,18 +282,25 @@ mod tests {
     use crate::estimate::options::Options;
     use crate::rows::observation::Observation;
     use crate::test_arm::Pendulum;
+    use linear_model::friction::terms::FrictionTerm;
     use linear_model::linear_model::Model;
     use linear_model::reference::ModelReference;
-    use numerics::random::Random;
+    use random::Random;
 
     /// Sums over one log of a pendulum whose MX is larger by `more`.
     fn sums(seed: u64, more: f64) -> Accumulator {
+        with_friction(seed, more, 0.0)
+    }
+
+    /// The same with viscous friction that is larger by `viscous`, fitted where there is some.
+    fn with_friction(seed: u64, more: f64, viscous: f64) -> Accumulator {
         let arm = Pendulum::new();
-        let options = Options { friction: Vec::new(), ..Options::default() };
-        let model = Model::new(&arm, &[], &[]);
+        let friction = if viscous == 0.0 { Vec::new() } else { FrictionTerm::STANDARD.to_vec() };
+        let options = Options { friction, ..Options::default() };
+        let model = Model::new(&arm, &options.friction, &[]);
         let (mut states, mut random) = (arm.states(1000), Random::new(seed));
         for r in 0..states.len() {
-            states.tau[r] += more * 9.81 * states.q[r].cos() + 0.1 * random.normal();
+            states.tau[r] += more * 9.81 * states.q[r].cos() + viscous * states.dq[r] + 0.1 * random.normal();
         }
         let account = LogAccount {
             name: format!("{seed}.csv"),
@@ -291,7 +321,7 @@ mod tests {
     #[test]
     fn the_parameter_that_moved_is_named() {
         let (reference, same, heavier) = (sums(1, 0.0), sums(2, 0.0), sums(3, 0.02));
-        let found = compare(("a", &reference), &[("b", &same), ("c", &heavier)], 0.05).unwrap();
+        let found = compare(("a", &reference), &[("b", &same), ("c", &heavier)], Compared::All, 0.05).unwrap();
         assert!(!found.robots[0].changed && found.robots[1].changed, "{found}");
         let moved: Vec<String> =
             found.robots[1].parameters.iter().filter(|d| d.moved).map(|d| d.name.to_string()).collect();
@@ -303,11 +333,26 @@ mod tests {
         assert_eq!(Comparison::from_yaml("c", &found.to_yaml().unwrap()).unwrap(), found);
     }
 
+    /// Friction of another day is a change, and none of the bodies; a body that changed is found beside it.
+    #[test]
+    fn friction_is_not_asked_about_where_bodies_are() {
+        let (reference, day, heavier) =
+            (with_friction(1, 0.0, 0.5), with_friction(2, 0.0, 0.7), with_friction(3, 0.02, 0.7));
+        let robots = [("day", &day), ("heavier", &heavier)];
+        let all = compare(("a", &reference), &robots, Compared::All, 0.05).unwrap();
+        assert!(all.robots.iter().all(|r| r.changed), "{all}");
+        let found = compare(("a", &reference), &robots, Compared::Inertial, 0.05).unwrap();
+        assert!(!found.robots[0].changed && found.robots[1].changed, "{found}");
+        assert!(found.to_string().contains("friction not asked about") && !all.to_string().contains("not asked"));
+        assert!(found.robots.iter().flat_map(|r| &r.parameters).all(|d| matches!(d.name, ParameterId::Base(_))));
+        assert_eq!(Comparison::from_yaml("c", &found.to_yaml().unwrap()).unwrap(), found);
+    }
+
     #[test]
     fn one_log_is_not_compared_with_itself() {
         let one = sums(1, 0.0);
-        let refused = compare(("a.tri", &one), &[("b.tri", &one)], 0.05).unwrap_err().to_string();
+        let refused = compare(("a.tri", &one), &[("b.tri", &one)], Compared::All, 0.05).unwrap_err().to_string();
         assert!(refused.contains("1.csv: in b.tri and in a.tri"), "{refused}");
-        assert!(compare(("a.tri", &one), &[], 0.0).is_err());
+        assert!(compare(("a.tri", &one), &[], Compared::All, 0.0).is_err());
     }
 }

@@ -58,8 +58,8 @@ pub(crate) fn families(p: &[Vec<f64>], rate: f64) -> Vec<Family> {
 mod tests {
     use super::*;
     use numerics::behrens_fisher::two_sided_difference;
-    use numerics::random::Random;
     use numerics::student::two_sided;
+    use random::Random;
 
     /// The fifteen p-values of the example of Benjamini and Hochberg 1995: at 5 % the four smallest are yeses.
     #[test]

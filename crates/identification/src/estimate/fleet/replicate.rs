@@ -155,8 +155,8 @@ mod tests {
     use super::*;
     use crate::estimators::weighted::{Weights, fit};
     use crate::test_arm::Pendulum;
-    use numerics::random::Random;
     use numerics::triangle::Triangle;
+    use random::Random;
 
     /// Sixteen blocks give the same bits whether they are folded at once or first to four.
     #[test]

@@ -104,9 +104,11 @@ impl Settings {
                 found.push(format!("{what}: {ours} and {theirs}"));
             }
         };
+        // The robot, and how its description was read.
         let model = |s: &Settings| format!("{} ({})", s.model.name, s.model.fingerprint);
         compare("model", model(self), model(other));
         compare("its description was read with", shown(&self.description), shown(&other.description));
+        // Every option on which a row depends.
         let (ours, theirs) = (&self.options, &other.options);
         let hz = |x: Option<f64>| x.map_or("as the logs ask for".to_string(), |hz| format!("{hz} Hz"));
         compare("cut-off", hz(ours.signal.cutoff), hz(theirs.signal.cutoff));
@@ -117,6 +119,7 @@ impl Settings {
         compare("friction", shown(&ours.friction), shown(&theirs.friction));
         compare("base parameters of the load", shown(&ours.friction_load), shown(&theirs.friction_load));
         compare("transmission", shown(&ours.transmission), shown(&theirs.transmission));
+        // The cut-off and the samples kept have their own phrases above.
         let rest = |options: &Options| {
             let mut signal = options.signal.clone();
             (signal.cutoff, signal.decimate) = (None, None);
@@ -124,6 +127,7 @@ impl Settings {
         };
         compare("signal", rest(ours), rest(theirs));
         compare("covariance", ours.covariance.to_string(), theirs.covariance.to_string());
+        // Alike settings give alike columns; where they do not, the files were made differently.
         if found.is_empty() && (self.columns != other.columns || self.coordinates != other.coordinates) {
             let odd = self.columns.iter().zip(&other.columns).find(|(a, b)| a != b);
             found.push(match odd {
@@ -139,6 +143,7 @@ impl Settings {
     /// Fails where the columns are not those that the friction and the couplings of the options give.
     pub(crate) fn columns_alone(&self) -> Result<ColumnsAlone, Error> {
         let options = &self.options;
+        // Base parameters stand first, then friction and couplings, whose number the options tell.
         let couplings = options.transmission.coupled();
         let friction = columns_before(&options.friction, self.coordinates.len());
         let width = linear_model::parameter::CouplingParameter::ALL.len();
@@ -159,11 +164,13 @@ impl Settings {
             slides: self.coordinates.iter().map(|axis| axis.slides).collect(),
             parameters: self.columns[..base].iter().map(parameter).collect::<Result<_, _>>()?,
         };
+        // The numbers in a file may point beyond its coordinates.
         let is_inside = |c: &Column| c.moves_with.iter().all(|&k| k < n);
         let is_motor = couplings.iter().all(|c| c.motor < n && c.joint < n);
         if !is_motor || !self.columns.iter().all(is_inside) {
             return Err(unlike());
         }
+        // The columns that these options give must be those of the file, one by one.
         let model = Model::new(&alone, &options.friction, &couplings);
         match model.parameters.iter().map(Column::from).eq(self.columns.iter().cloned()) {
             true => Ok(alone),

@@ -120,6 +120,7 @@ fn joined(head: &str, body: &[u8]) -> Vec<u8> {
 
 /// Head and triangles, checked against the first line.
 fn divided(bytes: &[u8]) -> Result<(&str, &[u8]), String> {
+    // The first line: magic word, version, bytes of the head, bytes of the triangles, digest.
     let end = bytes.iter().take(MAX_FIRST_LINE_BYTES).position(|&b| b == b'\n');
     let line = end.and_then(|end| std::str::from_utf8(&bytes[..end]).ok()).unwrap_or_default();
     let words: Vec<&str> = line.split(' ').collect();
@@ -131,13 +132,14 @@ fn divided(bytes: &[u8]) -> Result<(&str, &[u8]), String> {
         Some(TRI_FORMAT_VERSION) => {}
         Some(version) if version > TRI_FORMAT_VERSION => {
             return Err(format!(
-                "version {version} of its format, and this program reads up to {TRI_FORMAT_VERSION}: read it with the rist that wrote \
-                 it, or a newer one"
+                "version {version} of its format, and this program reads up to {TRI_FORMAT_VERSION}: read it with the \
+                 rist that wrote it, or a newer one"
             ));
         }
         Some(version) => {
             return Err(format!(
-                "version {version} of its format, whose sums do not add to those of version {TRI_FORMAT_VERSION}: make it again from its logs"
+                "version {version} of its format, whose sums do not add to those of version {TRI_FORMAT_VERSION}: \
+                 make it again from its logs"
             ));
         }
         None => return Err(format!("its first line, `{line}`, has no version: make it again")),
@@ -146,6 +148,7 @@ fn divided(bytes: &[u8]) -> Result<(&str, &[u8]), String> {
     let (Some(head), Some(body), Some(digest)) = (head, body, words.get(4)) else {
         return Err(format!("its first line, `{line}`, is not whole: make it again"));
     };
+    // The lengths come before the digest: a file cut short is told as such.
     let rest = &bytes[line.len() + 1..];
     let expected = head.saturating_add(body);
     if rest.len() != expected {

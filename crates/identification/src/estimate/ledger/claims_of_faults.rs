@@ -123,6 +123,7 @@ fn contradicted(tested: &Tested, joints: &[JointResidual]) -> Claim {
             "give the description the direction of gravity that the mount has".into(),
         ),
     };
+    // Tried means: parts of the record were left out and predicted without the fault and with it.
     let trial = match held_out {
         Some((without, with)) => Trial::Tried {
             quantity: "error on parts left out".into(),

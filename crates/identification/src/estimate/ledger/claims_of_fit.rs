@@ -63,6 +63,7 @@ pub(crate) fn claims_of_fit(estimate: &Estimate, total: Option<f64>, prediction:
     claims.extend(estimate.refusal.iter().map(|why| earlier(why)));
     claims.extend(friction(estimate));
     let whole = Subject::whole;
+    // What speaks against the fit as a whole: its residual, its file, its iteration.
     if let Some(chi) = estimate.chi_square_per_freedom {
         claims.push(match chi > LACKING_MODEL_CHI_SQUARE {
             true => cannot_tell(
@@ -93,6 +94,7 @@ pub(crate) fn claims_of_fit(estimate: &Estimate, total: Option<f64>, prediction:
             "the cause: rist doctor looks for it, [friction=auto] tries other laws",
         ));
     }
+    // Which parameters the record does not decide, or decides by little motion.
     if let Some(why) = overfitted(estimate, prediction) {
         claims.push(cannot_tell(whole(PARAMETERS), why, "a longer and richer motion (rist plan)"));
     }
@@ -127,6 +129,7 @@ fn earlier(why: &str) -> Claim {
 fn other_motion(estimate: &Estimate, prediction: &Prediction) -> Claim {
     let subject = Subject::whole(OTHER_MOTION);
     let would_tell = "a log of another motion (rist validate MODEL ESTIMATE LOG, or [validate])";
+    // Only a motion that was not fitted counts; a bad prediction of any motion is bad all the same.
     let of_logs = prediction.others.filter(|_| !prediction.others_repeat);
     let of_parts = prediction.held_out.filter(|_| prediction.parts_are_new);
     let worst = prediction.others.into_iter().chain(prediction.held_out).fold(0.0, f64::max);
@@ -144,6 +147,7 @@ fn other_motion(estimate: &Estimate, prediction: &Prediction) -> Claim {
             },
         );
     }
+    // The description is a rival: where it predicts better, the fit holds for its own log only.
     if let (Some(error), Some(described)) = (of_logs, prediction.others_described)
         && error > described
         && error > SMALL_HELD_OUT_ERROR
@@ -168,6 +172,7 @@ fn other_motion(estimate: &Estimate, prediction: &Prediction) -> Claim {
         };
         return Claim::new(subject, Outcome::NotLookedAt { why: why.into(), would_tell: would_tell.into() });
     };
+    // Noise cannot be predicted: where what is left looks like it, more error is allowed.
     let is_noise = is_noise(estimate) && estimate.total.is_some_and(|x| error < OVERFITTED_ERROR_RATIO * x);
     let most = if is_noise { GOOD_NOISY_PREDICTION_ERROR } else { GOOD_PREDICTION_ERROR };
     match error <= most {

@@ -116,13 +116,16 @@ pub fn hypotheses<R: Records + ?Sized>(
         return Ok(Vec::new());
     }
     let all = all(model, tilts.len());
+    // Every m-th sample only: each sample costs several calls of the regressor.
     let mut count = 0;
     records.each(&mut |states| count += states.len())?;
     let every = count.div_ceil(MOST_SAMPLES).max(1);
     let (p, width) = (model.p(), model.p() + all.len());
+    // One triangle per tenth of the record, of the rows [W | h] and tau, weighted by joint.
     let mut parts: Vec<TriangleBuilder> = (0..LEFT_OUT_PARTS).map(|_| TriangleBuilder::new(width)).collect();
     let mut seen = 0;
     records.each(&mut |states| {
+        // They are counted over all records, so a block may begin between two of them.
         let kept = thinned(states, (every - seen % every) % every, every);
         let first = seen;
         seen += states.len();
@@ -186,6 +189,7 @@ fn thinned(states: &States, first: usize, every: usize) -> States {
 /// The columns of the hypotheses, sample by sample, n each.
 fn columns(model: &Model, states: &States, x: &[f64], all: &[Hypothesis], tilts: &[Tilt]) -> Vec<Vec<f64>> {
     let (n, base) = (model.n(), model.regressor.parameters().len());
+    // Y(q) x at sample r, with another q than the sample's where a zero is moved.
     let torques = |q: &[f64], r: usize, y: &mut [f64]| -> Vec<f64> {
         let at = r * n..(r + 1) * n;
         model.regressor.fill(q, &states.dq[at.clone()], &states.ddq[at], y);
@@ -200,6 +204,7 @@ fn columns(model: &Model, states: &States, x: &[f64], all: &[Hypothesis], tilts:
             let only = |k: usize, x: f64| (0..n).map(move |j| if j == k { x } else { 0.0 });
             match *hypothesis {
                 Hypothesis::Zero(k) => {
+                    // h_j = d(Y_j x)/dq_k, by a central difference.
                     let position = q[k];
                     let mut moved = |by: f64| {
                         q[k] = position + by;
@@ -221,6 +226,7 @@ fn columns(model: &Model, states: &States, x: &[f64], all: &[Hypothesis], tilts:
 /// The hypotheses by the triangles of parts of the record.
 fn tested(parts: &[Triangle], x: &[f64], all: &[Hypothesis]) -> Vec<Tested> {
     let p = x.len();
+    // Rows of the weight `HELD_COLUMN_SHARE` hold at x what the data leave open.
     let whole = merged(parts, None);
     let held = held(&whole, x);
     let left = |out: Option<usize>| {
@@ -232,6 +238,7 @@ fn tested(parts: &[Triangle], x: &[f64], all: &[Hypothesis]) -> Vec<Tested> {
     let leaving: Vec<Left> = (0..parts.len()).map(|part| left(Some(part))).collect();
     let rows = whole.rows.saturating_sub(p + 1).max(1) as f64;
     let noise = (all_in.square() / rows).sqrt();
+    // u of each hypothesis alone; a column that W explains tells none.
     let test = |(e, hypothesis): (usize, &Hypothesis)| {
         let (value, norm) = all_in.unknown(e);
         let is_told = norm > EXPLAINED_COLUMN_SHARE * whole.column_norm(p + e) && norm > 0.0;
@@ -239,12 +246,14 @@ fn tested(parts: &[Triangle], x: &[f64], all: &[Hypothesis]) -> Vec<Tested> {
             let of = hypothesis.clone();
             return Tested { of, value: 0.0, deviation: f64::INFINITY, power: f64::INFINITY, held_out: None };
         }
+        // The jackknife over the tenths, and at least the deviation of white noise.
         let others: Vec<f64> = leaving.iter().map(|left| left.unknown(e).0).collect();
         let m = others.len() as f64;
         let mean = others.iter().sum::<f64>() / m;
         let scatter = others.iter().map(|u| (u - mean).powi(2)).sum::<f64>() * (m - 1.0) / m;
         let deviation = scatter.sqrt().max(noise / norm);
         let mut one = Tested { of: hypothesis.clone(), value, deviation, power: f64::INFINITY, held_out: None };
+        // The least u that would be found: it lowers the error enough, and is beyond its deviation.
         let by_error =
             (1.0 / (WORTHWHILE_ERROR_RATIO * WORTHWHILE_ERROR_RATIO) - 1.0).sqrt() * all_in.square().sqrt() / norm;
         one.power = by_error.max(FOUND_FAULT_SIGMAS * deviation).max(one.least());

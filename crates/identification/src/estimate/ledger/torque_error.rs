@@ -13,7 +13,7 @@
 use linear_model::linear_model::Model;
 use linear_model::regressor::predict_load;
 use linear_model::states::States;
-use numerics::random::Random;
+use random::Random;
 
 /// What predicted torques are used for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

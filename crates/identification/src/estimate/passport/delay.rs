@@ -171,7 +171,7 @@ fn fit(joints: &[JointRows], n: usize, seconds: f64) -> Option<Left> {
 mod tests {
     use super::*;
     use crate::test_arm::Pendulum;
-    use numerics::random::Random;
+    use random::Random;
 
     /// Samples of a pendulum with friction and noise, the torques late by some samples of 10 ms.
     fn late(by: usize) -> Samples {

@@ -41,7 +41,7 @@ impl Look<'_> {
     /// Appends the findings, and what cannot be told.
     pub(super) fn diagnose(&self, slopes: Option<&[Partial]>, passport: &mut Passport) {
         let mut findings = self.dead_and_saturated();
-        let is_dead = findings.iter().any(|f| f.fault == Fault::DeadTorque);
+        let is_dead = findings.iter().any(|f| matches!(f.fault, Fault::DeadTorque | Fault::Nothing(_)));
         findings.extend(self.short());
         findings.extend(self.degrees());
         let velocities = self.velocities();
@@ -105,6 +105,7 @@ impl Look<'_> {
         if let Some(finding) = self.computed(description) {
             return vec![finding];
         }
+        // Only joints whose torque the description explains have a slope that says something.
         let telling: Vec<f64> = slopes.iter().filter(|p| p.share() > COUNTED_SLOPE_SHARE).map(Partial::slope).collect();
         let mut found = Vec::new();
         let negative = telling.iter().filter(|s| **s < 0.0).count();
@@ -115,6 +116,7 @@ impl Look<'_> {
             let texts: Vec<String> = slopes.iter().map(text).collect();
             format!("slopes of the description {}", texts.join(" "))
         };
+        // The median slope tells a unit; three quarters of negative slopes tell signs.
         if !NOMINAL_INERTIAL_SLOPES.contains(&scale) {
             found.push(self.unit(scale, slopes, list()));
         }
@@ -126,13 +128,10 @@ impl Look<'_> {
                 remedy: "change the sign of the torque columns".into(),
             });
         }
-        let scale = if all_signs {
-            -scale
-        } else if NOMINAL_INERTIAL_SLOPES.contains(&scale) {
-            1.0
-        } else {
-            scale
-        };
+        // The search for single mistakes begins where those of all joints are undone. A description is as nominal with
+        // the signs of all torques changed as without.
+        let size = if NOMINAL_INERTIAL_SLOPES.contains(&scale) { 1.0 } else { scale };
+        let scale = if all_signs { -size } else { size };
         let trials = Trials::new(description, &self.samples.kept, self.rows);
         let search = Search {
             samples: self.samples,
@@ -145,6 +144,7 @@ impl Look<'_> {
         let (changes, misfits) = search.best(slopes);
         let is_new = |change: &&Suspicion| change.fault() != Fault::Degrees || self.degrees().is_none();
         found.extend(changes.iter().filter(is_new).map(|change| self.changed(change, &changes, &list())));
+        // What nothing explains: another robot, a common factor, or nothing that can be told.
         if changes.is_empty() {
             found.extend(self.other_robot(&misfits, slopes, scale, passport, list()));
         }

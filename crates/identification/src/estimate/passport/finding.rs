@@ -51,6 +51,8 @@ pub enum Fault {
     Computed,
     /// A torque that never changes.
     DeadTorque,
+    /// A torque so small that no machine gives it: memory that nobody wrote.
+    Nothing(f64),
     /// The torque stands at a limit in this share of the samples.
     Saturated(f64),
     /// Angles in degrees, taken for radians.
@@ -147,6 +149,7 @@ impl Finding {
             Fault::OtherRobot => "this log is not of this robot as it is described".into(),
             Fault::Computed => "the torques are computed from this description, not measured".into(),
             Fault::DeadTorque => format!("the torque of {of} is not measured: it never changes"),
+            Fault::Nothing(largest) => format!("the torque of {of} is nothing: {largest:.1e} at most"),
             Fault::Saturated(share) => {
                 format!("the torque of {of} stands at its limit in {:.0} % of the rows", 100.0 * share)
             }

@@ -33,7 +33,8 @@ use logs::{Error, Suspect};
 use crate::estimate::passport::change::{Description, MIN_SAMPLES_PER_JOINT, column, used};
 pub(crate) use crate::estimate::passport::finding::COMMON_FACTORS;
 use crate::estimate::passport::friction::own_friction;
-use crate::estimate::passport::power::zero_power;
+pub use crate::estimate::passport::power::Turned;
+use crate::estimate::passport::power::{turned, zero_power};
 use crate::estimate::passport::regression::Partial;
 pub(crate) use crate::estimate::passport::regression::{Basis, square};
 pub(crate) use crate::estimate::passport::report::COUNTED_SLOPE_SHARE;
@@ -63,9 +64,11 @@ pub fn passport<R: Records + ?Sized>(
 ) -> Result<Passport, Error> {
     let n = regressor.coordinates().len();
     let samples = Samples::of(records, n)?;
+    // The slopes s_j from many samples.
     let rows = samples.every(samples.kept.len() / MIN_TRIED_SAMPLES);
     let description = described.map(|parameters| Description { regressor, parameters });
     let slopes = description.as_ref().map(|d| Trials::new(d, &samples.kept, &rows).partials(&[]));
+    // What each zero would have shown is tried at ten angles, so from fewer samples.
     let few = samples.every(samples.kept.len() / FEW_TRIED_SAMPLES);
     let few = description.as_ref().map(|d| Trials::new(d, &samples.kept, &few));
     let rough = few.as_ref().map(|trials| trials.partials(&[]));
@@ -73,7 +76,9 @@ pub fn passport<R: Records + ?Sized>(
         let (trials, rough) = (few.as_ref()?, rough.as_ref()?);
         if regressor.is_prismatic(j) { None } else { zero_power(trials, rough, j) }
     };
-    let mut passport = Passport { visited: Visited::of(&samples), ..Passport::default() };
+    let angles = (0..n).filter(|&j| !regressor.is_prismatic(j));
+    let turned = few.as_ref().and_then(|trials| turned(trials, angles));
+    let mut passport = Passport { visited: Visited::of(&samples), turned, ..Passport::default() };
     for (j, coordinate) in regressor.coordinates().iter().enumerate() {
         let partial = slopes.as_ref().map(|s| s[j]).filter(|p| p.yy > 0.0);
         passport.joints.push(JointPassport {
@@ -88,6 +93,7 @@ pub fn passport<R: Records + ?Sized>(
             zero_power: power(j),
         });
     }
+    // The findings, from the numbers of all joints.
     let look =
         diagnosis::Look { samples: &samples, rows: &rows, suspects, regressor, description: description.as_ref() };
     look.diagnose(slopes.as_deref(), &mut passport);

@@ -93,7 +93,7 @@ pub(super) fn product(x: &[f64], y: &[f64]) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use numerics::random::Random;
+    use random::Random;
 
     #[test]
     fn slopes_beside_other_columns_come_back() {

@@ -5,6 +5,7 @@ use std::fmt;
 use crate::estimate::digits::significant;
 use crate::estimate::passport::finding::{COMMON_FACTORS, Fault, Finding, NOMINAL_INERTIAL_SLOPES};
 use crate::estimate::passport::friction::OwnFriction;
+use crate::estimate::passport::power::Turned;
 use crate::estimate::passport::visited::Visited;
 
 /// How a joint's torque agrees with the description.
@@ -43,6 +44,8 @@ pub struct Passport {
     pub untold: Vec<String>,
     /// Where the robot was.
     pub visited: Visited,
+    /// The joint that the description would rather have elsewhere.
+    pub turned: Option<Turned>,
 }
 
 /// Share explained by the description, above which a joint's slope counts. Below it the slope is in brackets.

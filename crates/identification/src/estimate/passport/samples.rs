@@ -75,6 +75,7 @@ impl Samples {
         }
         let most = (MIN_TORQUE_ENTRIES / n.max(1)).max(MIN_KEPT_SAMPLES);
         let (mut every, mut count) = (1, 0);
+        // A sample needs both its neighbours in time; what is summed is summed over all.
         records.each(&mut |states| {
             for r in 1..states.len().saturating_sub(1) {
                 all.sum(states, r);
@@ -82,6 +83,7 @@ impl Samples {
                     all.keep(states, r);
                 }
                 count += 1;
+                // Too many: every second one goes, and half as many are kept from now on.
                 if all.kept.len() == 2 * most {
                     all.halve();
                     every *= 2;

@@ -22,11 +22,14 @@ const SLOPE_CORRELATION: f64 = 0.8;
 /// Squared correlation up to which a velocity is not the slope of a position.
 const NO_SLOPE_CORRELATION: f64 = 0.5;
 
+/// No machine gives a torque this small, N m (N): a motor of a watch gives 1e-6.
+const SMALLEST_TORQUE: f64 = 1e-30;
+
 /// Share of the rows at a limit above which a torque is saturated. Quantised currents reach 1 % by chance.
 const SATURATED_ROWS_SHARE: f64 = 0.05;
 
 impl Look<'_> {
-    /// Torques that never change, and torques that stand at a limit.
+    /// Torques that never change, torques that are nothing, and torques that stand at a limit.
     pub(super) fn dead_and_saturated(&self) -> Vec<Finding> {
         let mut found = Vec::new();
         let dead: Vec<&Suspect> = self.suspects.iter().filter(|s| s.constant.is_some()).collect();
@@ -36,6 +39,18 @@ impl Look<'_> {
                 fault: Fault::DeadTorque,
                 joints: dead.iter().map(|s| s.coordinate.clone()).collect(),
                 evidence: dead.first().map(value).unwrap_or_default(),
+                remedy: "log the measured torques or currents, or name their columns ([options.columns.torque])".into(),
+            });
+        }
+        let (n, tau) = (self.n(), &self.samples.kept.tau);
+        let largest = |k: usize| tau.iter().skip(k).step_by(n).fold(0.0, |m: f64, x| m.max(x.abs()));
+        let is_told = |k: &usize| dead.iter().any(|s| s.coordinate == self.name(*k));
+        let nothing: Vec<usize> = (0..n).filter(|k| largest(*k) < SMALLEST_TORQUE && !is_told(k)).collect();
+        if !tau.is_empty() && !nothing.is_empty() {
+            found.push(Finding {
+                fault: Fault::Nothing(nothing.iter().map(|&k| largest(k)).fold(0.0, f64::max)),
+                evidence: "memory that a driver never wrote looks so".into(),
+                joints: nothing.into_iter().map(|k| self.name(k)).collect(),
                 remedy: "log the measured torques or currents, or name their columns ([options.columns.torque])".into(),
             });
         }

@@ -88,7 +88,7 @@ impl JointEquations {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use numerics::random::Random;
+    use random::Random;
 
     #[test]
     fn nuisance_is_projected_out_of_the_known_torque_too() {

@@ -263,7 +263,7 @@ fn variance(row: &[f64], solution: &Solution) -> f64 {
 #[cfg(test)]
 pub(crate) mod tests {
     use super::*;
-    use numerics::random::Random;
+    use random::Random;
 
     pub(crate) const GAINS: [f64; 3] = [2.393, 0.870, 1.0];
     pub(crate) const TRUTH: [f64; 5] = [0.3, -0.1, 0.05, 1.2, -0.4];

@@ -114,7 +114,7 @@ mod tests {
     use super::*;
     use crate::estimators::drive_gains::likelihood::drive_gains;
     use crate::estimators::drive_gains::likelihood::tests::{GAINS, THIRD, TRUTH, joints};
-    use numerics::random::Random;
+    use random::Random;
 
     #[test]
     fn without_noise_the_gains_come_back() {

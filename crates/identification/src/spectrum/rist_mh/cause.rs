@@ -142,12 +142,14 @@ impl HarmonicData<'_> {
     fn ripples(&self, shape: &FrictionShape, options: &HarmonicOptions) -> Vec<Effect> {
         let plain = HarmonicOptions { ends: options.ends, ..HarmonicOptions::plain() };
         let shape = FrictionShape { rest_velocity: shape.rest_velocity, ..FrictionShape::ASYMMETRIC };
+        // What a fit without ripple leaves of its rows.
         let fit = Fit::new(self, &shape, &plain, self.deviations(None));
         let (mut rows, mut left) = (Vec::new(), Vec::new());
         fit.each_equation(self, &plain, |_, row, known, y| {
             left.push(y - known - dot(row, &fit.x));
             rows.push(row.to_vec());
         });
+        // Waves are judged beside the columns of the fit and the waves of the other joints.
         let columns: Vec<Vec<f64>> = (0..fit.x.len()).map(|c| rows.iter().map(|row| row[c]).collect()).collect();
         let mut found: Vec<Option<Wave>> = vec![None; self.n];
         let look = |joint: usize, found: &[Option<Wave>]| {
@@ -156,6 +158,7 @@ impl HarmonicData<'_> {
             let basis = Basis::of(columns.iter().chain(others).cloned().collect());
             self.wave(joint, &fit, options, &basis, &left)
         };
+        // One joint after the other, the one whose ripple explains most first.
         for _ in 0..self.n {
             let open = (0..self.n).filter(|&j| found[j].is_none());
             let waves = open.filter_map(|j| Some((j, look(j, &found)?)));
@@ -164,6 +167,7 @@ impl HarmonicData<'_> {
             };
             found[joint] = Some(wave);
         }
+        // Each joint once more: the first was found while the others were still without ripple.
         for joint in 0..self.n {
             found[joint] = look(joint, &found);
         }

@@ -79,8 +79,10 @@ impl Fit {
             rows: 0,
             effective: 0.0,
         };
+        // Without a spread there is no drift u: this fit gives f, about which u is linearised.
         fit.solve(data, options);
         if options.drift {
+            // The spread s of the drifts is estimated from them, until it stands still or is none.
             fit.spread = 0.1;
             for _ in 0..DRIFT_ITERATIONS {
                 let before = fit.spread;

@@ -25,8 +25,9 @@ pub struct HarmonicGains {
     pub gains: DriveGains,
     /// The equations behind them, friction projected out.
     pub equations: Vec<JointEquations>,
-    /// The estimate with these gains, which gave the friction; `None` where the gains are not determined or not
-    /// positive, and the friction is that of equation (5).
+    /// The estimate that gave the friction of these equations, with the gains of the round before. Where the choice
+    /// settled, no gain moved after it by more than a hundredth of its deviation. `None` where the gains are not
+    /// determined or not positive, and the friction is that of equation (5).
     pub friction: Option<HarmonicEstimate>,
     /// How often the friction was chosen; `None`: it did not settle.
     pub rounds: Option<usize>,
@@ -36,10 +37,12 @@ pub struct HarmonicGains {
 const MAX_FRICTION_CHOICES: usize = 8;
 
 impl HarmonicData<'_> {
-    /// Estimates the gains where not all are known; the data have them afterwards.
+    /// Estimates the gains where not all are known. Afterwards the data have the gains that the friction was chosen
+    /// with, so that its residuals are those of its own fit.
     ///
     /// Fails as [`drive_gains`] does.
     pub fn estimate_with_gains(&mut self, known: &[Gain], options: &HarmonicOptions) -> Result<HarmonicGains, Error> {
+        // The first gains: with equation (5) for the friction of every joint, and no drift.
         let plain = HarmonicOptions { band: options.band, ends: options.ends, ..HarmonicOptions::plain() };
         let fit = Fit::new(self, &FrictionShape::ASYMMETRIC, &plain, self.deviations(None));
         let equations = fit.current_equations(self, &plain);
@@ -47,16 +50,19 @@ impl HarmonicData<'_> {
         fit.deviations_by_frequency(self, &plain, known, &mut gains);
         let mut found = HarmonicGains { gains, equations, friction: None, rounds: None };
         for round in 0..MAX_FRICTION_CHOICES {
+            // Torques need positive gains; without them no friction can be chosen.
             let is_usable = |(k, d): (&f64, &bool)| *d && *k > 0.0 && k.is_finite();
             if !found.gains.gain.iter().zip(&found.gains.gain_determined).all(is_usable) {
                 found.friction = None;
                 break;
             }
+            // Friction, drift and weights from the gains at hand, then the gains from those rows.
             self.gain = found.gains.gain.clone();
             let Some((fit, criteria)) = self.fitted(options) else { break };
             let equations = fit.current_equations(self, options);
             let mut gains = drive_gains(&equations, known)?;
             fit.deviations_by_frequency(self, options, known, &mut gains);
+            // Settled: the friction stays, and no gain moves by a hundredth of its deviation.
             let moved = |j: usize| (gains.gain[j] - found.gains.gain[j]).abs() > 0.01 * gains.gain_deviation[j];
             let is_same = found.friction.is_some_and(|f| f.shape == fit.shape);
             let is_settled = is_same && !(0..self.n).any(moved);

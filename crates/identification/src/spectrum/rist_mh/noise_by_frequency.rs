@@ -134,7 +134,7 @@ fn log_linear(rows: &[Row]) -> [f64; 2] {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use numerics::random::Random;
+    use random::Random;
 
     /// The law of noise that grows with frequency comes back, and so does the flat law of noise that does not.
     #[test]

@@ -81,9 +81,11 @@ impl HarmonicData<'_> {
 
     fn yield_experiment(&mut self, experiment: usize, motor: &MeasuredMotion, sizes: &[f64], fit: &Fit) {
         let Some(first) = self.spectra.iter().find(|s| s.experiment == experiment) else { return };
+        // X with the known load of this experiment.
         let total: Vec<f64> = (0..self.p).map(|c| fit.x[c] + first.load().get(c).copied().unwrap_or(0.0)).collect();
         let (h, highest) = (first.sample_time(), first.kept_harmonics());
         let yields = self.yields(experiment, motor, &total, fit, (h, highest));
+        // The motion of the links: q - u e, u the size of each spring or gap.
         let moved = |by: &dyn Fn(usize) -> f64, from: &MeasuredMotion| {
             let mut q = from.q.clone();
             for (column, joint, e) in &yields {
@@ -96,6 +98,7 @@ impl HarmonicData<'_> {
         let torque = |columns: &[Vec<f64>]| -> Vec<f64> {
             (0..links.len()).map(|i| columns.iter().zip(&total).map(|(c, x)| c[i] * x).sum()).collect()
         };
+        // C_j = [Y_j(q - s e_k) - Y_j(q)] X / s, about the motion of the links.
         let at: Vec<Vec<f64>> = columns.iter().map(|c| torque(c)).collect();
         let mut slopes: Vec<(usize, Vec<Vec<f64>>)> = Vec::new();
         for (column, _, e) in &yields {
@@ -106,6 +109,7 @@ impl HarmonicData<'_> {
             let slope = |j: usize| torque(&there[j]).iter().zip(&at[j]).map(|(b, a)| (b - a) / step).collect();
             slopes.push((*column, (0..self.n).map(slope).collect()));
         }
+        // Rows of the links' motion, with C as the effect's column and -C u on the known side.
         for (s, rows) in self.spectra.iter_mut().zip(&mut self.effect_rows).filter(|(s, _)| s.experiment == experiment)
         {
             s.take_columns(&columns[s.joint]);
@@ -134,6 +138,7 @@ impl HarmonicData<'_> {
         for effect in &self.effects {
             if let Some(joint) = effect.yielding() {
                 let spectrum = self.spectra.iter().position(|s| s.experiment == experiment && s.joint == joint);
+                // tau_k: of the drive less its friction where the joint moves, of the model where it is held.
                 let torque = match spectrum {
                     Some(e) => fit.behind_friction(&self.spectra[e], e, self),
                     None => {
@@ -142,6 +147,7 @@ impl HarmonicData<'_> {
                         (0..motor.len()).map(of).collect()
                     }
                 };
+                // A gap yields to the side on which the torque presses, a spring by its torque and its rate.
                 if let Effect::Play { .. } = effect {
                     found.push((column, joint, sides(&torque)));
                 } else {

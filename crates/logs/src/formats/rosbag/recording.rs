@@ -216,12 +216,14 @@ impl Recording {
                 "{n} topics carry joint states: {topics}; say which behind the name: '{place}#{first}'"
             ));
         }
+        // The only topic must name joints.
         if let Some((name, topic)) = self.topics.pop_first() {
             return match topic.joints().is_empty() {
                 true => Err(format!("no message of {name} names a joint; `name` of sensor_msgs/JointState is empty")),
                 false => Ok((name, topic)),
             };
         }
+        // Nothing was read: say why, from the nearest cause to the farthest.
         let meant = |topic: &str| self.wanted.as_ref().is_none_or(|w| w == topic);
         let silent =
             self.all.iter().find(|(topic, schema)| JOINT_STATE_TYPES.contains(&schema.as_str()) && meant(topic));

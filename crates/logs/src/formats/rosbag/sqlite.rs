@@ -8,8 +8,9 @@
 //! refused, and no message is longer than [`MAX_MESSAGE_BYTES`].
 
 use std::collections::BTreeMap;
+use std::ffi::OsString;
 use std::io::Read;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use gate::budget::Budget;
 use rusqlite::config::DbConfig;
@@ -30,7 +31,37 @@ const LOCKLESS_FILE_SYSTEM: &str = if cfg!(windows) { "win32-none" } else { "uni
 /// Opens a file, which must not be written by another program meanwhile.
 pub(crate) fn open(path: &Path) -> Result<Connection, String> {
     let flags = OpenFlags::SQLITE_OPEN_READ_ONLY | OpenFlags::SQLITE_OPEN_NO_MUTEX;
-    Connection::open_with_flags_and_vfs(path, flags, LOCKLESS_FILE_SYSTEM).map_err(|e| refused(&e))
+    let opened = if write_ahead_log(path).exists() {
+        Connection::open_with_flags_and_vfs(path, flags, LOCKLESS_FILE_SYSTEM)
+    } else {
+        // SQLite would put an empty write-ahead log beside a file in that mode, even to read it.
+        let uri = immutable(path);
+        Connection::open_with_flags_and_vfs(uri, flags | OpenFlags::SQLITE_OPEN_URI, LOCKLESS_FILE_SYSTEM)
+    };
+    opened.map_err(|e| refused(&e))
+}
+
+/// Where SQLite looks for the write-ahead log of a file: beside the file itself, where a link points to it.
+fn write_ahead_log(path: &Path) -> PathBuf {
+    let mut name = path.canonicalize().unwrap_or_else(|_| path.to_owned()).into_os_string();
+    name.push("-wal");
+    name.into()
+}
+
+/// The address by which SQLite opens a file that nobody changes. <https://www.sqlite.org/uri.html>
+fn immutable(path: &Path) -> OsString {
+    // A letter and a colon begin a path of Windows, whose address begins with three strokes.
+    let drive = if path.as_os_str().as_encoded_bytes().get(1) == Some(&b':') { "///" } else { "" };
+    let mut uri = format!("file:{drive}");
+    for &byte in path.as_os_str().as_encoded_bytes() {
+        match byte {
+            b'/' | b':' | b'.' | b'-' | b'_' => uri.push(char::from(byte)),
+            b'\\' if cfg!(windows) => uri.push('/'),
+            byte if byte.is_ascii_alphanumeric() => uri.push(char::from(byte)),
+            byte => uri += &format!("%{byte:02X}"),
+        }
+    }
+    (uri + "?immutable=1").into()
 }
 
 /// Opens the content of a file.
@@ -146,4 +177,69 @@ fn channels(database: &Connection) -> rusqlite::Result<BTreeMap<i64, Channel>> {
         Ok((row.get(0)?, Channel { topic: row.get(1)?, schema: row.get(2)?, encoding: row.get(3)? }))
     };
     statement.query_map([], channel)?.collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A bag in the mode of write-ahead logs, with one topic; `name` is that of the file, which is hard to spell.
+    fn recorder(folder: &Path, name: &str) -> (Connection, PathBuf) {
+        let path = folder.join(name);
+        let recorder = Connection::open(&path).unwrap();
+        recorder
+            .execute_batch(
+                "PRAGMA journal_mode = WAL;
+                 CREATE TABLE topics(id INTEGER PRIMARY KEY, name TEXT, type TEXT, serialization_format TEXT);
+                 CREATE TABLE messages(id INTEGER PRIMARY KEY, topic_id INTEGER, timestamp INTEGER, data BLOB);
+                 INSERT INTO topics VALUES (1, '/joint_states', 'T', 'cdr');",
+            )
+            .unwrap();
+        (recorder, path)
+    }
+
+    /// An empty folder.
+    fn folder(name: &str) -> PathBuf {
+        let folder = std::env::temp_dir().join(format!("rist-bag-{name}-{}", std::process::id()));
+        let _ = std::fs::remove_dir_all(&folder);
+        std::fs::create_dir_all(&folder).unwrap();
+        folder
+    }
+
+    fn files(folder: &Path) -> Vec<String> {
+        let mut names: Vec<String> =
+            folder.read_dir().unwrap().map(|e| e.unwrap().file_name().into_string().unwrap()).collect();
+        names.sort();
+        names
+    }
+
+    fn topics(path: &Path) -> usize {
+        let database = open(path).unwrap();
+        read(&database, &|_| true, &mut Budget::of(1 << 20), &mut |_| Ok(())).unwrap().channels.len()
+    }
+
+    #[test]
+    fn nothing_stays_beside_a_file_that_is_read() {
+        let folder = folder("plain");
+        for name in ["bag.db3", "a?b#c %20 é.db3"] {
+            let (recorder, path) = recorder(&folder, name);
+            drop(recorder);
+            let before = files(&folder);
+            assert_eq!(topics(&path), 1);
+            assert_eq!(files(&folder), before);
+        }
+    }
+
+    #[test]
+    fn a_write_ahead_log_left_behind_is_read() {
+        let (live, killed) = (folder("live"), folder("killed"));
+        let (_recorder, path) = recorder(&live, "bag.db3");
+        // The recorder is alive, so that its log is not yet in the file. A copy of both is what a killed one leaves.
+        for name in ["bag.db3", "bag.db3-wal"] {
+            std::fs::copy(live.join(name), killed.join(name)).unwrap();
+        }
+        assert!(path.with_file_name("bag.db3-wal").metadata().unwrap().len() > 0);
+        assert_eq!(topics(&killed.join("bag.db3")), 1);
+        assert_eq!(files(&killed), ["bag.db3", "bag.db3-wal"]);
+    }
 }

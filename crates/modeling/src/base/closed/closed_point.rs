@@ -28,7 +28,7 @@ use crate::base::exact_rank::assigned;
 use crate::base::field::{Assignment, Residue};
 use crate::derivation::Derivation;
 use crate::kinematics::loop_chain::{LoopChains, PLACEMENT};
-use crate::random::SplitMix;
+use random::SplitMix;
 
 /// Draws of all constants before it is given up: with k equations of the second degree, one of 2^k draws has a point.
 const DRAWS_OF_CONSTANTS: usize = 400;
@@ -181,7 +181,9 @@ impl ClosedPoints {
         other_roots: bool,
         close: impl Fn(&mut State, &[usize], bool) -> Closing,
     ) -> Closing {
-        let other_root = (random.next() & 1 == 1) != other_roots;
+        // Which of two roots is taken is drawn, so that every assembly is seen over several points.
+        let other_root = (random.bits() & 1 == 1) != other_roots;
+        // The others of the loop are drawn until its equation has a root in the field.
         for by in choices(unknown, count).into_iter().take(MOST_CHOICES) {
             let mut outcome = Closing::OtherForm;
             for _ in 0..DRAWS_OF_A_LOOP {

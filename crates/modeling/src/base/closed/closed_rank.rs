@@ -14,7 +14,7 @@ use crate::base::closed::reason::NoCertificate;
 use crate::base::exact_rank::Echelon;
 use crate::base::field::{Residue, solve};
 use crate::derivation::Derivation;
-use crate::random::SplitMix;
+use random::SplitMix;
 
 /// Points looked at: in pairs of the same draws, the second with the other root of each equation.
 const MAX_CLOSED_POINTS: u64 = 12;
@@ -110,6 +110,7 @@ fn columns_at(
     random: &mut SplitMix,
 ) -> Result<At, NoCertificate> {
     let n = regressor.outputs[0].rows.max(1);
+    // Orders enough for `expected` independent rows and some to spare, from all curves together.
     let mut order =
         (expected + expected / 3 + 8).div_ceil(n * (CURVES_PER_POINT - 1)).max(SETTLED_ORDERS + 1) + SETTLED_ORDERS;
     loop {
@@ -119,6 +120,7 @@ fn columns_at(
             let rows = regressor_rows(regressor, angles, point, along, order, random)?;
             by_order.iter_mut().zip(rows).for_each(|(all, rows)| all.extend(rows));
         }
+        // The rows of low order go in first: the last order that brings a new row is remembered.
         let mut echelon = Echelon::default();
         let mut settled_since = 0;
         for (k, rows) in by_order.iter().enumerate() {
@@ -128,6 +130,7 @@ fn columns_at(
                 }
             }
         }
+        // Settled: the last orders brought no new row. Else the curves are followed further.
         if order - settled_since >= SETTLED_ORDERS {
             return Ok(At { columns: echelon.columns(), rows: by_order.concat() });
         }

@@ -8,7 +8,7 @@ use crate::base::closed::reason::NoCertificate;
 use crate::base::closed::variables::State;
 use crate::base::exact_rank::Echelon;
 use crate::base::field::{Assignment, Residue, turned, twelfth_turn};
-use crate::random::SplitMix;
+use random::SplitMix;
 
 impl ClosedPoints {
     /// The ends of a planar loop lie in one plane: a condition on the lengths across it, which the numbers fulfil.

@@ -19,7 +19,7 @@ use crate::base::closed::closed_point::{ClosedPoint, ClosedPoints};
 use crate::base::closed::reason::NoCertificate;
 use crate::base::closed::series::{Moving, Series, SeriesAlgebra};
 use crate::base::field::{Residue, solve};
-use crate::random::SplitMix;
+use random::SplitMix;
 
 /// The variables along a random curve through the point, up to t^order.
 pub(crate) fn curve(
@@ -30,6 +30,7 @@ pub(crate) fn curve(
 ) -> Result<BTreeMap<Symbol, Moving>, NoCertificate> {
     let n = points.variables.n;
     let m = points.variables.len() - n;
+    // q(t) = q_0 + q_1 t with random q_1.
     let mut inputs = points.inputs(&point.state);
     for symbol in &points.symbols[..n] {
         if let Some(moving) = inputs.get_mut(symbol) {
@@ -42,9 +43,11 @@ pub(crate) fn curve(
         let values = points.closure.evaluate_in(&mut algebra);
         if algebra.broken { Err(NoCertificate::Singular) } else { Ok(values) }
     };
+    // J_p at the point, m independent rows of it and their inverse: one solution for every order.
     let j: Vec<Vec<Residue>> =
         evaluated(&inputs, 0)?[1].chunks(m.max(1)).map(|row| row.iter().map(|x| x.at(0)).collect()).collect();
     let (rows, inverse) = independent(&j, m).ok_or(NoCertificate::Singular)?;
+    // J_p p_k = -e_k, order by order.
     for k in 1..=order {
         let e = evaluated(&inputs, k)?.swap_remove(0);
         for (p, weights) in inverse.iter().enumerate() {
@@ -55,6 +58,7 @@ pub(crate) fn curve(
             }
         }
     }
+    // The rows of e that were not used must vanish too, else the loop does not move.
     let moves = evaluated(&inputs, order)?[0].iter().all(|e| e.0.is_empty());
     if moves { Ok(inputs) } else { Err(NoCertificate::Overconstrained) }
 }

@@ -1,7 +1,7 @@
 //! Lengths that close what is affine in them.
 
 use crate::base::field::Residue;
-use crate::random::SplitMix;
+use random::SplitMix;
 
 /// A random x with f(x) = 0, f affine. The first entries that can be are solved for, the others are random. `None` where f
 /// is not affine or has no zero.

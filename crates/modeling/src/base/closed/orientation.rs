@@ -147,7 +147,7 @@ fn three(B: &Matrix, C: &Matrix, M: &Matrix, other_root: bool) -> Result<Vec<Poi
 mod tests {
     use super::*;
     use crate::base::field::circle;
-    use crate::random::SplitMix;
+    use random::SplitMix;
 
     /// A chain of joints about z, each placed by a turn about x.
     fn word(alphas: &[Point]) -> (Variables, Orientation) {

@@ -149,6 +149,7 @@ impl PlanarLoop {
     fn groups(&self, state: &State, angles: &[usize], lengths: &[usize], given: Option<&Given>) -> Option<Vec<Group>> {
         let mut groups: BTreeMap<Vec<i128>, Group> = BTreeMap::new();
         for side in &self.sides {
+            // Known angles turn the side; an angle that follows from others is replaced by them.
             let (mut point, mut rest) = state.turn(&side.turn);
             if let Some(given) = given
                 && let Some(&(_, power)) = rest.iter().find(|t| t.0 == given.pivot)
@@ -158,6 +159,7 @@ impl PlanarLoop {
                 let others: Powers = given.others.iter().map(|&(k, p)| (k, p * power)).collect();
                 rest = added(&rest, &others, 1);
             }
+            // Sides with the same powers of the unknown angles are one group.
             let key: Vec<i128> = angles.iter().map(|k| rest.iter().find(|t| t.0 == *k).map_or(0, |t| t.1)).collect();
             if rest.iter().any(|t| t.1 != 0 && !angles.contains(&t.0)) {
                 return None;
@@ -169,6 +171,7 @@ impl PlanarLoop {
                 per_length: vec![zero; lengths.len()],
             });
             group.vector = plus(group.vector, rotated(point, side.vector));
+            // A sliding joint lengthens its side: by a known length, or by an unknown per unit of length.
             for &(k, along) in &side.slides {
                 let along = rotated(point, along);
                 match (state.lengths[k], lengths.iter().position(|&l| l == k)) {
@@ -232,6 +235,7 @@ impl Branch {
         };
         let normal = frame[2];
         let between = |to: [Residue; 3], from: [Residue; 3]| flat([0, 1, 2].map(|i| to[i] - from[i]));
+        // From joint to joint: a revolute one ends a side and turns those after it, about +z or -z.
         for joint in &self.joints {
             let axis = column(&joint.at.rotation, 2);
             let along = dot(axis, normal);
@@ -251,6 +255,7 @@ impl Branch {
                 };
                 phi = added(&phi, &joint.powers, sign);
             } else {
+                // A prismatic joint must slide within the plane; it lengthens the side that it stands in.
                 if along != Residue::ZERO {
                     return None;
                 }
@@ -281,7 +286,7 @@ fn added(a: &[(usize, i128)], b: &[(usize, i128)], factor: i128) -> Powers {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::random::SplitMix;
+    use random::SplitMix;
 
     /// A placement by d alone.
     fn along_x(d: Residue) -> Pose {

@@ -241,7 +241,7 @@ impl Algebra for SeriesAlgebra<'_> {
 mod tests {
     use super::*;
     use crate::base::field::circle;
-    use crate::random::SplitMix;
+    use random::SplitMix;
 
     fn random(n: usize, seed: u64) -> Series {
         let mut random = SplitMix(seed);

@@ -7,7 +7,7 @@
 use crate::base::angles::least_common_multiple;
 use crate::base::field::{Point, Residue, circle, small_ratio, times};
 use crate::kinematics::loop_chain::ChainJoint;
-use crate::random::SplitMix;
+use random::SplitMix;
 use robot::JointKind;
 
 /// What is fixed about the variables: coordinates first, then passive ones.

@@ -47,11 +47,13 @@ pub fn read_par(text: &str, file: &str) -> Result<Robot, Error> {
 pub(in crate::format) fn read_par_with(text: &str, file: &str, options: ReadOptions) -> Result<Robot, Error> {
     let source = Source { file };
     let mut notes = Vec::new();
+    // The frames, and their order with antecedents first.
     let entries = scan(source, text)?;
     let table = Table::new(source, &entries, &mut notes)?;
     let frames = Frames::new(source, &table)?;
     let order = frames.order(source, &table)?;
 
+    // Symbols with their values; those without one get generic values, which a note lists.
     let mut names = valued_symbols(source, &entries)?;
     let owners = frames.owners(source, &table, &names, &mut notes)?;
     names.coordinates = owners.coordinates.iter().chain(&owners.passive).cloned().collect();
@@ -66,6 +68,7 @@ pub(in crate::format) fn read_par_with(text: &str, file: &str, options: ReadOpti
         links.push(link(source, &table, &frames, &order, &names, &owners, j, &mut notes)?);
     }
     let mut loops = Vec::new();
+    // A cut and its twin on the other side are frames of one loop.
     for cut in table.nl..table.nj {
         let frame = |k: usize| -> Result<LoopFrame, Error> {
             let (kind, _, geometry, variable) = frames.placed(source, &names, &owners, k)?;
@@ -95,6 +98,7 @@ pub(in crate::format) fn read_par_with(text: &str, file: &str, options: ReadOpti
         notes,
         snapped: Vec::new(),
     };
+    // Last what needs the whole robot: passive joints, and whether the loops close.
     passive_by_its_joint(&mut robot);
     snap_angles(&mut robot, options.angles);
     let place = || table.at("ant", String::new()).place;
@@ -175,6 +179,7 @@ struct Owners {
 
 impl Frames {
     fn new(source: Source, table: &Table) -> Result<Frames, Error> {
+        // A frame stands on a link or on the base; by default on the frame before it.
         let antecedent = table.integers("ant", 0, table.nf, |j| (j - 1).min(table.nl))?;
         if let Some(j) = (0..table.nf).find(|&j| antecedent[j] > table.nl) {
             let message = format!(
@@ -186,6 +191,7 @@ impl Frames {
             );
             return Err(table.list("ant").map_or(table.at("ant", message.clone()), |l| source.at(&l[j], message)));
         }
+        // Twins are fixed by default and must be, for the cut moves in their stead.
         let twin = |j: usize| j > table.nj;
         let sigma = table.integers("sigma", 0, 2, |j| if twin(j) { 2 } else { 0 })?;
         let actuated = table.integers("mu", 0, 1, |j| usize::from(!twin(j)))?;
@@ -197,6 +203,7 @@ impl Frames {
             );
             return Err(table.list("sigma").map_or(table.at("sigma", message.clone()), |l| source.at(&l[j], message)));
         }
+        // Left out: theta of a revolute frame is its own variable `th3`, all else is 0.
         let node = |key: &str, j: usize| match table.list(key) {
             Some(items) => items[j].clone(),
             None if key == "theta" && sigma[j] == 0 => worded(&format!("th{}", j + 1)),
@@ -313,6 +320,7 @@ impl Frames {
     ) -> Result<(JointKind, Drive, ModifiedDh, Affine), Error> {
         let kind = self.kind[j];
         let mut variable = Affine::constant(Value::ZERO);
+        // Which of gamma, b, alpha, d, theta, r the joint moves: theta, r or none.
         let moving = match kind {
             JointKind::Revolute => 4,
             JointKind::Prismatic => 5,
@@ -325,6 +333,7 @@ impl Frames {
                 values.push(names.constant(source, &what, node)?);
                 continue;
             }
+            // The variable: its linear part moves the joint, its constant part goes into the geometry.
             let value = names.variable(source, &what, node)?;
             let affine = Affine::from_value(&value, &names.symbols).ok_or_else(|| {
                 source.at(node, format!("{what} must be affine in the joint variables, found {}", node.kind()))

@@ -99,6 +99,7 @@ impl<'a> Table<'a> {
                 format!("NJ = {} joints cannot move NL = {} links: every link has one joint", table.nj, table.nl);
             return Err(table.at("NJ", message));
         }
+        // NF: the links and cuts, and a twin for each of the NJ - NL cuts.
         table.nf = 2 * table.nj - table.nl;
         let kind = table.count("Type")?;
         match kind {
@@ -115,6 +116,7 @@ impl<'a> Table<'a> {
             }
         }
         table.is_open = table.nj == table.nl;
+        // NF is taken from NL and NJ; a file that says otherwise is read with a note.
         if let Some(nf) = table.count("NF")?
             && nf != table.nf
         {

@@ -170,12 +170,14 @@ fn link(
 ) -> Link {
     let joint = &model.joints[moving.joint];
     let (parts, inertial) = parts(model, checked, moving, &framed.file_frame, notes);
+    // The link's own frame goes first, then those of the links that are fixed to it.
     let own = |carried: &(usize, Pose)| model.links[carried.0].name == joint.child.link;
     let mut carried: Vec<&(usize, Pose)> = moving.carried.iter().collect();
     carried.sort_by_key(|&carried| !own(carried));
     let frame = |(k, pose): &(usize, Pose)| (model.links[*k].name.clone(), framed.file_frame.compose(pose));
     let frames = carried.into_iter().map(frame).collect();
     let collisions = shapes(model, checked, &moving.carried, &framed.file_frame);
+    // urdf-rs reads what is missing as zero; only what the text has is known.
     let mark = checked.joints.get(&joint.name);
     let given = |has: bool, x: f64| has.then_some(x);
     let (damping, friction) = joint.dynamics.as_ref().map_or((0.0, 0.0), |d| (d.damping, d.friction));
@@ -266,6 +268,7 @@ fn parts_of<'a>(
     for (index, pose) in carried {
         let link = &model.links[*index];
         let Some(mark) = checked.links.get(&link.name) else { continue };
+        // A link without an inertial weighs nothing; where it has a shape, the user is told.
         if !mark.has_inertial {
             if mark.has_shape {
                 massless.push(link.name.as_str());

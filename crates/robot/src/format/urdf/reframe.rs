@@ -10,7 +10,7 @@
 use crate::angle_snap::{Angles, computed_angle, computed_length, exact};
 use crate::inertial::Pose;
 use crate::robot::ModifiedDh;
-use crate::vector::{Vector3, cross, dot, norm, plus, scaled, transposed, turn};
+use crate::vector::{Vector3, cross, dot, minus, norm, plus_scaled, scaled, transposed, turned};
 
 /// A joint and the link it moves, in the frames of a file.
 #[derive(Clone, Debug)]
@@ -66,7 +66,7 @@ pub(super) fn make_parallel<'a>(links: impl IntoIterator<Item = &'a mut Given>, 
     for (link, given) in links.into_iter().enumerate() {
         if let Some(antecedent) = given.antecedent {
             // The axis before, in this joint's frame.
-            let before = turn(&transposed(&given.pose.rotation), axes[antecedent]);
+            let before = turned(&transposed(&given.pose.rotation), axes[antecedent]);
             let angle = norm(cross(before, given.axis));
             if angle > PARALLEL_SINE && angle < tolerance {
                 given.axis = scaled(before, dot(before, given.axis).signum() / norm(before));
@@ -86,7 +86,7 @@ pub(super) fn frames(links: &[Given]) -> Vec<Framed> {
         let before = link.antecedent.map_or(Pose::IDENTITY, |i| framed[i].file_frame);
         // The joint frame of j in the new frame of its antecedent.
         let joint = before.compose(&link.pose);
-        let axis = turn(&joint.rotation, link.axis);
+        let axis = turned(&joint.rotation, link.axis);
         let point = if link.prismatic && main[j].is_none() { [0.0; 3] } else { joint.position };
         let normal = Normal::from_z(point, axis);
         let (theta, r) = match main[j] {
@@ -94,7 +94,7 @@ pub(super) fn frames(links: &[Given]) -> Vec<Framed> {
             Some(m) => {
                 let child = joint.compose(&links[m].pose);
                 let own = main[m].is_none() && links[m].prismatic;
-                let child_axis = turn(&child.rotation, links[m].axis);
+                let child_axis = turned(&child.rotation, links[m].axis);
                 towards(
                     &normal,
                     axis,
@@ -169,13 +169,13 @@ impl Normal {
         let (direction, gamma, d) = nearer(across, distance);
         let alpha = (sine * dot(direction, across).signum()).atan2(az);
         let far = sine < NEARLY_PARALLEL_RAD;
-        Normal { gamma, b: point[2] + t * az, alpha, d, direction, foot: plus(point, axis, t), far }
+        Normal { gamma, b: point[2] + t * az, alpha, d, direction, foot: plus_scaled(point, axis, t), far }
     }
 
     /// r of a frame that may lie anywhere along the axis: at the foot of the normal, or at `point` where the foot is
     /// far.
     fn nearby(&self, point: Vector3, axis: Vector3) -> f64 {
-        if self.far { dot(plus(point, self.foot, -1.0), axis) } else { 0.0 }
+        if self.far { dot(minus(point, self.foot), axis) } else { 0.0 }
     }
 }
 
@@ -201,20 +201,23 @@ fn towards(
 ) -> (f64, f64) {
     let across = cross(axis, child_axis);
     let sine = norm(across);
-    let offset = child_point.map(|p| plus(p, normal.foot, -1.0));
+    let offset = child_point.map(|p| minus(p, normal.foot));
+    // Parallel axes leave the place along them free, coincident axes the direction too.
     let parallel = sine < if child_point.is_some() { NEARLY_PARALLEL_RAD } else { PARALLEL_SINE };
     let (direction, r) = match (parallel, offset) {
         (true, None) => return (0.0, nearby),
         (true, Some(offset)) => {
-            let sideways = plus(offset, axis, -dot(offset, axis));
+            let sideways = plus_scaled(offset, axis, -dot(offset, axis));
             if norm(sideways) < COINCIDENT_DISTANCE_M {
                 return (0.0, nearby);
             }
             (scaled(sideways, 1.0 / norm(sideways)), nearby)
         }
         (false, None) => (scaled(across, 1.0 / sine), nearby),
+        // The foot of the common normal on the axis, where two lines are nearest to each other.
         (false, Some(offset)) => (scaled(across, 1.0 / sine), dot(cross(offset, child_axis), across) / (sine * sine)),
     };
+    // A normal has two senses: |theta| is at most 90 degrees, and at 90 it points to the child.
     let along = dot(normal.direction, direction);
     let distance = offset.map_or(0.0, |o| dot(o, direction));
     let opposite =

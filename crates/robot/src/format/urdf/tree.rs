@@ -112,6 +112,7 @@ impl Tree {
         let mut below: Vec<Vec<usize>> = vec![Vec::new(); model.links.len()];
         let mut above: Vec<Option<usize>> = vec![None; model.links.len()];
         let (mut parents, mut children) = (Vec::new(), Vec::new());
+        // What stands above each link, and what below.
         for (j, joint) in model.joints.iter().enumerate() {
             let find = |role: &str, name: &str, at: fn(&JointMark) -> At| {
                 link_index.get(name).copied().ok_or_else(|| {
@@ -136,6 +137,7 @@ impl Tree {
             parents.push(parent);
             children.push(child);
         }
+        // The order of Pinocchio: the joints of a link by their names.
         for joints in &mut below {
             joints.sort_by_key(|&j| &model.joints[j].name);
         }

@@ -65,6 +65,7 @@ pub(in crate::format) fn read_yaml_with(text: &str, file: &str, options: ReadOpt
 
     let mut names = symbols(source, &fields)?;
     names.set_values(source, options.values)?;
+    // Links are drafts until the coordinates are known, since variables name them.
     let gravity = gravity(source, &fields, &names)?;
     let drafts = drafts(source, fields.require("links")?)?;
     names.coordinates = match fields.get("coordinates") {

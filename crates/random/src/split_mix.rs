@@ -1,14 +1,12 @@
-//! Random numbers from a seed: the same sequence at every run and on every machine.
-//!
-//! SplitMix64 [Steele, Lea, Flood 2014]. It is the one source of chance in this crate, and every use
-//! of it begins with a constant seed.
+//! SplitMix64 [Steele, Lea, Flood 2014].
 
 /// The generator; the field is its state, and the seed at first.
 #[derive(Clone, Debug)]
-pub(crate) struct SplitMix(pub u64);
+pub struct SplitMix(pub u64);
 
 impl SplitMix {
-    pub(crate) fn next(&mut self) -> u64 {
+    /// 64 random bits.
+    pub fn bits(&mut self) -> u64 {
         self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
         let mut z = self.0;
         z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
@@ -16,9 +14,14 @@ impl SplitMix {
         z ^ (z >> 31)
     }
 
-    /// Uniform in (-1, 1).
-    pub(crate) fn unit(&mut self) -> f64 {
-        (self.next() >> 11) as f64 / (1u64 << 52) as f64 - 1.0
+    /// Uniform in [-1, 1).
+    pub fn unit(&mut self) -> f64 {
+        (self.bits() >> 11) as f64 / (1u64 << 52) as f64 - 1.0
+    }
+
+    /// Uniform in [0, 1).
+    pub fn uniform(&mut self) -> f64 {
+        (self.unit() + 1.0) / 2.0
     }
 }
 
@@ -30,6 +33,6 @@ mod tests {
     fn the_sequence_is_the_published_one() {
         // The first outputs of the reference implementation for the seed 1234567.
         let mut random = SplitMix(1234567);
-        assert_eq!([(); 3].map(|()| random.next()), [6457827717110365317, 3203168211198807973, 9817491932198370423]);
+        assert_eq!([(); 3].map(|()| random.bits()), [6457827717110365317, 3203168211198807973, 9817491932198370423]);
     }
 }

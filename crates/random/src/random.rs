@@ -1,7 +1,8 @@
-//! Random numbers that are the same on every machine: xoshiro256++ seeded through splitmix64.
+//! xoshiro256++ seeded through SplitMix64, and normal deviates by Marsaglia's polar method.
 //!
-//! [Blackman, Vigna 2021, "Scrambled linear pseudorandom number generators"]. Normal deviates by
-//! Marsaglia's polar method. Not for secrets.
+//! [Blackman, Vigna 2021, "Scrambled linear pseudorandom number generators"].
+
+use crate::split_mix::SplitMix;
 
 /// A seeded stream of random numbers.
 #[derive(Clone, Debug)]
@@ -13,15 +14,8 @@ pub struct Random {
 impl Random {
     /// The stream of this seed.
     pub fn new(seed: u64) -> Random {
-        let mut s = seed;
-        let mut next = || {
-            s = s.wrapping_add(0x9e37_79b9_7f4a_7c15);
-            let mut z = s;
-            z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-            z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-            z ^ (z >> 31)
-        };
-        Random { state: [next(), next(), next(), next()], spare: None }
+        let mut seeds = SplitMix(seed);
+        Random { state: [(); 4].map(|()| seeds.bits()), spare: None }
     }
 
     /// The stream of a seed and of a place in an enumeration: draw 17 is the same whichever

@@ -1,0 +1,271 @@
+//! The generated controller, from a log to a loop: what `rist identify` finds in a log is put into C by
+//! `rist generate --functions controller`, and follows a motion of the simulator better than the same PD alone.
+
+use std::io::{BufRead as _, BufReader, Write as _};
+use std::path::Path;
+use std::process::{Child, ChildStdin, ChildStdout, Command, Stdio};
+
+use experiments::motion::reference_motion::Reference;
+use experiments::simulate::closed_loop::{Controller, Drives, Simulation, Stop};
+use experiments::simulate::dynamics::{Dynamics, RegressorDynamics};
+use linear_model::friction::law::FrictionLaw;
+use tests::joint_log::Machine;
+use tests::model_path;
+use tests::program::{folder, rist};
+
+/// Bandwidth of the loops, rad/s; damping is 1.
+const W: f64 = 10.0;
+/// s.
+const PERIOD: f64 = 1e-3;
+const SECONDS: f64 = 6.0;
+/// Velocity within which the friction of the controller turns, rad/s.
+const WIDTH: f64 = 0.02;
+
+/// The compiled controller: a line of numbers in, a line of torques out.
+struct Program {
+    child: Child,
+    to: ChildStdin,
+    from: BufReader<ChildStdout>,
+}
+
+impl Program {
+    /// `word`: the function; `inputs`: names of its arguments of n numbers that are read from each line.
+    fn started(here: &Path, robot: &str, n: usize, word: &str, inputs: &[&str], call: &str) -> Program {
+        let declared: String = inputs.iter().map(|name| format!("    double {name}[{n}];\n")).collect();
+        let read: String = inputs.iter().map(|name| format!("take({name}) && ")).collect();
+        let main = format!(
+            "#include <stdio.h>\n#include \"{robot}.h\"\n
+static int take(double *x) {{ int k; for (k = 0; k < {n}; k++) if (scanf(\"%lf\", &x[k]) != 1) return 0; return 1; }}
+int main(void)\n{{\n{declared}    double tau[{n}];\n    int k, is_cut;
+    while ({read}1) {{
+        is_cut = {robot}_{word}({call}, tau);
+        for (k = 0; k < {n}; k++) printf(\"%.17g \", tau[k]);
+        printf(\"%d\\n\", is_cut);\n        fflush(stdout);\n    }}\n    return 0;\n}}\n"
+        );
+        std::fs::write(here.join(format!("{word}.c")), main).unwrap();
+        let options =
+            format!("-std=c99 -Wall -Wextra -Wconversion -pedantic -Werror -O1 -o {word} {word}.c {robot}.c -lm");
+        let made =
+            Command::new("cc").args(options.split(' ')).current_dir(here).output().expect("a C compiler is there");
+        assert!(made.status.success(), "{}", String::from_utf8_lossy(&made.stderr));
+        let mut child = Command::new(here.join(word)).stdin(Stdio::piped()).stdout(Stdio::piped()).spawn().unwrap();
+        let (to, from) = (child.stdin.take().unwrap(), BufReader::new(child.stdout.take().unwrap()));
+        Program { child, to, from }
+    }
+
+    /// The torques, then whether one was cut.
+    fn answer(&mut self, inputs: &[&[f64]]) -> Vec<f64> {
+        let line: Vec<String> = inputs.iter().flat_map(|x| x.iter().map(|x| format!("{x:e}"))).collect();
+        writeln!(self.to, "{}", line.join(" ")).unwrap();
+        let mut said = String::new();
+        self.from.read_line(&mut said).unwrap();
+        said.split_whitespace().map(|x| x.parse().unwrap()).collect()
+    }
+
+    fn end(mut self) {
+        drop(self.to);
+        assert!(self.child.wait().unwrap().success());
+    }
+}
+
+/// The columns of a log at an instant.
+fn at(series: &[Vec<f64>], i: usize) -> Vec<f64> {
+    series.iter().map(|x| x[i]).collect()
+}
+
+/// A smooth motion of sines that begins at rest.
+fn motion(n: usize, amplitude: f64) -> Reference {
+    let count = (SECONDS / PERIOD) as usize;
+    let mut reference = Reference { sample_time: PERIOD, q: vec![], dq: vec![], ddq: vec![], ..Reference::default() };
+    for k in 0..n {
+        let w = 2.2 + 0.5 * k as f64;
+        let of =
+            |f: &dyn Fn(f64) -> f64| (0..count).map(|i| amplitude * f(w * i as f64 * PERIOD)).collect::<Vec<f64>>();
+        reference.q.push(of(&|x| 1.0 - x.cos()));
+        reference.dq.push(of(&|x| w * x.sin()));
+        reference.ddq.push(of(&|x| w * w * x.cos()));
+    }
+    reference
+}
+
+fn rms(record: &[Vec<f64>], reference: &[Vec<f64>]) -> f64 {
+    let squares = record.iter().zip(reference).flat_map(|(a, b)| a.iter().zip(b).map(|(a, b)| (a - b).powi(2)));
+    let (sum, count) = squares.fold((0.0, 0.0), |(sum, count), x| (sum + x, count + 1.0));
+    (sum / count).sqrt()
+}
+
+/// Writes the controller with what is identified from a log of the machine.
+fn controller_from_a_log(here: &Path, file: &str, model: &rist::Model, viscous: &[f64], coulomb: &[f64]) {
+    let n = model.robot.n_coordinates();
+    let standard = model.described_standard_parameters().unwrap();
+    let machine = Machine {
+        robot: &model.robot,
+        parameters: &standard,
+        amplitude: &vec![0.9; n],
+        viscous,
+        coulomb,
+        noise: 0.02,
+        encoder: 1e-5,
+        speed: 1e-3,
+        delay: 0.0,
+    };
+    let names: Vec<String> = model.robot.coordinates.iter().map(|c| c.name.clone()).collect();
+    machine.log().write(&here.join("log.csv"), &names);
+    let path = model_path(file).display().to_string();
+    for arguments in [
+        vec!["identify", &path, "log.csv", "--out", "estimate.yaml"],
+        vec![
+            "generate",
+            &path,
+            "--functions",
+            "controller",
+            "--estimate",
+            "estimate.yaml",
+            "--anyway",
+            "--language",
+            "c",
+        ],
+    ] {
+        let source = format!("{}.c", model.robot.name);
+        let out = if arguments[0] == "generate" { vec!["--out", &source] } else { vec![] };
+        let run = rist(here, &[arguments.clone(), out].concat());
+        assert!(run.code == Some(0) || arguments[0] == "identify", "{arguments:?}: {}", run.err);
+    }
+}
+
+#[test]
+fn computed_torque_from_an_estimate_follows_five_times_as_well_as_its_pd() {
+    for file in ["planar2r_vertical.yaml", "ur5.yaml", "rx90.yaml", "stanford.yaml", "panda.yaml"] {
+        let model = rist::Model::read(model_path(file)).unwrap();
+        let (n, here) = (model.robot.n_coordinates(), folder(&format!("controller_{}", model.robot.name)));
+        let truth = model.described_parameters().unwrap();
+        let dynamics = RegressorDynamics::new(model.regressor(), truth);
+        // The inertia of each joint where it begins, and friction of a fiftieth of what moves it at 10 rad/s^2.
+        let (mut inertia, mut bias) = (vec![0.0; n * n], vec![0.0; n]);
+        dynamics.fill(&vec![0.3; n], &vec![0.0; n], &mut inertia, &mut bias);
+        let inertia: Vec<f64> = (0..n).map(|k| inertia[k * n + k]).collect();
+        let coulomb: Vec<f64> = inertia.iter().map(|j| 2.0 * j).collect();
+        let viscous: Vec<f64> = inertia.clone();
+        controller_from_a_log(&here, file, &model, &viscous, &coulomb);
+
+        let reference = motion(n, 0.4);
+        let controller = Controller {
+            proportional: inertia.iter().map(|j| j * W * W).collect(),
+            derivative: inertia.iter().map(|j| 2.0 * j * W).collect(),
+            velocity_pole: 900.0,
+        };
+        let friction: Vec<FrictionLaw> =
+            viscous.iter().zip(&coulomb).map(|(v, s)| FrictionLaw::asymmetric(*v, *s, *v, -s)).collect();
+        let limit: Vec<f64> = inertia.iter().zip(&bias).map(|(j, h)| 40.0 * j + 2.0 * h.abs() + 5.0).collect();
+        let simulation = Simulation {
+            dynamics: &dynamics,
+            controller: &controller,
+            drives: &Drives { gain: vec![1.0; n], greatest_torque: vec![1e6; n] },
+            quantum: &vec![0.0; n],
+            friction: &friction,
+            substeps: 4,
+        };
+        let (alone, stop) = simulation.run(&reference, None);
+        assert_eq!(stop, Stop::End, "{file}: PD alone");
+        let inputs = ["q", "dq", "q_r", "dq_r", "ddq_r", "kp", "kd", "width", "limit"];
+        let (x, f) = (format!("{}_x", model.robot.name), format!("{}_f", model.robot.name));
+        let call = format!("q, dq, q_r, dq_r, ddq_r, kp, kd, {x}, {f}, width, limit");
+        let mut program = Program::started(&here, &model.robot.name, n, "computed_torque", &inputs, &call);
+        let (kp, kd, width) = (vec![W * W; n], vec![2.0 * W; n], vec![WIDTH; n]);
+        let mut cuts = 0;
+        let mut greatest = vec![0.0_f64; n];
+        let (record, stop) = simulation.run_under(&reference, &mut |i, seen, velocity, tau| {
+            let [q, dq, ddq] = [&reference.q, &reference.dq, &reference.ddq].map(|x| at(x, i));
+            let said = program.answer(&[seen, velocity, &q, &dq, &ddq, &kp, &kd, &width, &limit]);
+            tau.copy_from_slice(&said[..n]);
+            greatest.iter_mut().zip(&said).for_each(|(most, tau)| *most = most.max(tau.abs()));
+            cuts += usize::from(said[n] != 0.0);
+        });
+        program.end();
+        assert_eq!(stop, Stop::End, "{file}: computed torque");
+        let (pd, computed) = (rms(&alone.q, &reference.q), rms(&record.q, &reference.q));
+        println!("{file}: RMS {pd:.2e} rad of the PD alone, {computed:.2e} of computed torque, {cuts} torques cut");
+        assert!(computed < 0.2 * pd, "{file}: {computed:e} of computed torque, {pd:e} of the PD alone");
+        for (k, (most, limit)) in greatest.iter().zip(&limit).enumerate() {
+            assert!(most <= limit, "{file}: {most} at joint {k}, the limit is {limit}");
+        }
+    }
+}
+
+/// Gravity compensation holds what `gravity` says; each torque beyond its limit is cut, and the answer says so.
+#[test]
+fn torques_are_cut_at_their_limits() {
+    let (file, n) = ("planar2r_vertical.yaml", 2);
+    let model = rist::Model::read(model_path(file)).unwrap();
+    let here = folder("controller_limits");
+    controller_from_a_log(&here, file, &model, &[0.5, 0.2], &[1.0, 0.4]);
+    let (x, name) = (format!("{}_x", model.robot.name), &model.robot.name);
+    let mut program =
+        Program::started(&here, name, n, "gravity_compensation", &["q", "limit"], &format!("q, {x}, limit"));
+    let (wide, q) = ([1e6; 2], [0.4, -0.3]);
+    let free = program.answer(&[&q, &wide]);
+    let truth = model.described_parameters().unwrap();
+    let (mut a, mut expected) = ([0.0; 4], [0.0; 2]);
+    RegressorDynamics::new(model.regressor(), truth).fill(&q, &[0.0; 2], &mut a, &mut expected);
+    for (found, expected) in free.iter().zip(expected) {
+        // The noise of the log leaves a per cent.
+        assert!((found - expected).abs() < 0.02 * expected.abs(), "{found} {expected}");
+    }
+    assert_eq!(free[2], 0.0);
+    let tight = [0.5 * free[0].abs(), 1e6];
+    let cut = program.answer(&[&q, &tight]);
+    assert_eq!((cut[0], cut[1], cut[2]), (tight[0].copysign(free[0]), free[1], 1.0));
+    assert!(program.answer(&[&[f64::NAN, 0.0], &wide])[0].is_nan(), "what is no number stays so");
+    program.end();
+}
+
+/// The feedforward is the torque of the motion with its friction, Coulomb's by tanh: in Rust, without a standard library, as
+/// in C.
+#[test]
+fn the_feedforward_in_rust_is_that_in_c() {
+    let (file, n) = ("planar2r_vertical.yaml", 2);
+    let model = rist::Model::read(model_path(file)).unwrap();
+    let here = folder("controller_rust");
+    controller_from_a_log(&here, file, &model, &[0.5, 0.2], &[1.0, 0.4]);
+    let path = model_path(file).display().to_string();
+    let arguments =
+        ["generate", &path, "--functions", "controller", "--estimate", "estimate.yaml", "--anyway", "--out"];
+    let run = rist(&here, &[&arguments[..], &["arm.rs"]].concat());
+    assert_eq!(run.code, Some(0), "{}", run.err);
+    let states: Vec<[f64; 6]> = (0..50)
+        .map(|i| std::array::from_fn(|k| ((3 * i + 7 * k) as f64 * 0.37).sin() * [1.0, 0.05, 3.0][k / 2]))
+        .collect();
+    let main = format!(
+        "mod arm;\nfn main() {{\n    for s in {states:?} {{\n        let [a, b, c, d, e, f]: [f64; 6] = s;
+        let mut tau = [0.0; 2];
+        arm::feedforward(&[a, b], &[c, d], &[e, f], &arm::X, &arm::F, &[{WIDTH}; 2], &[1e6; 2], &mut tau);
+        println!(\"{{:e}} {{:e}}\", tau[0], tau[1]);\n    }}\n}}\n"
+    );
+    std::fs::write(here.join("main.rs"), main).unwrap();
+    let rustc = std::env::var_os("RUSTC").unwrap_or("rustc".into());
+    let options = "--edition 2024 -A dead_code -D warnings -o main main.rs";
+    let built = Command::new(&rustc).args(options.split(' ')).current_dir(&here).output().unwrap();
+    assert!(built.status.success(), "{}", String::from_utf8_lossy(&built.stderr));
+    // The file alone needs no standard library.
+    std::fs::write(here.join("lib.rs"), "#![no_std]\npub mod arm;\n").unwrap();
+    let options = "--edition 2024 --crate-type lib -D warnings lib.rs";
+    let built = Command::new(&rustc).args(options.split(' ')).current_dir(&here).output().unwrap();
+    assert!(built.status.success(), "{}", String::from_utf8_lossy(&built.stderr));
+
+    let said = Command::new(here.join("main")).output().unwrap();
+    let said = String::from_utf8(said.stdout).unwrap();
+    let in_rust: Vec<f64> = said.split_whitespace().map(|x| x.parse().unwrap()).collect();
+    assert_eq!(in_rust.len(), 100);
+    let (x, f, name) = (format!("{}_x", model.robot.name), format!("{}_f", model.robot.name), &model.robot.name);
+    let inputs = ["q_r", "dq_r", "ddq_r", "width", "limit"];
+    let call = format!("q_r, dq_r, ddq_r, {x}, {f}, width, limit");
+    let mut program = Program::started(&here, name, n, "feedforward", &inputs, &call);
+    for (s, in_rust) in states.iter().zip(in_rust.chunks(2)) {
+        let in_c = program.answer(&[&s[..2], &s[2..4], &s[4..], &[WIDTH; 2], &[1e6; 2]]);
+        for (a, b) in in_rust.iter().zip(&in_c) {
+            // Torques of some ten N m; tanh of our own and of the C library are within 1e-15.
+            assert!((a - b).abs() < 1e-12, "{a} in Rust, {b} in C at {s:?}");
+        }
+    }
+    program.end();
+}
