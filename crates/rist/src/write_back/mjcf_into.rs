@@ -170,8 +170,8 @@ fn check_place(robot: &Robot, link: &Link, id: LinkId, poses: &[Pose], node: &No
     let Some(before) = link.antecedent else { return Ok(()) };
     let name = &robot.link(before).name;
     let is_before = |node: &Node| {
-        let found = node.attribute("name").filter(|_| node.has_tag_name("body"));
-        found.is_some_and(|found| found == name || name.split_once('_').is_some_and(|(_, tail)| tail == found))
+        let found = node.attribute("name").filter(|_| node.has_tag_name("body")).map(shown::line);
+        found.is_some_and(|found| found == *name || name.split_once('_').is_some_and(|(_, tail)| tail == found))
     };
     // The place in the body of the link before, through frames and bodies that are fixed.
     let (angles, mut place, mut above) = (Angles::of(node.document()), Pose::IDENTITY, *node);
