@@ -9,6 +9,7 @@
 //! without a joint may have no mass. What such a body holds in the model is not read, because it may be other than in
 //! the description.
 
+use gate::shown;
 use linear_model::pseudo_inertia::Ten;
 use logs::Error;
 use robot::{Link, LinkId, Part, Pose, Robot};
@@ -99,7 +100,9 @@ fn child<'a, 'd>(node: &Node<'a, 'd>, tag: &str) -> Option<Node<'a, 'd>> {
 /// The element of the world with this tag and name, or with what stands behind the name's first `_`.
 fn found<'a, 'd>(document: &'a Document<'d>, tag: &str, name: &str) -> Option<Node<'a, 'd>> {
     let world = document.descendants().find(|n| n.has_tag_name("worldbody"))?;
-    let of = |name: &str| world.descendants().find(|n| n.has_tag_name(tag) && n.attribute("name") == Some(name));
+    // The robot knows names by what is shown of them.
+    let is_named = |n: &Node, name: &str| n.attribute("name").is_some_and(|found| shown::line(found) == name);
+    let of = |name: &str| world.descendants().find(|n| n.has_tag_name(tag) && is_named(n, name));
     of(name).or_else(|| of(name.split_once('_')?.1))
 }
 
@@ -167,8 +170,8 @@ fn check_place(robot: &Robot, link: &Link, id: LinkId, poses: &[Pose], node: &No
     let Some(before) = link.antecedent else { return Ok(()) };
     let name = &robot.link(before).name;
     let is_before = |node: &Node| {
-        let found = node.attribute("name").filter(|_| node.has_tag_name("body"));
-        found.is_some_and(|found| found == name || name.split_once('_').is_some_and(|(_, tail)| tail == found))
+        let found = node.attribute("name").filter(|_| node.has_tag_name("body")).map(shown::line);
+        found.is_some_and(|found| found == *name || name.split_once('_').is_some_and(|(_, tail)| tail == found))
     };
     // The place in the body of the link before, through frames and bodies that are fixed.
     let (angles, mut place, mut above) = (Angles::of(node.document()), Pose::IDENTITY, *node);
