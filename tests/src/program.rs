@@ -1,8 +1,9 @@
 //! The program `rist`, built and run as a user runs it.
 
+use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
-use std::sync::OnceLock;
+use std::sync::{Mutex, OnceLock, PoisonError};
 
 /// Two links in a vertical plane, with all that a motion can be limited by.
 pub const LIMITED_ARM: &str = "\
@@ -37,9 +38,14 @@ pub fn run(command: &mut Command) -> Run {
     Run { code: status.code(), out: text(stdout), err: text(stderr) }
 }
 
-/// An empty folder of this name, for one test.
+/// A folder of this name, empty when it is first asked for: tests beside each other may share it.
 pub fn folder(name: &str) -> PathBuf {
+    static MADE: Mutex<BTreeSet<PathBuf>> = Mutex::new(BTreeSet::new());
     let folder = target().join("tmp").join(format!("{name}-{}", std::process::id()));
+    let mut made = MADE.lock().unwrap_or_else(PoisonError::into_inner);
+    if !made.insert(folder.clone()) {
+        return folder;
+    }
     std::fs::remove_dir_all(&folder).ok();
     std::fs::create_dir_all(&folder).unwrap_or_else(|e| panic!("{}: {e}", folder.display()));
     folder

@@ -106,6 +106,28 @@ fn every_fault_is_named() {
     }
 }
 
+/// A description is as nominal with the signs of all torques changed as without: beside the signs the same is found, by
+/// the same figures.
+#[test]
+fn signs_of_all_torques_change_nothing_else() {
+    let here = folder("all_signs");
+    let (model, good) = ur5();
+    for factor in [0.35, 1.0, 2.5] {
+        // One torque has a sign of its own, and two mistakes are in the other log.
+        let single = changed(&mirrored(&good, 2, false, true), |l| each(&mut l.tau, |x| factor * x));
+        let opposite = changed(&single, |l| each(&mut l.tau, |x| -x));
+        // The figures without the slopes, whose signs are others.
+        let found = |log: &JointLog| -> Vec<(Fault, String)> {
+            let findings = look(&model, &here, log).findings.into_iter();
+            findings.map(|f| (f.fault, f.evidence.split("; slopes").next().unwrap_or_default().into())).collect()
+        };
+        let (plain, mut signed) = (found(&single), found(&opposite));
+        assert!(matches!(plain.as_slice(), [(Fault::TorqueSign, _)]), "{plain:?}");
+        assert_eq!(signed.extract_if(.., |f| f.0 == Fault::TorqueSigns).count(), 1, "{factor}: {signed:?}");
+        assert_eq!(signed, plain, "{factor}");
+    }
+}
+
 #[test]
 fn nothing_is_found_in_good_logs() {
     let here = folder("good_logs");

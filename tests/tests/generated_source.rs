@@ -254,6 +254,8 @@ fn rust_agrees_with_the_tape() {
     let text = std::io::read_to_string(std::io::stdin()).unwrap();
     let mut numbers = text.lines().map(|x| x.parse::<f64>().unwrap());
     let mut take = || numbers.next().unwrap();
+    let roots = [0.0, 4.0, f64::INFINITY, -1.0, f64::NEG_INFINITY, f64::NAN].map(quotients::Real::sqrt);
+    assert!(roots[..3] == [0.0, 2.0, f64::INFINITY] && roots[3..].iter().all(|x| x.is_nan()));
 {main}}}"
     )
     .unwrap();

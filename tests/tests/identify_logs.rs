@@ -169,6 +169,6 @@ fn a_mujoco_model_takes_the_figures() {
     std::fs::write(here.join("other.xml"), text.replace("pos=\"-0.425 0 0\"", "pos=\"-0.6 0 0\"")).unwrap();
     let refused = write("no.xml", &["--into", "other.xml"]);
     assert_eq!(refused.code, Some(2), "{}", refused.err);
-    assert!(refused.err.contains("other.xml: the body of forearm stands at"), "{}", refused.err);
+    assert!(refused.err.contains("other.xml:11: the body of forearm stands at"), "{}", refused.err);
     assert!(!here.join("no.xml").exists());
 }

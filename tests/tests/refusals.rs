@@ -61,6 +61,7 @@ identify arm.yaml currents/v01.csv
 identify arm.yaml currents/v01.csv --gain q1=2+-x
 identify arm.yaml currents --plan plan.yaml --method iv
 identify arm.yaml currents --plan plan.yaml --method rist-mh
+identify arm.yaml currents --plan plan.yaml --method rist-mh --out currents/e01.csv
 doctor arm.yaml logs/v01.csv --gain q9=2
 accumulate arm.yaml logs/v01.csv --friction auto --out a.tri
 accumulate arm.yaml logs/v01.csv --delay auto --out a.tri

@@ -1,5 +1,6 @@
 //! Tasks of this repository: `cargo xtask gen [--check] [MODEL..]`, `cargo xtask bench`,
-//! `cargo xtask datasets DIR`, `cargo xtask stubs [--check]`, `cargo xtask python`, `cargo xtask fuzz SECONDS`, `cargo xtask sanitize`.
+//! `cargo xtask datasets DIR`, `cargo xtask stubs [--check]`, `cargo xtask notices [--check]`, `cargo xtask python`,
+//! `cargo xtask fuzz SECONDS`, `cargo xtask sanitize`.
 
 mod bench_task;
 mod cargo;
@@ -23,6 +24,7 @@ cargo xtask bench                   time derivations, calls and the compilation 
 cargo xtask bench instructions      count the instructions of calls (needs valgrind and gungraun-runner)
 cargo xtask datasets DIR            the scoreboard on the measured robots whose logs are in folders of DIR
 cargo xtask stubs [--check]         write (compare) what Python and docs/files.md say of the fields of requests
+cargo xtask notices [--check]       write (compare) THIRD_PARTY_NOTICES, the licences of the crates in a binary
 cargo xtask python [PYTEST..]       build the package for Python in target/python and run its tests; skipped, and
                                     said, where python3, pip or the network is absent
 cargo xtask fuzz SECONDS            build the targets of fuzz/ with coverage and run them for so long in all: every reader,
@@ -38,7 +40,7 @@ fn main() -> ExitCode {
         Some((task, rest)) if task == "gen" => gen_task::run(rest),
         Some((task, rest)) if task == "bench" => bench_task::run(rest),
         Some((task, rest)) if task == "python" => python_task::run(rest),
-        Some((task, rest)) if task == "stubs" => stubs_task::run(rest),
+        Some((task, rest)) if task == "stubs" || task == "notices" => stubs_task::run(task, rest),
         Some((task, rest)) if task == "fuzz" => fuzz_task::run(rest),
         Some((task, rest)) if task == "sanitize" => sanitize_task::run(rest),
         Some((task, rest)) if task == "datasets" => {

@@ -14,7 +14,7 @@ use crate::stubs_task;
 const PACKAGES: [&str; 3] = ["maturin>=1.9,<2", "numpy", "pytest"];
 
 pub(crate) fn run(arguments: &[String]) -> Result<(), String> {
-    stubs_task::run(&["--check".into()])?;
+    stubs_task::run("stubs", &["--check".into()])?;
     let (root, target) = (root(), target());
     let environment = target.join("python");
     if let Err(why) = environment_in(&environment) {

@@ -1,9 +1,10 @@
 //! `stubs [--check]`: writes, or compares, what Python and docs/files.md say of the fields of requests.
+//! `notices [--check]`: the same of THIRD_PARTY_NOTICES.
 
 use crate::cargo::cargo;
 
-/// In a program of its own: this one is built without what `gen` writes.
-pub(crate) fn run(arguments: &[String]) -> Result<(), String> {
-    let words = ["run", "--quiet", "--package", "tests", "--bin", "stubs", "--"];
+/// Each in a program of its own: this one is built without what `gen` writes, and reads no JSON.
+pub(crate) fn run(task: &str, arguments: &[String]) -> Result<(), String> {
+    let words = ["run", "--quiet", "--package", "tests", "--bin", task, "--"];
     cargo(&words.into_iter().chain(arguments.iter().map(String::as_str)).collect::<Vec<_>>())
 }

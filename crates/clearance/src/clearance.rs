@@ -152,8 +152,7 @@ impl Clearance {
 
     /// A gap with the links at `poses`, and its lower bound while coordinates move by `spread`.
     pub(crate) fn apart(&self, gap: &Gap, poses: &[Pose], spread: Option<&[f64]>) -> Room {
-        let still = vec![];
-        let spread = spread.unwrap_or(&still);
+        let spread = spread.unwrap_or(&[]);
         let body = &self.bodies[gap.body];
         // Without a spread nothing moves, and the bound is the room itself.
         let moved = |joints: &[usize], centre: Vector3, shape: &Shape, normal: Option<Vector3>| match spread {

@@ -46,7 +46,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let language = match (request.language, &arguments.out) {
         (SourceLanguage::Rust, _) => Language::Rust,
         (SourceLanguage::C, Some(out)) => {
-            let header = out.with_extension("h");
+            let header = beside(out, "h");
             Language::C { header: header.file_name().unwrap_or_default().to_string_lossy().into_owned() }
         }
         (SourceLanguage::C, None) => {
@@ -68,8 +68,8 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
         [&arguments.model.model].into_iter().chain(&request.estimate).map(PathBuf::as_path).collect();
     match &source.header {
         Some(header) => {
-            write_file(&out.with_extension("h"), header, &read)?;
-            write_file(&out.with_extension("c"), &source.text, &read)?;
+            write_file(&beside(out, "h"), header, &read)?;
+            write_file(&beside(out, "c"), &source.text, &read)?;
         }
         None => write_file(out, &source.text, &read)?,
     }
@@ -77,4 +77,30 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
         progress(format_args!("{name}: {} mul, {} add, {} sin_cos a call", c.mul, c.add, c.sin_cos));
     }
     Ok(())
+}
+
+/// FILE.c or FILE.h of FILE, FILE.c and FILE.h. What else follows a point belongs to the name.
+fn beside(out: &Path, extension: &str) -> PathBuf {
+    if out.extension().is_some_and(|found| found == "c" || found == "h") {
+        return out.with_extension(extension);
+    }
+    let mut name = out.as_os_str().to_owned();
+    name.push(".");
+    name.push(extension);
+    PathBuf::from(name)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_point_in_a_name_stays() {
+        for (out, expected) in
+            [("arm", "arm"), ("arm.c", "arm"), ("a/arm.h", "a/arm"), ("arm.v2", "arm.v2"), ("a.d/arm", "a.d/arm")]
+        {
+            let found = ["c", "h"].map(|extension| beside(Path::new(out), extension));
+            assert_eq!(found, ["c", "h"].map(|extension| PathBuf::from(format!("{expected}.{extension}"))));
+        }
+    }
 }

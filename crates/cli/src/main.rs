@@ -69,6 +69,8 @@ enum Command {
     Schema(schema::Arguments),
     Completions(shell::CompletionArguments),
     Man(shell::ManualArguments),
+    /// Print the licences of the crates that this program holds
+    Notices,
 }
 
 impl Command {
@@ -82,6 +84,7 @@ impl Command {
             Command::Report(_) => Some("report writes a page"),
             Command::Completions(_) => Some("completions are for a shell"),
             Command::Man(_) => Some("man writes pages of the manual"),
+            Command::Notices => Some("notices prints licences"),
             _ => None,
         }
     }
@@ -137,6 +140,7 @@ fn run(command: Command) -> Result<(), Failure> {
         Command::Schema(arguments) => schema::run(&arguments),
         Command::Completions(arguments) => shell::completions(&arguments, Arguments::command()),
         Command::Man(arguments) => shell::manual(&arguments, Arguments::command()),
+        Command::Notices => terminal::print(include_str!("../../../THIRD_PARTY_NOTICES")),
     }
 }
 

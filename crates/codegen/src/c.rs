@@ -143,6 +143,9 @@ fn declaration(prefix: &str, constant: &Constant) -> (String, Option<String>) {
             let defined = format!("{array} = {{\n{}}};\n", texts_in_c.concat());
             (format!("#define {upper}_N_{name} {}\nextern {array};\n", texts.len()), Some(defined))
         }
+        Value::Reals(numbers) if numbers.is_empty() => {
+            ("/* It has no entry, and C has no empty array. */\n".into(), None)
+        }
         Value::Reals(numbers) => {
             let array = format!("const {prefix}_real {prefix}_{}[{}]", name.to_ascii_lowercase(), numbers.len());
             let numbers: Vec<String> = numbers.iter().map(|x| format!("    ({prefix}_real){x:?},\n")).collect();
@@ -280,5 +283,16 @@ mod tests {
         assert_eq!(literal("a\"b\\c??=\u{e9}\n"), r#""a\"b\\c\?\?=\303\251\012""#);
         assert_eq!(comment(&["x */ y /* z".into()]), "/* x * / y / * z */\n");
         assert_eq!(in_comment("/*/"), "/ * /");
+    }
+
+    /// C has no empty array, so that a constant without entries is a sentence.
+    #[test]
+    fn a_constant_without_entries_is_no_array() {
+        let of = |value: Value| declaration("arm", &Constant { name: "X".into(), doc: String::new(), value });
+        let (declared, defined) = of(Value::Reals(vec![]));
+        assert!(declared.starts_with("/*") && defined.is_none(), "{declared}");
+        let (declared, defined) = of(Value::Reals(vec![0.5]));
+        assert_eq!(declared, "extern const arm_real arm_x[1];\n");
+        assert!(defined.unwrap().contains("arm_x[1] = {\n    (arm_real)0.5,\n}"));
     }
 }

@@ -201,7 +201,7 @@ fn square_root(needed: bool) -> [TokenStream; 3] {
         return Default::default();
     }
     let method = quote! {
-        /// Square root; NaN below zero.
+        /// Square root; NaN below zero, infinity of infinity.
         fn sqrt(self) -> Self;
     };
     let of_f64 = quote! {
@@ -221,7 +221,9 @@ fn square_root(needed: bool) -> [TokenStream; 3] {
             let low = y - high;
             let residual = ((self - high * high) - 2.0 * high * low) - low * low;
             let root = y + 0.5 * r * residual;
-            if self > 0.0 {
+            if self == f64::INFINITY {
+                self
+            } else if self > 0.0 {
                 root
             } else if self == 0.0 {
                 self

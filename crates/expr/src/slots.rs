@@ -23,9 +23,12 @@ pub(crate) fn partners(nodes: &[Node]) -> Vec<Option<usize>> {
 /// For each node the last one that reads it. Inputs and outputs stay alive to the end.
 pub(crate) fn last_uses(function: &Function, fusion: &Fusion) -> Vec<usize> {
     let nodes = function.graph().nodes();
+    let partner = partners(nodes);
     let mut last_use = vec![0; nodes.len()];
     for (i, &node) in nodes.iter().enumerate() {
-        let angle = operands(node).filter(|_| matches!(node, Node::Sin(_) | Node::Cos(_)));
+        // The first of a sine and its cosine reads their angle for both.
+        let is_first = partner[i].is_none_or(|other| other > i);
+        let angle = operands(node).filter(|_| is_first && matches!(node, Node::Sin(_) | Node::Cos(_)));
         for e in fusion.operands_of(i).chain(angle) {
             last_use[e.node()] = i;
         }
@@ -72,13 +75,19 @@ impl Slots {
 
     /// A slot for the node.
     pub(crate) fn take(&mut self, node: usize) -> u32 {
-        let slot = self.take_nowhere();
+        let slot = self.next();
         self.slot[node] = Some(slot);
         slot
     }
 
-    /// A slot that belongs to no node: its content is never read.
-    pub(crate) fn take_nowhere(&mut self) -> u32 {
+    /// A slot for one operation: its content is never read, and the next operation may take it.
+    pub(crate) fn take_for_now(&mut self) -> u32 {
+        let slot = self.next();
+        self.free.push(slot);
+        slot
+    }
+
+    fn next(&mut self) -> u32 {
         self.free.pop().unwrap_or_else(|| {
             self.n_slots += 1;
             self.n_slots as u32 - 1

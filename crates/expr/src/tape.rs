@@ -115,11 +115,15 @@ impl Tape {
                 }
                 // Sine and cosine of one angle are one operation, at whichever of them stands first.
                 Node::Sin(a) | Node::Cos(a) if slots.of(i).is_none() => {
+                    let angle = a.node();
                     let a = slots.at(a);
+                    if last_use[angle] == i {
+                        slots.give_back(angle);
+                    }
                     let own = slots.take(i);
                     let other = match partner[i] {
                         Some(p) => slots.take(p),
-                        None => slots.take_nowhere(),
+                        None => slots.take_for_now(),
                     };
                     let (sine, cosine) = if matches!(node, Node::Sin(_)) { (own, other) } else { (other, own) };
                     ops.push(Op { code: Code::SinCos, a, b: cosine, c: a, to: sine });
@@ -334,6 +338,41 @@ mod tests {
         assert_eq!(value(|a, b, c| a * b + c), 0.0);
         assert_eq!(value(f64::mul_add), 0.1_f64.mul_add(0.3, -inputs[2]));
         assert_ne!(value(f64::mul_add), 0.0);
+    }
+
+    /// The angle of a sine is held no longer than it is read, so that no more slots are taken however many sines follow
+    /// each other.
+    #[test]
+    fn angles_of_sines_give_their_slots_back() {
+        let tape = |sines: usize, both: bool| {
+            let mut g = Graph::new();
+            let [x, y] = ["x", "y"].map(|name| g.symbol(name, SymbolKind::Input));
+            let mut sum = x;
+            for _ in 0..sines {
+                let angle = g.add(sum, y);
+                let mut value = g.sin(angle);
+                if both {
+                    let cosine = g.cos(angle);
+                    value = g.mul(value, cosine);
+                }
+                sum = g.add(value, x);
+            }
+            let inputs = vec![Input { name: "v".into(), entries: vec![x, y] }];
+            let output = Output { name: "w".into(), rows: 1, columns: 1, entries: vec![sum] };
+            Tape::new(&Function::new("f", &g, inputs, vec![output]))
+        };
+        for both in [false, true] {
+            assert_eq!(tape(3, both).n_slots, tape(40, both).n_slots);
+            let (mut expected, mut found) = (0.3_f64, [f64::NAN]);
+            for _ in 0..3 {
+                let (sine, cosine) = (expected + 0.7).sin_cos();
+                expected = if both { sine * cosine } else { sine } + 0.3;
+            }
+            let tape = tape(3, both);
+            tape.evaluate(&[0.3, 0.7], &mut tape.workspace(), &mut found);
+            // A few roundings of numbers below 2.
+            assert!((found[0] - expected).abs() < 1e-14, "{found:?} {expected}");
+        }
     }
 
     #[test]

@@ -4,11 +4,13 @@
 //! A file that was written over meanwhile is refused at its end, because what was read is a mixture. These tell the
 //! two apart: a file that has become shorter was written over; so was one of the same length whose time of modification
 //! is another; of one that has become longer the first and the last `COMPARED_BYTES` are read again and compared.
+//! A file whose index stands at its end is read in pieces, and held against these once all of them were read.
 //! A pipe has no length and is read to its end, within the cap of its reader.
 
 use std::fs::{File, Metadata};
 use std::io::{self, Read, Seek, SeekFrom};
 use std::path::Path;
+use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::SystemTime;
 
 /// Bytes at both ends of a grown file that are compared with what was read.
@@ -64,6 +66,14 @@ impl Source {
         }
     }
 
+    /// The file, to read pieces of it in any order. A pipe comes back, because its bytes come once and in order.
+    pub fn pieces(self) -> io::Result<Result<Pieces, Source>> {
+        match self.from {
+            From::File(file) => Pieces::of(file).map(Ok),
+            From::Pipe(_) => Ok(Err(self)),
+        }
+    }
+
     /// All of it.
     ///
     /// Fails with [`io::ErrorKind::FileTooLarge`] where there are more than `cap` bytes, and as reading fails.
@@ -82,6 +92,43 @@ impl Source {
         let mut bytes = Vec::new();
         self.take(most as u64).read_to_end(&mut bytes)?;
         Ok(bytes)
+    }
+}
+
+/// A regular file of which pieces are read in any order.
+pub struct Pieces {
+    length: u64,
+    file: Mutex<RegularFile>,
+}
+
+impl Pieces {
+    fn of(mut file: RegularFile) -> io::Result<Pieces> {
+        let compared = usize::try_from(file.length).unwrap_or(usize::MAX).min(COMPARED_BYTES);
+        file.first = file.again(0, compared)?;
+        file.last = file.again(file.length - compared as u64, compared)?;
+        file.taken = file.length;
+        Ok(Pieces { length: file.length, file: Mutex::new(file) })
+    }
+
+    /// Bytes of the file when it was opened.
+    pub fn length(&self) -> u64 {
+        self.length
+    }
+
+    /// `count` bytes from `place` on, or as many as stand there.
+    pub fn read(&self, place: u64, count: usize) -> io::Result<Vec<u8>> {
+        let left = self.length.saturating_sub(place);
+        self.locked().again(place, usize::try_from(left).unwrap_or(usize::MAX).min(count))
+    }
+
+    /// Fails where the pieces that were read may be of two versions of the file.
+    pub fn unchanged(&self) -> io::Result<()> {
+        self.locked().unchanged()
+    }
+
+    fn locked(&self) -> MutexGuard<'_, RegularFile> {
+        // A panic leaves nothing half done: whoever reads says from where.
+        self.file.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
 
@@ -154,7 +201,7 @@ impl RegularFile {
 
     fn again(&mut self, place: u64, count: usize) -> io::Result<Vec<u8>> {
         self.file.seek(SeekFrom::Start(place))?;
-        let mut bytes = Vec::new();
+        let mut bytes = Vec::with_capacity(count);
         (&self.file).take(count as u64).read_to_end(&mut bytes)?;
         // The end of the file stays the end of what is read.
         self.file.seek(SeekFrom::Start(self.length))?;
@@ -204,6 +251,32 @@ mod tests {
             let message = meanwhile(name, |path| write(path, vec![b'b'; length]).unwrap()).unwrap_err().to_string();
             assert!(message.contains("written over while it was read"), "{name}: {message}");
         }
+    }
+
+    #[test]
+    fn pieces_are_those_of_one_version() {
+        let path = place("pieces");
+        let bytes: Vec<u8> = (0..100_000u32).map(|i| (i / 256) as u8).collect();
+        let open = || {
+            write(&path, &bytes).unwrap();
+            let long_ago = SystemTime::now() - Duration::from_secs(100);
+            OpenOptions::new().write(true).open(&path).unwrap().set_modified(long_ago).unwrap();
+            Source::open(&path).unwrap().pieces().unwrap().unwrap_or_else(|_| panic!("it is a file"))
+        };
+        let pieces = open();
+        assert_eq!(pieces.read(50_000, 7).unwrap(), bytes[50_000..50_007]);
+        assert_eq!(pieces.read(99_998, usize::MAX).unwrap(), bytes[99_998..]);
+        assert_eq!((pieces.read(200_000, 7).unwrap().len(), pieces.length()), (0, 100_000));
+        assert!(pieces.unchanged().is_ok());
+        OpenOptions::new().append(true).open(&path).unwrap().write_all(b"more").unwrap();
+        assert!(pieces.unchanged().is_ok() && pieces.read(99_999, 9).unwrap() == bytes[99_999..]);
+        for length in [70_000, 100_000, 200_000] {
+            let pieces = open();
+            write(&path, vec![b'b'; length]).unwrap();
+            assert!(pieces.unchanged().unwrap_err().to_string().contains("written over"), "{length}");
+        }
+        std::fs::remove_file(&path).unwrap();
+        assert!(Source::of(io::repeat(0)).pieces().unwrap().is_err());
     }
 
     #[test]

@@ -89,6 +89,15 @@ impl States {
         all
     }
 
+    /// Bytes of the series.
+    pub fn bytes(&self) -> usize {
+        let of_terms = self.friction.iter().map(|term| &term.columns);
+        let series =
+            [&self.t, &self.q, &self.dq, &self.ddq, &self.tau, &self.direction, &self.motor_direction, &self.load];
+        let numbers: usize = series.into_iter().chain(of_terms).map(Vec::len).sum();
+        numbers * size_of::<f64>() + self.used.len()
+    }
+
     /// Whether there is no instant.
     #[inline]
     pub fn is_empty(&self) -> bool {

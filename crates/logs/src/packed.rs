@@ -1,11 +1,13 @@
-//! Samples of a log held in memory, in half the bytes where that loses nothing.
+//! Samples of a log held in memory, in fewer bytes where that loses nothing.
 //!
 //! What controllers write has few decimals: x = m 10^-k with the integer m in 32 bits. A series of such numbers is held by
-//! its integers, and m / 10^k is, bit for bit, what was read. Other series are held as they are.
+//! its integers (`integers`), and m / 10^k is, bit for bit, what was read. A series in single precision is held in it.
+//! Other series are held as they are.
 
 use std::ops::Range;
 
 use crate::abreast::abreast;
+use crate::integers::Integers;
 use crate::log::Log;
 
 /// A part of a log, its series packed.
@@ -23,8 +25,10 @@ pub(crate) struct PackedLog {
 /// The numbers of one series.
 enum Series {
     Plain(Vec<f64>),
+    /// In single precision.
+    Single(Vec<f32>),
     /// m, and 10^k.
-    Decimal(Vec<i32>, f64),
+    Decimal(Integers, f64),
 }
 
 /// Rows of the file that the samples come from. Mostly they are consecutive.
@@ -55,16 +59,22 @@ fn number(integer: i32, power: f64) -> f64 {
 impl Series {
     fn of(x: Vec<f64>) -> Series {
         let is_exact = |x: &f64, power: f64| number(integer(*x, power), power).to_bits() == x.to_bits();
-        let Some(power) = TRIED_POWERS_OF_TEN.into_iter().find(|&power| x.iter().all(|x| is_exact(x, power))) else {
-            return Series::Plain(x);
-        };
-        Series::Decimal(x.iter().map(|&x| integer(x, power)).collect(), power)
+        if let Some(power) = TRIED_POWERS_OF_TEN.into_iter().find(|&power| x.iter().all(|x| is_exact(x, power))) {
+            return Series::Decimal(Integers::of(x.iter().map(|&x| integer(x, power))), power);
+        }
+        match x.iter().all(|x| f64::from(*x as f32).to_bits() == x.to_bits()) {
+            true => Series::Single(x.iter().map(|&x| x as f32).collect()),
+            false => Series::Plain(x),
+        }
     }
 
     fn append_to(&self, all: &mut Vec<f64>, range: Range<usize>) {
         match self {
             Series::Plain(x) => all.extend_from_slice(&x[range]),
-            Series::Decimal(integers, power) => all.extend(integers[range].iter().map(|&m| number(m, *power))),
+            Series::Single(x) => all.extend(x[range].iter().map(|&x| f64::from(x))),
+            Series::Decimal(integers, power) => {
+                integers.each(range, |some| all.extend(some.iter().map(|&m| number(m, *power))));
+            }
         }
     }
 }
@@ -94,7 +104,8 @@ impl PackedLog {
         };
         let series = self.series.iter().map(|series| match series {
             Series::Plain(x) => size_of_val(x.as_slice()),
-            Series::Decimal(integers, _) => size_of_val(integers.as_slice()),
+            Series::Single(x) => size_of_val(x.as_slice()),
+            Series::Decimal(integers, _) => integers.bytes(),
         });
         rows + series.sum::<usize>()
     }
@@ -124,24 +135,30 @@ impl PackedLog {
 mod tests {
     use super::*;
 
-    /// Decimals in half the bytes, anything else as it is; not a bit is lost.
+    /// Decimals by their integers, single precision in half the bytes, anything else as it is; not a bit is lost.
     #[test]
     fn packing_loses_nothing() {
         let decimals: Vec<f64> =
             (-5000..5000).map(|i| f64::from(i) * 317.0 / 1e6).map(|x| (x * 1e6).round() / 1e6).collect();
         let cases = [
-            (vec![0.0, -0.0, 1.5, -2.25, 0.001], true),
-            (decimals, true),
-            (vec![0.1 + 0.2], false),
-            (vec![2_147_483_647.0, -2_147_483_647.0], true),
-            (vec![2_147_483_648.0], false),
-            (vec![1e300, -1e-300], false),
-            (vec![f64::from(i32::MIN)], false),
-            (Vec::new(), true),
+            (vec![0.0, -0.0, 1.5, -2.25, 0.001], "decimal"),
+            (decimals, "decimal"),
+            (vec![0.1 + 0.2], "plain"),
+            (vec![f64::from(0.1_f32), -0.0], "single"),
+            (vec![2_147_483_647.0, -2_147_483_647.0], "decimal"),
+            (vec![2_147_483_649.0], "plain"),
+            (vec![1e300, -1e-300], "plain"),
+            (vec![f64::from(i32::MIN)], "single"),
+            (Vec::new(), "decimal"),
         ];
-        for (x, is_packed) in cases {
+        for (x, expected) in cases {
             let series = Series::of(x.clone());
-            assert_eq!(matches!(series, Series::Decimal(..)), is_packed, "{:?}", x.first());
+            let kind = match series {
+                Series::Plain(_) => "plain",
+                Series::Single(_) => "single",
+                Series::Decimal(..) => "decimal",
+            };
+            assert_eq!(kind, expected, "{:?}", x.first());
             let mut found = Vec::new();
             series.append_to(&mut found, 0..x.len());
             assert!(x.iter().zip(&found).all(|(a, b)| a.to_bits() == b.to_bits()) && x.len() == found.len());

@@ -1,8 +1,8 @@
 //! Which format a file has, and its reader.
 //!
 //! The formats are delimited text (`formats::delimited`), plain or gzip; the arrays of a .npz; a Parquet file; the
-//! joint states of a ROS recording. The content decides the format, not the name. `-` is standard input. A file that is
-//! no text is held whole, up to [`MAX_FILE_BYTES`]. A text ends at [`MAX_CELLS`](crate::table::MAX_CELLS) numbers, so
+//! joint states of a ROS recording. The content decides the format, not the name. `-` is standard input. Of a text, and
+//! of a Parquet file on disk, some rows are read at a time; another file is held whole, up to [`MAX_FILE_BYTES`]. A text ends at [`MAX_CELLS`](crate::table::MAX_CELLS) numbers, so
 //! that a pipe or device without end is refused there.
 
 use std::io::{Cursor, ErrorKind, Read};
@@ -14,13 +14,15 @@ use gate::source::Source;
 use crate::Error;
 use crate::formats::content::{Content, MAGIC_BYTES};
 use crate::formats::delimited::TableReader;
-use crate::table::{MAX_FILE_BYTES, Table};
+#[cfg(feature = "parquet")]
+use crate::formats::parquet::file::ParquetReader;
+use crate::table::{MAX_FILE_BYTES, RowReader, Table};
 
 /// A file that was opened.
 pub(crate) enum Opened<'a> {
-    /// Text, of which rows are read on demand.
-    Text {
-        reader: TableReader<'a>,
+    /// Rows that are read on demand.
+    Rows {
+        reader: Box<dyn RowReader + 'a>,
         /// Whether the file can be opened again: a pipe cannot.
         again: bool,
     },
@@ -55,14 +57,24 @@ fn opened(file: &str, mut source: Source) -> Result<Opened<'static>, Error> {
     let again = source.length().is_some();
     let head = source.head(MAGIC_BYTES).map_err(failed)?;
     let content = Content::of(&head);
+    #[cfg(feature = "parquet")]
+    if content == Content::Parquet {
+        source = match source.pieces().map_err(failed)? {
+            Ok(pieces) => {
+                let reader = Box::new(ParquetReader::of_file(file, pieces)?);
+                return Ok(Opened::Rows { reader, again });
+            }
+            Err(pipe) => pipe,
+        };
+    }
     let source = Cursor::new(head).chain(source);
     #[cfg(feature = "zstd")]
     if content == Content::Zstd {
         return of_zstd(file, source, again);
     }
     if matches!(content, Content::Text | Content::Gzip) {
-        let reader = TableReader::of_content(file, content, source)?;
-        return Ok(Opened::Text { reader, again });
+        let reader = Box::new(TableReader::of_content(file, content, source)?);
+        return Ok(Opened::Rows { reader, again });
     }
     let bytes = Source::of(source).whole(MAX_FILE_BYTES).map_err(failed)?;
     Table::from_bytes(file, &bytes).map(Opened::Whole)
@@ -85,8 +97,8 @@ fn of_zstd<'a>(file: &str, source: impl Read + Send + 'a, again: bool) -> Result
         return Err(Error::at(file, 0, "a zstd stream within a zstd stream; unpack it first"));
     }
     if content == Content::Text {
-        let source = source.put_back(head);
-        return Ok(Opened::Text { reader: TableReader::unfolding(file, source)?, again });
+        let reader = Box::new(TableReader::unfolding(file, source.put_back(head))?);
+        return Ok(Opened::Rows { reader, again });
     }
     let (packed, mut source) = (source.packed(), source.held(WHOLE_COPIES));
     source.by_ref().take(MAX_FILE_BYTES).read_to_end(&mut head).map_err(failed)?;
@@ -99,7 +111,7 @@ impl Table {
     /// Reads a file, the directory of a rosbag2, or standard input (`-`); `log.mcap#/topic` names one of several topics.
     pub fn read(path: &Path) -> Result<Table, Error> {
         match open(path)? {
-            Opened::Text { mut reader, .. } => reader.rows(usize::MAX),
+            Opened::Rows { mut reader, .. } => reader.rows(usize::MAX),
             Opened::Whole(table) => Ok(table),
         }
     }
@@ -124,7 +136,7 @@ impl Table {
             Content::Mcap | Content::Sqlite => crate::formats::rosbag::recording::from_bytes(file, bytes, budget),
             #[cfg(feature = "zstd")]
             Content::Zstd => match of_zstd(file, bytes, false)? {
-                Opened::Text { mut reader, .. } => reader.rows(usize::MAX),
+                Opened::Rows { mut reader, .. } => reader.rows(usize::MAX),
                 Opened::Whole(table) => Ok(table),
             },
             _ => TableReader::of_content(file, content, bytes)?.rows(usize::MAX),

@@ -5,7 +5,6 @@
 //! states are the same whether the log comes from memory or from its file.
 
 use std::path::{Path, PathBuf};
-use std::time::SystemTime;
 
 use crate::Error;
 use crate::abreast::abreast;
@@ -15,7 +14,7 @@ use crate::cleaning::suspects::unwrap;
 use crate::columns::mapping::Columns;
 use crate::columns::names::ColumnNames;
 use crate::columns::words::Quantity;
-use crate::formats::delimited::TableReader;
+use crate::file_state::FileState;
 use crate::log::{Effort, Log, Window};
 use crate::packed::PackedLog;
 use crate::part::{Part, read_block};
@@ -25,8 +24,9 @@ use crate::table::Table;
 /// Rows of a block.
 const ROWS_PER_BLOCK: usize = 1 << 17;
 
-/// Most numbers of a log that is held in memory: 384 MiB, two million rows of seven joints.
-const MAX_HELD_NUMBERS: usize = 3 << 24;
+/// Most bytes of the samples of a log that is held in memory: ten million rows of seven joints in the decimals that
+/// controllers write.
+const MAX_HELD_BYTES: usize = 3 << 27;
 
 /// Most cells of a block, which bounds its rows where a file has very many columns.
 const MAX_CELLS_PER_BLOCK: usize = 1 << 24;
@@ -41,14 +41,14 @@ pub enum LogSource {
 
 impl LogSource {
     /// Opens a file and finds the columns of the coordinates in it. A log of more than 131072 rows is read block by
-    /// block. A text of more than 50 million numbers of the robot is read again at every pass.
+    /// block. One whose packed samples take more than `MAX_HELD_BYTES` is read again at every pass.
     ///
     /// Fails as `Log::read` does.
     pub fn open(path: &Path, coordinates: &[String], names: &ColumnNames) -> Result<(LogSource, Columns), Error> {
         LogSource::open_within(path, coordinates, names, usize::MAX, ROWS_PER_BLOCK)
     }
 
-    /// As `open`, with the most rows of a text that is held in memory, `held`, and the rows of a block, `block`.
+    /// As `open`, with the most rows that are held in memory, `held`, and the rows of a block, `block`.
     pub fn open_within(
         path: &Path,
         coordinates: &[String],
@@ -57,14 +57,14 @@ impl LogSource {
         block: usize,
     ) -> Result<(LogSource, Columns), Error> {
         let (mut reader, again) = match read::open(path)? {
-            Opened::Text { reader, again } => (reader, again),
+            Opened::Rows { reader, again } => (reader, again),
             Opened::Whole(table) => return LogSource::of_table(path, table, coordinates, names, block),
         };
         let state = FileState::of(path);
         let block = block.min(MAX_CELLS_PER_BLOCK / reader.width()).max(1);
         let first = reader.rows(block)?;
         let columns = Columns::find(&first, coordinates, names)?;
-        reader.keep(columns.sources().map(|source| source.column));
+        reader.keep(&columns.places());
         let mut ahead = RowsAhead::new(reader, block);
         let mut next = ahead.next()?;
         if next.rows() == 0 {
@@ -73,22 +73,23 @@ impl LogSource {
         let mut account = Account::default();
         let mut parts = vec![account.add(Log::usable(&first, &columns, 0..first.rows(), f64::NEG_INFINITY)?)];
         drop(first);
-        let held = held.min(MAX_HELD_NUMBERS / columns.sources().count());
-        let mut is_held = true;
+        let (mut is_held, mut bytes) = (true, parts[0].bytes());
         while next.rows() > 0 {
             let (part, rows, following) = read_block(&mut ahead, next, &columns, account.end, block)?;
-            is_held &= rows.end <= held;
+            let part = account.add(part);
+            bytes += part.bytes();
+            is_held &= rows.end <= held && bytes <= MAX_HELD_BYTES;
             if !is_held && !again {
                 let message = format!(
-                    "more than {held} rows from a pipe or device; so long a log is read again at each pass: write it to a \
-                     file"
+                    "more than {} rows come from a pipe or device, and memory for them ends; so long a log is read again at \
+                     each pass: write it to a file",
+                    rows.start
                 );
-                return Err(Error::at(&part.name, 0, message));
+                return Err(Error::at(&path.display().to_string(), 0, message));
             }
-            let part = account.add(part);
             match is_held {
                 true => parts.push(part),
-                false => parts.clear(),
+                false => parts = Vec::new(),
             }
             next = following;
         }
@@ -214,19 +215,6 @@ impl Account {
     }
 }
 
-/// Length and time of modification, which change when a file is written or replaced.
-#[derive(PartialEq)]
-struct FileState(u64, Option<SystemTime>);
-
-impl FileState {
-    fn of(path: &Path) -> Result<FileState, Error> {
-        let metadata = std::fs::metadata(path);
-        let metadata =
-            metadata.map_err(|e| Error::at(&path.display().to_string(), 0, format!("cannot be read: {e}")))?;
-        Ok(FileState(metadata.len(), metadata.modified().ok()))
-    }
-}
-
 impl LogStream {
     /// Refuses a log as `Log::from_table` does.
     fn new(path: PathBuf, columns: Columns, account: Account, parts: Parts, block: usize) -> Result<LogStream, Error> {
@@ -240,8 +228,8 @@ impl LogStream {
     /// Fails when the file cannot be read again, or has changed.
     pub fn each(&self, take: &mut dyn FnMut(&Log) -> Result<(), Error>) -> Result<(), Error> {
         self.parts(1, &mut |part| match part.len() {
-            0 => Ok(()),
-            len => take(&self.described(part.range(0..len))),
+            0 => Ok(true),
+            len => take(&self.described(part.range(0..len))).map(|()| true),
         })
     }
 
@@ -257,17 +245,27 @@ impl LogStream {
         &self.report
     }
 
-    /// Hands over the usable rows, `blocks` blocks of the file at a time.
+    /// Hands over the usable rows, `blocks` blocks of the file at a time, until `take` wants no more.
     ///
     /// Fails when the file cannot be read again, or has changed.
-    fn parts<'a>(&'a self, blocks: usize, take: &mut dyn FnMut(Part<'a>) -> Result<(), Error>) -> Result<(), Error> {
+    fn parts<'a>(&'a self, blocks: usize, take: &mut dyn FnMut(Part<'a>) -> Result<bool, Error>) -> Result<(), Error> {
         match &self.parts {
-            Parts::Held(parts) => parts.chunks(blocks).try_for_each(|parts| take(Part::Held(parts))),
+            Parts::Held(parts) => {
+                for parts in parts.chunks(blocks) {
+                    if !take(Part::Held(parts))? {
+                        break;
+                    }
+                }
+                Ok(())
+            }
             Parts::File(path, state) => {
-                let mut reader = TableReader::open(path)?;
+                let changed = || {
+                    let message = "the file changes while it is read, or was replaced since; begin again";
+                    Error::at(&path.display().to_string(), 0, message)
+                };
+                let Opened::Rows { mut reader, .. } = read::open(path)? else { return Err(changed()) };
                 let (mut after, mut count) = (f64::NEG_INFINITY, 0);
-                // The names are settled with the first rows of units, which belong to the header.
-                reader.keep(self.columns.sources().map(|source| source.column));
+                reader.keep(&self.columns.places());
                 let block = blocks * self.block;
                 let mut ahead = RowsAhead::new(reader, block);
                 let mut next = ahead.next()?;
@@ -275,26 +273,37 @@ impl LogStream {
                     let (part, rows, following) = read_block(&mut ahead, next, &self.columns, after, block)?;
                     (count, next) = (rows.end, following);
                     after = part.t.last().copied().unwrap_or(after);
-                    take(Part::Read(Box::new(part)))?;
+                    if !take(Part::Read(Box::new(part)))? {
+                        return Ok(());
+                    }
                 }
                 if count != self.report.rows || FileState::of(path)? != *state {
-                    let message = "the file changes while it is read, or was replaced since; begin again";
-                    return Err(Error::at(&path.display().to_string(), 0, message));
+                    return Err(changed());
                 }
                 Ok(())
             }
         }
     }
 
-    /// Hands over the log in blocks that reach `overlap` s into their neighbours. The window of a block covers its own
-    /// rows.
+    /// Hands over the log in blocks that reach `overlap` s into their neighbours, from the block `first` on until `take`
+    /// wants no more. The window of a block covers its own rows.
     ///
     /// Fails when the file cannot be read again, or has changed.
-    pub fn blocks(&self, overlap: f64, take: &mut dyn FnMut(Log) -> Result<(), Error>) -> Result<(), Error> {
+    pub fn blocks(
+        &self,
+        overlap: f64,
+        first: usize,
+        take: &mut dyn FnMut(Log) -> Result<bool, Error>,
+    ) -> Result<(), Error> {
         let reach = (overlap / self.report.period).ceil() as usize;
         let mut before: Option<Log> = None;
         let mut current: Option<Part> = None;
+        let mut index = 0;
         let mut block = |before: Option<Log>, current: &Part, next: Option<&Part>| {
+            index += 1;
+            if index <= first {
+                return Ok(true);
+            }
             let after = next.map_or(0, |next| reach.min(next.len()));
             let mut block = before.unwrap_or_else(|| current.range(0..0));
             block.reserve(block.len() + current.len() + after);
@@ -308,18 +317,22 @@ impl LogStream {
             abreast(block.len(), block.q.iter_mut().collect(), |q| unwrap(q));
             take(self.described(block))
         };
+        let mut goes_on = true;
         self.parts((4 * reach).div_ceil(self.block).max(1), &mut |next| {
             if next.len() == 0 {
-                return Ok(());
+                return Ok(true);
             }
             if let Some(current) = current.take() {
-                block(before.take(), &current, Some(&next))?;
+                goes_on = block(before.take(), &current, Some(&next))?;
                 before = Some(current.range(current.len().saturating_sub(reach)..current.len()));
             }
             current = Some(next);
-            Ok(())
+            Ok(goes_on)
         })?;
-        current.map_or(Ok(()), |current| block(before.take(), &current, None))
+        match current.filter(|_| goes_on) {
+            Some(current) => block(before.take(), &current, None).map(drop),
+            None => Ok(()),
+        }
     }
 }
 
@@ -352,12 +365,22 @@ mod tests {
             let mut blocks = Vec::new();
             // A reach of 200 rows asks for blocks of two parts.
             for overlap in [0.5, 2.0] {
+                let bits = |x: &[f64]| x.iter().map(|x| x.to_bits()).collect::<Vec<u64>>();
                 let take = &mut |block: Log| {
-                    let bits = |x: &[f64]| x.iter().map(|x| x.to_bits()).collect::<Vec<u64>>();
                     blocks.push((bits(&block.t), bits(&block.q[0]), bits(&block.effort[0]), block.rows, block.window));
-                    Ok(())
+                    Ok(true)
                 };
-                stream.blocks(overlap, take).unwrap();
+                stream.blocks(overlap, 0, take).unwrap();
+                // Whoever holds some blocks goes on behind them.
+                let all = blocks.clone();
+                let (mut index, of_this) = (0, all.len() - if overlap == 0.5 { 9 } else { 5 });
+                let take = &mut |block: Log| {
+                    assert_eq!(bits(&block.t), all[of_this + 2 + index].0);
+                    index += 1;
+                    Ok(index < 2)
+                };
+                stream.blocks(overlap, 2, take).unwrap();
+                assert_eq!(index, 2);
             }
             (LogReport { first_not_finite: None, ..stream.report().clone() }, blocks)
         });

@@ -91,6 +91,20 @@ pub(crate) const MAX_CELLS: usize = 1 << 28;
 /// Bytes of a file that is held whole, or of one that comes through a pipe: all but plain text.
 pub(crate) const MAX_FILE_BYTES: u64 = 1 << 31;
 
+/// Rows of a file on their way into tables.
+pub(crate) trait RowReader: Send {
+    /// How many columns the tables will have, as far as the head of the file tells.
+    fn width(&self) -> usize;
+
+    /// Leaves all but these columns of the tables unread from now on: they are empty in the tables that follow.
+    fn keep(&mut self, columns: &[usize]);
+
+    /// The next rows, at most `most`; none at the end.
+    ///
+    /// Fails when a row cannot be read, and when there are more numbers than [`MAX_CELLS`].
+    fn rows(&mut self, most: usize) -> Result<Table, Error>;
+}
+
 /// Shows what names hide, and refuses headers that name no columns, or too many, or one twice; `line` is where they stand.
 pub(crate) fn check_header(file: &str, line: usize, header: &mut [String]) -> Result<(), Error> {
     for name in header.iter_mut().filter(|name| name.contains(is_hidden)) {

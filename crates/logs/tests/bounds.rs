@@ -82,9 +82,9 @@ fn a_file_replaced_is_noticed() {
     let path = folder.join("log.csv");
     std::fs::write(&path, rows(300, 1.0)).unwrap();
     let Ok(LogSource::Streamed(stream)) = open(&path, 100) else { panic!("it is held") };
-    assert!(stream.blocks(0.1, &mut |_| Ok(())).is_ok());
+    assert!(stream.blocks(0.1, 0, &mut |_| Ok(true)).is_ok());
     std::fs::write(&path, rows(300, 10.0)).unwrap();
-    let message = stream.blocks(0.1, &mut |_| Ok(())).unwrap_err().to_string();
+    let message = stream.blocks(0.1, 0, &mut |_| Ok(true)).unwrap_err().to_string();
     assert!(message.contains("was replaced since"), "{message}");
     std::fs::remove_dir_all(&folder).unwrap();
 }
@@ -114,7 +114,7 @@ fn devices_and_pipes_without_an_end() {
     let writer = feed(rows(300, 1.0));
     let message = open(&pipe, 100).err().unwrap();
     assert!(
-        message.contains("more than 100 rows from a pipe or device") && message.contains("write it to a file"),
+        message.contains("more than 64 rows come from a pipe or device") && message.contains("write it to a file"),
         "{message}"
     );
     writer.join().unwrap();

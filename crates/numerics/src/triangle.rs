@@ -6,9 +6,10 @@
 //!
 //! | symbol | code | shape | |
 //! |---|---|---|---|
-//! | R, z, rho | `entries` | (p + 1) x (p + 1), upper, column by column | the unit of y per unit of the parameter |
+//! | R, z, rho | `entries` | upper, column by column; of m columns m x m | the unit of y per unit of the parameter |
 //!
-//! A column that has held only zeros costs nothing. Weights are not here: the triangle of a joint is scaled as a
+//! A column that has held only zeros takes neither time nor memory: the torque of a joint depends on few of the parameters
+//! of a robot of many limbs. Weights are not here: the triangle of a joint is scaled as a
 //! whole when it is merged.
 
 use std::ops::Range;
@@ -20,13 +21,18 @@ use crate::row_block::RowBlock;
 #[derive(Clone, Debug, PartialEq)]
 pub struct Triangle {
     p: usize,
-    /// Entry (i, j) of the triangle, i <= j <= p, at j (p + 1) + i.
+    /// Columns that have held something other than zeros, ascending.
+    live: Vec<usize>,
+    /// Of each column its place among those, or [`NOT_LIVE`].
+    places: Vec<u32>,
+    /// Entry (a, b) of the m live columns, a <= b < m, at b m + a.
     entries: Vec<f64>,
-    /// Columns that have held something other than zeros.
-    live: Vec<bool>,
     /// Rows folded in.
     pub rows: usize,
 }
+
+/// The place of a column that has held only zeros.
+const NOT_LIVE: u32 = u32::MAX;
 
 /// A column depends on those before it where they leave less than this share of its norm, which is rounding.
 const DEPENDENT_COLUMN_SHARE: f64 = 1e-10;
@@ -94,14 +100,15 @@ impl ColumnTriangle {
 
     /// The triangle of all p columns.
     pub fn finish(self, p: usize) -> Triangle {
-        let mut triangle = Triangle::new(p);
         let m = self.places.len();
         let all = |k: usize| self.columns.get(k).copied().unwrap_or(p);
-        for j in 0..m {
-            for i in 0..=j {
-                triangle.entries[all(j) * (p + 1) + all(i)] = self.entries[j * m + i];
+        let kept: Vec<usize> = (0..m).filter(|&j| (0..=j).any(|i| self.entries[j * m + i] != 0.0)).collect();
+        let mut triangle = Triangle::new(p);
+        triangle.set_live(kept.iter().map(|&k| all(k)).collect());
+        for (b, &j) in kept.iter().enumerate() {
+            for (a, &i) in kept[..=b].iter().enumerate() {
+                triangle.entries[b * kept.len() + a] = self.entries[j * m + i];
             }
-            triangle.live[all(j)] = (0..=j).any(|i| self.entries[j * m + i] != 0.0);
         }
         triangle.rows = self.rows;
         triangle
@@ -111,7 +118,29 @@ impl ColumnTriangle {
 impl Triangle {
     /// The triangle of no rows with `p` columns and a right-hand side.
     pub fn new(p: usize) -> Triangle {
-        Triangle { p, entries: vec![0.0; (p + 1) * (p + 1)], live: vec![false; p + 1], rows: 0 }
+        Triangle { p, live: Vec::new(), places: vec![NOT_LIVE; p + 1], entries: Vec::new(), rows: 0 }
+    }
+
+    /// Bytes of a triangle with `p` columns of which `live` are not zero, with the right-hand side.
+    pub fn bytes(p: usize, live: usize) -> usize {
+        let entries = live.saturating_mul(live).saturating_add(live).saturating_mul(size_of::<f64>());
+        entries.saturating_add((p + 1).saturating_mul(size_of::<u32>()))
+    }
+
+    /// Makes room for these columns, ascending, of which those are some that are live; the others hold zeros.
+    fn set_live(&mut self, live: Vec<usize>) {
+        let m = live.len();
+        let before = std::mem::replace(&mut self.live, live);
+        let of_before = std::mem::replace(&mut self.entries, vec![0.0; m * m]);
+        for (place, &c) in self.live.iter().enumerate() {
+            self.places[c] = place as u32;
+        }
+        for (b, &j) in before.iter().enumerate() {
+            for (a, &i) in before[..=b].iter().enumerate() {
+                let place = self.places[j] as usize * m + self.places[i] as usize;
+                self.entries[place] = of_before[b * before.len() + a];
+            }
+        }
     }
 
     /// Number of columns without the right-hand side.
@@ -123,25 +152,30 @@ impl Triangle {
     /// Entry (i, j), i <= j; j = p is the right-hand side, (p, p) the norm of the residual.
     #[inline]
     pub fn at(&self, i: usize, j: usize) -> f64 {
-        self.entries[j * (self.p + 1) + i]
+        match (self.places[i], self.places[j]) {
+            (NOT_LIVE, _) | (_, NOT_LIVE) => 0.0,
+            (a, b) => self.entries[b as usize * self.live.len() + a as usize],
+        }
     }
 
     /// The columns that have held something other than zeros, ascending, p for the right-hand side.
     pub fn live(&self) -> Vec<usize> {
-        (0..=self.p).filter(|&c| self.live[c]).collect()
+        self.live.clone()
     }
 
     /// The triangle of `rows` rows with `p` columns, of which those in `live` (ascending, at most p) are not zero.
     /// `numbers` has their entries, the upper part column by column. `None` where there are too few, or where `live`
-    /// has a column beyond p.
+    /// does not ascend or has a column beyond p.
     pub fn of_numbers(p: usize, live: &[usize], rows: usize, numbers: &[f64]) -> Option<Triangle> {
         let mut triangle = Triangle::new(p);
+        let m = live.len();
+        if live.iter().any(|&c| c > p) || !live.is_sorted_by(|a, b| a < b) || numbers.len() < m * (m + 1) / 2 {
+            return None;
+        }
+        triangle.set_live(live.to_vec());
         let mut numbers = numbers.iter();
-        for (k, &j) in live.iter().enumerate() {
-            *triangle.live.get_mut(j)? = true;
-            for &i in &live[..=k] {
-                triangle.entries[j * (p + 1) + i] = *numbers.next()?;
-            }
+        for b in 0..m {
+            triangle.entries[b * m..=b * m + b].iter_mut().zip(&mut numbers).for_each(|(entry, x)| *entry = *x);
         }
         triangle.rows = rows;
         Some(triangle)
@@ -152,17 +186,23 @@ impl Triangle {
         self.rows += block.rows;
         let stride = block.stride();
         let numbers = block.numbers();
-        for (c, live) in self.live.iter_mut().enumerate() {
-            *live = *live || numbers.iter().skip(c).step_by(stride).any(|eight| eight.0 != [0.0; 8]);
+        let holds = |c: usize| numbers.iter().skip(c).step_by(stride).any(|eight| eight.0 != [0.0; 8]);
+        let live: Vec<usize> = (0..=self.p).filter(|&c| self.places[c] != NOT_LIVE || holds(c)).collect();
+        if live.len() > self.live.len() {
+            self.set_live(live);
         }
-        let live = self.live();
-        reflect(&mut self.entries, self.p + 1, Columns { index: &live, places: &live }, block);
+        let index: Vec<usize> = (0..self.live.len()).collect();
+        reflect(&mut self.entries, self.live.len(), Columns { index: &index, places: &self.live }, block);
         block.rows = 0;
     }
 
     /// Adds the rows behind another triangle, each multiplied by `weight`.
     pub fn merge(&mut self, other: &Triangle, weight: f64) {
         let (m, rows) = (self.p + 1, self.rows + other.rows);
+        if other.live.is_empty() {
+            self.rows = rows;
+            return;
+        }
         let mut block = RowBlock::new(m);
         for i in 0..m {
             if block.is_full() {

@@ -101,25 +101,19 @@ pub fn check(model: &Model, file: &Path, artefact: &ExcitingMotion, request: &Ch
     let mut left_out = surroundings.left_out().to_vec();
     left_out.extend(torque_left_out(known.enclosure.is_some(), names, &limits, asked));
     left_out.extend(limits_of_file(&origins));
+    left_out.extend(torques_of_file(artefact, request).filter(|_| torque.is_some()));
     if artefact.left_out.is_none() {
         left_out.extend(beyond_own_list(artefact, surroundings.gaps(), &mut certificate));
     }
     left_out.push(LeftOut::approach());
-    let notes = notes(artefact, request, torque.is_some(), &origins);
+    let notes = notes(artefact, torque.is_some(), &origins);
     let (floor, lowest) = (surroundings.floor(), surroundings.lowest(&motion));
     Ok(Checked { certificate, left_out, floor, lowest, notes, limits, origins })
 }
 
 /// What the motion's own file says that proves nothing.
-fn notes(artefact: &ExcitingMotion, request: &CheckRequest, knows_torque: bool, origins: &[HeldLimit]) -> Vec<String> {
+fn notes(artefact: &ExcitingMotion, knows_torque: bool, origins: &[HeldLimit]) -> Vec<String> {
     let mut notes = Vec::new();
-    if artefact.identified.is_some() && request.after.is_none() {
-        notes.push(
-            "the motion was made with torques of an estimate, which its file repeats; they prove nothing here: [after=ESTIMATE] \
-             gives them"
-                .to_string(),
-        );
-    }
     let space = &artefact.space;
     let is_lenient = !space.own_links || !space.accept.is_empty() || !space.ignored_pairs.is_empty();
     if is_lenient || space.floor == Some(Floor::NOWHERE) {
@@ -145,6 +139,15 @@ fn limits_of_file(origins: &[HeldLimit]) -> Option<LeftOut> {
     let what =
         "a limit that stands nowhere else is as the motion's file has it, loosened or not ([limits=FILE] gives yours)";
     (!kinds.is_empty()).then(|| LeftOut::assumed(Matter::Limit, kinds, what, "the motion's file"))
+}
+
+/// Torques that the motion's file brings along prove nothing: whoever writes the file writes them.
+fn torques_of_file(artefact: &ExcitingMotion, request: &CheckRequest) -> Option<LeftOut> {
+    let what = "the motion was made with torques of an estimate, which its file repeats; they prove nothing here \
+                ([after=ESTIMATE] gives them)";
+    let of = vec!["a robot with the torques of its description".into()];
+    (artefact.identified.is_some() && request.after.is_none())
+        .then(|| LeftOut::assumed(Matter::Effort, of, what, "the description"))
 }
 
 /// What a motion of an earlier version did not look at: pairs and a floor that are not in its certificate, and that are

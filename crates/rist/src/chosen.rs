@@ -60,8 +60,16 @@ impl<'a> Looked<'a> {
     /// Fails where a log cannot be read.
     pub(crate) fn of(model: &'a Model, logs: &'a [LogSource], options: &Options) -> Result<Looked<'a>, Error> {
         let records = SourceRecords::new(model.regressor(), logs, &options.preparation())?;
-        let passport = passport_of(model, logs, &records, options.transmission.drive_gains.as_deref())?;
-        Ok(Looked { options: options.clone(), records, passport, rows: None })
+        let gains = options.transmission.drive_gains.as_deref();
+        // Where rotors are asked for, their rows give these.
+        let (passport, rows) = match records.are_made_anew() && !may_lack_rotors(model) {
+            false => (passport_of(model, logs, &records, gains)?, None),
+            true => {
+                let linear = options.linear_model(model.regressor());
+                Observation::beside(&linear, &records, |records| passport_of(model, logs, records, gains))?
+            }
+        };
+        Ok(Looked { options: options.clone(), records, passport, rows })
     }
 
     /// The same, read anew only where they were read with other options.
@@ -170,13 +178,18 @@ fn sources(seen: &Passport, options: &mut Options) -> Vec<String> {
     sentences
 }
 
-/// The model with rotor inertias where a URDF lacks them and parts left out are predicted better with them.
-/// Where they do not, the rows that were made for it are kept.
-fn rotors(model: &Model, looked: &mut Looked<'_>, options: &Options) -> Result<Option<(Model, String)>, Error> {
+/// Whether rotor inertias are to be asked for: the model is of a URDF, which cannot say them, and nobody decided.
+fn may_lack_rotors(model: &Model) -> bool {
     let is_urdf = model.path.extension().is_some_and(|e| e.eq_ignore_ascii_case("urdf"));
     let is_pinned = model.description.as_ref().is_some_and(|d| d.rotor_inertia.is_some());
     let lacks = model.robot.links.iter().all(|link| link.joint.rotor_inertia == RotorInertia::Absent);
-    if !is_urdf || is_pinned || !lacks {
+    is_urdf && !is_pinned && lacks
+}
+
+/// The model with rotor inertias where a URDF lacks them and parts left out are predicted better with them.
+/// Where they do not, the rows that were made for it are kept.
+fn rotors(model: &Model, looked: &mut Looked<'_>, options: &Options) -> Result<Option<(Model, String)>, Error> {
+    if !may_lack_rotors(model) {
         return Ok(None);
     }
     let Some(rows) = WithRotors::of_records(model.regressor(), &looked.records, options)? else { return Ok(None) };

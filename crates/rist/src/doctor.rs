@@ -2,7 +2,7 @@
 
 use identification::estimate::options::Options;
 use identification::estimate::passport::passport;
-use identification::signals::records::SourceRecords;
+use identification::signals::records::{Records, SourceRecords};
 use logs::{Effort, LogSource};
 
 pub use identification::estimate::ledger::claims_of_log;
@@ -53,10 +53,10 @@ impl DoctorRequest {
 
 /// The passport of logs and their records. `gains`: the drive gains by which currents became torques, where they are
 /// known.
-pub(crate) fn passport_of(
+pub(crate) fn passport_of<R: Records + ?Sized>(
     model: &Model,
     logs: &[LogSource],
-    records: &SourceRecords<'_>,
+    records: &R,
     gains: Option<&[f64]>,
 ) -> Result<Passport, Error> {
     let suspects: Vec<_> = logs.iter().flat_map(|log| log.report().suspect.clone()).collect();

@@ -1,6 +1,6 @@
 //! Identifies parameters from the logs of a plan: by the paper's rows of Sp, or by RIST-MH.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use experiments::motion::record::Record;
 use experiments::plan::exciting_trajectory::ExcitingTrajectory;
@@ -23,6 +23,24 @@ pub struct ExperimentLogs<'a> {
     pub directory: &'a Path,
     /// The plan that was run.
     pub plan: &'a ExperimentPlan,
+}
+
+impl ExperimentLogs<'_> {
+    /// The names of all logs that may be read, whether they are there or not.
+    pub fn files(&self) -> Vec<PathBuf> {
+        let names = self.plan.experiments.iter().flat_map(|e| [plain(&e.name), loaded(&e.name)]);
+        names.map(|name| self.directory.join(name)).collect()
+    }
+}
+
+/// The name of the log of an experiment.
+fn plain(experiment: &str) -> String {
+    format!("{experiment}.csv")
+}
+
+/// The name of its log with a load.
+fn loaded(experiment: &str) -> String {
+    format!("{experiment}_loaded.csv")
 }
 
 /// Identifies the base parameters, and the drive gains that are not known, from the experiments of a plan, by all
@@ -63,7 +81,7 @@ fn identify_by(
     let mut read = Reader { model, columns: &columns, currents: false, files: Vec::new() };
     let mut experiments = Vec::new();
     for (e, trajectory) in logs.plan.experiments.iter().zip(&trajectories) {
-        experiments.push(read.experiment(&logs.directory.join(format!("{}.csv", e.name)), trajectory)?);
+        experiments.push(read.experiment(&logs.directory.join(plain(&e.name)), trajectory)?);
     }
     let mut remark = None;
     // Logs of the same experiments with a known load, as many as there are.
@@ -72,7 +90,7 @@ fn identify_by(
         remark = Some(format!("the load of {}: {} kg on {}", file.display(), load.mass, load.link));
         let unloaded = experiments.len();
         for (e, trajectory) in logs.plan.experiments.iter().zip(&trajectories) {
-            let path = logs.directory.join(format!("{}_loaded.csv", e.name));
+            let path = logs.directory.join(loaded(&e.name));
             if path.exists() {
                 experiments.push(read.experiment(&path, trajectory)?.loaded(&added));
             }

@@ -4,8 +4,9 @@ use experiments::motion::sample_count::check_samples;
 use experiments::plan::candidates::{Candidate, CandidateGrid, candidates};
 use experiments::plan::exchange::Search;
 use experiments::plan::ranges::check_limits;
+use experiments::simulate::defaults::motion_limits;
 use experiments::simulate::dynamics::RegressorDynamics;
-use experiments::simulate::setup::{SimulationSetup, motion_limits};
+use experiments::simulate::setup::SimulationSetup;
 use numerics::interruption::Interruption;
 
 pub use experiments::plan::experiment_plan::ExperimentPlan;
@@ -78,7 +79,7 @@ fn candidates_of(model: &Model, request: &PlanRequest) -> Result<Candidates, Err
             SimulationSetup::for_robot(&model.robot, &dynamics).sensing.torque_noise
         }
         None => {
-            notes.push("no inertial parameters in the file: torque noise of 0.1 N m assumed".into());
+            notes.push("no inertial parameters in the file: torque noise of 0.1 N m (N) a sample assumed".into());
             vec![0.1; limits.len()]
         }
     };

@@ -165,9 +165,11 @@ fn effort_notes(model: &Model, request: &SimulateRequest) -> Vec<String> {
     if request.effort(model) == Effort::Torque {
         return vec!["no drive gain is known: the logs hold torques ([gain] makes currents of them)".into()];
     }
-    let names = model.regressor().coordinates().iter().zip(model.drive_gains());
-    let assumed = names.filter(|(c, gain)| gain.is_none() && request.gain.iter().all(|(name, _)| name != *c));
-    assumed.map(|(c, _)| format!("{c}: no drive gain in the file, 1 N m/A assumed")).collect()
+    let regressor = model.regressor();
+    let names = regressor.coordinates().iter().zip(model.drive_gains()).enumerate();
+    let assumed = names.filter(|(_, (c, gain))| gain.is_none() && request.gain.iter().all(|(name, _)| name != *c));
+    let unit = |k: usize| if regressor.is_prismatic(k) { "N/A" } else { "N m/A" };
+    assumed.map(|(k, (c, _))| format!("{c}: no drive gain in the file, 1 {} assumed", unit(k))).collect()
 }
 
 /// Refuses motions for validation that are too long.

@@ -28,6 +28,10 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let model = arguments.model.derive()?;
     let plan = read_plan(plan_file, &model)?;
     let logs = ExperimentLogs { directory, plan: &plan };
+    // The logs are inputs too, and the plan has their names.
+    let files = logs.files();
+    inputs.extend(files.iter().map(PathBuf::as_path));
+    arguments.out.iter().try_for_each(|out| check_output(out, &inputs))?;
     let of_options = |e| Failure::new(format_args!("{}: {e}", given.file("options").display()));
     let at = || at_work(format_args!("identifying from {}", directory.display()));
     let in_loop = |method| {
@@ -56,10 +60,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
     print_result(format_args!("{estimate}\n{verdict}"), || {
         Ok(json!({"estimate": serde_json::to_value(&estimate)?, "verdict": as_json(&verdict)}))
     })?;
-    // The logs that were read are inputs too: the estimate must not take their place.
     if let Some(out) = &arguments.out {
-        let read: Vec<PathBuf> = estimate.logs.iter().map(PathBuf::from).collect();
-        inputs.extend(read.iter().map(PathBuf::as_path));
         write_file(out, &estimate.to_yaml()?, &inputs)?;
     }
     refused(&verdict, false)

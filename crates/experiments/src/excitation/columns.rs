@@ -7,7 +7,7 @@
 //! A locked coordinate has no row, because its dry friction may take any part of the torque. A column that is then a
 //! combination of those before it, at random states within the limits, cannot be told apart and is left out.
 
-use linear_model::friction::terms::FrictionTerm;
+use linear_model::friction::terms::{FrictionTerm, columns_before, columns_of};
 use linear_model::linear_model::Model;
 use numerics::triangle::TriangleBuilder;
 use random::Random;
@@ -23,8 +23,8 @@ const DEPENDENT_COLUMN_SHARE: f64 = 1e-8;
 /// Rows a column from random states, at least, where no coordinate is locked.
 const RANDOM_ROWS_PER_COLUMN: usize = 40;
 
-/// The columns of one joint's friction, with their slopes along dq and ddq; `v`: rad/s over which the sign turns.
-pub(crate) fn friction_columns(terms: &[FrictionTerm], dq: f64, ddq: f64, v: f64, out: &mut [[f64; 3]]) {
+/// The columns of the friction of joint j, with their slopes along dq and ddq; `v`: rad/s over which the sign turns.
+pub(crate) fn friction_columns(terms: &[FrictionTerm], j: usize, dq: f64, ddq: f64, v: f64, out: &mut [[f64; 3]]) {
     let (mut places, sign) = (out.iter_mut(), (dq / v).tanh());
     let turn = (1.0 - sign * sign) / v;
     let mut put = |value: f64, along_dq: f64, along_ddq: f64| {
@@ -55,8 +55,8 @@ pub(crate) fn friction_columns(terms: &[FrictionTerm], dq: f64, ddq: f64, v: f64
             FrictionTerm::Rotor => put(ddq, 0.0, 1.0),
             // It needs a measured torque, which a motion that is still to be run does not have.
             FrictionTerm::Load => put(0.0, 0.0, 0.0),
-            // A request for a motion refuses terms of a single joint.
-            FrictionTerm::At(..) => put(0.0, 0.0, 0.0),
+            // A request for a motion refuses terms of a single joint. Here they have their columns, and nothing in them.
+            FrictionTerm::At(..) => term.parameters_of(j).iter().for_each(|_| put(0.0, 0.0, 0.0)),
         }
     }
 }
@@ -64,11 +64,9 @@ pub(crate) fn friction_columns(terms: &[FrictionTerm], dq: f64, ddq: f64, v: f64
 /// Which columns of the model can be told apart by motions within the limits.
 pub fn visible_columns(model: &Model, limits: &[CoordinateLimits]) -> Vec<bool> {
     let (n, p, base) = (model.n(), model.p(), model.regressor.parameters().len());
-    let terms: usize = model.friction.iter().map(|t| t.parameters().len()).sum();
     let mut random = Random::new(1);
     let mut block = TriangleBuilder::new(p);
     let mut y = vec![0.0; n * base];
-    let mut friction = vec![[0.0; 3]; terms];
     // Random states within the limits; a locked coordinate stays where it is.
     for _ in 0..RANDOM_ROWS_PER_COLUMN * p.div_ceil(n.max(1)).max(1) {
         let mut between = |l: &CoordinateLimits, low: f64, high: f64, rest: f64| match l.locked {
@@ -86,8 +84,9 @@ pub fn visible_columns(model: &Model, limits: &[CoordinateLimits]) -> Vec<bool> 
         for i in (0..n).filter(|&i| limits[i].locked.is_none()) {
             let mut row = vec![0.0; p];
             row[..base].copy_from_slice(&y[i * base..][..base]);
-            friction_columns(model.friction, dq[i], ddq[i], SIGN_TURN_SHARE * limits[i].velocity, &mut friction);
-            for (x, column) in row[base + i * terms..].iter_mut().zip(&friction) {
+            let mut friction = vec![[0.0; 3]; columns_of(model.friction, i)];
+            friction_columns(model.friction, i, dq[i], ddq[i], SIGN_TURN_SHARE * limits[i].velocity, &mut friction);
+            for (x, column) in row[base + columns_before(model.friction, i)..].iter_mut().zip(&friction) {
                 *x = column[0];
             }
             block.push(&row, 0.0);
@@ -104,7 +103,7 @@ pub fn visible_columns(model: &Model, limits: &[CoordinateLimits]) -> Vec<bool> 
 mod tests {
     use super::*;
     use crate::pendulum::Pendulum;
-    use linear_model::friction::terms::sign;
+    use linear_model::friction::terms::{JointTerm, sign};
 
     /// Away from rest the columns are those of an identification; the slopes are those of central differences.
     #[test]
@@ -114,7 +113,7 @@ mod tests {
         let count: usize = terms.iter().map(|t| t.parameters().len()).sum();
         let columns = |dq: f64, ddq: f64, v: f64| {
             let mut out = vec![[f64::NAN; 3]; count];
-            friction_columns(&terms, dq, ddq, v, &mut out);
+            friction_columns(&terms, 0, dq, ddq, v, &mut out);
             out
         };
         for dq in [-0.7, -0.1, 0.2, 1.3] {
@@ -156,5 +155,8 @@ mod tests {
         let model = Model::new(&arm, &friction, &[]);
         assert_eq!(visible_columns(&model, &[limits(None)]), [true, true, true, true, false]);
         assert_eq!(visible_columns(&model, &[limits(Some(0.3))]), [false; 5]);
+        // The term of another joint has no column here.
+        let friction = [FrictionTerm::At(2, JointTerm::Root), FrictionTerm::Viscous];
+        assert_eq!(visible_columns(&Model::new(&arm, &friction, &[]), &[limits(None)]), [true; 4]);
     }
 }

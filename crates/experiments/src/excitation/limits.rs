@@ -221,6 +221,12 @@ pub fn motion_limits(
     Ok((limits, assumed.into_iter().map(sentence).collect()))
 }
 
+/// How far from zero, and how fast, a coordinate may go where nothing says it: m and m/s where it slides, else rad and
+/// rad/s.
+pub(crate) fn assumed(is_prismatic: bool) -> (f64, f64) {
+    if is_prismatic { (0.25, 0.25) } else { (1.5, 1.0) }
+}
+
 /// A limit of the limits file, or else of the description; `None` where neither has one.
 ///
 /// Fails where the file's is the looser one.
@@ -291,7 +297,7 @@ fn one(
             otherwise * factor.powi(power)
         })
     };
-    let (far, fast) = if is_prismatic { (0.25, 0.25) } else { (1.5, 1.0) };
+    let (far, fast) = assumed(is_prismatic);
     // What is assumed follows from the limits before they are slowed down.
     let velocity = or_assumed(LimitKind::Velocity, given.velocity, fast, 1);
     let quick = velocity / factor / 0.3;

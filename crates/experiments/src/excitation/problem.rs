@@ -4,7 +4,7 @@
 //! locked joints have none.
 
 use linear_model::differentiable::DifferentiableRegressor;
-use linear_model::friction::terms::FrictionTerm;
+use linear_model::friction::terms::{FrictionTerm, columns_before, columns_of};
 
 use crate::excitation::barrier::Barrier;
 use crate::excitation::columns::{SIGN_TURN_SHARE, friction_columns};
@@ -79,14 +79,14 @@ impl<'a> Prepared<'a> {
         let [q, dq, ddq] = [0, 1, 2].map(|k| shape.rows(k, problem.samples, of_blends.clone()));
         let instants = q.into_iter().zip(dq).zip(ddq).map(|((q, dq), ddq)| [q, dq, ddq]).collect();
         let (n, base) = (problem.limits.len(), problem.regressor.parameters().len());
-        let terms: usize = problem.friction.iter().map(|t| t.parameters().len()).sum();
         // The columns that can be told apart, numbered anew: base parameters, then friction joint by joint.
         let base_columns: Vec<usize> = (0..base).filter(|&c| problem.columns[c]).collect();
         let mut p = base_columns.len();
         let mut own = vec![Vec::new(); n];
         for (i, own) in own.iter_mut().enumerate() {
-            for t in 0..terms {
-                if problem.columns[base + i * terms + t] {
+            let first = base + columns_before(problem.friction, i);
+            for t in 0..columns_of(problem.friction, i) {
+                if problem.columns[first + t] {
                     own.push((t, p));
                     p += 1;
                 }
@@ -216,16 +216,15 @@ impl<'a> Prepared<'a> {
     pub(super) fn rows(&self, states: &[f64], y: &[f64]) -> (Vec<f64>, Vec<Vec<[f64; 3]>>) {
         let problem = self.problem;
         let (n, b) = (problem.limits.len(), problem.regressor.parameters().len());
-        let terms: usize = problem.friction.iter().map(|t| t.parameters().len()).sum();
         let samples = problem.samples;
         let mut w = vec![0.0; samples * self.moving.len() * self.p];
         let mut slopes = Vec::with_capacity(samples * self.moving.len());
         let mut rows = w.chunks_exact_mut(self.p.max(1));
         for (state, y) in states.chunks_exact(3 * n).zip(y.chunks_exact(n * b)).take(samples) {
             for &i in &self.moving {
-                let mut friction = vec![[0.0; 3]; terms];
+                let mut friction = vec![[0.0; 3]; columns_of(problem.friction, i)];
                 let turn = SIGN_TURN_SHARE * problem.limits[i].velocity;
-                friction_columns(problem.friction, state[n + i], state[2 * n + i], turn, &mut friction);
+                friction_columns(problem.friction, i, state[n + i], state[2 * n + i], turn, &mut friction);
                 if let Some(row) = rows.next() {
                     let noise = problem.noise[i];
                     for (x, &c) in row.iter_mut().zip(&self.base) {

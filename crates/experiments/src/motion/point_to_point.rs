@@ -74,6 +74,12 @@ pub fn validation_trajectory(
         }
         from = to;
     }
+    // The last move ends at rest in its point.
+    for (k, q) in from.into_iter().enumerate() {
+        r.q[k].push(q);
+        r.dq[k].push(0.0);
+        r.ddq[k].push(0.0);
+    }
     let count = r.q.first().map_or(0, Vec::len);
     r.windows = std::iter::once(0..count).collect();
     r
@@ -90,6 +96,7 @@ mod tests {
         let r = validation_trajectory(&motion, &position, &[2.0, 3.0], &[20.0, 30.0], 1e-3, &mut Random::new(3));
         for k in 0..2 {
             let peak = |x: &[f64]| x.iter().fold(0.0_f64, |m, x| m.max(x.abs()));
+            assert_eq!([&r.dq[k], &r.ddq[k]].map(|x| (x[0], x.last().copied())), [(0.0, Some(0.0)); 2]);
             assert!(r.q[k].iter().all(|&q| q >= position[k].0 && q <= position[k].1));
             assert!(peak(&r.dq[k]) <= 0.8 * [2.0, 3.0][k] + 1e-9);
             assert!(peak(&r.ddq[k]) <= 0.7 * [20.0, 30.0][k] + 1e-2);

@@ -34,8 +34,9 @@ impl TrajectoryFormat {
 
 /// The text of a trajectory file at `rate` Hz; empty for an empty motion or no rate.
 ///
-/// Between samples positions follow the cubic that has the positions and velocities of its neighbours. Velocities and
-/// accelerations are linear there.
+/// The last point is the last sample of the motion. It comes sooner than 1/rate after the point before where the rate
+/// does not divide the motion. Between samples positions follow the cubic that has the positions and velocities of its
+/// neighbours. Velocities and accelerations are linear there.
 pub fn trajectory_file(reference: &Reference, coordinates: &[String], rate: f64, format: TrajectoryFormat) -> String {
     let points = resampled(reference, rate);
     match format {
@@ -59,10 +60,10 @@ fn resampled(r: &Reference, rate: f64) -> Vec<Point> {
     }
     // As many points as fit; 1e-9 keeps the last one where rounding would lose it.
     let h = r.sample_time;
-    let points = ((count - 1) as f64 * h * rate + 1e-9) as usize + 1;
+    let end = (count - 1) as f64 * h;
+    let points = (end * rate + 1e-9) as usize + 1;
     // The sample i before t, and the share s of the way to the next.
-    let at = |p: usize| {
-        let t = p as f64 / rate;
+    let at = |t: f64| {
         let i = ((t / h + 1e-9) as usize).min(count - 1);
         let j = (i + 1).min(count - 1);
         let s = (t - i as f64 * h) / h;
@@ -83,7 +84,9 @@ fn resampled(r: &Reference, rate: f64) -> Vec<Point> {
             ddq: n.map(|k| linear(&r.ddq, k)).collect(),
         }
     };
-    (0..points).map(at).collect()
+    // A motion that ends at rest must end so in its file.
+    let last = Some(end).filter(|end| end - (points - 1) as f64 / rate > 1e-6 * h);
+    (0..points).map(|p| p as f64 / rate).chain(last).map(at).collect()
 }
 
 fn list(x: &[f64]) -> String {
@@ -189,7 +192,8 @@ mod tests {
             let text = trajectory_file(&reference, &names, 100.0, format);
             let read: JointTrajectory = serde_yaml::from_str(&text).unwrap();
             assert_eq!(read.joint_names, names);
-            assert_eq!(read.points.len(), (reference.q[0].len() - 1) / 10 + 1);
+            // The last point is that of the last sample.
+            assert_eq!(read.points.len(), (reference.q[0].len() - 1).div_ceil(10) + 1);
             let p = &read.points[57];
             assert_eq!((p.time_from_start.sec, p.time_from_start.nanosec), (0, 570_000_000));
             // Each sample is itself.
@@ -211,6 +215,15 @@ mod tests {
             // At most 1 rad/s over one sample.
             assert!((cells[2] - reference.q[1][i]).abs() <= 1.001e-3);
         }
+        // 70 Hz does not divide the motion, and its last sample is the last point all the same.
+        let text = trajectory_file(&reference, &names, 70.0, TrajectoryFormat::Csv);
+        let last: Vec<f64> = text.lines().last().unwrap().split(',').map(|c| c.parse().unwrap()).collect();
+        let end = reference.q[0].len() - 1;
+        assert!(
+            (last[0] - end as f64 * 1e-3).abs() < 1e-6 && (last[2] - reference.q[1][end]).abs() < 1e-12,
+            "{last:?}"
+        );
+        assert_eq!(last[4], reference.dq[1][end]);
         assert_eq!(trajectory_file(&reference, &names, 0.0, TrajectoryFormat::Csv).lines().count(), 1);
     }
 }

@@ -1,6 +1,7 @@
 //! Experiments on a simulated robot.
 
 pub mod closed_loop;
+pub mod defaults;
 pub mod dynamics;
 pub mod record_file;
 pub mod setup;

@@ -1,9 +1,10 @@
 //! Everything that a simulation or a plan needs beyond the model. It comes from the robot's file, or from stated
 //! defaults where the file does not have it.
 //!
-//! Defaults: limits of +-1.5 rad, 5 rad/s, 30 rad/s^2; slow velocity 0.5 rad/s; controller of 10 Hz; encoder
-//! quantum 1e-4 rad with noise of half of it; torque noise of 1 %, Coulomb friction of about 5 % of the torque
-//! A_kk a_max that the greatest acceleration takes; drive gains of one.
+//! The defaults are those of [`crate::simulate::defaults`]. Without a note, because no file has them: controller of 10
+//! Hz; encoder quantum 1e-4 rad (m) with noise of half of it; torque noise of 1 % of the effort A_kk a_max that the
+//! greatest acceleration takes. Drive gains are one where the file has none; the notes on them are those of who makes
+//! currents.
 //!
 //! The controller runs at 1 kHz or faster, at a multiple of the rate of the log. At rest, friction turns its sign
 //! within w = 0.005 rad/s. There a velocity decays as exp(-l t) with l <= sum_k (A^-1)_kk Fs_k / w. A Runge-Kutta step
@@ -13,12 +14,13 @@ use linear_model::friction::law::FrictionLaw;
 use nalgebra::DMatrix;
 use random::Random;
 use robot::Robot;
-use robot::value::CoordinateId;
 
 use crate::motion::record::Record;
 use crate::motion::reference_motion::Reference;
 use crate::plan::candidates::MotionLimits;
 use crate::simulate::closed_loop::{Controller, Drives, Sensing, Simulation, Stop};
+use crate::simulate::defaults::{CONTROL_BANDWIDTH_HZ, POSITION_QUANTUM};
+use crate::simulate::defaults::{greatest_effort, joint_friction, joint_of, motion_limits};
 use crate::simulate::dynamics::{Dynamics, torques};
 
 /// What a controller adds for a reference, N m, `[coordinate][instant]`.
@@ -43,65 +45,13 @@ pub struct SimulationSetup {
     pub notes: Vec<String>,
 }
 
-/// Bandwidth of the simulated controllers, Hz.
-const CONTROL_BANDWIDTH_HZ: f64 = 10.0;
 /// Largest factor by which the controller may take the robot for heavier than it is. At 7 the sampled loop, with 1 kHz
 /// and a velocity filter of 15 bandwidths, has a phase margin of 34 degrees. It has 22 at 10, and none at 18.2.
 const MAX_LIGHTNESS: f64 = 7.0;
-/// Step of the simulated position sensors, rad or m.
-const POSITION_QUANTUM: f64 = 1e-4;
 /// Random poses from which the inertia of the joints is taken.
 const INERTIA_POSES: usize = 20;
 /// Longest period of the controller, s.
 pub const MAX_CONTROL_PERIOD_S: f64 = 1e-3;
-
-/// Limits of the coordinates, with a note on each default taken.
-pub fn motion_limits(robot: &Robot) -> (Vec<MotionLimits>, Vec<String>) {
-    let mut taken: Vec<(String, Vec<&str>)> = Vec::new();
-    // A default taken for several coordinates is one note with all their names.
-    let limits = robot.coordinates.iter().map(|c| {
-        let mut note = |text: String| match taken.iter_mut().find(|t| t.0 == text) {
-            Some(t) => t.1.push(&c.name),
-            None => taken.push((text, vec![&c.name])),
-        };
-        let mut or = |found: Option<f64>, value: f64, what: &str| match found {
-            Some(x) if x.is_finite() && x > 0.0 => x,
-            Some(x) => {
-                note(format!("{what} of {x} in the file, which leaves no motion; {value} assumed"));
-                value
-            }
-            None => {
-                note(format!("no {what} in the file, {value} assumed"));
-                value
-            }
-        };
-        // The limits of the file where they leave a motion.
-        let velocity = or(c.limits.velocity, 5.0, "greatest velocity (rad/s)");
-        let acceleration = or(c.limits.acceleration, 30.0, "greatest acceleration (rad/s^2)");
-        let position = match c.limits.position {
-            Some((low, high)) if low < high && low.is_finite() && high.is_finite() => (low, high),
-            Some((low, high)) => {
-                note(format!("position from {low} to {high} in the file, which leaves no motion; +-1.5 rad assumed"));
-                (-1.5, 1.5)
-            }
-            None => {
-                note("no limits of position in the file, +-1.5 rad assumed".into());
-                (-1.5, 1.5)
-            }
-        };
-        let slow_velocity = 0.5_f64.min(0.1 * velocity);
-        MotionLimits {
-            position,
-            velocity,
-            acceleration,
-            slow_velocity,
-            bandwidth: CONTROL_BANDWIDTH_HZ,
-            quantum: POSITION_QUANTUM,
-        }
-    });
-    let limits = limits.collect();
-    (limits, taken.into_iter().map(|(text, names)| format!("{}: {text}", names.join(", "))).collect())
-}
 
 /// A(q) at random poses within the limits, and the greatest |h_k(q, 0)| of each joint there, N m.
 fn sampled(dynamics: &dyn Dynamics, limits: &[MotionLimits]) -> (Vec<DMatrix<f64>>, Vec<f64>) {
@@ -155,35 +105,9 @@ impl SimulationSetup {
         let mean = |k: usize| matrices.iter().map(|a| a[(k, k)] / INERTIA_POSES as f64).sum::<f64>();
         let inertia: Vec<f64> = (0..n).map(mean).collect();
         let effort: Vec<f64> = (0..n).map(|k| inertia[k] * limits[k].acceleration).collect();
-        let joint = |k: usize| robot.joint_of(CoordinateId(k)).map(|j| &robot.link(j).joint);
-        let mut gains = Vec::new();
-        let mut friction = Vec::new();
-        // Friction of the file; without it, 5 % of that effort, with a little asymmetry and offset.
-        for k in 0..n {
-            let name = &robot.coordinates[k].name;
-            gains.push(joint(k).and_then(|j| j.drive_gain).unwrap_or(1.0));
-            let file = joint(k).map(|j| j.friction).unwrap_or_default();
-            if file.coulomb.is_none() {
-                notes.push(format!("{name}: no friction in the file, {:.3} N m assumed", 0.05 * effort[k]));
-            }
-            let coulomb = file.coulomb.unwrap_or(0.05 * effort[k]);
-            let viscous = file.viscous.unwrap_or(0.5 * coulomb / limits[k].velocity);
-            let offset = file.offset.unwrap_or(0.05 * coulomb);
-            friction.push(FrictionLaw::asymmetric(viscous, coulomb + offset, 0.9 * viscous, offset - coulomb));
-        }
-        // Greatest torque of the file; without it, enough for the greatest acceleration and gravity.
-        let mut greatest = |k: usize| match robot.coordinates[k].limits.effort {
-            Some(limit) if limit > 0.0 && limit.is_finite() => limit,
-            other => {
-                let assumed = 5.0 * effort[k] + 3.0 * bias[k];
-                if let Some(limit) = other {
-                    let name = &robot.coordinates[k].name;
-                    notes.push(format!("{name}: greatest torque of {limit} in the file, {assumed:.3} N m assumed"));
-                }
-                assumed
-            }
-        };
-        let greatest_torque = (0..n).map(&mut greatest).collect();
+        let gains = (0..n).map(|k| joint_of(robot, k).and_then(|j| j.drive_gain).unwrap_or(1.0)).collect();
+        let friction = joint_friction(robot, &limits, &effort, &mut notes);
+        let greatest_torque = greatest_effort(robot, &effort, &bias, &mut notes);
         // The controller is tuned to the inertia that each joint feels.
         let (seen, note) = controller_inertia(&matrices, &inertia);
         let knows_robot = note.is_some();

@@ -159,15 +159,16 @@ impl fmt::Display for Validation {
             self.cutoff_hz.map_or_else(|| "no low-pass".into(), |hz| format!("low-pass {hz} Hz"))
         )?;
         writeln!(f, "{:<12} {:>9} {:>12} {:>10} {:>10}", "joint", "error", "no friction", "rms N m", "not white")?;
+        let percent = |x: Option<f64>, digits: usize| x.map_or("-".into(), |x| format!("{:.digits$}%", 100.0 * x));
         for j in &self.joints {
             writeln!(
                 f,
-                "{:<12} {:>8.2}% {:>11.2}% {:>10.4} {:>9.0}%{}",
+                "{:<12} {:>9} {:>12} {:>10.4} {:>10}{}",
                 j.coordinate,
-                100.0 * j.relative,
-                100.0 * j.relative_rigid.unwrap_or(f64::NAN),
+                percent(Some(j.relative), 2),
+                percent(j.relative_rigid, 2),
                 j.rms,
-                100.0 * j.not_white.unwrap_or(f64::NAN),
+                percent(j.not_white, 0),
                 if j.unit == Unit::TORQUE { String::new() } else { format!("  (rms in {})", j.unit) }
             )?;
         }

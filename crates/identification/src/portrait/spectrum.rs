@@ -3,6 +3,9 @@
 //! S(f) = 2 |sum_r h_r e_r exp(-2 pi j f r T)|^2 T / sum_r h_r^2, with Hann's window h, is averaged over stretches of
 //! `SAMPLES_PER_STRETCH` samples that overlap by half [Welch 1967]. The result is sqrt(S), in the unit of the signal
 //! over sqrt(Hz).
+//!
+//! Bins of records with different rates are different frequencies. They are summed apart, and the result is that of the
+//! rate with the most stretches.
 
 use std::sync::Arc;
 
@@ -10,6 +13,9 @@ use logs::{Error, Log, LogSource};
 use numerics::fft::RealToComplex;
 
 use crate::estimate::options::Options;
+
+/// Sample times that differ by less than this share are one rate: its bins move by less than a hundredth.
+const SAME_RATE: f64 = 0.01;
 
 /// Samples of a stretch.
 const SAMPLES_PER_STRETCH: usize = 256;
@@ -24,9 +30,17 @@ pub struct Spectrum {
     transform: Arc<dyn RealToComplex<f64>>,
     window: Vec<f64>,
     held: Vec<f64>,
-    sums: Vec<f64>,
-    stretches: usize,
+    rates: Vec<Sums>,
+    /// The rate of the record that is read.
+    current: usize,
+}
+
+/// Sums over the stretches of one rate.
+struct Sums {
+    /// s between samples, of the first record of this rate.
     period: f64,
+    bins: Vec<f64>,
+    stretches: usize,
 }
 
 impl Default for Spectrum {
@@ -36,9 +50,8 @@ impl Default for Spectrum {
             transform: numerics::fft::forward(SAMPLES_PER_STRETCH),
             window: (0..SAMPLES_PER_STRETCH).map(|i| 0.5 - 0.5 * turn(i).cos()).collect(),
             held: Vec::new(),
-            sums: vec![0.0; SAMPLES_PER_STRETCH / 2 + 1],
-            stretches: 0,
-            period: 0.0,
+            rates: Vec::new(),
+            current: 0,
         }
     }
 }
@@ -47,10 +60,14 @@ impl Spectrum {
     /// Begins a record whose samples are `period` s apart.
     pub fn begin(&mut self, period: f64) {
         self.held.clear();
-        self.period = period;
+        let known = self.rates.iter().position(|sums| (period / sums.period - 1.0).abs() < SAME_RATE);
+        self.current = known.unwrap_or_else(|| {
+            self.rates.push(Sums { period, bins: vec![0.0; SAMPLES_PER_STRETCH / 2 + 1], stretches: 0 });
+            self.rates.len() - 1
+        });
     }
 
-    /// Takes the next sample.
+    /// Takes the next sample of the record that was begun.
     pub fn push(&mut self, value: f64) {
         self.held.push(value);
         if self.held.len() < SAMPLES_PER_STRETCH {
@@ -60,22 +77,26 @@ impl Spectrum {
         let mut input: Vec<f64> = self.held.iter().zip(&self.window).map(|(e, h)| (e - mean) * h).collect();
         let mut output = self.transform.make_output_vec();
         // This never fails, because both buffers have the length of the plan.
-        if self.transform.process(&mut input, &mut output).is_ok() {
-            for (sum, bin) in self.sums.iter_mut().zip(&output) {
+        if self.transform.process(&mut input, &mut output).is_ok()
+            && let Some(sums) = self.rates.get_mut(self.current)
+        {
+            for (sum, bin) in sums.bins.iter_mut().zip(&output) {
                 *sum += bin.norm_sqr();
             }
-            self.stretches += 1;
+            sums.stretches += 1;
         }
         self.held.drain(..SAMPLES_PER_STRETCH / 2);
     }
 
     /// Hz and the root of the density, without the mean; empty where no stretch was long enough.
     pub fn density(&self) -> Vec<(f64, f64)> {
+        // The first of those with the most.
+        let most = self.rates.iter().reduce(|a, b| if b.stretches > a.stretches { b } else { a });
+        let Some(Sums { period, bins, stretches }) = most.filter(|sums| sums.stretches > 0) else { return Vec::new() };
         let power: f64 = self.window.iter().map(|h| h * h).sum();
-        let scale = 2.0 * self.period / (power * self.stretches.max(1) as f64);
-        let hertz = |k: usize| k as f64 / (SAMPLES_PER_STRETCH as f64 * self.period);
-        let bins = if self.stretches == 0 { 0 } else { self.sums.len() };
-        (1..bins).map(|k| (hertz(k), (scale * self.sums[k]).sqrt())).collect()
+        let scale = 2.0 * period / (power * *stretches as f64);
+        let hertz = |k: usize| k as f64 / (SAMPLES_PER_STRETCH as f64 * period);
+        (1..bins.len()).map(|k| (hertz(k), (scale * bins[k]).sqrt())).collect()
     }
 }
 
@@ -144,5 +165,24 @@ mod tests {
         let peak = density.iter().max_by(|a, b| a.1.total_cmp(&b.1)).unwrap();
         assert!((peak.0 - 50.0).abs() < 2.0, "{peak:?}");
         assert!(Spectrum::default().density().is_empty());
+    }
+
+    /// A record of another rate changes nothing, whether it comes before or after; one of this rate counts.
+    #[test]
+    fn rates_are_not_mixed() {
+        let of = |records: &[(f64, f64, usize)]| {
+            let (mut random, mut spectrum) = (Random::new(3), Spectrum::default());
+            for &(period, sigma, samples) in records {
+                spectrum.begin(period);
+                (0..samples).for_each(|_| spectrum.push(sigma * random.normal()));
+            }
+            spectrum.density()
+        };
+        let alone = of(&[(0.002, 0.3, 100_000)]);
+        assert_eq!(of(&[(0.002, 0.3, 100_000), (0.01, 9.0, 20_000)]), alone);
+        let after = of(&[(0.01, 9.0, 20_000), (0.002, 0.3, 100_000)]);
+        // Other draws of the same noise: each bin is known to 1/sqrt(4 * 800).
+        assert!(after.iter().zip(&alone).all(|(a, b)| a.0 == b.0 && (a.1 / b.1 - 1.0).abs() < 0.15), "{after:?}");
+        assert_ne!(of(&[(0.002, 0.3, 100_000), (0.002001, 0.3, 20_000)]), alone);
     }
 }

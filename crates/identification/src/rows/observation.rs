@@ -6,6 +6,7 @@
 //! on. Rows of different joints are kept apart, so weights by joint need no second pass. Contiguous parts of the record
 //! are kept apart too, so leaving parts out (validation) needs none either.
 
+use std::cell::RefCell;
 use std::ops::Range;
 
 use linear_model::linear_model::Model;
@@ -82,6 +83,37 @@ pub struct Observation {
     pub cutoff: f64,
 }
 
+/// Records whose rows are made when they are gone through for the first time, because going through them again costs
+/// more.
+pub struct Beside<'a, R: ?Sized> {
+    model: &'a Model<'a>,
+    records: &'a R,
+    rows: RefCell<Option<Observation>>,
+}
+
+impl<R: Records + ?Sized> Records for Beside<'_, R> {
+    fn each(&self, take: &mut dyn FnMut(&States)) -> Result<(), Error> {
+        if self.rows.borrow().is_some() {
+            return self.records.each(take);
+        }
+        let mut rows: Option<Observation> = None;
+        self.records.each(&mut |states| {
+            take(states);
+            let one = Observation::of(self.model, states, self.parts());
+            match &mut rows {
+                Some(rows) => rows.append(one),
+                None => rows = Some(one),
+            }
+        })?;
+        *self.rows.borrow_mut() = rows;
+        Ok(())
+    }
+
+    fn parts(&self) -> usize {
+        self.records.parts()
+    }
+}
+
 /// Largest number of parts. More are merged in pairs.
 const MAX_PARTS: usize = 64;
 
@@ -108,6 +140,19 @@ impl Observation {
             }
         })?;
         all.ok_or_else(|| Error::new("no log is given; at least one is needed"))
+    }
+
+    /// Makes the rows of records that somebody else goes through: their states are handed on to `look`.
+    ///
+    /// Fails as `of_records` and `look` do.
+    pub fn beside<R: Records + ?Sized, T, E: From<Error>>(
+        model: &Model,
+        records: &R,
+        look: impl FnOnce(&Beside<R>) -> Result<T, E>,
+    ) -> Result<(T, Option<Observation>), E> {
+        let beside = Beside { model, records, rows: RefCell::default() };
+        let found = look(&beside)?;
+        Ok((found, beside.rows.into_inner()))
     }
 
     /// As `of`, the rows weighted where a weight is given.

@@ -1,8 +1,8 @@
 //! The records of an identification: states held in memory, or made anew at every pass where they are too many.
 //!
-//! A log of several blocks (`logs::LogStream`) gives the same states wherever its blocks come from. The states are made
-//! once and held where they and the logs fit into `MAX_HELD_BYTES` bytes. A million rows of seven joints fit, decimated
-//! or not.
+//! A log of several blocks (`logs::LogStream`) gives the same states wherever its blocks come from. The states of as many
+//! blocks are made once and held as fit into `MAX_HELD_BYTES` bytes together with the logs; those of the others are made
+//! anew at every pass. Seven million rows of seven joints fit, decimated as by default.
 
 use linear_model::regressor::Regressor;
 use linear_model::states::States;
@@ -47,13 +47,19 @@ struct Stream<'a> {
 
 enum Source<'a> {
     Held(Vec<States>),
-    Streamed(Stream<'a>),
+    /// The states of the first blocks, how many blocks these are, and what makes those of the others.
+    Streamed(Vec<States>, usize, Stream<'a>),
 }
 
 impl<'a> SourceRecords<'a> {
     /// Fails when a log does not fit the robot, the transmission or the signal preparation.
     pub fn new(regressor: &'a dyn Regressor, logs: &'a [LogSource], preparation: &Preparation) -> Result<Self, Error> {
         SourceRecords::new_within(regressor, logs, preparation, MAX_HELD_BYTES)
+    }
+
+    /// Whether some states are made anew at every pass.
+    pub fn are_made_anew(&self) -> bool {
+        self.sources.iter().any(|source| matches!(source, Source::Streamed(..)))
     }
 
     /// As `new`, where `held` is the bytes up to which logs of several blocks and their states are held.
@@ -73,18 +79,20 @@ impl<'a> SourceRecords<'a> {
             LogSource::Held(log) => states(regressor, log, &preparation).map(Source::Held),
             LogSource::Streamed(stream) => {
                 let stream = Stream::new(stream, &preparation);
-                let samples = stream.log.report().kept / stream.preparation.signal.decimate.unwrap_or(1);
-                // Bytes of q, dq, ddq, torque, direction and friction, of the flag whether the row counts, and of the
-                // instant.
-                let friction: usize = preparation.friction.iter().map(|term| term.parameters().len()).sum();
-                let bytes = samples * ((8 * (5 + friction) + 1) * regressor.coordinates().len() + 8);
-                if bytes > left {
-                    return Ok(Source::Streamed(stream));
+                let (mut records, mut blocks, mut is_whole) = (Vec::new(), 0, left > 0);
+                if left > 0 {
+                    stream.each(regressor, 0, &mut |of_block| {
+                        let bytes: usize = of_block.iter().map(States::bytes).sum();
+                        is_whole = bytes <= left;
+                        if is_whole {
+                            left -= bytes;
+                            blocks += 1;
+                            records.extend(of_block);
+                        }
+                        is_whole
+                    })?;
                 }
-                left -= bytes;
-                let mut records = Vec::new();
-                stream.each(regressor, &mut |states| records.push(states))?;
-                Ok(Source::Held(records))
+                Ok(if is_whole { Source::Held(records) } else { Source::Streamed(records, blocks, stream) })
             }
         };
         Ok(SourceRecords { regressor, sources: logs.iter().map(source).collect::<Result<_, _>>()? })
@@ -128,15 +136,19 @@ impl<'a> Stream<'a> {
         Stream { log, preparation, overlap }
     }
 
-    /// Makes the states, block by block.
-    fn each(&self, regressor: &dyn Regressor, take: &mut dyn FnMut(States)) -> Result<(), Error> {
-        let mut any = false;
-        self.log.blocks(self.overlap, &mut |block: Log| {
+    /// Makes the states of the blocks from `first` on, block by block, until `take` wants no more.
+    fn each(
+        &self,
+        regressor: &dyn Regressor,
+        first: usize,
+        take: &mut dyn FnMut(Vec<States>) -> bool,
+    ) -> Result<(), Error> {
+        let mut any = first > 0;
+        self.log.blocks(self.overlap, first, &mut |block: Log| {
             Interruption::check().map_err(|e| Error::new(e.message()))?;
             let records = states_or_none(regressor, block, &self.preparation)?;
             any |= !records.is_empty();
-            records.into_iter().for_each(&mut *take);
-            Ok(())
+            Ok(take(records))
         })?;
         match any {
             true => Ok(()),
@@ -151,7 +163,13 @@ impl Records for SourceRecords<'_> {
             Interruption::check().map_err(|e| Error::new(e.message()))?;
             match source {
                 Source::Held(records) => records.iter().for_each(&mut *take),
-                Source::Streamed(stream) => stream.each(self.regressor, &mut |states| take(&states))?,
+                Source::Streamed(records, blocks, stream) => {
+                    records.iter().for_each(&mut *take);
+                    stream.each(self.regressor, *blocks, &mut |records| {
+                        records.iter().for_each(&mut *take);
+                        true
+                    })?;
+                }
             }
         }
         Ok(())
@@ -243,13 +261,19 @@ mod tests {
             let logs = [LogSource::open_within(&path, &["q1".into()], &names, held_rows, 2000).unwrap().0];
             assert!(matches!(logs[0], LogSource::Streamed(_)));
             let report = logs[0].report().clone();
-            let records = SourceRecords::new_within(&arm, &logs, &options.preparation(), held_states).unwrap();
-            assert_eq!(matches!(records.sources[0], Source::Held(_)), held_states > 0);
+            let held = logs[0].held_bytes().saturating_add(held_states);
+            let records = SourceRecords::new_within(&arm, &logs, &options.preparation(), held).unwrap();
+            match &records.sources[0] {
+                Source::Held(_) => assert_eq!(held_states, usize::MAX),
+                Source::Streamed(_, blocks, _) => assert_eq!((*blocks > 0, *blocks < 10), (held_states > 0, true)),
+            }
             (report, Fit::of_records(&arm, &records, vec![], &options).unwrap().estimate)
         };
         let (report, estimate) = found(20_000, 0);
         assert_eq!((report.rows, report.not_finite), (20_000, 23));
-        for (rows, states) in [(20_000, usize::MAX), (1000, 0), (1000, usize::MAX)] {
+        // 100 kB are the states of some of the ten blocks.
+        for (rows, states) in [(20_000, usize::MAX), (1000, 0), (1000, usize::MAX), (1000, 100_000), (20_000, 100_000)]
+        {
             let (other, found) = found(rows, states);
             assert_eq!(other, report);
             assert_eq!(found.cutoff.map(f64::to_bits), estimate.cutoff.map(f64::to_bits));

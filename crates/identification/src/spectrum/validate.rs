@@ -68,7 +68,8 @@ impl JointSums {
             relative_rigid: Some((self.rigid / self.total).sqrt()),
             rms: (self.squares / self.count.max(1) as f64).sqrt(),
             unit,
-            not_white: Some(self.outside.iter().sum::<f64>() / self.outside.len().max(1) as f64),
+            // Motions of fewer than four samples far enough apart have no lag to look at.
+            not_white: (!self.outside.is_empty()).then(|| self.outside.iter().sum::<f64>() / self.outside.len() as f64),
             friction,
         }
     }
@@ -76,7 +77,7 @@ impl JointSums {
 
 /// Compares the torques of `records` (named) with those of `parameters`; `gain`: N m per unit of the record.
 ///
-/// Fails when a record is too short or too slow for the low-pass.
+/// Fails when a record is too short or too slow for the low-pass, and when its series have different lengths.
 pub fn validate_motions(
     model: &ModelReference,
     method: &str,
@@ -140,6 +141,11 @@ fn compare(
     if count < 4 * BORDER_SAMPLES || record.q.len() != n || record.current.len() != n {
         let found =
             format!("{count} samples of {} joints; at least {} of {n} are needed", record.q.len(), 4 * BORDER_SAMPLES);
+        return Err(Error::at(name, 0, found));
+    }
+    let series = || record.q.iter().chain(&record.current);
+    if let Some(other) = series().map(Vec::len).find(|length| *length != count) {
+        let found = format!("a series of {other} samples beside one of {count}; all joints of a motion have as many");
         return Err(Error::at(name, 0, found));
     }
     // The filter goes there and back, so position and torque stay in step; its ends are cut off.
@@ -246,5 +252,38 @@ mod tests {
         let short = [("v0".into(), Record { sample_time: 1e-3, q: vec![vec![0.0; 9]], current: vec![vec![0.0; 9]] })];
         let error = validate_motions(&ModelReference::default(), "", &arm, &arm.truth, &[1.0], &short, 40.0);
         assert!(error.unwrap_err().to_string().contains("9 samples of 1 joints"));
+    }
+
+    #[test]
+    fn series_of_unlike_lengths_are_refused() {
+        let arm = Pendulum::new();
+        let short =
+            [("v0".into(), Record { sample_time: 1e-3, q: vec![vec![0.0; 200]], current: vec![vec![0.0; 199]] })];
+        let error = validate_motions(&ModelReference::default(), "", &arm, &arm.truth, &[1.0], &short, 40.0);
+        let error = error.unwrap_err().to_string();
+        assert!(error.starts_with("v0") && error.contains("a series of 199 samples beside one of 200"), "{error}");
+    }
+
+    /// Where no lag is looked at, nothing is said of it, and the table shows no number.
+    #[test]
+    fn too_few_samples_are_neither_white_nor_not() {
+        let mut random = Random::new(5);
+        let of = |n: usize, random: &mut Random| {
+            let tau: Vec<f64> = (0..n).map(|_| random.normal()).collect();
+            let compared = Compared { t: vec![0.0; n], rigid: vec![0.0; n], friction: vec![], tau };
+            let mut sums = JointSums::default();
+            // A sample each half period of 0.05 cycles a sample: one of ten.
+            sums.add(&compared, &vec![0.0; n], 0.05);
+            sums.validation("q1", Unit::TORQUE, vec![])
+        };
+        assert!(of(40, &mut random).not_white.is_some());
+        let few = of(30, &mut random);
+        assert_eq!(few.not_white, None);
+        let whole =
+            Validation { joints: vec![JointValidation { relative_rigid: None, ..few }], ..Validation::default() };
+        let text = whole.to_string();
+        let row = text.lines().find(|line| line.starts_with("q1")).unwrap();
+        let cells: Vec<&str> = row.split_whitespace().collect();
+        assert!(cells[2] == "-" && cells[4] == "-" && !text.contains("NaN%"), "{text}");
     }
 }

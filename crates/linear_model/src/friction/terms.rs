@@ -137,8 +137,8 @@ impl FrictionTerm {
             ("smooth-coulomb" | "stribeck", None) => Err(format!("`{name}` needs its speed in rad/s: `{name}=0.1`")),
             _ => Err(format!(
                 "there is no friction term `{text}`; there are viscous, coulomb, offset, asymmetric, load, rotor, \
-                 smooth-coulomb=V, stribeck=V, none and auto, and of joint N alone load@N, stribeck=V@N, viscous-asymmetry@N, \
-                 root@N"
+                 smooth-coulomb=V, stribeck=V, none and auto, and of joint N alone load@N, stribeck=V@N, \
+                 viscous-asymmetry@N, root@N"
             )),
         }
     }

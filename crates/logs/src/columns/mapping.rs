@@ -128,6 +128,11 @@ impl Columns {
         Ok(columns)
     }
 
+    /// Where the columns in use stand in the table.
+    pub(crate) fn places(&self) -> Vec<usize> {
+        self.sources().map(|source| source.column).collect()
+    }
+
     /// All columns in use, time first.
     pub fn sources(&self) -> impl Iterator<Item = &Source> {
         let optional = self.velocity.iter().chain(&self.acceleration).flatten();

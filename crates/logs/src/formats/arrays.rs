@@ -1,8 +1,9 @@
 //! Arrays with names as a table of columns: those of a .npz, and those that a program has in memory.
 //!
 //! An array of shape (N,) is a column of its name, one of shape (N, k) the columns name_1 .. name_k; N is the length of
-//! the longest array. Without a time, a scalar `frequency` or `fs` (Hz) or `dt` (s) makes one. Names as common tools write
-//! them: `times positions velocities accelerations torques`, `t q dq ddq tau`.
+//! the longest of these. An array of more axes is noted and not used. Without a time, a scalar `frequency` or `fs` (Hz) or
+//! `dt` (s) makes one. Names as common tools write them: `times positions velocities accelerations torques`,
+//! `t q dq ddq tau`.
 
 use crate::Error;
 use crate::table::{MAX_COLUMNS, Table, check_header};
@@ -18,10 +19,14 @@ pub struct Array {
 impl Table {
     /// From arrays with their names; `file` stands in messages.
     ///
-    /// Fails where no array holds samples, and where there are too many columns, or two of one name.
+    /// Fails where no array holds samples, where there are too many columns, or two of one name, and where a rate makes
+    /// no time.
     pub fn from_arrays(file: &str, arrays: Vec<(String, Array)>) -> Result<Table, Error> {
-        // N is the length of the longest array; arrays of other lengths are noted and not used.
-        let length = |array: &Array| array.shape.first().copied().unwrap_or(0);
+        // N is the length of the longest array of one or two axes; all others are noted and not used.
+        let length = |array: &Array| match array.shape[..] {
+            [n] | [n, _] => n,
+            _ => 0,
+        };
         let rows = arrays.iter().map(|(_, array)| length(array)).max().unwrap_or(0);
         let longest = arrays.iter().find(|(_, array)| length(array) == rows).map_or("", |(key, _)| key).to_string();
         let mut table = Table { file: file.into(), ..Table::default() };
@@ -30,8 +35,10 @@ impl Table {
             table.columns.push(values);
             table.texts.push(None);
         };
-        let scalar = |key: &str| arrays.iter().find(|a| a.0 == key && a.1.values.len() == 1).map(|a| a.1.values[0]);
-        let period = scalar("dt").or(scalar("frequency").or(scalar("fs")).map(|f| 1.0 / f));
+        let rate = ["dt", "frequency", "fs"].into_iter().find_map(|key| {
+            let found = arrays.iter().find(|a| a.0 == key && a.1.values.len() == 1)?;
+            Some((key, found.1.values[0]))
+        });
         for (key, array) in arrays {
             match array.shape[..] {
                 [n] if n == rows && n > 1 => push(&mut table, key, array.values),
@@ -48,13 +55,26 @@ impl Table {
                 [n] | [n, _] if n > 1 => table.notes.push(format!(
                     "array `{key}` has {n} rows where `{longest}` has {rows}: it is not used; signals of one run have one length"
                 )),
+                [_, _, _, ..] => table.notes.push(format!(
+                    "array `{key}` has {} axes, {:?}: it is not used; signals are arrays of shape (samples,) or (samples, \
+                     joints)",
+                    array.shape.len(),
+                    array.shape
+                )),
                 _ => {}
             }
         }
         // A time made from the rate, where no array is one.
         let timed =
             table.header.iter().any(|h| matches!(h.as_str(), "t" | "time" | "times" | "timestamp" | "timestamps"));
-        if let (false, false, Some(period)) = (timed, table.columns.is_empty(), period) {
+        if let (false, false, Some((key, value))) = (timed, table.columns.is_empty(), rate) {
+            let period = if key == "dt" { value } else { 1.0 / value };
+            if !(period.is_finite() && period > 0.0) {
+                let unit = if key == "dt" { "s" } else { "Hz" };
+                let message =
+                    format!("`{key}` is {value}; a positive number of {unit} is expected, or an array `t` of times");
+                return Err(Error::at(file, 0, message));
+            }
             push(&mut table, "t".into(), (0..rows).map(|r| period * r as f64).collect());
         }
         if table.columns.is_empty() {
@@ -93,5 +113,42 @@ mod tests {
         let named = crate::ColumnNames { torque: Some(crate::Names::Each(vec!["note".into()])), ..Default::default() };
         let refused = crate::LogSource::from_table(found, &["1".into()], &named).err().unwrap().to_string();
         assert!(refused.contains("column `note`"), "{refused}");
+    }
+
+    /// An array of three axes is named and does not count for the length of a run.
+    #[test]
+    fn more_axes_are_noted() {
+        let of = |shape: &[usize]| Array { shape: shape.into(), values: vec![0.5; shape.iter().product()] };
+        let arrays = [("q", of(&[3, 2])), ("images", of(&[4, 2, 2])), ("t", of(&[3]))];
+        let table = Table::from_arrays("arrays", arrays.map(|(key, array)| (key.to_string(), array)).into()).unwrap();
+        assert_eq!(table.header, ["q_1", "q_2", "t"]);
+        let [note] = table.notes.as_slice() else { panic!("{:?}", table.notes) };
+        assert!(note.starts_with("array `images` has 3 axes, [4, 2, 2]: it is not used"), "{note}");
+    }
+
+    /// A rate makes a time only where there is one to make.
+    #[test]
+    fn a_rate_that_makes_no_time_is_refused() {
+        let of = |key: &str, value: f64, other: &str| {
+            let scalar = Array { shape: vec![], values: vec![value] };
+            let signal = || Array { shape: vec![3], values: vec![0.1, 0.2, 0.3] };
+            let arrays = [("q", signal()), (other, signal()), (key, scalar)];
+            Table::from_arrays("arrays", arrays.map(|(key, array)| (key.to_string(), array)).into())
+        };
+        for (key, value, unit) in [
+            ("frequency", 0.0, "Hz"),
+            ("fs", -1.0, "Hz"),
+            ("fs", f64::NAN, "Hz"),
+            ("dt", 0.0, "s"),
+            ("dt", f64::INFINITY, "s"),
+        ] {
+            let refused = of(key, value, "dq").err().unwrap().to_string();
+            assert!(
+                refused.contains(&format!("`{key}` is {value}; a positive number of {unit} is expected")),
+                "{refused}"
+            );
+            assert!(of(key, value, "t").is_ok());
+        }
+        assert_eq!(of("frequency", 4.0, "dq").unwrap().columns[2], [0.0, 0.25, 0.5]);
     }
 }

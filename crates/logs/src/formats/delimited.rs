@@ -6,19 +6,17 @@
 //! handed out: a row has at most [`MAX_ROW_BYTES`] bytes, a table at most `MAX_CELLS` numbers. `rows` decides what a
 //! row is.
 
-use std::io::{BufReader, Cursor, Error as IoError, ErrorKind, Read};
-use std::path::Path;
+use std::io::{BufReader, Error as IoError, ErrorKind, Read};
 
 use gate::shown;
-use gate::source::Source;
 use gate::unfolding::{PackedBytes, Unfolding};
 use memchr::memchr_iter;
 
 use crate::Error;
-use crate::formats::content::{Content, MAGIC_BYTES};
+use crate::formats::content::Content;
 use crate::formats::number::{is_word, number};
 use crate::formats::rows::{Block, Dialect};
-use crate::table::{MAX_CELLS, Table, check_header};
+use crate::table::{MAX_CELLS, RowReader, Table, check_header};
 
 /// Bytes in which the header must stand.
 const MAX_HEADER_BYTES: u64 = 1 << 20;
@@ -66,17 +64,6 @@ pub(crate) struct TableReader<'a> {
 }
 
 impl<'a> TableReader<'a> {
-    /// Opens a file, plain or gzip by its first bytes.
-    ///
-    /// Fails when it cannot be read, is no text, or has no header.
-    pub(crate) fn open(path: &Path) -> Result<TableReader<'static>, Error> {
-        let file = path.display().to_string();
-        let failed = |e: IoError| Error::at(&file, 0, format!("cannot be read: {e}"));
-        let mut source = Source::open(path).map_err(failed)?;
-        let head = source.head(MAGIC_BYTES).map_err(failed)?;
-        TableReader::of_content(&file, Content::of(&head), Cursor::new(head).chain(source))
-    }
-
     /// Reads the header of a text, or of one in a gzip stream.
     pub(crate) fn of_content(
         file: &str,
@@ -160,23 +147,10 @@ impl<'a> TableReader<'a> {
         })
     }
 
-    /// How many columns the header names.
-    pub(crate) fn width(&self) -> usize {
-        self.header.len()
-    }
-
-    /// Leaves all but these columns unread from now on: they are empty in the tables that follow.
-    pub(crate) fn keep(&mut self, columns: impl Iterator<Item = usize>) {
-        self.dialect.wanted.fill(false);
-        for column in columns {
-            self.dialect.wanted[column] = true;
-        }
-    }
-
     /// The next rows, at most `most`; none at the end.
     ///
     /// Fails when a row cannot be read, when there are more numbers than [`MAX_CELLS`], or when most cells are not there.
-    pub(crate) fn rows(&mut self, most: usize) -> Result<Table, Error> {
+    fn next_rows(&mut self, most: usize) -> Result<Table, Error> {
         self.units()?;
         let mut table = Table {
             file: self.file.clone(),
@@ -342,6 +316,23 @@ impl<'a> TableReader<'a> {
             return Err(Error::at(&self.file, table.line(MAX_CELLS / width), message));
         }
         Ok(())
+    }
+}
+
+impl RowReader for TableReader<'_> {
+    fn width(&self) -> usize {
+        self.header.len()
+    }
+
+    fn keep(&mut self, columns: &[usize]) {
+        self.dialect.wanted.fill(false);
+        for column in columns {
+            self.dialect.wanted[*column] = true;
+        }
+    }
+
+    fn rows(&mut self, most: usize) -> Result<Table, Error> {
+        self.next_rows(most)
     }
 }
 
@@ -527,7 +518,7 @@ mod tests {
     #[test]
     fn columns_nobody_wants_are_left_out() {
         let mut reader = TableReader::new("log.csv", "t,a,q\n0,\"x\n\",1\n1,2,3\n".as_bytes()).unwrap();
-        reader.keep([0, 2].into_iter());
+        reader.keep(&[0, 2]);
         let table = reader.rows(9).unwrap();
         assert_eq!(table.columns, [vec![0.0, 1.0], vec![], vec![1.0, 3.0]]);
         assert_eq!((table.line(1), &table.texts), (4, &vec![None; 3]));

@@ -28,12 +28,12 @@ pub(super) fn check(link: &Link, ten: &Ten) -> Result<(), String> {
     }
 }
 
-/// The ten parameters of a link without the links fixed to it that the file holds as bodies of their own.
+/// The ten parameters of a link without those of the links fixed to it, by the file that holds them all.
 ///
 /// `ten`: all of them together, about the origin of the link frame. Where the remainder is no body, the link gets
 /// everything, and the links whose inertials must be emptied are named.
-pub(super) fn own<'a>(link: &'a Link, ten: &Ten, is_held: impl Fn(&str) -> bool) -> (Ten, Vec<&'a str>) {
-    let lumped: Vec<&Part> = link.parts.iter().filter(|part| part.name != link.name && is_held(&part.name)).collect();
+pub(super) fn own<'a>(link: &'a Link, ten: &Ten) -> (Ten, Vec<&'a str>) {
+    let lumped: Vec<&Part> = link.parts.iter().filter(|part| part.name != link.name).collect();
     let mut rest = *ten;
     for part in &lumped {
         rest.iter_mut().zip(part.parameters()).for_each(|(r, theirs)| *r -= theirs);

@@ -1,25 +1,36 @@
 //! Puts identified inertials, friction and rotor inertia into an existing MuJoCo model; every other byte stays.
 //!
 //! A body has the name of its link and a joint that of its coordinate, or what follows the first `_` of it (`link1` for
-//! `panda_link1`). The frames of both files must be the same. Where a body hangs directly on the body of the link
-//! before, its place is compared with that of the description at q = 0.
+//! `panda_link1`). The frames of both files must be the same. Where a body hangs on the body of the link before, its
+//! place is compared with that of the description at q = 0.
+//!
+//! The ten parameters of a link are those of everything fixed to it. So its body gets all of them, and the bodies of
+//! the links fixed to it get an inertial of zero. Without an inertial MuJoCo would take one from their shapes. A body
+//! without a joint may have no mass. What such a body holds in the model is not read, because it may be other than in
+//! the description.
 
+use gate::shown;
 use linear_model::pseudo_inertia::Ten;
 use logs::Error;
-use robot::{Link, LinkId, Pose, Robot};
+use robot::{Link, LinkId, Part, Pose, Robot};
 use roxmltree::{Document, Node};
 
 use crate::write_back::body::{self, JointDynamics};
 use crate::write_back::mjcf::{attributes, file_poses, inertial, quaternion};
+use crate::write_back::mjcf_pose::Angles;
 use crate::write_back::text_edit::Edits;
 use crate::write_back::urdf::WrittenBack;
 
 /// Tolerance of positions, m, and of the components of quaternions. Models round to four digits.
 const POSE_TOLERANCE: f64 = 1e-3;
 
+/// The inertial of a body whose mass another body carries.
+const NO_INERTIA: &str = "<inertial pos=\"0 0 0\" mass=\"0\" diaginertia=\"0 0 0\"/>";
+
 /// The MJCF `text` with these bodies (ten parameters about the origin of the link frame) and joints.
 ///
-/// Fails where the text is no XML, lacks a body or a joint, or places a body elsewhere than the description does.
+/// Fails where the text is no XML, lacks a body or a joint, places a body elsewhere than the description does, or lets
+/// a body move that the description fixes.
 pub fn mjcf_into(
     text: &str,
     file: &str,
@@ -31,34 +42,55 @@ pub fn mjcf_into(
     let mut edits = Edits::of(text);
     let mut notes = Vec::new();
     let poses = file_poses(robot);
-    // Each body gets its ten parameters; a body fixed to it keeps its inertial or loses it.
+    // Each body gets its ten parameters; the bodies fixed to it lose theirs.
     for (id, ten) in bodies {
         let link = robot.link(*id);
         let node = element(&document, "body", &link.name, file)?;
         check_place(robot, link, *id, &poses, &node, file)?;
-        let is_held = |name: &str| found(&document, "body", name).is_some();
-        let (own, lumped) = body::own(link, ten, is_held);
-        for name in &lumped {
-            if let Some(inertial) = found(&document, "body", name).and_then(|body| child(&body, "inertial")) {
-                edits.replace(inertial.range(), "");
-            }
+        let mut emptied = Vec::new();
+        for Part { name, .. } in link.parts.iter().filter(|part| part.name != link.name) {
+            let Some(part) = found(&document, "body", name).filter(|part| *part != node) else { continue };
+            check_fixed(link, &node, &part, file)?;
+            set_inertial(&mut edits, &part, NO_INERTIA);
+            emptied.push((name.as_str(), part));
         }
-        notes.extend(body::carries(link, &lumped));
-        let written = inertial(link, &own)?;
-        match child(&node, "inertial") {
-            Some(old) => edits.replace(old.range(), &written),
-            None => edits.insert(&node, &written),
-        }
+        let names: Vec<&str> = emptied.iter().map(|(name, _)| *name).collect();
+        notes.extend(body::carries(link, &names));
+        notes.extend(beside(link, &node, &emptied.iter().map(|(_, part)| *part).collect::<Vec<_>>()));
+        set_inertial(&mut edits, &node, &inertial(link, ten)?);
     }
     for joint in joints {
         edits.set_attributes(&element(&document, "joint", &joint.joint, file)?, &attributes(joint));
     }
-    // An option of the model by which MuJoCo would not read what is written.
-    let by_shapes = |n: &Node| n.has_tag_name("compiler") && n.attribute("inertiafromgeom") == Some("true");
-    if document.descendants().any(|n| by_shapes(&n)) {
-        notes.push("<compiler inertiafromgeom=\"true\"> makes MuJoCo ignore inertials: say \"auto\"".into());
-    }
+    notes.extend(document.descendants().filter(|n| n.has_tag_name("compiler")).flat_map(|n| changes(&n)));
     Ok(WrittenBack { text: edits.apply(), notes })
+}
+
+fn set_inertial(edits: &mut Edits, body: &Node, inertial: &str) {
+    match child(body, "inertial") {
+        Some(old) => edits.replace(old.range(), inertial),
+        None => edits.insert(body, inertial),
+    }
+}
+
+/// Sentences on options of the model by which MuJoCo uses other inertials than those written.
+fn changes(compiler: &Node) -> Vec<String> {
+    let of = |key: &str| {
+        let value = compiler.attribute(key)?;
+        let does = match (key, value) {
+            ("inertiafromgeom", "true") => "ignore inertials: say \"auto\"",
+            ("inertiafromgeom", _) | ("balanceinertia", "false") => return None,
+            ("balanceinertia", _) => "change the inertia of some bodies: take it out",
+            _ if value.trim().parse().is_ok_and(|x: f64| x <= 0.0) => return None,
+            ("settotalmass", _) => "scale all inertials: take it out",
+            _ => "raise small inertials, and those of bodies whose mass another body carries: take it out",
+        };
+        Some(format!("<compiler {key}=\"{value}\"> makes MuJoCo {does}"))
+    };
+    ["inertiafromgeom", "balanceinertia", "settotalmass", "boundmass", "boundinertia"]
+        .into_iter()
+        .filter_map(of)
+        .collect()
 }
 
 fn child<'a, 'd>(node: &Node<'a, 'd>, tag: &str) -> Option<Node<'a, 'd>> {
@@ -68,7 +100,9 @@ fn child<'a, 'd>(node: &Node<'a, 'd>, tag: &str) -> Option<Node<'a, 'd>> {
 /// The element of the world with this tag and name, or with what stands behind the name's first `_`.
 fn found<'a, 'd>(document: &'a Document<'d>, tag: &str, name: &str) -> Option<Node<'a, 'd>> {
     let world = document.descendants().find(|n| n.has_tag_name("worldbody"))?;
-    let of = |name: &str| world.descendants().find(|n| n.has_tag_name(tag) && n.attribute("name") == Some(name));
+    // The robot knows names by what is shown of them.
+    let is_named = |n: &Node, name: &str| n.attribute("name").is_some_and(|found| shown::line(found) == name);
+    let of = |name: &str| world.descendants().find(|n| n.has_tag_name(tag) && is_named(n, name));
     of(name).or_else(|| of(name.split_once('_')?.1))
 }
 
@@ -80,38 +114,105 @@ fn element<'a, 'd>(document: &'a Document<'d>, tag: &str, name: &str, file: &str
     })
 }
 
-/// Refuses a body that stands elsewhere in its parent than the link does in its antecedent.
+/// Whether an element is a body that no joint moves in its parent.
+fn is_fixed_body(node: &Node) -> bool {
+    node.has_tag_name("body") && !["joint", "freejoint"].into_iter().any(|tag| child(node, tag).is_some())
+}
+
+/// Refuses a body that is not fixed to that of its link: a body that moves needs a mass.
+fn check_fixed(link: &Link, body: &Node, part: &Node, file: &str) -> Result<(), Error> {
+    let mut node = *part;
+    while node != *body {
+        let is_between = node.has_tag_name("frame") || is_fixed_body(&node);
+        let (true, Some(parent)) = (is_between, node.parent()) else {
+            let name = part.attribute("name").unwrap_or_default();
+            return Err(Error::at(
+                file,
+                part.document().text_pos_at(part.range().start).row as usize,
+                format!(
+                    "the body {name} is not fixed to the body of {} as in the description: fix it there in one of the two \
+                     files, or give it a joint in both",
+                    link.name
+                ),
+            ));
+        };
+        node = parent;
+    }
+    Ok(())
+}
+
+/// A sentence on bodies that the model alone fixes to that of a link.
+fn beside(link: &Link, body: &Node, emptied: &[Node]) -> Option<String> {
+    let mut names = Vec::new();
+    let mut next: Vec<Node> = body.children().collect();
+    while let Some(node) = next.pop() {
+        let is_body = is_fixed_body(&node);
+        if is_body && !emptied.contains(&node) && ["inertial", "geom"].iter().any(|tag| child(&node, tag).is_some()) {
+            names.push(node.attribute("name").unwrap_or("a body without a name"));
+        }
+        if is_body || node.has_tag_name("frame") {
+            next.extend(node.children());
+        }
+    }
+    names.sort_unstable();
+    (!names.is_empty()).then(|| {
+        format!(
+            "{} also carries what the model alone fixes to it, whose inertia is not in the estimate unless it was there in \
+             the logs: {}",
+            link.name,
+            names.join(", ")
+        )
+    })
+}
+
+/// Refuses a body that stands elsewhere in that of the link before than the link does.
 fn check_place(robot: &Robot, link: &Link, id: LinkId, poses: &[Pose], node: &Node, file: &str) -> Result<(), Error> {
-    // Only a body that hangs on that of the link before has a place to compare.
     let Some(before) = link.antecedent else { return Ok(()) };
-    let parent = node.parent().and_then(|parent| parent.attribute("name").map(str::to_string));
     let name = &robot.link(before).name;
-    let is_before = |parent: &str| parent == name || name.split_once('_').is_some_and(|(_, tail)| tail == parent);
-    if !parent.as_deref().is_some_and(is_before) {
-        return Ok(());
-    }
-    // The place of the link in the link before at q = 0, against pos and quat; q and -q are one turn.
-    let expected = poses[before.0].inverse().compose(&poses[id.0]);
-    let numbers =
-        |key: &str| -> Option<Vec<f64>> { node.attribute(key)?.split_whitespace().map(|x| x.parse().ok()).collect() };
-    let near = |found: &[f64], expected: &[f64]| {
-        found.len() == expected.len() && found.iter().zip(expected).all(|(a, b)| (a - b).abs() < POSE_TOLERANCE)
+    let is_before = |node: &Node| {
+        let found = node.attribute("name").filter(|_| node.has_tag_name("body")).map(shown::line);
+        found.is_some_and(|found| found == *name || name.split_once('_').is_some_and(|(_, tail)| tail == found))
     };
-    let position = numbers("pos").unwrap_or_else(|| vec![0.0; 3]);
-    let is_turned = numbers("quat").is_some_and(|found| {
-        let size = found.iter().map(|x| x * x).sum::<f64>().sqrt();
-        let (found, expected): (Vec<f64>, _) = (found.iter().map(|x| x / size).collect(), quaternion(&expected));
-        !near(&found, &expected) && !near(&found, &expected.map(|x| -x))
-    });
-    if near(&position, &expected.position) && !is_turned {
+    // The place in the body of the link before, through frames and bodies that are fixed.
+    let (angles, mut place, mut above) = (Angles::of(node.document()), Pose::IDENTITY, *node);
+    loop {
+        let Some(pose) = angles.pose(&above) else {
+            let what = "its position or orientation cannot be read; say it as pos=\"X Y Z\" and quat=\"W X Y Z\"";
+            let row = node.document().text_pos_at(above.range().start).row as usize;
+            return Err(Error::at(
+                file,
+                row,
+                format!("<{}> on the way to {}: {what}", above.tag_name().name(), link.name),
+            ));
+        };
+        place = pose.compose(&place);
+        match above.parent() {
+            Some(parent) if is_before(&parent) => break,
+            Some(parent) if parent.has_tag_name("frame") || is_fixed_body(&parent) => above = parent,
+            // A body that does not hang on that of the link before has no place to compare.
+            _ => return Ok(()),
+        }
+    }
+    // q and -q are one turn.
+    let expected = poses[before.0].inverse().compose(&poses[id.0]);
+    let near =
+        |found: &[f64], expected: &[f64]| found.iter().zip(expected).all(|(a, b)| (a - b).abs() < POSE_TOLERANCE);
+    let (found, turned) = (quaternion(&place), quaternion(&expected));
+    if near(&place.position, &expected.position) && (near(&found, &turned) || near(&found, &turned.map(|x| -x))) {
         return Ok(());
     }
+    let shown = |pose: &Pose| {
+        let list = |x: &[f64]| x.iter().map(|x| format!("{:.4}", x + 0.0)).collect::<Vec<_>>().join(" ");
+        format!("pos {} and quat {}", list(&pose.position), list(&quaternion(pose)))
+    };
     let message = format!(
-        "the body of {} stands at {position:?} of {name}, in the description at {:?}, or is turned: the frames of the two \
-         files are not the same, and inertials of one are wrong in the other",
-        link.name, expected.position
+        "the body of {} stands at {} of {name}, in the description at {}: the frames of the two files are not the same, \
+         and inertials of one are wrong in the other; give both files the same frames",
+        link.name,
+        shown(&place),
+        shown(&expected)
     );
-    Err(Error::at(file, 0, message))
+    Err(Error::at(file, node.document().text_pos_at(node.range().start).row as usize, message))
 }
 
 #[cfg(test)]
@@ -162,5 +263,88 @@ mod tests {
         let refused = written(&MJCF.replace("\"two\"", "\"tow\"")).unwrap_err().to_string();
         assert!(refused.contains("there is no <body name=\"r_two\">; there are one, tow"), "{refused}");
         assert!(written("<mujoco").unwrap_err().to_string().starts_with("r.xml:1:"));
+    }
+
+    /// A description that turns its second joint, in every way that an MJCF may say it.
+    #[test]
+    fn orientations_are_compared() {
+        let turned = URDF.replace("xyz=\"0.4 0 0.1\"", "xyz=\"0.4 0 0.1\" rpy=\"0 0 1.5707963267948966\"");
+        let robot = read_urdf(&turned, "r.urdf").unwrap();
+        let bodies: Vec<(LinkId, Ten)> = robot.link_ids().map(|id| (id, robot.link(id).inertial.unwrap())).collect();
+        let of = |mjcf: &str, orientation: &str| {
+            let text = mjcf.replace("0.4 0 0.1", &format!("0.4 0 0.1\" {orientation} gravcomp=\"0"));
+            mjcf_into(&text, "r.xml", &robot, &bodies, &[]).map_err(|e| e.to_string())
+        };
+        for right in ["quat=\"1 0 0 1\"", "euler=\"0 0 90\"", "axisangle=\"0 0 1 90\"", "xyaxes=\"0 1 0 -1 0 0\""] {
+            assert!(of(MJCF, right).is_ok(), "{right}");
+        }
+        for wrong in
+            ["", "euler=\"0 0 1.5708\"", "axisangle=\"0 0 1 -90\"", "xyaxes=\"1 0 0 0 1 0\"", "zaxis=\"0 0 1\""]
+        {
+            let refused = of(MJCF, wrong).unwrap_err();
+            assert!(
+                refused.starts_with("r.xml:4") && refused.contains("frames of the two files"),
+                "{wrong}: {refused}"
+            );
+        }
+        let refused = of(MJCF, "quat=\"90\"").unwrap_err();
+        assert!(refused.contains("<body> on the way to r_two") && refused.contains("quat=\"W X Y Z\""), "{refused}");
+        // A frame between the two bodies counts.
+        let framed = MJCF.replace(
+            "<body name=\"two\" pos=\"0.4 0 0.1\">",
+            "<frame euler=\"0 0 90\" pos=\"0.4 0 0\"><body name=\"two\" pos=\"0 0 0.1\">",
+        );
+        let framed = framed.replace("<geom size=\"0.1\"/></body>", "<geom size=\"0.1\"/></body></frame>");
+        assert!(of(&framed, "").is_ok());
+        assert!(of(&framed.replace("0 0 90", "0 0 80"), "").is_err());
+    }
+
+    /// The mass of links fixed to a link is in the model once, whatever the model holds there.
+    #[test]
+    fn fixed_bodies_count_once() {
+        let inertial = "<inertial><mass value=\"0.5\"/><inertia ixx=\"1\" ixy=\"0\" ixz=\"0\" iyy=\"1\" iyz=\"0\" izz=\"1\"/></inertial>";
+        let tool = format!(
+            "<link name=\"r_tool\">{inertial}</link><joint name=\"weld\" type=\"fixed\"><parent link=\"r_two\"/>\
+             <child link=\"r_tool\"/></joint></robot>"
+        );
+        let robot = read_urdf(&URDF.replace("</robot>", &tool), "r.urdf").unwrap();
+        let bodies: Vec<(LinkId, Ten)> =
+            robot.link_ids().map(|id| (id, [1.0, 0.0, 0.0, 1.0, 0.0, 1.0, 0.0, 0.0, 0.0, 2.0])).collect();
+        let of = |bodies_of_model: &str| {
+            let text = MJCF.replace("<geom size=\"0.1\"/>", bodies_of_model);
+            mjcf_into(&text, "r.xml", &robot, &bodies, &[]).map_err(|e| e.to_string())
+        };
+        for held in ["<geom size=\"0.1\"/>", "<inertial pos=\"0 0 0\" mass=\"7\" diaginertia=\"1 1 1\"/>", ""] {
+            let written = of(&format!("<frame><body name=\"tool\">{held}</body></frame>")).unwrap();
+            let document = Document::parse(&written.text).unwrap();
+            let mass = |body: &str| {
+                let node = found(&document, "body", body).unwrap();
+                child(&node, "inertial").unwrap().attribute("mass").unwrap().to_string()
+            };
+            assert_eq!((mass("two"), mass("tool")), ("2".to_string(), "0".to_string()), "{}", written.text);
+            assert_eq!(written.notes, ["r_two carries the inertia of the links fixed to it: r_tool"]);
+        }
+        // What moves needs a mass, and what hangs elsewhere is another robot.
+        let refused = of("<body name=\"tool\"><joint name=\"c\"/></body>").unwrap_err();
+        assert!(refused.contains("the body tool is not fixed to the body of r_two"), "{refused}");
+        // A body that the description does not know keeps what it holds, and is named.
+        let written = of("<body name=\"grip\"><geom size=\"1\"/></body><body name=\"site\"/>").unwrap();
+        assert!(
+            written.text.contains("<body name=\"grip\"><geom") && written.notes[0].ends_with(": grip"),
+            "{:?}",
+            written.notes
+        );
+    }
+
+    #[test]
+    fn options_that_change_inertials_are_named() {
+        let of = |option: &str| {
+            written(&MJCF.replace("<default>", &format!("<compiler {option}/><default>"))).unwrap().notes
+        };
+        for option in ["inertiafromgeom=\"true\"", "balanceinertia=\"true\"", "settotalmass=\"3\"", "boundmass=\"0.1\""]
+        {
+            assert!(of(option).len() == 1 && of(option)[0].contains(option), "{:?}", of(option));
+        }
+        assert!(of("inertiafromgeom=\"auto\" boundmass=\"0\" settotalmass=\"-1\" balanceinertia=\"false\"").is_empty());
     }
 }

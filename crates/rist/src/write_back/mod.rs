@@ -5,6 +5,7 @@
 pub mod body;
 pub mod mjcf;
 pub mod mjcf_into;
+mod mjcf_pose;
 mod steps;
 mod text_edit;
 pub mod urdf;

@@ -8,6 +8,7 @@
 //!
 //! Only attributes are replaced, inside the text: comments, order and spacing survive.
 
+use gate::shown;
 use linear_model::pseudo_inertia::{Centroidal, Ten, centroidal};
 use logs::Error;
 use robot::{LinkId, Robot};
@@ -46,7 +47,7 @@ pub fn write_back(
             robot.links.get(id.0).ok_or_else(|| Error::at(file, 0, format!("the robot has no link {}", id.0)))?;
         body::check(link, ten).map_err(|message| Error::at(file, 0, message))?;
         // What is left for the link itself, about its centre of mass, in the frame that the file gave it.
-        let (own, lumped) = body::own(link, ten, |_| true);
+        let (own, lumped) = body::own(link, ten);
         for name in &lumped {
             empty(&element(root, "link", name, file)?, &mut edits);
         }
@@ -64,7 +65,9 @@ pub fn write_back(
 
 /// The element of this tag and name among the robot's own (not in a transmission).
 fn element<'a, 'd>(root: Node<'a, 'd>, tag: &str, name: &str, file: &str) -> Result<Node<'a, 'd>, Error> {
-    let found = root.children().find(|n| n.has_tag_name(tag) && n.attribute("name") == Some(name));
+    // The robot knows names by what is shown of them.
+    let is_it = |n: &Node| n.attribute("name").is_some_and(|found| shown::line(found) == name);
+    let found = root.children().find(|n| n.has_tag_name(tag) && is_it(n));
     found.ok_or_else(|| Error::at(file, 0, format!("there is no <{tag} name=\"{name}\"> in the file")))
 }
 
@@ -173,6 +176,27 @@ mod tests {
         assert!(written.notes[0].contains("tool"), "{:?}", written.notes);
         let again = read_urdf(&written.text, "arm.urdf").unwrap();
         for (a, b) in total(&again, upper.0).into_iter().zip(light) {
+            assert!((a - b).abs() < 1e-14, "{a} {b}");
+        }
+    }
+
+    /// The robot knows a name by what is shown of it, and the file keeps its own.
+    #[test]
+    fn names_with_hidden_characters_are_found() {
+        let text = URDF.replace("\"upper\"", "\"up&#x202e;per&#10;\"").replace("\"turn\"", "\"tu\u{9b}rn\"");
+        let options = robot::format::ReadOptions::default();
+        let robot = robot::format::parse_with(&text, std::path::Path::new("arm.urdf"), options).unwrap();
+        let upper = link(&robot, "up\\u{202e}per\\n");
+        let mut heavier = total(&robot, upper.0);
+        heavier.iter_mut().for_each(|x| *x *= 1.5);
+        let friction = JointDynamics { joint: "tu\\u{9b}rn".into(), damping: 0.3, friction: 1.25, armature: 0.0 };
+        let written = write_back(&text, "arm.urdf", &robot, &[(upper, heavier)], &[friction]).unwrap().text;
+        assert!(
+            written.contains("<link   name=\"up&#x202e;per&#10;\">") && written.contains("damping=\"0.3\""),
+            "{written}"
+        );
+        let again = robot::format::parse_with(&written, std::path::Path::new("arm.urdf"), options).unwrap();
+        for (a, b) in total(&again, upper.0).into_iter().zip(heavier) {
             assert!((a - b).abs() < 1e-14, "{a} {b}");
         }
     }

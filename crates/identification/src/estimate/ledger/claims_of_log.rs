@@ -102,19 +102,25 @@ const SMALLEST_COMMON_FACTOR: f64 = 1.05;
 /// How often joints whose slopes scatter about 1 have a mean this far from it.
 const COMMON_FACTOR_CHANCE: f64 = 0.01;
 
+/// Joints carry the same bodies, so wrong masses move their slopes together: the common error of a description is up to so
+/// many times the deviation of its slopes. Of 80 random descriptions 15 % off, five times were enough.
+const SHARED_ERROR_RATIO: f64 = 5.0;
+
 /// The least factor of all torques that would have been found: with m slopes s_k whose logarithms have the deviation d,
-/// `exp(t d / sqrt m)`, t of m - 1 degrees of freedom. Where the description is near, so are its slopes to each other.
+/// `exp(d max(t / sqrt m, SHARED_ERROR_RATIO))`, t of m - 1 degrees of freedom. Where a description is near, so are its
+/// slopes to each other.
 fn common_power(slopes: &[f64]) -> f64 {
     let widest = if slopes.len() > 1 { COMMON_FACTORS.end } else { NOMINAL_INERTIAL_SLOPES.end };
-    if slopes.iter().any(|s| *s <= 0.0) {
+    // Two joints may carry one body, whose mass moves both slopes alike.
+    if slopes.len() < 3 || slopes.iter().any(|s| *s <= 0.0) {
         return widest;
     }
     let m = slopes.len() as f64;
     let mean = slopes.iter().map(|s| s.ln()).sum::<f64>() / m;
     let square = slopes.iter().map(|s| (s.ln() - mean).powi(2)).sum::<f64>() / (m - 1.0);
-    let reached = student::reach(COMMON_FACTOR_CHANCE, m - 1.0) * (square / m).sqrt();
-    // One slope has no scatter: NaN.
-    if reached.is_nan() { widest } else { reached.exp().clamp(SMALLEST_COMMON_FACTOR, widest) }
+    let independent = student::reach(COMMON_FACTOR_CHANCE, m - 1.0) / m.sqrt();
+    let reached = independent.max(SHARED_ERROR_RATIO) * square.sqrt();
+    reached.exp().clamp(SMALLEST_COMMON_FACTOR, widest)
 }
 
 /// The least offsets that would have been found, joints of one offset together.
@@ -206,11 +212,11 @@ mod tests {
     #[test]
     fn the_factor_that_would_be_found_follows_the_scatter() {
         assert_eq!(common_power(&[1.25]), NOMINAL_INERTIAL_SLOPES.end);
-        assert_eq!(common_power(&[1.0, 1.2]), COMMON_FACTORS.end);
+        assert_eq!(common_power(&[1.25, 1.25]), COMMON_FACTORS.end);
         assert_eq!(common_power(&[1.25, 1.25, 1.251]), SMALLEST_COMMON_FACTOR);
-        // d = 0.0791, t = 4.604 at four degrees of freedom [Abramowitz, Stegun 1964, table 26.10].
-        let scattered = [-0.1f64, -0.05, 0.0, 0.05, 0.1].map(f64::exp);
-        assert!((common_power(&scattered) - 1.1768).abs() < 2e-3, "{}", common_power(&scattered));
+        // d = 0.0158.
+        let scattered = [-0.02f64, -0.01, 0.0, 0.01, 0.02].map(f64::exp);
+        assert!((common_power(&scattered) - 1.0823).abs() < 1e-3, "{}", common_power(&scattered));
         assert_eq!(common_power(&[1.0, -1.0, 1.1]), COMMON_FACTORS.end);
     }
 }

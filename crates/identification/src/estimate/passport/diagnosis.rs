@@ -128,14 +128,10 @@ impl Look<'_> {
                 remedy: "change the sign of the torque columns".into(),
             });
         }
-        // The search for single mistakes begins where those of all joints are undone.
-        let scale = if all_signs {
-            -scale
-        } else if NOMINAL_INERTIAL_SLOPES.contains(&scale) {
-            1.0
-        } else {
-            scale
-        };
+        // The search for single mistakes begins where those of all joints are undone. A description is as nominal with
+        // the signs of all torques changed as without.
+        let size = if NOMINAL_INERTIAL_SLOPES.contains(&scale) { 1.0 } else { scale };
+        let scale = if all_signs { -size } else { size };
         let trials = Trials::new(description, &self.samples.kept, self.rows);
         let search = Search {
             samples: self.samples,

@@ -1,102 +1,221 @@
-//! A Parquet file as a table of named columns.
+//! A Parquet file as tables of named columns, some rows at a time.
 //!
-//! The crate `parquet` reads the index and decodes the pages. This module names the columns and bounds their size. Null
-//! is NaN. A list column `q` becomes q_1 .. q_k, as an array of a .npz does, if all its lists are of one length. A
-//! field of a struct is `struct.field`. `number` defines the numbers of each type. A column of another type is a column
-//! of text: it is refused when it is used.
+//! The crate `parquet` reads the index and decodes the pages. This module names the columns and bounds their size;
+//! `column` reads each. Null is NaN. A list column `q` becomes q_1 .. q_k, as an array of a .npz does, if all its lists
+//! are of one length. A field of a struct is `struct.field`. `number` defines the numbers of each type. A column of
+//! another type is a column of text: it is refused when it is used.
+//!
+//! Of a file on disk the pages that are read next are in memory, one of each column, so that memory does not grow with
+//! the file.
 //!
 //! Not here: encryption, columns in other files.
 
-use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::sync::Arc;
 
 use bytes::Bytes;
 use gate::budget::Budget;
+use gate::source::Pieces;
 use parquet::basic::Repetition;
-use parquet::column::reader::{ColumnReader, ColumnReaderImpl, get_column_reader};
-use parquet::data_type::{AsBytes, DataType};
 use parquet::file::metadata::{ParquetMetaData, ParquetMetaDataReader};
-use parquet::schema::types::{ColumnDescPtr, Type};
+use parquet::file::reader::Length;
+use parquet::schema::types::Type;
 
 use crate::Error;
-use crate::formats::parquet::number::{Kind, Numbers};
-use crate::formats::parquet::pages::UnpackedPages;
+use crate::formats::parquet::column::{Column, Content, Rows};
+use crate::formats::parquet::file_bytes::FileBytes;
 use crate::formats::parquet::schema_guard;
-use crate::table::{MAX_CELLS, MAX_COLUMNS, Table, check_header};
+use crate::table::{MAX_CELLS, MAX_COLUMNS, RowReader, Table, check_header};
 
 /// The last bytes of a parquet file.
 const PARQUET_MAGIC: &[u8] = b"PAR1";
 
-/// Rows decoded at a time.
-const ROWS_PER_BATCH: usize = 1 << 13;
-
-/// Bytes of a number of a table, whose columns grow by doubling.
-const NUMBER_BYTES: usize = 2 * size_of::<f64>();
-
-/// Times that a page is in memory at once: unpacked, in its plain encoding, and joined with its levels.
-const PAGE_COPIES: usize = 3;
+/// Bytes behind the index: its length, and the magic.
+const TAIL_BYTES: usize = 8;
 
 /// Reads the columns of a file within a budget.
 pub(crate) fn read(file: &str, bytes: &[u8], budget: &mut Budget) -> Result<Table, Error> {
-    let at = |message: String| Error::at(file, 0, message);
-    let metadata = footer(bytes).map_err(at)?;
-    let bytes = Bytes::copy_from_slice(bytes);
-    let columns = metadata.file_metadata().schema_descr().columns();
-    if columns.len() > MAX_COLUMNS {
-        return Err(at(format!("{} columns; at most {MAX_COLUMNS} are expected", columns.len())));
+    let bytes = FileBytes::Held(Bytes::copy_from_slice(bytes));
+    let mut reader = ParquetReader::new(file, bytes, budget.clone())?;
+    let table = reader.rows(usize::MAX);
+    *budget = reader.budget;
+    table
+}
+
+/// Rows of a file on their way into tables.
+pub(crate) struct ParquetReader {
+    file: String,
+    bytes: FileBytes,
+    metadata: ParquetMetaData,
+    columns: Vec<Column>,
+    budget: Budget,
+    /// Rows of every row group.
+    groups: Vec<usize>,
+    /// The row group that is read, and how many of its rows were.
+    group: usize,
+    before: usize,
+    /// Rows handed out so far.
+    handed: usize,
+    /// Names of the columns of every table.
+    header: Vec<String>,
+    notes: Vec<String>,
+}
+
+impl ParquetReader {
+    /// Reads the index of a file on disk.
+    pub(crate) fn of_file(file: &str, pieces: Pieces) -> Result<ParquetReader, Error> {
+        let budget = Budget::of(usize::try_from(pieces.length()).unwrap_or(usize::MAX));
+        ParquetReader::new(file, FileBytes::Pieces(Arc::new(pieces)), budget)
     }
-    let rows = rows(&metadata).map_err(at)?;
-    let content = Content { bytes: &bytes, metadata: &metadata, rows: &rows };
-    let mut table = Table { file: file.into(), ..Table::default() };
-    let fields = metadata.file_metadata().schema_descr().root_schema();
-    let mut names = Vec::new();
-    fields.get_fields().iter().for_each(|field| leaves(field, &mut Vec::new(), false, &mut names));
-    for (place, (leaf, name)) in columns.iter().zip(&names).enumerate() {
-        let room = MAX_CELLS / rows.iter().sum::<usize>().max(1) - table.header.len();
-        let column = content.column(place, leaf, name, room, budget);
-        let column = column.map_err(|e| at(format!("column `{name}`: {e}")))?;
-        let width = column.series.len();
-        if width > room || table.header.len() + width > MAX_COLUMNS {
+
+    fn new(file: &str, bytes: FileBytes, budget: Budget) -> Result<ParquetReader, Error> {
+        let at = |message: String| Error::at(file, 0, message);
+        let metadata = footer(&bytes).map_err(at)?;
+        let schema = metadata.file_metadata().schema_descr();
+        if schema.num_columns() > MAX_COLUMNS {
+            return Err(at(format!("{} columns; at most {MAX_COLUMNS} are expected", schema.num_columns())));
+        }
+        let groups = rows(&metadata).map_err(at)?;
+        let mut names = Vec::new();
+        let fields = schema.root_schema().get_fields();
+        fields.iter().for_each(|field| leaves(field, &mut Vec::new(), false, &mut names));
+        let columns = schema.columns().iter().zip(names).enumerate();
+        let mut columns: Vec<Column> = columns.map(|(place, (leaf, name))| Column::new(place, leaf, name)).collect();
+        let room = (MAX_CELLS / groups.iter().sum::<usize>().max(1)).saturating_sub(columns.len());
+        let content = Content { bytes: &bytes, metadata: &metadata, groups: &groups, room };
+        for column in &mut columns {
+            // What is read to measure lists is dropped before rows are read.
+            let measured = column.measure_lists(&content, &mut budget.clone());
+            measured.map_err(|e| at(format!("column `{}`: {e}", column.name)))?;
+        }
+        let mut header: Vec<String> = columns.iter().flat_map(Column::headers).collect();
+        check_header(file, 0, &mut header)?;
+        let timed = columns.iter().filter(|column| column.timed);
+        let notes = timed
+            .map(|column| format!("column `{}` holds times; they are counted in seconds from the first", column.name));
+        let notes = notes.collect();
+        let file = file.into();
+        let reader = ParquetReader {
+            file,
+            bytes,
+            metadata,
+            columns,
+            budget,
+            groups,
+            group: 0,
+            before: 0,
+            handed: 0,
+            header,
+            notes,
+        };
+        Ok(reader)
+    }
+
+    /// Reads rows into the columns.
+    fn read(&mut self, rows: usize) -> Result<(), Error> {
+        let (file, open) = (&self.file, self.columns.iter().filter(|column| column.is_read()).count());
+        let named = |column: &Column, e: String| Error::at(file, 0, format!("column `{}`: {e}", column.name));
+        let budget = &mut self.budget;
+        self.columns.iter_mut().try_for_each(|column| column.begin(rows, budget).map_err(|e| named(column, e)))?;
+        // More would be too many numbers for one table.
+        let room = MAX_CELLS / rows.max(1);
+        let mut left = rows;
+        while left > 0 {
+            let all = self.groups[self.group];
+            let count = left.min(all - self.before);
+            let (group, before) = (self.metadata.row_group(self.group), self.before);
+            if count > 0 {
+                let rows = Rows { bytes: &self.bytes, group, all, before, count, columns: open };
+                let mut read = |column: &mut Column| column.read(&rows, room, budget).map_err(|e| named(column, e));
+                self.columns.iter_mut().try_for_each(&mut read)?;
+            }
+            (left, self.before) = (left - count, before + count);
+            if self.before == all {
+                (self.group, self.before) = (self.group + 1, 0);
+            }
+        }
+        Ok(())
+    }
+
+    /// The columns that were read, as a table of so many rows.
+    fn table(&mut self, rows: usize) -> Table {
+        let (file, header, notes) = (self.file.clone(), self.header.clone(), self.notes.clone());
+        let mut table = Table { file, header, notes, skipped: self.handed, ..Table::default() };
+        for column in &mut self.columns {
+            let (mut series, text) = column.take();
+            table.texts.extend(vec![text.clone().map(|text| (0, text)); series.len()]);
+            // A column of text is empty, as one that is not read.
+            let has_numbers = series.iter().any(|x| !x.is_empty());
+            if has_numbers {
+                series.iter_mut().for_each(|x| x.resize(rows, f64::NAN));
+            }
+            table.columns.extend(series);
+        }
+        table
+    }
+}
+
+impl RowReader for ParquetReader {
+    fn width(&self) -> usize {
+        self.header.len()
+    }
+
+    fn keep(&mut self, columns: &[usize]) {
+        let mut first = 0;
+        for column in &mut self.columns {
+            let next = first + column.width();
+            column.wanted = columns.iter().any(|c| (first..next).contains(c));
+            if !column.wanted {
+                column.close();
+            }
+            first = next;
+        }
+    }
+
+    fn rows(&mut self, most: usize) -> Result<Table, Error> {
+        let left = self.groups[self.group..].iter().sum::<usize>() - self.before;
+        let rows = most.min(left);
+        let is_read = self.columns.iter().filter(|column| column.is_read());
+        let width: usize = is_read.map(Column::width).sum();
+        if self.header.len() > MAX_COLUMNS || rows.saturating_mul(width) > MAX_CELLS {
             let message = format!(
-                "more than {MAX_COLUMNS} columns or {MAX_CELLS} numbers, with column `{name}`; keep the columns of the \
-                 robot, or a part of the rows"
+                "{rows} rows of {width} columns: at most {MAX_COLUMNS} columns and {MAX_CELLS} numbers are expected; keep the \
+                 columns of the robot, or a part of the rows"
             );
-            return Err(at(message));
+            return Err(Error::at(&self.file, 0, message));
         }
-        for (k, series) in column.series.into_iter().enumerate() {
-            let header = if column.timed { without_unit(name) } else { name };
-            table.header.push(if column.lists { format!("{name}_{}", k + 1) } else { header.to_string() });
-            table.columns.push(series);
-            table.texts.push(column.text.clone().map(|text| (0, text)));
+        self.read(rows)?;
+        let table = self.table(rows);
+        if rows == left {
+            let unchanged = self.bytes.unchanged();
+            unchanged.map_err(|e| Error::at(&self.file, 0, format!("cannot be read: {e}")))?;
         }
-        if column.timed {
-            let note = format!("column `{name}` holds times; they are counted in seconds from the first");
-            table.notes.push(note);
+        if self.handed == 0 && table.rows() == 0 {
+            let what = if rows == 0 { "the file has no row" } else { "no column holds numbers" };
+            let message = format!("{what}; the columns are: {}", table.header.join(", "));
+            return Err(Error::at(&self.file, 0, message));
         }
+        self.handed += rows;
+        Ok(table)
     }
-    check_header(file, 0, &mut table.header)?;
-    // A column without numbers is empty, so the rows are those of the longest column.
-    let Some(rows) = table.columns.iter().map(Vec::len).max().filter(|&n| n > 0) else {
-        let what = if rows.iter().all(|&n| n == 0) { "the file has no row" } else { "no column holds numbers" };
-        return Err(at(format!("{what}; the columns are: {}", table.header.join(", "))));
-    };
-    table.columns.iter_mut().for_each(|c| c.resize(rows, f64::NAN));
-    Ok(table)
 }
 
 /// The metadata at the end of the file.
-fn footer(bytes: &[u8]) -> Result<ParquetMetaData, String> {
-    if bytes.starts_with(b"PARE") || bytes.ends_with(b"PARE") {
+fn footer(bytes: &FileBytes) -> Result<ParquetMetaData, String> {
+    let all = bytes.len();
+    let piece = |place: u64, count: usize| bytes.piece(place, count).map_err(|e| format!("cannot be read: {e}"));
+    let (head, tail) = (piece(0, PARQUET_MAGIC.len())?, piece(all.saturating_sub(TAIL_BYTES as u64), TAIL_BYTES)?);
+    if head.starts_with(b"PARE") || tail.ends_with(b"PARE") {
         return Err("the file is encrypted; write it without encryption".into());
     }
     let cut = "the Parquet file does not end with PAR1: it is cut short, or its writer was never closed; its index \
                stands at the end, so nothing can be read: write or copy it again";
-    let body = bytes.strip_suffix(PARQUET_MAGIC).filter(|b| b.len() >= 8).ok_or(cut)?;
-    let (body, length) = body.split_last_chunk::<4>().ok_or(cut)?;
-    let length = u32::from_le_bytes(*length) as usize;
-    let start = body.len().checked_sub(length);
-    let start = start.ok_or_else(|| format!("the index claims {length} bytes of a file of {}", bytes.len()))?;
-    schema_guard::check(&body[start..])?;
-    ParquetMetaDataReader::decode_metadata(&body[start..]).map_err(|e| format!("the index of the file is damaged: {e}"))
+    let length = tail.strip_suffix(PARQUET_MAGIC).filter(|_| all >= (PARQUET_MAGIC.len() + TAIL_BYTES) as u64);
+    let length = length.and_then(|length| length.try_into().ok()).map(u32::from_le_bytes).ok_or(cut)?;
+    let start = (all - TAIL_BYTES as u64).checked_sub(u64::from(length));
+    let start = start.ok_or_else(|| format!("the index claims {length} bytes of a file of {all}"))?;
+    let index = piece(start, length as usize)?;
+    schema_guard::check(&index)?;
+    ParquetMetaDataReader::decode_metadata(&index).map_err(|e| format!("the index of the file is damaged: {e}"))
 }
 
 /// The rows of every row group.
@@ -127,185 +246,86 @@ fn leaves<'a>(field: &'a Type, path: &mut Vec<&'a str>, in_list: bool, out: &mut
     }
 }
 
-/// The name without its unit, since times are converted to seconds.
-fn without_unit(name: &str) -> &str {
-    ["_ms", "_us", "_ns"].iter().find_map(|unit| name.strip_suffix(unit)).unwrap_or(name)
-}
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use gate::source::Source;
+    use parquet::data_type::DoubleType;
+    use parquet::file::properties::WriterProperties;
+    use parquet::file::writer::SerializedFileWriter;
+    use parquet::schema::parser::parse_message_type;
 
-/// The result of reading a column: one series, or one for each element of its lists.
-#[derive(Default)]
-struct Column {
-    series: Vec<Vec<f64>>,
-    lists: bool,
-    /// Why it holds no numbers; the series is empty then.
-    text: Option<String>,
-    timed: bool,
-}
-
-/// A file and the rows of its row groups.
-struct Content<'a> {
-    bytes: &'a Bytes,
-    metadata: &'a ParquetMetaData,
-    rows: &'a [usize],
-}
-
-impl Content<'_> {
-    /// Reads a column; lists of more than `room` elements are not taken apart.
-    fn column(
-        &self,
-        place: usize,
-        leaf: &ColumnDescPtr,
-        name: &str,
-        room: usize,
-        budget: &mut Budget,
-    ) -> Result<Column, String> {
-        let text = |text: String| Ok(Column { series: vec![Vec::new()], text: Some(text), ..Column::default() });
-        let kind = if leaf.max_rep_level() > 1 { Kind::Other("lists of lists".into()) } else { Kind::of(leaf) };
-        if let Kind::Other(what) = kind {
-            return text(what);
+    /// A file of row groups of 1000, 1, 700 and 999 rows: a clock, lists of two of which the first 1500 are empty, and a
+    /// torque that is not there in every ninth row.
+    fn file() -> Vec<u8> {
+        let schema = "message log { REQUIRED DOUBLE t; REPEATED DOUBLE q; OPTIONAL DOUBLE tau; }";
+        let schema = Arc::new(parse_message_type(schema).unwrap());
+        let mut bytes = Vec::new();
+        let mut file =
+            SerializedFileWriter::new(&mut bytes, schema, Arc::new(WriterProperties::builder().build())).unwrap();
+        let mut first = 0;
+        for rows in [1000, 1, 700, 999] {
+            let range = first..first + rows;
+            first += rows;
+            let mut group = file.next_row_group().unwrap();
+            let (mut values, mut definition, mut repetition) = (Vec::new(), Vec::new(), Vec::new());
+            for row in range.clone() {
+                let elements = if row < 1500 { 0 } else { 2 };
+                repetition.extend((0..elements.max(1)).map(|k: i16| k.min(1)));
+                definition.extend(vec![elements.min(1); elements.max(1) as usize]);
+                values.extend((0..elements).map(|k| f64::from(row) + 0.5 * f64::from(k)));
+            }
+            let times: Vec<f64> = range.clone().map(|row| 0.01 * f64::from(row)).collect();
+            let present: Vec<i16> = range.clone().map(|row| i16::from(row % 9 > 0)).collect();
+            let torques: Vec<f64> = range.filter(|row| row % 9 > 0).map(f64::from).collect();
+            let columns =
+                [(times, None, None), (values, Some(definition), Some(repetition)), (torques, Some(present), None)];
+            for (values, definition, repetition) in columns {
+                let mut column = group.next_column().unwrap().unwrap();
+                column
+                    .typed::<DoubleType>()
+                    .write_batch(&values, definition.as_deref(), repetition.as_deref())
+                    .unwrap();
+                column.close().unwrap();
+            }
+            group.close().unwrap();
         }
-        let timed = matches!(kind, Kind::Time { .. });
-        let lists = leaf.max_rep_level() > 0;
-        let mut numbers = Numbers::new(kind);
-        let mut series = Series { lists, room: room.min(MAX_COLUMNS), ..Series::default() };
-        for (group, &rows) in self.metadata.row_groups().iter().zip(self.rows) {
-            let chunk = group.columns().get(place).ok_or("a row group lacks it")?;
-            if chunk.file_path().is_some() {
-                return Err("its data are in another file".into());
-            }
-            let most = if lists { rows.saturating_mul(room.clamp(1, MAX_COLUMNS)).min(MAX_CELLS) } else { rows };
-            let count = usize::try_from(chunk.num_values()).unwrap_or(usize::MAX);
-            if count > most || (!lists && count < rows) {
-                return Err(format!("it claims {count} values where its row group has {rows} rows"));
-            }
-            budget.draw(count.saturating_mul(NUMBER_BYTES))?;
-            let pages = Box::new(UnpackedPages::of(self.bytes, chunk, rows, budget.left() / PAGE_COPIES)?);
-            if chunk.column_type() != leaf.physical_type() {
-                return Err(format!("its type is {} in a row group and {name} in the schema", chunk.column_type()));
-            }
-            // The library may panic on damaged pages. `pages` refuses all damage that is known to cause this, so the catch
-            // is for unknown cases. The series it was writing to are dropped with the error.
-            let decode = || cells(get_column_reader(leaf.clone(), pages), leaf, rows, &mut numbers, &mut series);
-            let found = catch_unwind(AssertUnwindSafe(decode));
-            let found = found.unwrap_or_else(|_| Err("its pages are damaged".into()))?;
-            if found != rows {
-                return Err(format!("it has {found} rows where its row group has {rows}"));
-            }
-            if let Some(odd) = series.odd.take() {
-                return text(odd);
-            }
-        }
-        if series.columns.is_empty() {
-            return if lists {
-                text("empty lists".into())
-            } else {
-                Ok(Column { series: vec![Vec::new()], ..Column::default() })
-            };
-        }
-        Ok(Column { series: series.columns, lists, text: None, timed })
+        file.close().unwrap();
+        bytes
     }
-}
 
-/// Numbers of the rows read so far.
-#[derive(Default)]
-struct Series {
-    columns: Vec<Vec<f64>>,
-    rows: usize,
-    lists: bool,
-    room: usize,
-    /// Why lists are not the rows of a table, where they are not.
-    odd: Option<String>,
-}
-
-impl Series {
-    /// Appends rows. Each cell has its repetition level in `starts`, which is 0 where a row begins. An element that a
-    /// list lacks is `None`.
-    fn push(&mut self, cells: &[Option<f64>], starts: &[i16]) {
-        if !self.lists {
-            if self.columns.is_empty() {
-                self.columns.push(Vec::new());
-            }
-            self.columns[0].extend(cells.iter().map(|cell| cell.unwrap_or(f64::NAN)));
-            return;
+    /// Rows read some at a time, from a file, are those of the whole; columns that are not wanted are empty.
+    #[test]
+    fn rows_across_row_groups() {
+        let bytes = file();
+        let whole = Table::from_bytes("log", &bytes).unwrap();
+        assert_eq!((whole.rows(), whole.header.join(" ")), (2700, "t q_1 q_2 tau".into()));
+        let bits = |x: &[f64]| x.iter().map(|x| x.to_bits()).collect::<Vec<u64>>();
+        for (row, q) in [(1499, [f64::NAN; 2]), (1500, [1500.0, 1500.5]), (2699, [2699.0, 2699.5])] {
+            assert_eq!(bits(&[whole.columns[1][row], whole.columns[2][row]]), bits(&q), "{row}");
         }
-        let mut from = 0;
-        while from < cells.len() && self.odd.is_none() {
-            let next = starts[from + 1..].iter().position(|&level| level == 0);
-            let to = next.map_or(cells.len(), |n| from + 1 + n);
-            let row = if cells[from..to] == [None] { &[][..] } else { &cells[from..to] };
-            if self.columns.is_empty() && !row.is_empty() {
-                if row.len() > self.room {
-                    self.odd = Some(format!("lists of {} numbers", row.len()));
-                    return;
+        assert!(whole.columns[3][2600].is_finite() && whole.columns[3][18].is_nan());
+        let path = std::env::temp_dir().join(format!("rist-row-groups-{}.parquet", std::process::id()));
+        std::fs::write(&path, &bytes).unwrap();
+        for (most, kept) in [(1, vec![0, 1, 2, 3]), (7, vec![0, 2]), (1300, vec![3]), (5000, vec![0, 1, 2, 3])] {
+            let pieces = Source::open(&path).unwrap().pieces().unwrap().unwrap_or_else(|_| panic!("it is a file"));
+            let mut reader = ParquetReader::of_file("log", pieces).unwrap();
+            reader.keep(&kept);
+            let mut found = vec![Vec::new(); 4];
+            loop {
+                let table = reader.rows(most).unwrap();
+                if table.rows() == 0 {
+                    break;
                 }
-                self.columns = vec![vec![f64::NAN; self.rows]; row.len()];
+                assert_eq!((table.skipped, table.header), (found[kept[0]].len(), whole.header.clone()));
+                found.iter_mut().zip(&table.columns).for_each(|(found, some)| found.extend_from_slice(some));
             }
-            if !row.is_empty() && row.len() != self.columns.len() {
-                self.odd = Some(format!("lists of {} and of {} numbers", self.columns.len(), row.len()));
-                return;
+            for (c, found) in found.iter().enumerate() {
+                // Of a list either all elements are read or none.
+                let is_read = kept.contains(&c) || (c == 1 && kept.contains(&2));
+                assert_eq!(bits(found), if is_read { bits(&whole.columns[c]) } else { Vec::new() }, "{most} {c}");
             }
-            for (k, column) in self.columns.iter_mut().enumerate() {
-                column.push(row.get(k).copied().flatten().unwrap_or(f64::NAN));
-            }
-            self.rows += 1;
-            from = to;
         }
+        std::fs::remove_file(&path).unwrap();
     }
-}
-
-/// Reads the rows of a chunk into the series; returns how many there were.
-fn cells(
-    reader: ColumnReader,
-    leaf: &ColumnDescPtr,
-    rows: usize,
-    numbers: &mut Numbers,
-    series: &mut Series,
-) -> Result<usize, String> {
-    use ColumnReader::*;
-    match reader {
-        BoolColumnReader(_) => Err("booleans are no numbers".into()),
-        Int32ColumnReader(r) => typed(r, leaf, rows, series, &mut |x| numbers.integer(i64::from(*x), 32)),
-        Int64ColumnReader(r) => typed(r, leaf, rows, series, &mut |x| numbers.integer(*x, 64)),
-        Int96ColumnReader(r) => typed(r, leaf, rows, series, &mut |x| numbers.integer(x.to_nanos(), 64)),
-        FloatColumnReader(r) => typed(r, leaf, rows, series, &mut |x| f64::from(*x)),
-        DoubleColumnReader(r) => typed(r, leaf, rows, series, &mut |x| *x),
-        ByteArrayColumnReader(r) => typed(r, leaf, rows, series, &mut |x| numbers.bytes(x.as_bytes())),
-        FixedLenByteArrayColumnReader(r) => typed(r, leaf, rows, series, &mut |x| numbers.bytes(x.as_bytes())),
-    }
-}
-
-fn typed<T: DataType>(
-    mut reader: ColumnReaderImpl<T>,
-    leaf: &ColumnDescPtr,
-    rows: usize,
-    series: &mut Series,
-    number: &mut dyn FnMut(&T::T) -> f64,
-) -> Result<usize, String> {
-    let (present, element) = (leaf.max_def_level(), leaf.repeated_ancestor_def_level());
-    let (mut definition, mut repetition, mut values) = (Vec::new(), Vec::new(), Vec::new());
-    let mut done = 0;
-    while done < rows && series.odd.is_none() {
-        definition.clear();
-        repetition.clear();
-        values.clear();
-        let batch = ROWS_PER_BATCH.min(rows - done);
-        let read = reader.read_records(batch, Some(&mut definition), Some(&mut repetition), &mut values);
-        let (records, _, levels) = read.map_err(|e| e.to_string())?;
-        if records == 0 {
-            break;
-        }
-        let mut values = values.iter();
-        let cell = |k: usize| match definition.get(k) {
-            Some(&level) if level < element => None,
-            Some(&level) if level < present => Some(f64::NAN),
-            _ => Some(values.next().map_or(f64::NAN, &mut *number)),
-        };
-        let cells: Vec<Option<f64>> = (0..levels).map(cell).collect();
-        if series.lists && repetition.first() != Some(&0) {
-            return Err("its first list does not begin with a row".into());
-        }
-        series.push(&cells, &repetition);
-        done += records;
-    }
-    Ok(if series.odd.is_some() { rows } else { done })
 }

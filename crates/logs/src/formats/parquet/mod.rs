@@ -1,6 +1,8 @@
 //! Parquet: columns in compressed pages.
 
+pub(crate) mod column;
 pub(crate) mod file;
+pub(crate) mod file_bytes;
 pub(crate) mod number;
 pub(crate) mod pages;
 pub(crate) mod schema_guard;

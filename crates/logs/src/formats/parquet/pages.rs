@@ -14,14 +14,16 @@ use parquet::basic::{Encoding, Type};
 use parquet::column::page::{Page, PageMetadata, PageReader};
 use parquet::errors::{ParquetError, Result};
 use parquet::file::metadata::ColumnChunkMetaData;
+use parquet::file::reader::Length;
 use parquet::file::serialized_reader::SerializedPageReader;
 
 use crate::formats::compression::{Compression, MAX_UNPACKED_BYTES};
+use crate::formats::parquet::file_bytes::FileBytes;
 use crate::formats::parquet::split_values::{joined, values_begin};
 
 /// Pages of a chunk.
 pub(crate) struct UnpackedPages {
-    packed: SerializedPageReader<Bytes>,
+    packed: SerializedPageReader<FileBytes>,
     codec: Compression,
     /// Bytes that a page may unfold to.
     most: usize,
@@ -42,14 +44,14 @@ impl UnpackedPages {
     ///
     /// Fails when the chunk lies outside the file or is packed in a way that is not read.
     pub(crate) fn of(
-        file: &Bytes,
+        file: &FileBytes,
         chunk: &ColumnChunkMetaData,
         rows: usize,
         most: usize,
     ) -> std::result::Result<UnpackedPages, String> {
         let start = chunk.dictionary_page_offset().unwrap_or(chunk.data_page_offset());
         let end = start.checked_add(chunk.compressed_size()).filter(|&end| start >= 0 && end >= start);
-        if end.is_none_or(|end| end.cast_unsigned() > file.len() as u64) {
+        if end.is_none_or(|end| end.cast_unsigned() > file.len()) {
             return Err(format!("its data reach beyond the {} bytes of the file", file.len()));
         }
         let codec = match chunk.compression() {

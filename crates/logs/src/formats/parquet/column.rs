@@ -1,0 +1,340 @@
+//! One column of a Parquet file on its way into tables, some rows at a time.
+
+use std::panic::{AssertUnwindSafe, catch_unwind};
+
+use gate::budget::Budget;
+use parquet::column::reader::{ColumnReader, ColumnReaderImpl, get_column_reader};
+use parquet::data_type::{AsBytes, DataType};
+use parquet::file::metadata::{ParquetMetaData, RowGroupMetaData};
+use parquet::schema::types::ColumnDescPtr;
+
+use crate::formats::parquet::file_bytes::FileBytes;
+use crate::formats::parquet::number::{Kind, Numbers};
+use crate::formats::parquet::pages::UnpackedPages;
+use crate::table::{MAX_CELLS, MAX_COLUMNS};
+
+/// Rows decoded at a time.
+const ROWS_PER_BATCH: usize = 1 << 13;
+
+/// Bytes of an element of a list: its number, its levels, and the number in a column that grows by doubling.
+const ELEMENT_BYTES: usize = 2 * size_of::<f64>();
+
+/// Times that a page is in memory at once: unpacked, in its plain encoding, and joined with its levels.
+const PAGE_COPIES: usize = 3;
+
+/// A column, or one for each element of its lists.
+pub(crate) struct Column {
+    pub name: String,
+    /// Whether its numbers are times.
+    pub timed: bool,
+    lists: bool,
+    /// Whether it is read.
+    pub wanted: bool,
+    place: usize,
+    leaf: ColumnDescPtr,
+    numbers: Numbers,
+    /// The pages of the row group that is being read.
+    reader: Option<ColumnReader>,
+    /// The rows that were read since [`Column::take`]: one series for each element.
+    series: Series,
+    /// Series of every table: of lists, the elements of each.
+    width: usize,
+    /// Why it holds no numbers.
+    text: Option<String>,
+    /// Levels of the rows that were decoded last.
+    definition: Vec<i16>,
+    repetition: Vec<i16>,
+}
+
+/// A file, to find out what its lists are.
+pub(crate) struct Content<'a> {
+    pub bytes: &'a FileBytes,
+    pub metadata: &'a ParquetMetaData,
+    /// Rows of every row group.
+    pub groups: &'a [usize],
+    /// The most elements of a list.
+    pub room: usize,
+}
+
+/// Rows of a row group that are read.
+pub(crate) struct Rows<'a> {
+    pub bytes: &'a FileBytes,
+    pub group: &'a RowGroupMetaData,
+    /// Rows of the group, those of them that were read before, and those that are read now.
+    pub all: usize,
+    pub before: usize,
+    pub count: usize,
+    /// Columns whose pages are in memory at once.
+    pub columns: usize,
+}
+
+impl Column {
+    pub(crate) fn new(place: usize, leaf: &ColumnDescPtr, name: String) -> Column {
+        let kind = if leaf.max_rep_level() > 1 { Kind::Other("lists of lists".into()) } else { Kind::of(leaf) };
+        let text = match &kind {
+            Kind::Other(what) => Some(what.clone()),
+            _ => None,
+        };
+        Column {
+            name,
+            timed: matches!(kind, Kind::Time { .. }),
+            lists: text.is_none() && leaf.max_rep_level() > 0,
+            wanted: true,
+            place,
+            leaf: leaf.clone(),
+            numbers: Numbers::new(kind),
+            reader: None,
+            series: Series::default(),
+            width: 1,
+            text,
+            definition: Vec::new(),
+            repetition: Vec::new(),
+        }
+    }
+
+    /// Names of its series.
+    pub(crate) fn headers(&self) -> Vec<String> {
+        let header = if self.timed { without_unit(&self.name) } else { &self.name };
+        match self.lists && self.text.is_none() {
+            true => (1..=self.width).map(|k| format!("{}_{k}", self.name)).collect(),
+            false => vec![header.to_string()],
+        }
+    }
+
+    /// Whether its pages are read.
+    pub(crate) fn is_read(&self) -> bool {
+        self.wanted && self.text.is_none()
+    }
+
+    /// Series of every table, at least one.
+    pub(crate) fn width(&self) -> usize {
+        self.width
+    }
+
+    /// Forgets the pages of a column that is wanted no more.
+    pub(crate) fn close(&mut self) {
+        self.reader = None;
+    }
+
+    /// Finds out how many elements the lists have, by the first that has any.
+    pub(crate) fn measure_lists(&mut self, content: &Content<'_>, budget: &mut Budget) -> Result<(), String> {
+        if !self.lists {
+            return Ok(());
+        }
+        for (index, &all) in content.groups.iter().enumerate() {
+            let mut before = 0;
+            while before < all && self.text.is_none() && self.series.width.is_none() {
+                let count = ROWS_PER_BATCH.min(all - before);
+                let group = content.metadata.row_group(index);
+                self.read(&Rows { bytes: content.bytes, group, all, before, count, columns: 1 }, content.room, budget)?;
+                before += count;
+            }
+        }
+        let width = self.series.width;
+        if width.is_none() && self.text.is_none() {
+            self.text = Some("empty lists".into());
+        }
+        self.width = width.filter(|_| self.text.is_none()).unwrap_or(1);
+        self.series = Series { width: Some(self.width), ..Series::default() };
+        self.numbers = Numbers::new(self.numbers.kind.clone());
+        self.close();
+        Ok(())
+    }
+
+    /// Makes room for the rows of a table.
+    pub(crate) fn begin(&mut self, rows: usize, budget: &mut Budget) -> Result<(), String> {
+        if self.is_read() && !self.lists {
+            budget.draw(rows.saturating_mul(size_of::<f64>()))?;
+            self.series.columns = vec![Vec::with_capacity(rows)];
+        }
+        Ok(())
+    }
+
+    /// Reads rows behind those read before. `room` is the most elements of its lists.
+    pub(crate) fn read(&mut self, rows: &Rows<'_>, room: usize, budget: &mut Budget) -> Result<(), String> {
+        if !self.is_read() {
+            return Ok(());
+        }
+        self.series.room = room.min(MAX_COLUMNS);
+        if rows.before == 0 {
+            self.reader = Some(self.open(rows, room, budget)?);
+        }
+        let Some(mut reader) = self.reader.take() else { return Err("its pages are not opened".into()) };
+        // The library may panic on damaged pages. `pages` refuses all damage that is known to cause this, so the catch is
+        // for unknown cases. The reader is dropped then.
+        let decoded = catch_unwind(AssertUnwindSafe(|| self.decode(&mut reader, rows.count, budget)));
+        let found = decoded.unwrap_or_else(|_| Err("its pages are damaged".into()))?;
+        if found != rows.count && self.series.odd.is_none() {
+            return Err(format!("it has {} rows where its row group has {}", rows.before + found, rows.all));
+        }
+        self.reader = Some(reader);
+        if let Some(odd) = self.series.odd.take() {
+            self.text = Some(odd);
+            self.close();
+        }
+        Ok(())
+    }
+
+    /// The pages of a row group; lists of more than `room` elements are not taken apart.
+    fn open(&self, rows: &Rows<'_>, room: usize, budget: &mut Budget) -> Result<ColumnReader, String> {
+        let chunk = rows.group.columns().get(self.place).ok_or("a row group lacks it")?;
+        if chunk.file_path().is_some() {
+            return Err("its data are in another file".into());
+        }
+        let all = rows.all;
+        let most = if self.lists { all.saturating_mul(room.clamp(1, MAX_COLUMNS)).min(MAX_CELLS) } else { all };
+        let count = usize::try_from(chunk.num_values()).unwrap_or(usize::MAX);
+        if count > most || (!self.lists && count < all) {
+            return Err(format!("it claims {count} values where its row group has {all} rows"));
+        }
+        if self.lists {
+            budget.draw(count.saturating_mul(ELEMENT_BYTES))?;
+        }
+        let most = budget.left() / PAGE_COPIES / rows.columns.max(1);
+        let pages = Box::new(UnpackedPages::of(rows.bytes, chunk, all, most)?);
+        if chunk.column_type() != self.leaf.physical_type() {
+            let (found, name) = (chunk.column_type(), self.leaf.name());
+            return Err(format!("its type is {found} in a row group and {name} in the schema"));
+        }
+        Ok(get_column_reader(self.leaf.clone(), pages))
+    }
+
+    /// Reads rows into the series; returns how many there were.
+    fn decode(&mut self, reader: &mut ColumnReader, rows: usize, budget: &mut Budget) -> Result<usize, String> {
+        use ColumnReader::*;
+        let levels = [&mut self.definition, &mut self.repetition];
+        let mut to = Destination { leaf: &self.leaf, levels, series: &mut self.series, budget };
+        let numbers = &mut self.numbers;
+        match reader {
+            BoolColumnReader(_) => Err("booleans are no numbers".into()),
+            Int32ColumnReader(r) => to.typed(r, rows, |x| numbers.integer(i64::from(*x), 32)),
+            Int64ColumnReader(r) => to.typed(r, rows, |x| numbers.integer(*x, 64)),
+            Int96ColumnReader(r) => to.typed(r, rows, |x| numbers.integer(x.to_nanos(), 64)),
+            FloatColumnReader(r) => to.typed(r, rows, |x| f64::from(*x)),
+            DoubleColumnReader(r) => to.typed(r, rows, |x| *x),
+            ByteArrayColumnReader(r) => to.typed(r, rows, |x| numbers.bytes(x.as_bytes())),
+            FixedLenByteArrayColumnReader(r) => to.typed(r, rows, |x| numbers.bytes(x.as_bytes())),
+        }
+    }
+
+    /// The series of the rows that were read, as many in every table. A column without numbers has empty ones; their
+    /// text says why.
+    pub(crate) fn take(&mut self) -> (Vec<Vec<f64>>, Option<String>) {
+        let series = std::mem::take(&mut self.series);
+        self.series.width = Some(self.width);
+        let mut columns = if self.is_read() { series.columns } else { Vec::new() };
+        columns.resize_with(self.width, Vec::new);
+        (columns, self.text.clone())
+    }
+}
+
+/// The name without its unit, since times are converted to seconds.
+fn without_unit(name: &str) -> &str {
+    ["_ms", "_us", "_ns"].iter().find_map(|unit| name.strip_suffix(unit)).unwrap_or(name)
+}
+
+/// Numbers of the rows read so far.
+#[derive(Default)]
+struct Series {
+    columns: Vec<Vec<f64>>,
+    rows: usize,
+    /// The most elements of a list.
+    room: usize,
+    /// Elements of each list, once they are known.
+    width: Option<usize>,
+    /// Why lists are not the rows of a table, where they are not.
+    odd: Option<String>,
+}
+
+impl Series {
+    /// Appends rows of lists. Each cell has its repetition level in `starts`, which is 0 where a row begins. An element
+    /// that a list lacks is `None`.
+    fn push(&mut self, cells: &[Option<f64>], starts: &[i16], budget: &mut Budget) -> Result<(), String> {
+        let mut from = 0;
+        while from < cells.len() && self.odd.is_none() {
+            let next = starts[from + 1..].iter().position(|&level| level == 0);
+            let to = next.map_or(cells.len(), |n| from + 1 + n);
+            let row = if cells[from..to] == [None] { &[][..] } else { &cells[from..to] };
+            let width = match (self.width, row.len()) {
+                (Some(width), _) => width,
+                (None, width) if width > self.room => {
+                    self.odd = Some(format!("lists of {width} numbers"));
+                    return Ok(());
+                }
+                (None, width) => width,
+            };
+            if self.columns.is_empty() && width > 0 {
+                budget.draw(self.rows.saturating_mul(width).saturating_mul(ELEMENT_BYTES))?;
+                self.columns = vec![vec![f64::NAN; self.rows]; width];
+                self.width = Some(width);
+            }
+            if !row.is_empty() && row.len() != self.columns.len() {
+                self.odd = Some(format!("lists of {} and of {} numbers", self.columns.len(), row.len()));
+                return Ok(());
+            }
+            if row.len() < self.columns.len() {
+                budget.draw(self.columns.len().saturating_mul(ELEMENT_BYTES))?;
+            }
+            for (k, column) in self.columns.iter_mut().enumerate() {
+                column.push(row.get(k).copied().flatten().unwrap_or(f64::NAN));
+            }
+            self.rows += 1;
+            from = to;
+        }
+        Ok(())
+    }
+}
+
+/// Where decoded rows go.
+struct Destination<'a> {
+    leaf: &'a ColumnDescPtr,
+    levels: [&'a mut Vec<i16>; 2],
+    series: &'a mut Series,
+    budget: &'a mut Budget,
+}
+
+impl Destination<'_> {
+    fn typed<T: DataType>(
+        &mut self,
+        reader: &mut ColumnReaderImpl<T>,
+        rows: usize,
+        mut number: impl FnMut(&T::T) -> f64,
+    ) -> Result<usize, String> {
+        let (present, element) = (self.leaf.max_def_level(), self.leaf.repeated_ancestor_def_level());
+        let lists = self.leaf.max_rep_level() > 0;
+        let [definition, repetition] = &mut self.levels;
+        let (mut values, mut done) = (Vec::new(), 0);
+        while done < rows && self.series.odd.is_none() {
+            definition.clear();
+            repetition.clear();
+            values.clear();
+            let batch = ROWS_PER_BATCH.min(rows - done);
+            let read = reader.read_records(batch, Some(definition), Some(repetition), &mut values);
+            let (records, _, levels) = read.map_err(|e| e.to_string())?;
+            if records == 0 {
+                break;
+            }
+            done += records;
+            if !lists && values.len() == levels {
+                self.series.columns[0].extend(values.iter().map(&mut number));
+                continue;
+            }
+            let mut values = values.iter();
+            let cells = (0..levels).map(|k| match definition.get(k) {
+                Some(&level) if level < element => None,
+                Some(&level) if level < present => Some(f64::NAN),
+                _ => Some(values.next().map_or(f64::NAN, &mut number)),
+            });
+            if !lists {
+                self.series.columns[0].extend(cells.map(|cell| cell.unwrap_or(f64::NAN)));
+                continue;
+            }
+            if repetition.first() != Some(&0) {
+                return Err("its first list does not begin with a row".into());
+            }
+            let cells: Vec<Option<f64>> = cells.collect();
+            self.series.push(&cells, repetition, self.budget)?;
+        }
+        Ok(done)
+    }
+}

@@ -1,0 +1,87 @@
+//! The bytes of a Parquet file, as its pages ask for them: held in memory, or pieces of a file on disk.
+
+use std::io::{self, Read};
+use std::sync::Arc;
+
+use bytes::Bytes;
+use gate::source::Pieces;
+use parquet::errors::{ParquetError, Result};
+use parquet::file::reader::{ChunkReader, Length};
+
+/// Bytes that are read at once for the head of a page, which mostly is shorter.
+const PAGE_HEAD_BYTES: usize = 256;
+
+/// The bytes of a file.
+#[derive(Clone)]
+pub(crate) enum FileBytes {
+    /// All of them, in memory.
+    Held(Bytes),
+    /// On disk.
+    Pieces(Arc<Pieces>),
+}
+
+impl FileBytes {
+    /// At most `count` bytes from `place` on: fewer where the file ends before.
+    pub(crate) fn piece(&self, place: u64, count: usize) -> io::Result<Bytes> {
+        match self {
+            FileBytes::Held(bytes) => {
+                let start = usize::try_from(place).unwrap_or(usize::MAX).min(bytes.len());
+                Ok(bytes.slice(start..start.saturating_add(count).min(bytes.len())))
+            }
+            FileBytes::Pieces(pieces) => pieces.read(place, count).map(Bytes::from),
+        }
+    }
+
+    /// Fails where the bytes that were read may be of two versions of the file.
+    pub(crate) fn unchanged(&self) -> io::Result<()> {
+        match self {
+            FileBytes::Held(_) => Ok(()),
+            FileBytes::Pieces(pieces) => pieces.unchanged(),
+        }
+    }
+}
+
+impl Length for FileBytes {
+    fn len(&self) -> u64 {
+        match self {
+            FileBytes::Held(bytes) => bytes.len() as u64,
+            FileBytes::Pieces(pieces) => pieces.length(),
+        }
+    }
+}
+
+impl ChunkReader for FileBytes {
+    type T = BytesFrom;
+
+    fn get_read(&self, start: u64) -> Result<BytesFrom> {
+        Ok(BytesFrom { bytes: self.clone(), place: start, piece: Bytes::new() })
+    }
+
+    fn get_bytes(&self, start: u64, length: usize) -> Result<Bytes> {
+        let piece = self.piece(start, length)?;
+        if piece.len() < length {
+            let message = format!("{length} bytes are claimed at {start} of a file of {}", self.len());
+            return Err(ParquetError::General(message));
+        }
+        Ok(piece)
+    }
+}
+
+/// The bytes from a place on.
+pub(crate) struct BytesFrom {
+    bytes: FileBytes,
+    place: u64,
+    piece: Bytes,
+}
+
+impl Read for BytesFrom {
+    fn read(&mut self, out: &mut [u8]) -> io::Result<usize> {
+        if self.piece.is_empty() {
+            self.piece = self.bytes.piece(self.place, PAGE_HEAD_BYTES)?;
+            self.place += self.piece.len() as u64;
+        }
+        let count = out.len().min(self.piece.len());
+        out[..count].copy_from_slice(&self.piece.split_to(count));
+        Ok(count)
+    }
+}

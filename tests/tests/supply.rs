@@ -1,0 +1,111 @@
+//! What others' crates bring in, from the lock files: what is known to be weak is reached by one crate alone, and each
+//! exception of deny.toml has its reason.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::path::{Path, PathBuf};
+
+use tests::workspace;
+
+/// Crates with an exception, and who alone may need them. Why: deny.toml.
+const ALONE: [(&str, &str); 3] = [("quick-xml", "urdf-rs"), ("RustyXML", "urdf-rs"), ("paste", "mcap")];
+
+fn text(file: &str) -> String {
+    std::fs::read_to_string(workspace().join(file)).unwrap_or_else(|e| panic!("{file}: {e}"))
+}
+
+/// Files of Rust below a folder, without what is built.
+fn sources(folder: &Path, found: &mut Vec<PathBuf>) {
+    for entry in std::fs::read_dir(folder).unwrap() {
+        let path = entry.unwrap().path();
+        if path.is_dir() && !path.ends_with("target") {
+            sources(&path, found);
+        } else if path.extension().is_some_and(|e| e == "rs") {
+            found.push(path);
+        }
+    }
+}
+
+/// Crate -> crates that it depends on, in whatever way.
+fn locked(file: &str) -> BTreeMap<String, BTreeSet<String>> {
+    let text = text(file);
+    let quoted =
+        |line: &str| line.split('"').nth(1).unwrap_or_default().split(' ').next().unwrap_or_default().to_string();
+    let of = |package: &str| {
+        let name = package.lines().find(|line| line.starts_with("name = ")).map(quoted).unwrap_or_default();
+        let dependencies = package.lines().skip_while(|line| !line.starts_with("dependencies = ")).skip(1);
+        (name, dependencies.take_while(|line| *line != "]").map(quoted).collect())
+    };
+    text.split("[[package]]").skip(1).map(of).collect()
+}
+
+/// urdf-rs only writes with quick-xml, and we do not write with urdf-rs; it reads with RustyXML what we have looked through
+/// before; paste runs when mcap is compiled.
+#[test]
+fn weak_crates_are_reached_by_one_crate_alone() {
+    for file in ["Cargo.lock", "crates/python/Cargo.lock", "fuzz/Cargo.lock"] {
+        let locked = locked(file);
+        assert!(locked.len() > 100, "{file}: {}", locked.len());
+        for (weak, alone) in ALONE {
+            let users: Vec<&String> =
+                locked.iter().filter(|(_, needs)| needs.contains(weak)).map(|(name, _)| name).collect();
+            assert_eq!(users, [alone], "{file}: whoever needs {weak}");
+        }
+    }
+}
+
+/// No file of ours names them, and none calls what of urdf-rs writes.
+#[test]
+fn nothing_of_ours_names_weak_crates_or_writes_with_urdf_rs() {
+    let mut files = Vec::new();
+    for folder in ["crates", "xtask", "tests", "fuzz"] {
+        sources(&workspace().join(folder), &mut files);
+    }
+    assert!(files.len() > 400, "{}", files.len());
+    for place in files.iter().filter(|place| !place.ends_with("tests/tests/supply.rs")) {
+        let text = std::fs::read_to_string(place).unwrap();
+        for word in
+            ["quick_xml::", "RustyXML", "xml::Element", "paste::", "paste!", "urdf_rs::write", "write_to_string"]
+        {
+            assert!(!text.contains(word), "{}: `{word}`; why not: deny.toml", place.display());
+        }
+    }
+}
+
+#[test]
+fn each_exception_has_its_reason() {
+    let deny = text("deny.toml");
+    let ignored: Vec<&str> = deny.lines().filter(|line| line.contains("RUSTSEC-")).collect();
+    assert!(!ignored.is_empty());
+    for line in ignored {
+        let reason = line.split("reason = \"").nth(1).unwrap_or_default();
+        assert!(reason.len() > 20, "no reason: {line}");
+        assert!(ALONE.iter().any(|(weak, _)| reason.starts_with(weak)), "of which crate: {line}");
+    }
+    for (weak, alone) in ALONE {
+        assert!(deny.contains(weak) && deny.contains(alone), "deny.toml does not say why {weak} is there");
+    }
+}
+
+/// Whatever of BSD, Unicode or Zlib is linked stands in the notices with its text.
+#[test]
+fn notices_hold_what_asks_for_its_notice() {
+    let notices = text("THIRD_PARTY_NOTICES");
+    for (name, holder) in
+        [("snap", "Copyright 2011, The Snappy-Rust Authors"), ("brotli", "Dropbox"), ("alloc-stdlib", "Dropbox")]
+    {
+        assert!(notices.contains(&format!("\n{name} ")), "{name}");
+        assert!(notices.contains(holder), "{holder}");
+    }
+    for text in ["Redistributions in binary form must reproduce the above copyright", "UNICODE LICENSE V3"] {
+        assert!(notices.contains(text), "{text}");
+    }
+    let lock = locked("Cargo.lock");
+    let listed = notices.split("\n\n").find(|part| part.contains("\nsnap ")).unwrap_or_default();
+    for line in listed.lines() {
+        let name = line.split(' ').next().unwrap_or_default();
+        assert!(
+            lock.contains_key(name) || locked("crates/python/Cargo.lock").contains_key(name),
+            "{name} is not locked"
+        );
+    }
+}
