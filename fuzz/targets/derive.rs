@@ -44,9 +44,9 @@ fn torques_agree(model: &Model) {
     let base = model.parameters.values(&standard);
     let at = |quantity| {
         let evaluation = Evaluation::new(model, quantity).expect("a model that was derived is evaluated");
-        let (rows, columns) = evaluation.shape();
-        let mut y = vec![0.0; rows * columns];
-        let states = ManyStates { q: &q, dq: &dq, ddq: &ddq, parameters: &[] };
+        let shape = evaluation.outputs()[0].clone();
+        let mut y = vec![0.0; shape.rows * shape.columns];
+        let states = ManyStates { q: &q, dq: &dq, ddq: &ddq, ..ManyStates::default() };
         evaluation.fill(model, &states, &mut y).expect("lengths are those of the model");
         y
     };

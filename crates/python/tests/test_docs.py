@@ -42,7 +42,8 @@ def test_the_notebook_runs(tmp_path, monkeypatch, recwarn):
 
 def arguments_of(stub):
     found = stub.args
-    return [a.arg for a in (*found.posonlyargs, *found.args, *found.kwonlyargs) if a.arg != "self"]
+    keywords = [found.kwarg] if found.kwarg else []
+    return [a.arg for a in (*found.posonlyargs, *found.args, *found.kwonlyargs, *keywords) if a.arg != "self"]
 
 
 def defaults_of(stub):
