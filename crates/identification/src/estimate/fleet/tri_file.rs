@@ -37,6 +37,9 @@ const TRI_FORMAT_VERSION: u32 = 2;
 /// Largest file of sums.
 const MAX_TRI_BYTES: u64 = 1 << 31;
 
+/// Matrices of all columns that a solution has at once, and its work with them.
+const SOLUTION_MATRICES: usize = 16;
+
 /// Largest length of the first line.
 const MAX_FIRST_LINE_BYTES: usize = 120;
 
@@ -98,6 +101,8 @@ impl Accumulator {
         head.settings.columns_alone().map_err(|e| at(e.to_string()))?;
         let (n, p) = (head.settings.coordinates.len(), head.settings.columns.len());
         let mut words = Words { left: body, budget: Budget::of(bytes.len()), excess: None };
+        // A solution takes so many matrices of all columns, whatever the triangles hold.
+        words.budget.draw(SOLUTION_MATRICES.saturating_mul(Triangle::bytes(p, p + 1))).map_err(at)?;
         let mut replicates = Vec::new();
         for ReplicateHead { logs } in head.replicates {
             let observation = words.replicate(n, p).filter(|_| !logs.is_empty());
