@@ -79,8 +79,7 @@ impl<'a> Controller<'a> {
             .replace("CALL_FEEDFORWARD", &Controller::call(self.inverse_dynamics, OF_REFERENCE, ""))
             .replace("CALL_COMPUTED", &Controller::call(self.inverse_dynamics, &[("ddq", "&ddq")], ""))
             .replace("LENGTH", &n.to_string());
-        // The texts below are Rust.
-        text.parse().unwrap_or_default()
+        text.parse().expect("the texts below are Rust, whatever names are put in")
     }
 
     /// Declarations and definitions in C of the module `prefix`.
