@@ -31,7 +31,7 @@ const LOCKLESS_FILE_SYSTEM: &str = if cfg!(windows) { "win32-none" } else { "uni
 /// Opens a file, which must not be written by another program meanwhile.
 pub(crate) fn open(path: &Path) -> Result<Connection, String> {
     let flags = OpenFlags::SQLITE_OPEN_READ_ONLY | OpenFlags::SQLITE_OPEN_NO_MUTEX;
-    let opened = if write_ahead_log(path).exists() {
+    let opened = if ["-wal", "-journal"].iter().any(|end| beside(path, end).exists()) {
         Connection::open_with_flags_and_vfs(path, flags, LOCKLESS_FILE_SYSTEM)
     } else {
         // SQLite would put an empty write-ahead log beside a file in that mode, even to read it.
@@ -41,10 +41,10 @@ pub(crate) fn open(path: &Path) -> Result<Connection, String> {
     opened.map_err(|e| refused(&e))
 }
 
-/// Where SQLite looks for the write-ahead log of a file: beside the file itself, where a link points to it.
-fn write_ahead_log(path: &Path) -> PathBuf {
+/// Where SQLite looks for what a recorder left behind: beside the file itself, where a link points to it.
+fn beside(path: &Path, end: &str) -> PathBuf {
     let mut name = path.canonicalize().unwrap_or_else(|_| path.to_owned()).into_os_string();
-    name.push("-wal");
+    name.push(end);
     name.into()
 }
 
