@@ -140,15 +140,22 @@ impl ParquetReader {
     fn table(&mut self, rows: usize) -> Table {
         let (file, header, notes) = (self.file.clone(), self.header.clone(), self.notes.clone());
         let mut table = Table { file, header, notes, skipped: self.handed, ..Table::default() };
+        let mut without_numbers = Vec::new();
         for column in &mut self.columns {
             let (mut series, text) = column.take();
+            if column.wanted && text.is_some() {
+                without_numbers.extend(table.columns.len()..table.columns.len() + series.len());
+            }
             table.texts.extend(vec![text.clone().map(|text| (0, text)); series.len()]);
-            // A column of text is empty, as one that is not read.
             let has_numbers = series.iter().any(|x| !x.is_empty());
             if has_numbers {
                 series.iter_mut().for_each(|x| x.resize(rows, f64::NAN));
             }
             table.columns.extend(series);
+        }
+        // A column of text is no number in every row; one that is not read is empty.
+        if table.rows() > 0 {
+            without_numbers.iter().for_each(|&c| table.columns[c] = vec![f64::NAN; rows]);
         }
         table
     }
