@@ -103,7 +103,8 @@ const SMALLEST_COMMON_FACTOR: f64 = 1.05;
 const COMMON_FACTOR_CHANCE: f64 = 0.01;
 
 /// Joints carry the same bodies, so wrong masses move their slopes together: the common error of a description is up to so
-/// many times the deviation of its slopes. Of 80 random descriptions 15 % off, five times were enough.
+/// many times the deviation of its slopes. Of 63 good estimates of the bench `random_situations` none is accused with
+/// five; by t alone four were.
 const SHARED_ERROR_RATIO: f64 = 5.0;
 
 /// The least factor of all torques that would have been found: with m slopes s_k whose logarithms have the deviation d,
