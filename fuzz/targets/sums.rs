@@ -43,6 +43,7 @@ fn with_digest(data: &[u8]) -> Option<Vec<u8>> {
     let head = line.split(' ').nth(2)?.parse::<usize>().ok()?.min(rest.len());
     let (head, body) = rest.split_at(head);
     let digest = Digest::EMPTY.bytes(head).bytes(body).0;
-    let line = format!("rist-tri 1 {} {} {digest:016x}\n", head.len(), body.len());
+    let version = line.split(' ').nth(1)?;
+    let line = format!("rist-tri {version} {} {} {digest:016x}\n", head.len(), body.len());
     Some([line.as_bytes(), head, body].concat())
 }

@@ -97,7 +97,7 @@ fn sums_are_one_pass() {
         assert!(std::fs::read(here.join("merged.tri")).unwrap() == one, "{parts:?}");
     }
     let text = String::from_utf8_lossy(&one);
-    for expected in ["rist-tri 2 ", "fingerprint: ", "cutoff: 5", "name: d.csv", "rows: 1000", "unit: kg m"] {
+    for expected in ["rist-tri 3 ", "fingerprint: ", "cutoff: 5", "name: d.csv", "rows: 1000", "unit: kg m"] {
         assert!(text.contains(expected), "no `{expected}` in the head of a .tri");
     }
     // The estimate goes where others go.
@@ -181,7 +181,7 @@ fn unlike_parts_are_refused() {
     refused(&here, &["compare", "a.tri", "same.tri", "--fdr", "2"], &["between 0 and 1"]);
     let bytes = std::fs::read(here.join("a.tri")).unwrap();
     std::fs::write(here.join("cut.tri"), &bytes[..bytes.len() / 2]).unwrap();
-    let newer: Vec<u8> = [b"rist-tri 7", &bytes["rist-tri 2".len()..]].concat();
+    let newer: Vec<u8> = [b"rist-tri 7", &bytes["rist-tri 3".len()..]].concat();
     std::fs::write(here.join("newer.tri"), newer).unwrap();
     refused(&here, &["solve", "cut.tri"], &["cut.tri: cut short", "make it again"]);
     refused(&here, &["solve", "newer.tri"], &["newer.tri: version 7", "reads up to 2"]);

@@ -5,6 +5,7 @@
 //! | source of velocity and acceleration | whether the columns of the log are the slopes of positions and velocities |
 //! | rotor inertia of a URDF, which cannot say | the error on parts of the logs, each predicted from the others |
 //! | delay of the torques | the same, where the passport sees one |
+//! | friction of single joints | the same ([`crate::friction`]) |
 
 use identification::estimate::delay::{Delay, estimate_delay};
 use identification::estimate::held_out::cross_validate;
@@ -27,9 +28,9 @@ use crate::model::Model;
 use crate::request::SamplesRequest;
 
 /// Error on parts left out over that without a choice, below which the choice is taken.
-const WORTHWHILE_ERROR_RATIO: f64 = 0.97;
+pub(crate) const WORTHWHILE_ERROR_RATIO: f64 = 0.97;
 /// With errors below this nothing is left to explain, and a difference is rounding.
-const NEGLIGIBLE_ERROR: f64 = 1e-3;
+pub(crate) const NEGLIGIBLE_ERROR: f64 = 1e-3;
 /// A velocity that lags the slope of its position by less than this is in time, s.
 const TIMELY_S: f64 = 1e-3;
 

@@ -52,6 +52,7 @@ pub mod exciting;
 pub mod experiments;
 pub mod fleet;
 mod formulas;
+mod friction;
 pub mod inspection;
 pub mod judged;
 pub mod linting;

@@ -6,17 +6,16 @@ use identification::estimate::described::described_residuals;
 use identification::estimate::essential::keep_essential;
 use identification::estimate::identified::{Identified, Status};
 use identification::estimate::identify::{Fit, with_deviations};
-use identification::estimate::joint_terms::{JointTerms, choose_joint_terms, joint_candidates};
+use identification::estimate::joint_terms::JointTerms;
 use identification::estimate::ledger::hypotheses::{Tested, Tilt as TiltTorque, hypotheses};
 use identification::estimate::ledger::torque_error::{MotionRange, TorqueError, torque_errors};
+use identification::estimate::ledger::widen_by_faults;
 use identification::estimate::options::Options;
 use identification::estimate::passport::Passport;
 use identification::estimate::remarks::outgrown;
-use identification::estimate::selection::{FrictionSelection, friction_candidates, preparation, select_friction};
+use identification::estimate::selection::FrictionSelection;
 use identification::estimate::verdict::{BodiesEvidence, Evidence, Prediction, Trust, Verdict};
-use identification::rows::observation::Observation;
 use identification::signals::records::SourceRecords;
-use linear_model::friction::terms::{FrictionTerm, JointTerm, check_terms};
 use linear_model::linear_model::Model as LinearModel;
 use linear_model::pseudo_inertia::Ten;
 use logs::LogSource;
@@ -27,6 +26,7 @@ use crate::Estimate;
 use crate::chosen::{Looked, choose, found_delay};
 use crate::drive_gains::{drive_gains, gain_remark, widen};
 use crate::error::Error;
+use crate::friction::choose_friction;
 use crate::load::{Load, load};
 use crate::model::Model;
 use crate::motion_range::{allowed, seen};
@@ -108,7 +108,7 @@ pub struct Bodies {
 
 /// Which parameters are kept.
 #[derive(Clone, Copy, PartialEq, Eq)]
-enum Kept {
+pub(crate) enum Kept {
     /// All.
     All,
     /// Those that the data need; the others are zero.
@@ -173,8 +173,7 @@ fn identify_kept(
     };
 
     // The rows, read once more for each friction model where one is to be chosen.
-    let friction = request.finds_friction().then(|| found_friction(model, logs, &mut options)).transpose()?;
-    let joint_terms = joint_friction(model, logs, kept, request.finds_friction(), &mut options)?;
+    let friction = choose_friction(model, logs, kept, request, &mut options)?;
     let looked = Looked::again(chosen.looked, model, logs, &options)?;
     let mut fit = looked.fit(model, logs)?;
     let Looked { records, passport, .. } = looked;
@@ -204,15 +203,16 @@ fn identify_kept(
         estimate.remarks.push(gain_remark(model, &request.gain, &found));
         widen(&mut estimate, &found);
     }
+    widen_by_faults(&mut estimate, &faults);
     let torque_errors = errors_of_torques(model, &linear, &estimate, &inverse, &range);
-    estimate.remarks.splice(..0, chosen.sentences);
+    estimate.remarks.splice(..0, chosen.sentences.into_iter().chain(friction.sentence));
     estimate.remarks.extend(found.outgrown);
     Ok(Identification {
         model: chosen.model,
         estimate,
         delay,
-        friction,
-        joint_terms,
+        friction: friction.selection,
+        joint_terms: friction.joint_terms,
         load,
         bodies: found.bodies,
         passport,
@@ -289,86 +289,6 @@ fn existing_bodies(model: &Model, fit: Fit, options: &Options) -> Result<FoundBo
         outgrown: named.iter().zip(&known).filter_map(describe).collect(),
         estimate: found.estimate,
     })
-}
-
-fn found_friction(model: &Model, logs: &[LogSource], options: &mut Options) -> Result<FrictionSelection, Error> {
-    let couplings = options.transmission.coupled();
-    let records = SourceRecords::new(model.regressor(), logs, &options.preparation())?;
-    let seen = Observation::of_records(&LinearModel::new(model.regressor(), &[], &couplings), &records, None)?;
-    let candidates = friction_candidates(seen.speed.iter().copied().fold(0.0, f64::max));
-    let records = SourceRecords::new(model.regressor(), logs, &preparation(options, &candidates))?;
-    let selection = select_friction(model.regressor(), &records, options, &candidates)?;
-    options.friction = selection.candidates[selection.chosen].terms.clone();
-    Ok(selection)
-}
-
-/// Friction of single joints: chosen where `finds`, and with the load of a first fit where one is asked for.
-///
-/// Fails where a term cannot be, or a log cannot be read.
-fn joint_friction(
-    model: &Model,
-    logs: &[LogSource],
-    kept: Kept,
-    finds: bool,
-    options: &mut Options,
-) -> Result<Option<JointTerms>, Error> {
-    check_terms(&options.friction, model.regressor().coordinates().len()).map_err(Error::new)?;
-    if finds {
-        return found_joint_terms(model, logs, kept, options).map(Some);
-    }
-    if options.friction_load.is_empty() && grows_with_load(options) {
-        options.friction_load = predicted_load(model, logs, kept, options)?.0;
-    }
-    Ok(None)
-}
-
-/// Whether friction of a single joint grows with its load.
-fn grows_with_load(options: &Options) -> bool {
-    options.friction.iter().any(|term| matches!(term, FrictionTerm::At(_, JointTerm::Load)))
-}
-
-/// The base parameters that predict the load, from a fit without friction that grows with it, and the largest speed of
-/// each joint.
-fn predicted_load(
-    model: &Model,
-    logs: &[LogSource],
-    kept: Kept,
-    options: &Options,
-) -> Result<(Vec<f64>, Vec<f64>), Error> {
-    let mut options = options.clone();
-    options.friction.retain(|term| !matches!(term, FrictionTerm::At(_, JointTerm::Load)));
-    let records = SourceRecords::new(model.regressor(), logs, &options.preparation())?;
-    let names = logs.iter().map(LogSource::name).collect();
-    let fit = Fit::of_records(model.regressor(), &records, names, &options)?;
-    let speed = fit.observation.speed.clone();
-    let x = match kept {
-        Kept::All | Kept::Essential => fit.solution.x,
-        Kept::Consistent => {
-            let (map, known) = (model.standard_map(), model.reference_bodies());
-            identify_consistent(model.regressor(), &map, &known, fit, &options, &Default::default())?.consistent.x
-        }
-    };
-    Ok((x[..model.regressor().parameters().len()].to_vec(), speed))
-}
-
-/// Terms of single joints beside those of all joints, put into the options.
-fn found_joint_terms(
-    model: &Model,
-    logs: &[LogSource],
-    kept: Kept,
-    options: &mut Options,
-) -> Result<JointTerms, Error> {
-    let (load, speed) = predicted_load(model, logs, kept, options)?;
-    let with_load = Options { friction_load: load, ..options.clone() };
-    let records = SourceRecords::new(model.regressor(), logs, &with_load.preparation())?;
-    let is_new = |term: &FrictionTerm| !options.friction.iter().any(|own| own.parameters() == term.parameters());
-    let candidates: Vec<FrictionTerm> = joint_candidates(&speed).into_iter().filter(is_new).collect();
-    let found = choose_joint_terms(model.regressor(), &records, options, &candidates)?;
-    options.friction.extend(found.taken.iter().map(|taken| taken.term));
-    if found.has_load() {
-        options.friction_load = with_load.friction_load;
-    }
-    Ok(found)
 }
 
 /// Rotor inertias by coordinate, kg m^2 (kg); zero where the model has none.

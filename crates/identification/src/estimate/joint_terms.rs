@@ -53,6 +53,8 @@ pub struct TakenTerm {
 /// The terms that were taken, in the order of their gain.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct JointTerms {
+    /// E without any, over the norm of the weighted torque.
+    pub error: f64,
     /// Terms of single joints.
     pub taken: Vec<TakenTerm>,
 }
@@ -98,8 +100,8 @@ pub fn choose_joint_terms<R: Records + ?Sized>(
     let folds = Folds::new(&rows, &weights);
 
     let mut set = kept;
-    let mut found = JointTerms::default();
     let first = folds.error(&set);
+    let mut found = JointTerms { error: (first / folds.torque()).sqrt(), taken: Vec::new() };
     let mut error = first;
     let mut open: Vec<usize> = (0..candidates.len()).collect();
     while error > 0.0 && !open.is_empty() {
@@ -172,6 +174,11 @@ impl Folds {
             *products = DMatrix::from_fn(m, m, |i, j| scale[i] * products[(i, j)] * scale[j]);
         }
         folds
+    }
+
+    /// The square of the weighted torque.
+    fn torque(&self) -> f64 {
+        self.all.diagonal().as_slice().last().copied().unwrap_or(0.0)
     }
 
     /// E^2 of a set of columns; infinite where it cannot be solved.

@@ -58,6 +58,14 @@ impl Cluster {
     }
 }
 
+#[cfg(test)]
+impl Cluster {
+    /// A_g and W_g' e_g.
+    pub(crate) fn parts(&self) -> (&DMatrix<f64>, &DVector<f64>) {
+        (&self.gram, &self.score)
+    }
+}
+
 fn upper(rows: &Triangle) -> DMatrix<f64> {
     let p = rows.columns();
     DMatrix::from_fn(p, p, |i, j| if i <= j { rows.at(i, j) } else { 0.0 })

@@ -12,5 +12,6 @@ pub mod huber;
 pub mod loss;
 pub mod payload;
 pub mod replicate_deviation;
+pub(crate) mod row_products;
 pub mod state_bands;
 pub mod weighted;

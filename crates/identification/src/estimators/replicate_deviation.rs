@@ -168,10 +168,15 @@ pub(crate) fn of_clusters(
         slope,
         whole.variance(parts, 0.0, REMAINDER_ROUNDING_SHARE).into_iter().map(|v| v * count / (count - 1.0)).collect(),
     );
-    let by_band = |bands: &[Cluster]| root(whole.variance(bands, BAND_LEVERAGE_EXPONENT, REMAINDER_ROUNDING_SHARE));
-    let (by_speed, by_position) = (by_band(&speed), by_band(&position));
+    let (by_speed, by_position) = (by_band(whole, &speed, slope * wider), by_band(whole, &position, slope * wider));
     let correlated = median_ratio(&sums, &white).unwrap_or(1.0).max(1.0);
     ReplicateDeviation { white, by_part, by_speed, by_position, correlated }
+}
+
+/// The deviation by bands of speed or of position, times `wider`.
+pub(crate) fn by_band(whole: &Whole, bands: &[Cluster], wider: f64) -> Vec<f64> {
+    let variance = whole.variance(bands, BAND_LEVERAGE_EXPONENT, REMAINDER_ROUNDING_SHARE);
+    variance.into_iter().map(|v| wider * v.sqrt()).collect()
 }
 
 /// s sqrt(A^-1_cc): what white noise alone would leave.

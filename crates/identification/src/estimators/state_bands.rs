@@ -6,12 +6,10 @@
 
 use std::sync::Arc;
 
-use generated::Eight;
 use linear_model::linear_model::{Model, ResidualGroup};
-use numerics::reflection::add_products;
-use numerics::row_block::RowBlock;
 
 use crate::estimators::clusters::Cluster;
+use crate::estimators::row_products::RowProducts;
 use crate::rows::observation::Observation;
 use crate::rows::residual_sums::ResidualSum;
 
@@ -26,7 +24,7 @@ const POSITION_BANDS: usize = 8;
 const BANDS_PER_JOINT: usize = SPEED_BANDS + POSITION_BANDS;
 
 /// What the rows of a band share.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Shared {
     /// The octave of their joint's speed.
     Speed,
@@ -43,50 +41,13 @@ pub struct StateBands<'a> {
     /// The largest speed of each joint, rad/s (m/s), and its least and greatest position, rad (m).
     seen: &'a Observation,
     weight: CountOf<'a>,
-    bands: Vec<Band>,
-}
-
-/// Rows of one joint: the columns that its torque can depend on, then the residual.
-#[derive(Clone)]
-struct Band {
-    places: Vec<usize>,
-    /// Products (i, j), i <= j, column by column.
-    products: Vec<f64>,
-    /// Rows that are in no product yet.
-    block: RowBlock,
-}
-
-impl Band {
-    /// A band of `columns` columns, without rows.
-    fn new(columns: usize) -> Band {
-        let entries = columns + 1;
-        let places = (0..entries).collect();
-        Band { places, products: vec![0.0; entries * entries], block: RowBlock::new(entries) }
-    }
-
-    /// Takes in eight rows: their entries at `places`, then their residuals, each multiplied by its weight.
-    fn push(&mut self, places: &[usize], entries: &[Eight], residuals: &[f64; 8], weights: &[f64; 8]) {
-        let weighted = |x: &[f64; 8]| Eight(std::array::from_fn(|lane| weights[lane] * x[lane]));
-        let rows = self.block.push_eight();
-        for (row, &place) in rows.iter_mut().zip(places) {
-            *row = weighted(&entries[place].0);
-        }
-        rows[places.len()] = weighted(residuals);
-        if self.block.is_full() {
-            self.complete();
-        }
-    }
-
-    fn complete(&mut self) {
-        add_products(&mut self.products, &self.places, &mut self.block);
-        self.block.rows = 0;
-    }
+    bands: Vec<RowProducts>,
 }
 
 impl<'a> StateBands<'a> {
     /// Without rows; `seen` has the speeds and positions of all of them.
     pub fn new(model: &Model, seen: &'a Observation, weight: CountOf<'a>) -> StateBands<'a> {
-        let of_joint = |j: usize| vec![Band::new(model.layout.joints[j].columns.len()); BANDS_PER_JOINT];
+        let of_joint = |j: usize| vec![RowProducts::new(model.layout.joints[j].columns.len()); BANDS_PER_JOINT];
         StateBands { seen, weight, bands: (0..model.n()).flat_map(of_joint).collect() }
     }
 
@@ -104,10 +65,9 @@ impl<'a> StateBands<'a> {
     ///
     /// Product (i, j), i <= j, stands at j (m + 1) + i.
     pub(crate) fn products(self) -> impl Iterator<Item = (usize, Shared, Vec<f64>)> {
-        self.bands.into_iter().enumerate().map(|(k, mut band)| {
-            band.complete();
+        self.bands.into_iter().enumerate().map(|(k, band)| {
             let shared = if k % BANDS_PER_JOINT < SPEED_BANDS { Shared::Speed } else { Shared::Position };
-            (k / BANDS_PER_JOINT, shared, band.products)
+            (k / BANDS_PER_JOINT, shared, band.finish())
         })
     }
 }
@@ -140,9 +100,6 @@ impl ResidualSum for StateBands<'_> {
     }
 
     fn append(&mut self, next: Self) {
-        for (all, mut next) in self.bands.iter_mut().zip(next.bands) {
-            next.complete();
-            all.products.iter_mut().zip(&next.products).for_each(|(sum, product)| *sum += product);
-        }
+        self.bands.iter_mut().zip(next.bands).for_each(|(all, next)| all.append(next));
     }
 }

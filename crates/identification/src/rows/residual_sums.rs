@@ -56,18 +56,23 @@ pub fn residual_sums<R: Records + ?Sized, S: ResidualSum>(
 ) -> Result<S, Error> {
     let mut all = empty.clone();
     records.each(&mut |states| {
-        let (len, count) = (states.len(), states.len().div_ceil(SAMPLES_PER_PART).max(1));
-        let parts: Vec<Range<usize>> = (0..count).map(|k| k * len / count..(k + 1) * len / count).collect();
-        let sum = |_, part: &Range<usize>| {
-            let mut sum = empty.clone();
-            model.residual_groups(states, part.clone(), x, |group| sum.add(model, group));
-            sum
-        };
-        let Ok(()) = in_order(&parts, sum, |_, sum| {
-            all.append(sum);
-            Ok::<(), Infallible>(())
-        });
+        add_record(&mut all, model, states, x, &empty);
         all.end_record(states);
     })?;
     Ok(all)
+}
+
+/// Adds the rows of one record.
+pub(crate) fn add_record<S: ResidualSum>(all: &mut S, model: &Model, states: &States, x: &[f64], empty: &S) {
+    let (len, count) = (states.len(), states.len().div_ceil(SAMPLES_PER_PART).max(1));
+    let parts: Vec<Range<usize>> = (0..count).map(|k| k * len / count..(k + 1) * len / count).collect();
+    let sum = |_, part: &Range<usize>| {
+        let mut sum = empty.clone();
+        model.residual_groups(states, part.clone(), x, |group| sum.add(model, group));
+        sum
+    };
+    let Ok(()) = in_order(&parts, sum, |_, sum| {
+        all.append(sum);
+        Ok::<(), Infallible>(())
+    });
 }

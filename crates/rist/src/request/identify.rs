@@ -252,6 +252,11 @@ impl SamplesRequest {
         self.rows.signals.delay == Some(Delay::Auto)
     }
 
+    /// Whether nobody said what friction there is.
+    pub(crate) fn leaves_friction_open(&self) -> bool {
+        self.rows.friction.is_none() && self.options().friction == FrictionTerm::STANDARD
+    }
+
     /// Whether the friction is to be chosen.
     pub fn finds_friction(&self) -> bool {
         self.rows.friction == Some(FrictionChoice::Auto)

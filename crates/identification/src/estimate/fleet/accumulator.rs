@@ -3,14 +3,14 @@
 //! [W y] of any number of logs is one triangle per joint, and triangles of parts add: R'R = sum_k R_k'R_k
 //! [Golub, Van Loan 2013, 12.5]. Deviations need more than the sum, namely what the parts say one by one. So the logs
 //! are kept apart while they are few, and each in blocks while they are fewer still. These are the replicates of
-//! `estimators::block_deviation`.
+//! `estimators::block_deviation`. The rows are kept a second time by the state of their joint (`state_cells`).
 //!
-//! | logs | each log is kept in | replicates |
-//! |---|---|---|
-//! | 1 to 4 | 16 blocks | 16 to 64 blocks |
-//! | 5 to 15 | 4 blocks | 20 to 60 blocks |
-//! | 16 to 64 | one block | as many as logs: what differs between logs is in the deviations |
-//! | more | 64 groups of logs, chosen by the digest of the log | at most 64 |
+//! | logs | each log is kept in | by state | replicates |
+//! |---|---|---|---|
+//! | 1 to 4 | 16 blocks | octaves of speed, 32nds of a turn | 16 to 64 blocks |
+//! | 5 to 15 | 4 blocks | octaves, eighths of a turn | 20 to 60 blocks |
+//! | 16 to 64 | one block | two octaves each | as many as logs: what differs between logs is in the deviations |
+//! | more | 64 groups of logs, chosen by the digest of the log | two octaves each | at most 64 |
 //!
 //! Up to 64 logs are a set, sorted by name. Parts merged in any partition and order give the same file to the last
 //! byte, and the sum is made when it is asked for. Beyond 64 logs, the sum of a group is rounded in the order of the
@@ -26,6 +26,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::estimate::fleet::replicate::{LogAccount, MAX_BLOCKS_PER_LOG, Replicate};
 use crate::estimate::fleet::settings::Settings;
+use crate::estimate::fleet::state_cells::StateCells;
 use crate::rows::observation::Observation;
 
 /// Largest number of logs, or groups of logs, that are kept apart.
@@ -149,6 +150,14 @@ impl Accumulator {
         Some(all)
     }
 
+    /// The rows of all its logs by the state of their joint; `None` without a log.
+    pub(super) fn cells(&self) -> Option<StateCells> {
+        let mut replicates = self.replicates.iter().map(|r| r.cells.clone());
+        let mut all = replicates.next()?;
+        replicates.for_each(|one| all.absorb(one));
+        Some(all)
+    }
+
     /// Sorts the logs, and folds their blocks as the head of this file says.
     fn settle(&mut self) {
         let logs: usize = self.replicates.iter().map(|r| r.logs.len()).sum();
@@ -222,7 +231,10 @@ mod tests {
             duration: 1.0,
             period: 0.01,
         };
-        Replicate { logs: vec![account], observation: Observation::of(&model, &states, MAX_BLOCKS_PER_LOG) }
+        let observation = Observation::of(&model, &states, MAX_BLOCKS_PER_LOG);
+        let mut cells = StateCells::new(&model);
+        cells.add(&model, &states);
+        Replicate { logs: vec![account], observation, cells }
     }
 
     /// Merges parts of some logs one after the other, with each log in one part, and logs and parts in any order.

@@ -287,6 +287,8 @@ mod tests {
     use linear_model::reference::ModelReference;
     use random::Random;
 
+    use crate::estimate::fleet::state_cells::StateCells;
+
     /// Sums over one log of a pendulum whose MX is larger by `more`.
     fn sums(seed: u64, more: f64) -> Accumulator {
         with_friction(seed, more, 0.0)
@@ -314,7 +316,9 @@ mod tests {
         let reference = ModelReference { name: "arm".into(), fingerprint: "1".into() };
         let mut all = Accumulator::new(Settings::new(&arm, reference, None, &options).unwrap());
         let observation = Observation { cutoff: 10.0, ..Observation::of(&model, &states, MAX_BLOCKS_PER_LOG) };
-        all.add(Replicate { logs: vec![account], observation }).unwrap();
+        let mut cells = StateCells::new(&model);
+        cells.add(&model, &states);
+        all.add(Replicate { logs: vec![account], observation, cells }).unwrap();
         all
     }
 

@@ -12,4 +12,5 @@ pub mod false_discovery;
 pub mod replicate;
 pub mod settings;
 pub mod solution;
+pub mod state_cells;
 pub mod tri_file;

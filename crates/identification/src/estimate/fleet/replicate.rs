@@ -8,6 +8,7 @@ use linear_model::linear_model::Model;
 use logs::{Error, Log, LogSource};
 use serde::{Deserialize, Serialize};
 
+use crate::estimate::fleet::state_cells::{Grain, StateCells};
 use crate::rows::observation::Observation;
 use crate::signals::records::{Records, SourceRecords};
 
@@ -44,6 +45,8 @@ pub struct Replicate {
     pub logs: Vec<LogAccount>,
     /// The triangles by block and joint, and how the joints moved.
     pub observation: Observation,
+    /// The same rows by the state of their joint.
+    pub cells: StateCells,
 }
 
 impl Replicate {
@@ -52,9 +55,11 @@ impl Replicate {
     /// Fails when they cannot be read.
     pub fn of(model: &Model, log: &LogSource, records: &SourceRecords) -> Result<Replicate, Error> {
         let (mut all, mut samples): (Option<Observation>, usize) = (None, 0);
+        let mut cells = StateCells::new(model);
         records.each(&mut |states| {
             let one = Observation::of(model, states, MAX_BLOCKS_PER_LOG);
             samples += states.len();
+            cells.add(model, states);
             match &mut all {
                 Some(all) => all.append(one),
                 None => all = Some(one),
@@ -76,7 +81,7 @@ impl Replicate {
             duration: report.duration,
             period: report.period,
         };
-        Ok(Replicate { logs: vec![account], observation })
+        Ok(Replicate { logs: vec![account], observation, cells })
     }
 
     /// The name and the digest by which replicates are sorted.
@@ -89,6 +94,11 @@ impl Replicate {
         while self.observation.parts.len() > blocks.max(1) {
             fold(&mut self.observation, BLOCKS_PER_FOLD);
         }
+        self.cells.fold_to(match blocks {
+            0..=1 => Grain::SpeedOnly,
+            MAX_BLOCKS_PER_LOG.. => Grain::Fine,
+            _ => Grain::Coarse,
+        });
     }
 
     /// Takes the rows of another into its one block.
@@ -96,6 +106,7 @@ impl Replicate {
         self.logs.append(&mut other.logs);
         self.logs.sort_by(|a, b| (&a.name, &a.digest).cmp(&(&b.name, &b.digest)));
         self.observation.append(other.observation);
+        self.cells.absorb(other.cells);
         let blocks = self.observation.parts.len();
         fold(&mut self.observation, blocks);
     }
@@ -164,7 +175,9 @@ mod tests {
         let arm = Pendulum::new();
         let model = Model::new(&arm, &[], &[]);
         let observation = Observation::of(&model, &arm.states(1000), MAX_BLOCKS_PER_LOG);
-        let whole = Replicate { logs: Vec::new(), observation };
+        let mut cells = StateCells::new(&model);
+        cells.add(&model, &arm.states(1000));
+        let whole = Replicate { logs: Vec::new(), observation, cells };
         let (mut at_once, mut slowly) = (whole.clone(), whole);
         at_once.fold_to(1);
         slowly.fold_to(4);
@@ -172,6 +185,7 @@ mod tests {
         slowly.fold_to(1);
         assert_eq!(at_once.observation.parts, slowly.observation.parts);
         assert_eq!(at_once.observation.parts.len(), 1);
+        assert_eq!(at_once.cells, slowly.cells);
     }
 
     /// A thousand partitions of the rows of a log, merged in any order, give R'R and the solution of one pass.

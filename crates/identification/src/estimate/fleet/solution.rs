@@ -1,9 +1,12 @@
 //! From sums to an estimate: what `identify` finds in the same logs, without their rows.
 //!
 //! Values, residuals and the error on left-out blocks are those of `estimate::identify`. The deviation comes from the
-//! blocks (`estimators::block_deviation`) instead of from residuals sample by sample. It is scaled by Student's t of
-//! its degrees of freedom, so that 1.96 of it hold 95 %, and it is at least that of white noise. Not here, because they
-//! need the rows: residuals that move with another joint, rows that do not fit.
+//! blocks (`estimators::block_deviation`), scaled by Student's t of its degrees of freedom, so that 1.96 of it hold 95 %,
+//! and from the bands of speed and position (`state_cells`), together as `estimators::replicate_deviation` takes them. It
+//! is at least that of white noise. Not here, because they need the rows: residuals that move with another joint, rows
+//! that do not fit.
+//!
+//! A difference of two sums (`comparison`) is judged by the blocks alone: what a model lacks is the same on both sides.
 
 use logs::Error;
 use numerics::least_squares::Solution;
@@ -13,13 +16,15 @@ use numerics::triangle::Triangle;
 use crate::estimate::artefact::Estimate;
 use crate::estimate::fleet::accumulator::Accumulator;
 use crate::estimate::fleet::settings::ColumnsAlone;
+use crate::estimate::fleet::state_cells::StateCells;
 use crate::estimate::held_out::cross_validate;
 use crate::estimate::identified::INTERVAL;
 use crate::estimate::identify::{NO_JOINT_MOVES, of_signals, report, with_deviations};
 use crate::estimators::block_deviation::{BlockDeviation, block_deviation};
-use crate::estimators::replicate_deviation::white_deviation;
+use crate::estimators::clusters::Whole;
+use crate::estimators::replicate_deviation::{ReplicateDeviation, by_band, white_deviation};
 use crate::estimators::weighted::fit;
-use crate::rows::observation::Observation;
+use crate::rows::observation::{Observation, weighted};
 
 /// With fewer blocks than this a deviation is uncertain by more than a half.
 const SUFFICIENT_BLOCKS: usize = 8;
@@ -30,6 +35,7 @@ pub(super) struct Solved {
     pub joints: Vec<Triangle>,
     pub solution: Solution,
     pub deviation: BlockDeviation,
+    weights: Vec<f64>,
 }
 
 impl Solved {
@@ -45,10 +51,10 @@ impl Solved {
         }
         let (solution, weights) = fit(&joints, sums.settings().options.weights);
         let deviation = block_deviation(&observation.parts, &weights, &solution);
-        Ok(Solved { observation, joints, solution, deviation })
+        Ok(Solved { observation, joints, solution, deviation, weights })
     }
 
-    /// The deviation, one per parameter.
+    /// The deviation by blocks, one per parameter.
     ///
     /// It is the larger of that of white noise and that of the blocks times `reach` of its degrees of freedom.
     pub(super) fn sigma(&self, reach: impl Fn(f64) -> f64) -> Vec<f64> {
@@ -57,7 +63,20 @@ impl Solved {
         both.map(|(white, (blocks, freedom))| white.max(reach(*freedom) * blocks)).collect()
     }
 
-    /// Degrees of freedom of that deviation.
+    /// The deviation to believe: by blocks, and by the bands of these cells.
+    fn believed(&self, cells: &StateCells) -> Vec<f64> {
+        let interval = |freedom: f64| reach(0.05, freedom) / INTERVAL;
+        // Below one degree of freedom the reach would grow without end, and the deviation is no estimate.
+        let by_part = self.sigma(|freedom| interval(freedom.max(1.0)));
+        let whole = Whole::of(&weighted(&self.joints, &self.weights));
+        let wider = interval((self.deviation.blocks as f64 - 1.0).max(1.0));
+        let bands = cells.clusters(&self.solution.x, &self.weights);
+        let [by_speed, by_position] = bands.map(|bands| by_band(&whole, &bands, wider));
+        let white = white_deviation(&self.solution);
+        ReplicateDeviation { white, by_part, by_speed, by_position, correlated: 1.0 }.sigma()
+    }
+
+    /// Degrees of freedom of the deviation by blocks.
     pub(super) fn freedom(&self, c: usize) -> f64 {
         self.deviation.freedom[c]
     }
@@ -73,8 +92,7 @@ impl Accumulator {
         let options = &self.settings().options;
         let model = options.linear_model(&columns);
         let solved = Solved::of(self)?;
-        // Below one degree of freedom the reach would grow without end, and the deviation is no estimate.
-        let sigma = solved.sigma(|freedom| reach(0.05, freedom.max(1.0)) / INTERVAL);
+        let sigma = self.cells().map_or(Vec::new(), |cells| solved.believed(&cells));
         let mut estimate = report(&model, &solved.joints, &solved.observation, &solved.solution, &sigma);
         let held_out = cross_validate(&model, &solved.observation, options.weights);
         estimate.cross_validation = Some(held_out.total);
@@ -110,6 +128,6 @@ impl Accumulator {
             (logs, _) => format!("{blocks} blocks of {logs} logs"),
         };
         let warning = if blocks < SUFFICIENT_BLOCKS { ", which are few: more logs make it surer" } else { "" };
-        format!("the deviation is that between {of}{warning}")
+        format!("the deviation is that between {of}{warning}, and between the speeds and positions of each joint")
     }
 }

@@ -1,15 +1,18 @@
 //! The file of an accumulator, `.tri`: a line, a head in YAML, the triangles.
 //!
 //! ```text
-//! rist-tri 2 2712 18440 8a41f00c5be7d913      version, bytes of the head, bytes of the triangles, digest of both
+//! rist-tri 3 2712 18440 8a41f00c5be7d913      version, bytes of the head, bytes of the triangles, digest of both
 //! settings: ..                                the head: robot, columns, options, logs, failed logs
 //! <triangles>                                 numbers of 8 bytes, little endian: a round trip changes no bit
 //! ```
 //! A replicate begins with the number of its blocks. Then each block and joint has the number of rows, the number of
 //! live columns, which columns these are, and their entries column by column. Then each coordinate has its smallest and
-//! largest position, speed, effort, f95 and samples at rest. The cut-off comes last. Columns that hold only zeros have
-//! no place.
+//! largest position, speed, effort, f95 and samples at rest. The cut-off follows. Columns that hold only zeros have
+//! no place. Last are the cells of states: how coarse they are (0, 1, 2), of each coordinate the number of its columns and
+//! which these are, the number of cells, and of each its coordinate, 0 for speed and 1 for position, its index, and the
+//! products of its columns and of the torque behind them, column by column down to the diagonal.
 
+use std::collections::BTreeMap;
 use std::io::{Cursor, ErrorKind, Read};
 use std::path::Path;
 
@@ -23,6 +26,8 @@ use serde::{Deserialize, Serialize};
 use crate::estimate::fleet::accumulator::{Accumulator, FailedLog, MAX_REPLICATES};
 use crate::estimate::fleet::replicate::{Digest, LogAccount, MAX_BLOCKS_PER_LOG, Replicate};
 use crate::estimate::fleet::settings::Settings;
+use crate::estimate::fleet::state_cells::{Cell, Grain, StateCells};
+use crate::estimators::state_bands::Shared;
 use crate::rows::observation::Observation;
 
 /// The word that such a file begins with.
@@ -30,9 +35,9 @@ const TRI_MAGIC_WORD: &str = "rist-tri";
 
 /// The version that is written and read.
 ///
-/// Version 1 holds accelerations by differences of second order, and digests of other blocks, so its sums do not add to
-/// these.
-const TRI_FORMAT_VERSION: u32 = 2;
+/// Version 1 holds accelerations by differences of second order, and digests of other blocks, version 2 has no cells of
+/// states, so their sums do not add to these.
+const TRI_FORMAT_VERSION: u32 = 3;
 
 /// Largest file of sums.
 const MAX_TRI_BYTES: u64 = 1 << 31;
@@ -66,7 +71,10 @@ impl Accumulator {
         let head = Head { settings: self.settings().clone(), replicates, failed: self.failed().to_vec() };
         let head = serde_yaml::to_string(&head).map_err(|e| Error::new(format!("the sums cannot be written: {e}")))?;
         let mut body = Body::default();
-        self.replicates().iter().for_each(|replicate| body.replicate(&replicate.observation));
+        for replicate in self.replicates() {
+            body.replicate(&replicate.observation);
+            body.cells(&replicate.cells);
+        }
         Ok(joined(&head, &body.0))
     }
 
@@ -107,7 +115,8 @@ impl Accumulator {
         for ReplicateHead { logs } in head.replicates {
             let observation = words.replicate(n, p).filter(|_| !logs.is_empty());
             let observation = observation.ok_or_else(|| words.excess.take().map_or_else(damaged, at))?;
-            replicates.push(Replicate { logs, observation });
+            let cells = words.cells(n, p).ok_or_else(|| words.excess.take().map_or_else(damaged, at))?;
+            replicates.push(Replicate { logs, observation, cells });
         }
         if !words.left.is_empty() || replicates.len() > MAX_REPLICATES {
             return Err(damaged());
@@ -193,6 +202,24 @@ impl Body {
         self.number(observation.cutoff);
     }
 
+    fn cells(&mut self, cells: &StateCells) {
+        self.word(cells.grain as u64);
+        for columns in &cells.columns {
+            self.word(columns.len() as u64);
+            columns.iter().for_each(|&c| self.word(c as u64));
+        }
+        self.word(cells.products.len() as u64);
+        for (cell, products) in &cells.products {
+            self.word(cell.joint as u64);
+            self.word(cell.shared as u64);
+            self.word(i64::from(cell.index) as u64);
+            let width = cells.columns[cell.joint].len() + 1;
+            for (j, column) in products.chunks_exact(width).enumerate() {
+                column[..=j].iter().for_each(|&x| self.number(x));
+            }
+        }
+    }
+
     fn triangle(&mut self, triangle: &Triangle) {
         let live = triangle.live();
         self.word(triangle.rows as u64);
@@ -244,6 +271,35 @@ impl Words<'_> {
         Some(observation)
     }
 
+    fn cells(&mut self, n: usize, p: usize) -> Option<StateCells> {
+        let grain = Grain::ALL.get(self.count(Grain::ALL.len() - 1)?).copied()?;
+        let mut columns = Vec::new();
+        for _ in 0..n {
+            let count = self.count(p)?;
+            let of_joint = (0..count).map(|_| self.count(p.checked_sub(1)?)).collect::<Option<Vec<usize>>>()?;
+            // They ascend, so that no product is taken twice.
+            columns.push(Some(of_joint).filter(|of| of.is_sorted_by(|a, b| a < b))?);
+        }
+        let count = self.count(n * StateCells::MOST_OF_JOINT)?;
+        let mut products = BTreeMap::new();
+        for _ in 0..count {
+            let joint = self.count(n.checked_sub(1)?)?;
+            let shared = [Shared::Speed, Shared::Position].get(self.count(1)?).copied()?;
+            let index = i32::try_from(self.word()? as i64).ok().filter(|i| StateCells::INDICES.contains(i))?;
+            let width = columns[joint].len() + 1;
+            if let Err(excess) = self.budget.draw(16 * width * width) {
+                self.excess = Some(excess);
+                return None;
+            }
+            let mut of_cell = vec![0.0; width * width];
+            for (j, column) in of_cell.chunks_exact_mut(width).enumerate() {
+                column[..=j].iter_mut().try_for_each(|x| self.number().map(|number| *x = number))?;
+            }
+            products.insert(Cell { joint, shared, index }, of_cell);
+        }
+        Some(StateCells { grain, columns, products })
+    }
+
     fn triangle(&mut self, p: usize) -> Option<Triangle> {
         let rows = self.count(usize::MAX / 1024)?;
         let count = self.count(p + 1)?;
@@ -285,7 +341,9 @@ mod tests {
         };
         let mut observation = Observation::of(&linear, &arm.states(100), MAX_BLOCKS_PER_LOG);
         observation.f95 = vec![0.1];
-        all.add(Replicate { logs: vec![account], observation }).unwrap();
+        let mut cells = StateCells::new(&linear);
+        cells.add(&linear, &arm.states(100));
+        all.add(Replicate { logs: vec![account], observation, cells }).unwrap();
         all.fail("b.csv".into(), "b.csv: cut short\n\tin its middle".into());
         all
     }
@@ -297,6 +355,8 @@ mod tests {
         let again = Accumulator::from_bytes("a.tri", &bytes).unwrap();
         assert_eq!(again.settings(), all.settings());
         assert_eq!(again.replicates()[0].observation.parts, all.replicates()[0].observation.parts);
+        assert!(!all.replicates()[0].cells.products.is_empty());
+        assert_eq!(again.replicates()[0].cells, all.replicates()[0].cells);
         assert_eq!((again.logs(), again.failed()), (all.logs(), all.failed()));
         assert_eq!(again.to_bytes().unwrap(), bytes);
     }
@@ -333,8 +393,8 @@ mod tests {
     fn another_version_is_named() {
         let mut bytes = some().to_bytes().unwrap();
         let versions = [
-            (b'3', "version 3 of its format, and this program reads up to 2"),
-            (b'1', "version 1 of its format, whose sums do not add to those of version 2: make it again"),
+            (b'4', "version 4 of its format, and this program reads up to 3"),
+            (b'2', "version 2 of its format, whose sums do not add to those of version 3: make it again"),
         ];
         for (version, message) in versions {
             bytes[TRI_MAGIC_WORD.len() + 1] = version;

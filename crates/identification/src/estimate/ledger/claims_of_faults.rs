@@ -96,32 +96,36 @@ fn shown(figure: Figure) -> Figure {
     Figure { value: format!("{value:.1e}").parse().unwrap_or(value), ..figure }
 }
 
-fn contradicted(tested: &Tested, joints: &[JointResidual]) -> Claim {
-    let Tested { of, value, deviation, held_out, .. } = tested;
+/// What a fault is and how large, with its deviation.
+pub(super) fn statement(tested: &Tested, joints: &[JointResidual]) -> String {
+    let Tested { of, value, deviation, .. } = tested;
     let size = |x: f64| figure(of, x, joints).to_string();
     let off = format!("{} +- {}", size(*value), size(*deviation));
     let at = |k: usize| &joints[k].coordinate;
-    let (fault, remedy) = match *of {
-        Hypothesis::Zero(k) => (
-            format!("the zero of {} is off by {off}", at(k)),
-            format!("in the file of [options]: transmission: {{offsets: [..]}}, {} for {}", significant(*value), at(k)),
-        ),
-        Hypothesis::Scale(k) => (
-            format!("the torque of {} is off by {off} beside those of the other joints", at(k)),
-            format!("look at the gain, the gear ratio or the unit of {}", at(k)),
-        ),
-        Hypothesis::Spring(k) => (
-            format!("a spring of {off} acts on {}", at(k)),
+    match *of {
+        Hypothesis::Zero(k) => format!("the zero of {} is off by {off}", at(k)),
+        Hypothesis::Scale(k) => format!("the torque of {} is off by {off} beside those of the other joints", at(k)),
+        Hypothesis::Spring(k) => format!("a spring of {off} acts on {}", at(k)),
+        Hypothesis::Mount(axis) => format!("gravity is tilted by {off} about {} of the base", ["x", "y"][axis]),
+    }
+}
+
+fn contradicted(tested: &Tested, joints: &[JointResidual]) -> Claim {
+    let Tested { of, value, held_out, .. } = tested;
+    let at = |k: usize| &joints[k].coordinate;
+    let remedy = match *of {
+        Hypothesis::Zero(k) => {
+            format!("in the file of [options]: transmission: {{offsets: [..]}}, {} for {}", significant(*value), at(k))
+        }
+        Hypothesis::Scale(k) => format!("look at the gain, the gear ratio or the unit of {}", at(k)),
+        Hypothesis::Spring(k) => {
             format!(
                 "no model of ours has a spring at a joint: take its torque, {} q, out of {}",
                 significant(*value),
                 at(k)
-            ),
-        ),
-        Hypothesis::Mount(axis) => (
-            format!("gravity is tilted by {off} about {} of the base", ["x", "y"][axis]),
-            "give the description the direction of gravity that the mount has".into(),
-        ),
+            )
+        }
+        Hypothesis::Mount(_) => "give the description the direction of gravity that the mount has".into(),
     };
     // Tried means: parts of the record were left out and predicted without the fault and with it.
     let trial = match held_out {
@@ -132,6 +136,6 @@ fn contradicted(tested: &Tested, joints: &[JointResidual]) -> Claim {
         },
         None => Trial::NotTried { why: "it is too small".into() },
     };
-    let remedy = Remedy::new("identify", remedy);
-    Claim::new(subject(of, joints), Outcome::Contradicted { fault, remedy, trial })
+    let fault = statement(tested, joints);
+    Claim::new(subject(of, joints), Outcome::Contradicted { fault, remedy: Remedy::new("identify", remedy), trial })
 }

@@ -13,6 +13,13 @@
 //! predicted with an error below `WORTHWHILE_ERROR_RATIO` of what it is without. The deviation is the scatter of u while tenths of
 //! the record are left out (jackknife), at least that of white noise.
 //!
+//! A fault that is told by its deviations, and explains too little to be named, moves the parameters all the same. By how
+//! much is part of their deviation (`widen_by_faults`):
+//!
+//! ```text
+//! sigma_i^2 + max_u (x_i with u - x_i without)^2
+//! ```
+//!
 //! Not told: a common scale of all torques, and the zero of a joint whose bodies may lie as they like.
 
 use linear_model::linear_model::Model;
@@ -58,13 +65,22 @@ pub struct Tested {
     pub power: f64,
     /// Error on tenths left out without and with it, where it was looked at.
     pub held_out: Option<(f64, f64)>,
+    /// By how much the parameters change with it; empty where nothing tells it.
+    pub effect: Vec<f64>,
 }
 
 impl Tested {
     /// Whether the fault is there.
     pub(crate) fn is_found(&self) -> bool {
-        let is_large = self.value.abs() > self.least().max(FOUND_FAULT_SIGMAS * self.deviation);
-        is_large && self.held_out.is_some_and(|(without, with)| with < WORTHWHILE_ERROR_RATIO * without)
+        let is_large = self.value.abs() > self.least();
+        self.is_told()
+            && is_large
+            && self.held_out.is_some_and(|(without, with)| with < WORTHWHILE_ERROR_RATIO * without)
+    }
+
+    /// Whether it is other than nothing, be it worth naming or not.
+    pub(crate) fn is_told(&self) -> bool {
+        self.value.abs() > FOUND_FAULT_SIGMAS * self.deviation
     }
 
     /// The least size that matters.
@@ -234,6 +250,10 @@ fn tested(parts: &[Triangle], x: &[f64], all: &[Hypothesis]) -> Vec<Tested> {
         sum.merge(&held, 1.0);
         Left::of(&sum, p)
     };
+    let mut all_rows = whole.clone();
+    all_rows.merge(&held, 1.0);
+    let columns = |e: usize| (0..p).chain([p + e]).collect::<Vec<usize>>();
+    let without = select(&all_rows, &columns(0)[..p]).solution();
     let all_in = left(None);
     let leaving: Vec<Left> = (0..parts.len()).map(|part| left(Some(part))).collect();
     let rows = whole.rows.saturating_sub(p + 1).max(1) as f64;
@@ -243,8 +263,8 @@ fn tested(parts: &[Triangle], x: &[f64], all: &[Hypothesis]) -> Vec<Tested> {
         let (value, norm) = all_in.unknown(e);
         let is_told = norm > EXPLAINED_COLUMN_SHARE * whole.column_norm(p + e) && norm > 0.0;
         if !is_told {
-            let of = hypothesis.clone();
-            return Tested { of, value: 0.0, deviation: f64::INFINITY, power: f64::INFINITY, held_out: None };
+            let (of, none) = (hypothesis.clone(), f64::INFINITY);
+            return Tested { of, value: 0.0, deviation: none, power: none, held_out: None, effect: Vec::new() };
         }
         // The jackknife over the tenths, and at least the deviation of white noise.
         let others: Vec<f64> = leaving.iter().map(|left| left.unknown(e).0).collect();
@@ -252,14 +272,15 @@ fn tested(parts: &[Triangle], x: &[f64], all: &[Hypothesis]) -> Vec<Tested> {
         let mean = others.iter().sum::<f64>() / m;
         let scatter = others.iter().map(|u| (u - mean).powi(2)).sum::<f64>() * (m - 1.0) / m;
         let deviation = scatter.sqrt().max(noise / norm);
-        let mut one = Tested { of: hypothesis.clone(), value, deviation, power: f64::INFINITY, held_out: None };
+        let with = select(&all_rows, &columns(e)).solution();
+        let effect = with.iter().zip(&without).map(|(with, without)| with - without).take(p).collect();
+        let mut one = Tested { of: hypothesis.clone(), value, deviation, power: f64::INFINITY, held_out: None, effect };
         // The least u that would be found: it lowers the error enough, and is beyond its deviation.
         let by_error =
             (1.0 / (WORTHWHILE_ERROR_RATIO * WORTHWHILE_ERROR_RATIO) - 1.0).sqrt() * all_in.square().sqrt() / norm;
         one.power = by_error.max(FOUND_FAULT_SIGMAS * deviation).max(one.least());
-        if value.abs() > FOUND_FAULT_SIGMAS * deviation {
-            let columns: Vec<usize> = (0..p).chain([p + e]).collect();
-            one.held_out = Some(held_out(parts, &held, &columns, p));
+        if one.is_told() {
+            one.held_out = Some(held_out(parts, &held, &columns(e), p));
         }
         one
     };

@@ -5,6 +5,7 @@
 //! | `claims_of_log` | what the passport found, and what it would have found |
 //! | `claims_of_fit` | what the fit leaves open, and what it predicts |
 //! | `claims_of_faults` | what unknowns more explain ([`hypotheses`]) |
+//! | `widening` | by how much those that explain too little to be named widen deviations |
 //! | `torque_error` | how wrong torques may be, by the covariance |
 //! | `purposes` | what each use needs of all these |
 
@@ -15,8 +16,10 @@ pub mod hypotheses;
 pub mod purposes;
 pub mod topics;
 pub mod torque_error;
+mod widening;
 
 pub(crate) use claims_of_faults::claims_of_faults;
 pub use claims_of_fit::Prediction;
 pub(crate) use claims_of_fit::{LACKING_MODEL_CHI_SQUARE, claims_of_fit, not_noise};
 pub use claims_of_log::{FreeFit, claims_of_log};
+pub use widening::widen_by_faults;

@@ -37,7 +37,7 @@ pub(super) fn zero_power(trials: &Trials, slopes: &[Partial], k: usize) -> Optio
 }
 
 /// An offset with which the description leaves less than this of what it leaves as it is, is one that it asks for.
-const TURNED_ERROR_RATIO: f64 = 0.5;
+const TURNED_ERROR_RATIO: f64 = 0.4;
 /// Least offset that is told, rad: encoders are referenced to a few tenths of a degree.
 const SMALLEST_TURN_RAD: f64 = 0.2 * PI / 180.0;
 /// Largest, rad: beyond it the search for mistakes looks.

@@ -1,0 +1,330 @@
+//! The products of a log's rows by joint and state, from which sums have the deviations by speed and by position that
+//! `replicate_deviation` takes from the rows.
+//!
+//! The bands of that file follow the range of all logs, which a part of the logs does not know. So the cells are absolute,
+//! and the bands are made of them when the sums are solved: with W_c the rows of a cell and x the solution of all,
+//!
+//! ```text
+//! A_c = W_c' W_c,   s_c = W_c' tau - A_c x        A_g = sum of the cells of a band, s_g likewise
+//! ```
+//!
+//! | cell of a joint | is |
+//! |---|---|
+//! | speed | an octave of |dq|: floor(log2 |dq|), with all below `SLOWEST_OCTAVE` in one |
+//! | position | a 32nd of a turn, of q within one turn, or 50 mm of a joint that slides |
+//!
+//! They grow coarser as more logs come together, like the blocks of a log (`accumulator`): four cells of position become
+//! one, then none are left and two octaves become one.
+
+use std::collections::BTreeMap;
+use std::f64::consts::TAU;
+
+use linear_model::linear_model::{Model, ResidualGroup};
+use linear_model::states::States;
+
+use crate::estimators::clusters::Cluster;
+use crate::estimators::row_products::RowProducts;
+use crate::estimators::state_bands::Shared;
+use crate::rows::residual_sums::{ResidualSum, add_record};
+
+/// Cells of position in a turn.
+const CELLS_PER_TURN: f64 = 32.0;
+/// Length of a cell of position of a joint that slides, m.
+const CELL_LENGTH: f64 = 0.05;
+/// Cells of position on either side of zero of a joint that slides; farther ones count with the last.
+const MOST_SLIDING_CELLS: i32 = 32;
+/// Cells that become one.
+const CELLS_PER_FOLD: i32 = 4;
+/// Octaves of speed below 2^-8 rad/s (m/s), which is rest, and above 2^10 are put together with these.
+const SLOWEST_OCTAVE: i32 = -8;
+const FASTEST_OCTAVE: i32 = 10;
+/// Bands of speed that a solution has: the octave of the largest speed and those below, the last with all that are slower.
+const SPEED_BANDS: i32 = 5;
+/// Bands of position that a solution has at most.
+const POSITION_BANDS: usize = 8;
+
+/// A joint, what the rows share, and which of its cells.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub(crate) struct Cell {
+    pub joint: usize,
+    pub shared: Shared,
+    pub index: i32,
+}
+
+/// How much is kept apart.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub(crate) enum Grain {
+    /// Octaves, and all cells of position.
+    Fine,
+    /// Octaves, and a quarter of the cells of position.
+    Coarse,
+    /// Pairs of octaves.
+    SpeedOnly,
+}
+
+/// The products of all cells.
+#[derive(Clone, Debug, PartialEq)]
+pub struct StateCells {
+    /// How much of them is kept apart.
+    pub(crate) grain: Grain,
+    /// The columns that the torque of each joint can depend on.
+    pub(crate) columns: Vec<Vec<usize>>,
+    /// Products (i, j), i <= j, of the m columns of the joint and of its torque behind them, at j (m + 1) + i.
+    pub(crate) products: BTreeMap<Cell, Vec<f64>>,
+}
+
+impl Grain {
+    /// All, the finest first.
+    pub(crate) const ALL: [Grain; 3] = [Grain::Fine, Grain::Coarse, Grain::SpeedOnly];
+}
+
+impl StateCells {
+    /// The indices that a cell can have.
+    pub(crate) const INDICES: std::ops::Range<i32> = -MOST_SLIDING_CELLS..MOST_SLIDING_CELLS;
+    /// Most cells of a joint.
+    pub(crate) const MOST_OF_JOINT: usize = (2 * MOST_SLIDING_CELLS + FASTEST_OCTAVE - SLOWEST_OCTAVE + 1) as usize;
+
+    /// Without rows.
+    pub(crate) fn new(model: &Model) -> StateCells {
+        let columns = model.layout.joints.iter().map(|joint| joint.columns.clone()).collect();
+        StateCells { grain: Grain::Fine, columns, products: BTreeMap::new() }
+    }
+
+    /// Adds the rows of a record.
+    pub(crate) fn add(&mut self, model: &Model, states: &States) {
+        // Without parameters the residual is the torque.
+        let none = vec![0.0; model.p()];
+        let mut sums = CellSums::default();
+        add_record(&mut sums, model, states, &none, &CellSums::default());
+        self.take(sums.cells.into_iter().map(|(cell, products)| (cell, products.finish())));
+    }
+
+    /// Takes the rows of another part, whose grain is the same.
+    pub(crate) fn absorb(&mut self, other: StateCells) {
+        self.take(other.products);
+    }
+
+    fn take(&mut self, cells: impl IntoIterator<Item = (Cell, Vec<f64>)>) {
+        for (cell, products) in cells {
+            match self.products.get_mut(&cell) {
+                Some(sum) => sum.iter_mut().zip(&products).for_each(|(sum, product)| *sum += product),
+                None => {
+                    self.products.insert(cell, products);
+                }
+            }
+        }
+    }
+
+    /// Leaves no more than a grain has; a coarser one stays.
+    pub(crate) fn fold_to(&mut self, grain: Grain) {
+        if grain <= self.grain {
+            return;
+        }
+        self.grain = grain;
+        let coarser = |cell: Cell| match (grain, cell.shared) {
+            (Grain::SpeedOnly, Shared::Position) => None,
+            (Grain::SpeedOnly, Shared::Speed) => Some(Cell { index: cell.index.div_euclid(2), ..cell }),
+            (_, Shared::Position) => Some(Cell { index: cell.index.div_euclid(CELLS_PER_FOLD), ..cell }),
+            (_, Shared::Speed) => Some(cell),
+        };
+        let cells = std::mem::take(&mut self.products).into_iter();
+        self.take(cells.filter_map(|(cell, products)| Some((coarser(cell)?, products))));
+    }
+
+    /// The clusters of a solution, by speed and by position, the rows of joint j multiplied by `weights[j]`.
+    pub(crate) fn clusters(&self, x: &[f64], weights: &[f64]) -> [Vec<Cluster>; 2] {
+        let mut of = [Vec::new(), Vec::new()];
+        for shared in [Shared::Speed, Shared::Position] {
+            for (joint, columns) in self.columns.iter().enumerate() {
+                let x: Vec<f64> = columns.iter().map(|&c| x[c]).collect();
+                let square = weights[joint] * weights[joint];
+                for products in self.bands(joint, shared) {
+                    of[shared as usize].push(Cluster::of_products(columns.clone(), &residual(products, &x, square)));
+                }
+            }
+        }
+        of
+    }
+
+    /// The products of the bands of a joint.
+    fn bands(&self, joint: usize, shared: Shared) -> Vec<Vec<f64>> {
+        let cells: Vec<(i32, &Vec<f64>)> = self
+            .products
+            .iter()
+            .filter(|(cell, _)| cell.joint == joint && cell.shared == shared)
+            .map(|(cell, products)| (cell.index, products))
+            .collect();
+        let last = cells.last().map_or(0, |(index, _)| *index);
+        let mut bands: BTreeMap<i32, Vec<f64>> = BTreeMap::new();
+        for (k, (index, products)) in cells.iter().enumerate() {
+            let band = match shared {
+                Shared::Speed => (last - index).min(SPEED_BANDS - 1),
+                Shared::Position => (k * POSITION_BANDS.min(cells.len()) / cells.len()) as i32,
+            };
+            match bands.get_mut(&band) {
+                Some(sum) => sum.iter_mut().zip(*products).for_each(|(sum, product)| *sum += product),
+                None => {
+                    bands.insert(band, (*products).clone());
+                }
+            }
+        }
+        bands.into_values().collect()
+    }
+}
+
+/// Products with the residual tau - W x in place of the torque, times `square`: W'(tau - W x) = W' tau - W'W x. What stands
+/// behind them, the square of the residual, is not needed and stays that of the torque.
+fn residual(mut products: Vec<f64>, x: &[f64], square: f64) -> Vec<f64> {
+    let m = x.len();
+    for i in 0..m {
+        let fitted: f64 = (0..m).map(|k| products[i.max(k) * (m + 1) + i.min(k)] * x[k]).sum();
+        products[m * (m + 1) + i] -= fitted;
+    }
+    products.iter_mut().for_each(|product| *product *= square);
+    products
+}
+
+/// The cells of rows on their way into products.
+#[derive(Clone, Default)]
+struct CellSums {
+    cells: BTreeMap<Cell, RowProducts>,
+}
+
+impl ResidualSum for CellSums {
+    fn add(&mut self, model: &Model, group: &ResidualGroup) {
+        let n = model.n();
+        for (j, joint) in model.layout.joints.iter().enumerate() {
+            // Successive samples are mostly in one cell: all eight go into each, with weight zero where they are in another.
+            let mut seen: Vec<(Cell, [f64; 8])> = Vec::new();
+            for (lane, r) in group.samples.clone().enumerate().filter(|(_, r)| group.states.used[r * n + j]) {
+                let position = position_cell(group.states, r * n + j, model.regressor.is_prismatic(j));
+                for (shared, index) in
+                    [(Shared::Speed, octave(group.states.dq[r * n + j])), (Shared::Position, position)]
+                {
+                    let cell = Cell { joint: j, shared, index };
+                    let place = seen.iter().position(|(of, _)| *of == cell).unwrap_or_else(|| {
+                        seen.push((cell, [0.0; 8]));
+                        seen.len() - 1
+                    });
+                    seen[place].1[lane] = 1.0;
+                }
+            }
+            let columns = joint.columns.len();
+            for (cell, weights) in seen {
+                let products = self.cells.entry(cell).or_insert_with(|| RowProducts::new(columns));
+                products.push(&joint.places[..columns], group.entries, &group.residuals[j], &weights);
+            }
+        }
+    }
+
+    fn append(&mut self, next: Self) {
+        for (cell, products) in next.cells {
+            match self.cells.get_mut(&cell) {
+                Some(sum) => sum.append(products),
+                None => {
+                    self.cells.insert(cell, products);
+                }
+            }
+        }
+    }
+}
+
+/// floor(log2 |dq|), from the bits of the number.
+fn octave(dq: f64) -> i32 {
+    let exponent = ((dq.to_bits() >> 52) & 0x7ff) as i32 - 1023;
+    exponent.clamp(SLOWEST_OCTAVE, FASTEST_OCTAVE)
+}
+
+fn position_cell(states: &States, at: usize, slides: bool) -> i32 {
+    match slides {
+        // A number that is too large for an index becomes the largest one.
+        true => ((states.q[at] / CELL_LENGTH).floor() as i32).clamp(-MOST_SLIDING_CELLS, MOST_SLIDING_CELLS - 1),
+        false => ((states.q[at].rem_euclid(TAU) / TAU * CELLS_PER_TURN) as i32).min(CELLS_PER_TURN as i32 - 1),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::estimators::clusters::Whole;
+    use crate::estimators::replicate_deviation::{by_band, state_bands, white_deviation};
+    use crate::estimators::weighted::{Weights, fit};
+    use crate::rows::observation::{Observation, weighted};
+    use crate::rows::residual_sums::residual_sums;
+    use crate::test_arm::Pendulum;
+    use random::Random;
+
+    /// However coarse the cells are, those of speed hold each row once, and those of position too: their columns' products
+    /// are W'W, and at the solution W'(tau - W x) is zero.
+    #[test]
+    fn each_row_is_in_one_cell_of_either_kind() {
+        let arm = Pendulum::new();
+        let model = Model::new(&arm, &[], &[]);
+        let (mut states, mut random) = (arm.states(20_000), Random::new(3));
+        states.tau.iter_mut().for_each(|tau| *tau += 0.1 * random.normal());
+        // A row that does not count may hold anything.
+        (states.used[7], states.tau[7], states.ddq[7]) = (false, f64::NAN, f64::NAN);
+        let joints = Observation::of(&model, &states, 1).joints(|_| true);
+        let (solution, _) = fit(&joints, Weights::Joint);
+        let whole = Cluster::of(&joints[0], &solution.x);
+        let mut cells = StateCells::new(&model);
+        cells.add(&model, &states);
+        let mut counts = Vec::new();
+        for grain in Grain::ALL {
+            cells.fold_to(grain);
+            let clusters = cells.clusters(&solution.x, &[1.0]);
+            counts.push(clusters.each_ref().map(Vec::len));
+            for of_kind in clusters.iter().filter(|of_kind| !of_kind.is_empty()) {
+                let sum = Cluster::sum(3, of_kind);
+                let (sum, score) = sum.parts();
+                let (expected, none) = whole.parts();
+                let scale = expected.norm();
+                // Twenty thousand rows, each a rounding of a part in 1e16 of the norm.
+                assert!((sum - expected).norm() < 1e-11 * scale, "{grain:?}");
+                assert!((score - none).norm() < 1e-11 * scale, "{grain:?}");
+            }
+        }
+        assert!(counts[0] == [5, 8] && counts[1][1] < 8 && counts[2][1] == 0, "{counts:?}");
+    }
+
+    /// Under friction of another law the deviations are those that the bands of the rows give, but for where bands end.
+    #[test]
+    fn what_the_model_lacks_is_in_the_deviation() {
+        let arm = Pendulum::new();
+        let model = Model::new(&arm, &[], &[]);
+        let mut states = arm.states(700);
+        for (tau, dq) in states.tau.iter_mut().zip(&states.dq) {
+            *tau += 0.5 * dq.signum() * (-(dq / 0.5).abs()).exp();
+        }
+        let observation = Observation::of(&model, &states, 20);
+        let joints = observation.joints(|_| true);
+        let (solution, weights) = fit(&joints, Weights::Joint);
+        let mut cells = StateCells::new(&model);
+        cells.add(&model, &states);
+        let whole = Whole::of(&weighted(&joints, &weights));
+        let found = cells.clusters(&solution.x, &weights).map(|bands| by_band(&whole, &bands, 1.0));
+        let records = [states];
+        let bands = state_bands(&model, &observation, &weights, None);
+        let bands = residual_sums(&model, &records[..], &solution.x, bands).unwrap();
+        let expected = bands.clusters(&model).map(|bands| by_band(&whole, &bands, 1.0));
+        for (found, expected) in found.iter().zip(&expected) {
+            // Five draws of a deviation leave it uncertain by a third, and bands that end elsewhere are other draws.
+            assert!(found.iter().zip(expected).all(|(a, b)| (0.4..2.5).contains(&(a / b))), "{found:?} {expected:?}");
+        }
+        assert!(found[0].iter().zip(white_deviation(&solution)).any(|(speed, white)| *speed > 2.0 * white));
+    }
+
+    /// Cells do not depend on how often a joint has turned, and large numbers have a cell.
+    #[test]
+    fn every_state_has_a_cell() {
+        let of = |q: f64| position_cell(&States { q: vec![q], ..States::default() }, 0, false);
+        assert_eq!((of(0.1), of(0.1 + 100.0 * TAU), of(-0.01)), (0, 0, 31));
+        for q in [0.0, -0.0, 1e300, -1e300, f64::MIN_POSITIVE, -1e-300] {
+            let states = States { q: vec![q], ..States::default() };
+            assert!(
+                [true, false].iter().all(|slides| StateCells::INDICES.contains(&position_cell(&states, 0, *slides)))
+            );
+        }
+        assert_eq!([0.0, 1e-300, 0.26, -0.5, 0.999, 1e300].map(octave), [-8, -8, -2, -1, -1, 10]);
+    }
+}

@@ -1,0 +1,94 @@
+//! Deviations that allow for faults which are told and explain too little to be named.
+//!
+//! With x the fit and u one unknown more (`hypotheses`), of those beyond `FOUND_FAULT_SIGMAS` of their deviations,
+//!
+//! ```text
+//! sigma_i^2 + max_u (x_i with u - x_i without)^2
+//! ```
+//! The largest counts and not the sum: faults of one log explain each other.
+
+use crate::estimate::artefact::Estimate;
+use crate::estimate::identified::Identified;
+use crate::estimate::ledger::claims_of_faults::statement;
+use crate::estimate::ledger::hypotheses::Tested;
+
+/// Widens deviations and covariance so, and says it of the fault that changes most. An estimate of other parameters than
+/// the faults were tested with stays as it is.
+pub fn widen_by_faults(estimate: &mut Estimate, faults: &[Tested]) {
+    let told: Vec<&Tested> = faults.iter().filter(|f| f.is_told()).collect();
+    if told.is_empty() || told.iter().any(|f| f.effect.len() != estimate.parameters.len()) {
+        return;
+    }
+    let strength = |f: &Tested| {
+        let ratio = |(effect, p): (&f64, &Identified)| effect.abs() / p.sigma_or_infinity();
+        f.effect.iter().zip(&estimate.parameters).map(ratio).fold(0.0, f64::max)
+    };
+    let unnamed = told.iter().filter(|f| !f.is_found());
+    let most = unnamed.max_by(|a, b| strength(a).total_cmp(&strength(b)));
+    let remark = most.map(|f| {
+        let fault = statement(f, &estimate.joints);
+        format!("{fault}; that explains too little of the torque to be sure, and the deviations allow for it")
+    });
+    let mut ratios = Vec::new();
+    for (c, parameter) in estimate.parameters.iter_mut().enumerate() {
+        let shift = told.iter().map(|f| f.effect[c].abs()).fold(0.0, f64::max);
+        let sigma = parameter.sigma.unwrap_or(0.0);
+        *parameter = parameter.clone().widened(sigma.hypot(shift));
+        ratios.push(if sigma > 0.0 { sigma.hypot(shift) / sigma } else { 1.0 });
+    }
+    for (i, row) in estimate.covariance.iter_mut().enumerate() {
+        row.iter_mut().zip(&ratios).for_each(|(entry, ratio)| *entry *= ratio * ratios[i]);
+    }
+    estimate.remarks.extend(remark);
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::estimate::identified::Deviations;
+    use crate::estimate::ledger::hypotheses::Hypothesis;
+    use crate::estimate::residuals::{Residuals, Squares};
+    use crate::test_arm::Pendulum;
+    use linear_model::unit::Unit;
+
+    fn estimate() -> Estimate {
+        let one = |id: &str, sigma: f64| {
+            let deviations = Deviations { sigma, white: Some(sigma), weak: false };
+            Identified::new(id.parse().unwrap(), Unit::VISCOUS, 1.0, deviations)
+        };
+        Estimate {
+            parameters: vec![one("FV1", 0.03), one("FV2", 0.01)],
+            joints: Residuals::new(&Pendulum::new(), vec![Squares::default()]).joints,
+            covariance: vec![vec![9e-4, 1.5e-4], vec![1.5e-4, 1e-4]],
+            ..Estimate::default()
+        }
+    }
+
+    fn scale(value: f64, effect: f64) -> Tested {
+        let of = Hypothesis::Scale(0);
+        Tested { of, value, deviation: 0.001, power: 0.1, held_out: Some((0.1, 0.099)), effect: vec![effect, 0.0] }
+    }
+
+    /// A fault of twenty deviations widens what it moves, and its row and column of the covariance; the correlation stays.
+    #[test]
+    fn what_a_fault_would_change_is_part_of_the_deviation() {
+        let mut wide = estimate();
+        widen_by_faults(&mut wide, &[scale(0.02, 0.04), scale(-0.02, -0.03)]);
+        assert!((wide.parameters[0].sigma.unwrap() - 0.05).abs() < 1e-15, "{:?}", wide.parameters[0]);
+        assert_eq!(wide.parameters[1].sigma, Some(0.01));
+        let rho = |c: &[Vec<f64>]| c[0][1] / (c[0][0] * c[1][1]).sqrt();
+        assert!((wide.covariance[0][0] - 25e-4).abs() < 1e-15 && wide.covariance[0][1] == wide.covariance[1][0]);
+        assert!((rho(&wide.covariance) - rho(&estimate().covariance)).abs() < 1e-12);
+        assert!(wide.remarks.len() == 1 && wide.remarks[0].contains("q1") && wide.remarks[0].contains("allow for it"));
+    }
+
+    /// A fault that is not told widens nothing and says nothing, and neither does one of another fit.
+    #[test]
+    fn what_is_not_told_widens_nothing() {
+        for faults in [vec![], vec![scale(0.005, 0.04)], vec![Tested { effect: vec![0.1], ..scale(0.02, 0.0) }]] {
+            let mut same = estimate();
+            widen_by_faults(&mut same, &faults);
+            assert_eq!(same, estimate());
+        }
+    }
+}

@@ -1,0 +1,159 @@
+//! The friction of an identification: terms of all joints, and of single ones.
+//!
+//! | the user says | the terms are |
+//! |---|---|
+//! | terms | these |
+//! | `auto` | the set for all joints that predicts parts left out best, and terms of single joints beside it |
+//! | nothing | viscous and Coulomb friction and an offset, and terms of single joints beside them where those predict parts left out better by far |
+
+use identification::estimate::consistent::identify_consistent;
+use identification::estimate::identify::Fit;
+use identification::estimate::joint_terms::{JointTerms, choose_joint_terms, joint_candidates};
+use identification::estimate::options::Options;
+use identification::estimate::selection::{FrictionSelection, friction_candidates, preparation, select_friction};
+use identification::rows::observation::Observation;
+use identification::signals::records::SourceRecords;
+use linear_model::friction::terms::{FrictionTerm, JointTerm, check_terms};
+use linear_model::linear_model::Model as LinearModel;
+use logs::LogSource;
+
+use crate::chosen::{NEGLIGIBLE_ERROR, WORTHWHILE_ERROR_RATIO};
+use crate::error::Error;
+use crate::model::Model;
+use crate::request::SamplesRequest;
+use crate::samples::Kept;
+
+/// What was chosen.
+#[derive(Default)]
+pub(crate) struct ChosenFriction {
+    /// The choice among sets for all joints, where it was asked for.
+    pub selection: Option<FrictionSelection>,
+    /// The choice among terms of single joints, where it was asked for.
+    pub joint_terms: Option<JointTerms>,
+    /// A sentence, where something was chosen that nobody asked for.
+    pub sentence: Option<String>,
+}
+
+/// Puts the friction into the options.
+///
+/// Fails where a term cannot be, or a log cannot be read.
+pub(crate) fn choose_friction(
+    model: &Model,
+    logs: &[LogSource],
+    kept: Kept,
+    request: &SamplesRequest,
+    options: &mut Options,
+) -> Result<ChosenFriction, Error> {
+    let mut chosen = ChosenFriction::default();
+    if request.finds_friction() {
+        chosen.selection = Some(found_friction(model, logs, options)?);
+    }
+    check_terms(&options.friction, model.regressor().coordinates().len()).map_err(Error::new)?;
+    if request.finds_friction() {
+        chosen.joint_terms = Some(found_joint_terms(model, logs, kept, options)?);
+    } else if request.leaves_friction_open() {
+        chosen.sentence = worthwhile_joint_terms(model, logs, options)?;
+    } else if options.friction_load.is_empty() && grows_with_load(options) {
+        options.friction_load = predicted_load(model, logs, kept, options)?.0;
+    }
+    Ok(chosen)
+}
+
+/// Terms of single joints where they predict parts left out better by far. A log that is not held in memory would have to
+/// be read twice more, and gets none.
+fn worthwhile_joint_terms(model: &Model, logs: &[LogSource], options: &mut Options) -> Result<Option<String>, Error> {
+    if logs.iter().any(|log| matches!(log, LogSource::Streamed(_))) {
+        return Ok(None);
+    }
+    let mut tried = options.clone();
+    let found = found_joint_terms(model, logs, Kept::All, &mut tried)?;
+    let ratio = found.taken.last().map_or(1.0, |taken| taken.ratio);
+    if ratio > WORTHWHILE_ERROR_RATIO || found.error < NEGLIGIBLE_ERROR {
+        return Ok(None);
+    }
+    *options = tried;
+    let coordinates = model.regressor().coordinates();
+    let terms: Vec<String> = found.taken.iter().map(|taken| in_words(&taken.term, coordinates)).collect();
+    Ok(Some(format!(
+        "{}: parts left out are predicted with an error of {:.4} instead of {:.4} ([friction=viscous,coulomb,offset] leaves \
+         them out)",
+        terms.join(", "),
+        ratio * found.error,
+        found.error
+    )))
+}
+
+/// A term of a single joint, for a sentence.
+fn in_words(term: &FrictionTerm, coordinates: &[String]) -> String {
+    let FrictionTerm::At(number, term) = term else { return format!("friction {term}") };
+    let joint = &coordinates[number - 1];
+    match term {
+        JointTerm::Load => format!("friction of {joint} grows with its load"),
+        JointTerm::Stribeck(_) => format!("friction of {joint} is larger at low speed"),
+        JointTerm::ViscousAsymmetry => format!("viscous friction of {joint} differs by direction"),
+        JointTerm::Root => format!("friction of {joint} grows with the root of its speed"),
+    }
+}
+
+/// The terms of all joints that predict parts left out best, put into the options.
+///
+/// Fails where a log cannot be read.
+fn found_friction(model: &Model, logs: &[LogSource], options: &mut Options) -> Result<FrictionSelection, Error> {
+    let couplings = options.transmission.coupled();
+    let records = SourceRecords::new(model.regressor(), logs, &options.preparation())?;
+    let seen = Observation::of_records(&LinearModel::new(model.regressor(), &[], &couplings), &records, None)?;
+    let candidates = friction_candidates(seen.speed.iter().copied().fold(0.0, f64::max));
+    let records = SourceRecords::new(model.regressor(), logs, &preparation(options, &candidates))?;
+    let selection = select_friction(model.regressor(), &records, options, &candidates)?;
+    options.friction = selection.candidates[selection.chosen].terms.clone();
+    Ok(selection)
+}
+
+/// Whether friction of a single joint grows with its load.
+fn grows_with_load(options: &Options) -> bool {
+    options.friction.iter().any(|term| matches!(term, FrictionTerm::At(_, JointTerm::Load)))
+}
+
+/// The base parameters that predict the load, from a fit without friction that grows with it, and the largest speed of
+/// each joint.
+fn predicted_load(
+    model: &Model,
+    logs: &[LogSource],
+    kept: Kept,
+    options: &Options,
+) -> Result<(Vec<f64>, Vec<f64>), Error> {
+    let mut options = options.clone();
+    options.friction.retain(|term| !matches!(term, FrictionTerm::At(_, JointTerm::Load)));
+    let records = SourceRecords::new(model.regressor(), logs, &options.preparation())?;
+    let names = logs.iter().map(LogSource::name).collect();
+    let fit = Fit::of_records(model.regressor(), &records, names, &options)?;
+    let speed = fit.observation.speed.clone();
+    let x = match kept {
+        Kept::All | Kept::Essential => fit.solution.x,
+        Kept::Consistent => {
+            let (map, known) = (model.standard_map(), model.reference_bodies());
+            identify_consistent(model.regressor(), &map, &known, fit, &options, &Default::default())?.consistent.x
+        }
+    };
+    Ok((x[..model.regressor().parameters().len()].to_vec(), speed))
+}
+
+/// Terms of single joints beside those of all joints, put into the options.
+fn found_joint_terms(
+    model: &Model,
+    logs: &[LogSource],
+    kept: Kept,
+    options: &mut Options,
+) -> Result<JointTerms, Error> {
+    let (load, speed) = predicted_load(model, logs, kept, options)?;
+    let with_load = Options { friction_load: load, ..options.clone() };
+    let records = SourceRecords::new(model.regressor(), logs, &with_load.preparation())?;
+    let is_new = |term: &FrictionTerm| !options.friction.iter().any(|own| own.parameters() == term.parameters());
+    let candidates: Vec<FrictionTerm> = joint_candidates(&speed).into_iter().filter(is_new).collect();
+    let found = choose_joint_terms(model.regressor(), &records, options, &candidates)?;
+    options.friction.extend(found.taken.iter().map(|taken| taken.term));
+    if found.has_load() {
+        options.friction_load = with_load.friction_load;
+    }
+    Ok(found)
+}
