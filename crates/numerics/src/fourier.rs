@@ -114,6 +114,30 @@ pub fn scatter(x: &[f64], period: usize) -> f64 {
     (rest / ((periods as f64 - 1.0) * period as f64)).sqrt()
 }
 
+/// The same by the harmonics 1 to `highest` of the period alone: white noise gives both alike, and what scatters at higher
+/// frequencies counts here no more. NaN for less than two periods, and without a harmonic.
+///
+/// ```text
+/// sigma^2 = T / (H (R - 1)) sum_h sum_r |c_rh - mean_r c_rh|^2       T samples a period, R periods, H harmonics
+/// ```
+pub fn scatter_of_harmonics(x: &[f64], period: usize, highest: usize) -> f64 {
+    let mean = fold(x, period);
+    let periods = x.len().checked_div(period).unwrap_or(0);
+    let highest = highest.min(period.saturating_sub(1) / 2);
+    let transform = crate::fft::forward(period.max(1));
+    let (mut rest, mut spectrum) = (transform.make_input_vec(), transform.make_output_vec());
+    let mut squares = 0.0;
+    for one in x.chunks_exact(period.max(1)).take(periods) {
+        rest.iter_mut().zip(one.iter().zip(&mean)).for_each(|(rest, (x, mean))| *rest = x - mean);
+        if transform.process(&mut rest, &mut spectrum).is_err() {
+            // Both buffers come from the transform.
+            return f64::NAN;
+        }
+        squares += spectrum.iter().skip(1).take(highest).map(Complex::norm_sqr).sum::<f64>();
+    }
+    (squares / (period as f64 * highest as f64 * (periods as f64 - 1.0))).sqrt()
+}
+
 /// Central differences of a periodic signal, wrapped around: (dx, ddx).
 ///
 /// Differences that stopped at the edges of the window would put an error of order noise/h^2 into every bin.
@@ -265,5 +289,13 @@ mod tests {
         }
         // 3500 degrees of freedom: five standard errors are 6 %.
         assert!((scatter(&x, 500) / 0.1 - 1.0).abs() < 0.06);
+        // 49 harmonics of eight periods are 686: five standard errors are 13 %. A wave between the harmonics far above them,
+        // five times as large as the noise, counts in the one and hardly in the other.
+        assert!((scatter_of_harmonics(&x, 500, 49) / 0.1 - 1.0).abs() < 0.13);
+        let chatter = |(i, x): (usize, &f64)| x + (i as f64 * std::f64::consts::TAU / 500.0 * 120.37).cos();
+        let chattering: Vec<f64> = x.iter().enumerate().map(chatter).collect();
+        assert!(scatter(&chattering, 500) > 0.5);
+        assert!((scatter_of_harmonics(&chattering, 500, 49) / 0.1 - 1.0).abs() < 0.2);
+        assert!(scatter_of_harmonics(&x[..500], 500, 49).is_nan() && scatter_of_harmonics(&x, 500, 0).is_nan());
     }
 }

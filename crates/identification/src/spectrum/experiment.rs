@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use experiments::motion::record::Record;
 use experiments::plan::exciting_trajectory::{ExcitingTrajectory, Motion};
-use numerics::fourier::{fold, scatter};
+use numerics::fourier::{fold, scatter, scatter_of_harmonics};
 
 /// A motion and its record inside the windows: whole periods, or forth and back.
 #[derive(Clone, Debug)]
@@ -95,14 +95,31 @@ impl NoiseLevels {
     /// The scatter of the samples about their mean period, pooled over the periodic experiments;
     /// `None` when there are none with two periods.
     pub fn measured(experiments: &[SpectralExperiment]) -> Option<NoiseLevels> {
+        NoiseLevels::pooled(experiments, |x, _, period| (scatter(x, period), (x.len() - period) as f64))
+    }
+
+    /// The same by the harmonics up to `highest`, Hz, alone: chatter of a controller above them is no noise of theirs.
+    pub fn of_band(experiments: &[SpectralExperiment], highest: f64) -> Option<NoiseLevels> {
+        NoiseLevels::pooled(experiments, |x, experiment, period| {
+            let harmonics = harmonics(highest, period, experiment.trajectory.sample_time);
+            let periods = x.len() / period;
+            (scatter_of_harmonics(x, period, harmonics), (periods.saturating_sub(1) * harmonics) as f64)
+        })
+    }
+
+    /// The root of the mean square over the experiments of what `level` gives of a series and its period, with its
+    /// degrees of freedom.
+    fn pooled(
+        experiments: &[SpectralExperiment],
+        level: impl Fn(&[f64], &SpectralExperiment, usize) -> (f64, f64),
+    ) -> Option<NoiseLevels> {
         let n = experiments.first()?.q.len();
         let pooled = |series: &dyn Fn(&SpectralExperiment) -> &Vec<Vec<f64>>, k: usize| {
             let (mut sum, mut count) = (0.0, 0.0);
             for e in experiments {
                 let Some(period) = e.period() else { continue };
-                let s = scatter(&series(e)[k], period);
+                let (s, freedom) = level(&series(e)[k], e, period);
                 if s.is_finite() {
-                    let freedom = (e.len() - period) as f64;
                     sum += freedom * s * s;
                     count += freedom;
                 }
@@ -119,6 +136,12 @@ impl NoiseLevels {
     pub fn torque(&self, gain: &[f64]) -> Vec<f64> {
         self.current.iter().zip(gain).map(|(c, g)| c * g).collect()
     }
+}
+
+/// Number of whole harmonics up to the frequency `f` that the samples resolve.
+pub(crate) fn harmonics(f: f64, period: usize, h: f64) -> usize {
+    // 1e-9 forgives a product that is an integer but for rounding.
+    ((f * (period as f64 * h) + 1e-9) as usize).min(period.saturating_sub(1) / 2)
 }
 
 /// The mean period of each series.

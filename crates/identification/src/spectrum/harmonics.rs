@@ -18,7 +18,7 @@ use linear_model::friction::periodic::FrictionShape;
 use linear_model::regressor::Regressor;
 use numerics::fourier::{Bins, Complex, harmonic_derivatives};
 
-use crate::spectrum::experiment::{NoiseLevels, SpectralExperiment, folded};
+use crate::spectrum::experiment::{NoiseLevels, SpectralExperiment, folded, harmonics};
 
 /// The rows of one joint in one experiment, friction apart.
 #[derive(Clone, Debug)]
@@ -76,12 +76,6 @@ pub(crate) fn mean_period(experiment: &SpectralExperiment, band: &Band) -> Optio
     let h = experiment.trajectory.sample_time;
     let highest = harmonics(band.motion.max(band.equations), period, h);
     Some(MeasuredMotion::by_harmonics(&folded(&experiment.q, period), h, highest))
-}
-
-/// Number of whole harmonics up to the frequency `f` that the samples resolve.
-fn harmonics(f: f64, period: usize, h: f64) -> usize {
-    // 1e-9 forgives a product that is an integer but for rounding.
-    ((f * (period as f64 * h) + 1e-9) as usize).min(period.saturating_sub(1) / 2)
 }
 
 /// The spectra of the moving joints of a periodic experiment; none for a sweep. `motion`: its [`mean_period`].

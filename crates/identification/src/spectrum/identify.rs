@@ -12,7 +12,7 @@ use logs::Error;
 
 use crate::estimate::artefact::Estimate;
 use crate::estimate::identified::{Deviations, Identified};
-use crate::estimate::ledger::LACKING_MODEL_CHI_SQUARE;
+use crate::estimate::ledger::{LACKING_MODEL_CHI_SQUARE, NOISE_CHI_SQUARE};
 use crate::estimate::residuals::{Residuals, Squares};
 use crate::estimators::drive_gains::equations::JointEquations;
 use crate::estimators::drive_gains::likelihood::{DriveGains, Gain, drive_gains};
@@ -229,8 +229,8 @@ fn judge(estimate: &mut Estimate, regressor: &dyn Regressor, found: &HarmonicEst
     let named = |(name, x): (&String, &f64)| (*x > LACKING_MODEL_CHI_SQUARE).then(|| format!("{name} {x:.1}"));
     let joints: Vec<String> = regressor.coordinates().iter().zip(&misfit.joints).filter_map(named).collect();
     estimate.remarks.push(format!(
-        "the model lacks something that these experiments show: chi^2 per freedom is {:.1} where noise alone gives less than 1 \
-         ({}); the deviations allow for it",
+        "the model lacks something that these experiments show: chi^2 per freedom is {:.1} where noise alone gives up to \
+         {NOISE_CHI_SQUARE} ({}); the deviations allow for it",
         misfit.total,
         joints.join(", ")
     ));

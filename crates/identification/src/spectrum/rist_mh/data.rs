@@ -87,6 +87,8 @@ pub struct HarmonicData<'a> {
     /// The gravity rows of each sweep, in the unit of the currents.
     pub(crate) sweeps: Vec<EquationBlock>,
     pub(crate) noise: NoiseLevels,
+    /// The noise of the harmonics that give equations.
+    pub(crate) noise_of_band: NoiseLevels,
     pub(crate) gain: Vec<f64>,
     /// The effects that are in the fit, and their columns: `[spectrum][row][column]`, N m per unit.
     pub(crate) effects: Vec<Effect>,

@@ -1,8 +1,9 @@
 //! Whether the model explains the experiments, and standard deviations to believe where it does not.
 //!
-//! The noise of torque and position is measured from the scatter between periods, before anything is fitted. With it
+//! The noise of torque and position is measured from the scatter between periods, before anything is fitted, at the
+//! harmonics that give equations: a controller that chatters above them would hide what the model lacks. With it
 //!   chi^2 / freedom = sum (rho / sigma)^2 / (rows - unknowns)
-//! is at most near 1 where the model has every effect that is in the torques. Flexible joints, play, ripple, late
+//! is at most near 2 where the model has every effect that is in the torques. Flexible joints, play, ripple, late
 //! torques and another law of friction repeat from period to period. So they are in no scatter between periods, and
 //! chi^2 has all of them.
 //!
@@ -12,13 +13,13 @@
 //! projected out of its rows first. k is 19/20, as for the parts of a log (`estimators::replicate_deviation`), so that
 //! a direction that one experiment alone shows keeps a value.
 //!
-//! a grows with chi^2 / freedom of the joint that lacks most. It is 0 at 1, where noise explains all, and 1 at
-//! `LACKING_MODEL_CHI_SQUARE`, so that an interval does not jump where the model is said to lack something. Each
+//! a grows with chi^2 / freedom of the joint that lacks most. It is 0 up to
+//! `NOISE_CHI_SQUARE` and 1 from `LACKING_MODEL_CHI_SQUARE` on, so that an interval does not jump where the model is said to lack something. Each
 //! joint is looked at alone, because the chatter of the others makes their part of the total small.
 
 use numerics::triangle::{Triangle, TriangleBuilder};
 
-use crate::estimate::ledger::LACKING_MODEL_CHI_SQUARE;
+use crate::estimate::ledger::{LACKING_MODEL_CHI_SQUARE, NOISE_CHI_SQUARE};
 use crate::estimators::clusters::{Cluster, REMAINDER_ROUNDING_SHARE, Whole};
 use crate::estimators::drive_gains::likelihood::Gain;
 use crate::spectrum::rist_mh::data::{HarmonicData, HarmonicOptions};
@@ -54,7 +55,8 @@ impl Misfit {
     /// a: 0 where noise explains all, 1 where the model lacks something.
     fn beyond_noise(&self) -> f64 {
         let most = self.joints.iter().copied().fold(self.total, f64::max);
-        if most.is_finite() { ((most - 1.0) / (LACKING_MODEL_CHI_SQUARE - 1.0)).clamp(0.0, 1.0) } else { 0.0 }
+        let share = (most - NOISE_CHI_SQUARE) / (LACKING_MODEL_CHI_SQUARE - NOISE_CHI_SQUARE);
+        if most.is_finite() { share.clamp(0.0, 1.0) } else { 0.0 }
     }
 }
 
@@ -80,7 +82,7 @@ impl HarmonicData<'_> {
 
     /// chi^2 alone, without deviations.
     pub(crate) fn squares_left(&self, fit: &Fit, options: &HarmonicOptions) -> Misfit {
-        let noise = self.deviations(Some(&fit.x[..self.p]));
+        let noise = self.deviations_by(&self.noise_of_band, Some(&fit.x[..self.p]));
         let squares = fit.squares_by(self, options, &noise);
         let share = fit.free_share();
         let rows = |is_of: &dyn Fn(usize) -> bool| {
@@ -171,8 +173,8 @@ mod tests {
     /// something.
     #[test]
     fn the_allowance_grows_and_does_not_jump() {
-        assert_eq!(misfit(&[0.3, 1.0], 0.6).beyond_noise(), 0.0);
-        assert_eq!(misfit(&[0.1, 1.5], 0.6).beyond_noise(), 0.5 / (LACKING_MODEL_CHI_SQUARE - 1.0));
+        assert_eq!(misfit(&[0.3, NOISE_CHI_SQUARE], 0.6).beyond_noise(), 0.0);
+        assert_eq!(misfit(&[0.1, 2.5], 0.6).beyond_noise(), 0.5 / (LACKING_MODEL_CHI_SQUARE - NOISE_CHI_SQUARE));
         let said = misfit(&[0.1, 5.0], LACKING_MODEL_CHI_SQUARE * (1.0 + f64::EPSILON));
         assert!(said.is_lacking() && said.beyond_noise() == 1.0);
         // Where no noise was measured, nothing is known.

@@ -125,6 +125,7 @@ impl<'a> HarmonicData<'a> {
             spectra,
             sweeps: sweeps.map(|e| paper_rows(e, regressor, &one, &noise.current)).collect(),
             noise: noise.clone(),
+            noise_of_band: NoiseLevels::of_band(experiments, band.equations).unwrap_or_else(|| noise.clone()),
             gain: gain.to_vec(),
         }
     }
@@ -282,6 +283,10 @@ impl<'a> HarmonicData<'a> {
     }
 
     pub(crate) fn deviations(&self, parameters: Option<&[f64]>) -> Vec<Vec<f64>> {
-        self.spectra.iter().map(|s| s.deviation(&self.noise, self.gain[s.joint], parameters)).collect()
+        self.deviations_by(&self.noise, parameters)
+    }
+
+    pub(crate) fn deviations_by(&self, noise: &NoiseLevels, parameters: Option<&[f64]>) -> Vec<Vec<f64>> {
+        self.spectra.iter().map(|s| s.deviation(noise, self.gain[s.joint], parameters)).collect()
     }
 }
