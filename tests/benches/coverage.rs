@@ -11,9 +11,24 @@
 //! | worst | that of the parameter held least often |
 //! | width | root mean square sigma over root mean square error, median over the parameters |
 //! | FS | root mean square error of FS, relative, all joints |
+//! | sums | share of the intervals that `solve` makes of the sums of the same log |
+//! | yes | draws of which the program says yes by its own choices, with a second log of another motion |
 
+use std::path::Path;
+
+use identification::estimate::artefact::Estimate;
+use identification::estimate::fleet::accumulator::Accumulator;
+use identification::estimate::fleet::replicate::Replicate;
+use identification::estimate::fleet::settings::Settings;
+use identification::estimate::identified::Identified;
 use identification::estimate::identify::identify;
 use identification::estimate::options::Options;
+use identification::signals::records::SourceRecords;
+use linear_model::reference::ModelReference;
+use logs::Log;
+use rist::request::IdentifyRequest;
+use rist::verdict::Trust;
+use rist::{LogSource, Model};
 use tests::benchmark::lack_of_fit::{LackOfFit, Truth};
 use tests::benchmark::monte_carlo::each_draw;
 
@@ -23,6 +38,8 @@ struct Found {
     error: Vec<f64>,
     white: Vec<f64>,
     sigma: Vec<f64>,
+    sums: Vec<f64>,
+    is_yes: bool,
 }
 
 fn main() {
@@ -32,13 +49,14 @@ fn main() {
     let base = robot.robot.truth.len();
     let threads = std::thread::available_parallelism().map_or(1, usize::from);
     println!("UR5, {} parameters, {draws} draws", truth.len());
-    println!("| truth | residual | white holds | held | base | friction | worst | width | FS |");
-    println!("|---|---|---|---|---|---|---|---|---|");
+    println!("| truth | residual | white holds | held | base | friction | worst | width | FS | sums | yes |");
+    println!("|---|---|---|---|---|---|---|---|---|---|---|");
+    let model = Model::of(robot.robot.robot.clone(), Path::new("ur5.yaml"), false).unwrap_or_else(|e| panic!("{e}"));
     for what in Truth::ALL {
         let start = std::time::Instant::now();
-        let found = each_draw(draws, threads, |draw| one(&robot, &truth, what, draw));
-        let held = |range: std::ops::Range<usize>, white: bool| {
-            let of = |f: &Found, c: usize| f.error[c].abs() <= 1.96 * if white { f.white[c] } else { f.sigma[c] };
+        let found = each_draw(draws, threads, |draw| one(&model, &robot, &truth, what, draw));
+        let held = |range: std::ops::Range<usize>, by: fn(&Found) -> &Vec<f64>| {
+            let of = |f: &Found, c: usize| f.error[c].abs() <= 1.96 * by(f)[c];
             let count: usize = found.iter().map(|f| range.clone().filter(|&c| of(f, c)).count()).sum();
             100.0 * count as f64 / (range.len() * draws) as f64
         };
@@ -49,30 +67,52 @@ fn main() {
         let dry: Vec<usize> = (0..6).map(|k| base + 3 * k + 1).collect();
         let dry = (dry.iter().map(|&c| (root(&|f| f.error[c]) / truth[c]).powi(2)).sum::<f64>() / 6.0).sqrt();
         println!(
-            "| {what:?} | {:.4} | {:.1} % | {:.1} % | {:.1} % | {:.1} % | {:.0} % | {:.2} | {:.2} % |",
+            "| {what:?} | {:.4} | {:.1} % | {:.1} % | {:.1} % | {:.1} % | {:.0} % | {:.2} | {:.2} % | {:.1} % | {} |",
             found.iter().map(|f| f.residual).sum::<f64>() / draws as f64,
-            held(0..p, true),
-            held(0..p, false),
-            held(0..base, false),
-            held(base..p, false),
-            (0..p).map(|c| held(c..c + 1, false)).fold(100.0, f64::min),
+            held(0..p, |f| &f.white),
+            held(0..p, |f| &f.sigma),
+            held(0..base, |f| &f.sigma),
+            held(base..p, |f| &f.sigma),
+            (0..p).map(|c| held(c..c + 1, |f| &f.sigma)).fold(100.0, f64::min),
             width[p / 2],
             100.0 * dry,
+            held(0..p, |f| &f.sums),
+            found.iter().filter(|f| f.is_yes).count(),
         );
         eprintln!("{:.2} s a draw", start.elapsed().as_secs_f64() / draws as f64);
     }
 }
 
-fn one(robot: &LackOfFit, truth: &[f64], what: Truth, draw: u64) -> Found {
+fn one(model: &Model, robot: &LackOfFit, truth: &[f64], what: Truth, draw: u64) -> Found {
     let log = robot.log(what, draw);
     let estimate = identify(&robot.robot, &log, &Options::default()).unwrap_or_else(|e| panic!("{e}"));
-    let of = |f: &dyn Fn(&identification::estimate::identified::Identified) -> f64| {
-        estimate.parameters.iter().map(f).collect::<Vec<f64>>()
-    };
+    let of = |f: &dyn Fn(&Identified) -> f64| estimate.parameters.iter().map(f).collect::<Vec<f64>>();
+    let sums = solved(robot, &log);
+    let [log, other] = [log, robot.log(what, 1000 + draw)].map(LogSource::Held);
+    let mut chosen = rist::identify(model, &[log], &IdentifyRequest::default()).unwrap_or_else(|e| panic!("{e}"));
+    let judged = chosen.judged(model, &[other], false).unwrap_or_else(|e| panic!("{e}"));
     Found {
+        sums: sums.parameters.iter().map(Identified::sigma_or_infinity).collect(),
+        is_yes: judged.verdict.trust == Trust::Yes,
         residual: estimate.total.unwrap_or(f64::NAN),
         error: of(&|p| p.value.unwrap_or(f64::NAN)).iter().zip(truth).map(|(x, t)| x - t).collect(),
         white: of(&|p| p.white_sigma.unwrap_or(f64::NAN)),
         sigma: of(&|p| p.sigma_or_infinity()),
     }
+}
+
+/// The estimate by the sums of a log.
+fn solved(robot: &LackOfFit, log: &Log) -> Estimate {
+    let options = Options::default();
+    let source = LogSource::Held(log.clone());
+    let records = SourceRecords::new(&robot.robot, std::slice::from_ref(&source), &options.preparation());
+    let linear = options.linear_model(&robot.robot);
+    let replicate = records.and_then(|records| Replicate::of(&linear, &source, &records));
+    let reference = ModelReference { name: "ur5".into(), fingerprint: "1".into() };
+    let sums = Settings::new(&robot.robot, reference, None, &options).map(Accumulator::new);
+    let solved = sums.and_then(|mut sums| {
+        sums.add(replicate?)?;
+        sums.solve()
+    });
+    solved.unwrap_or_else(|e| panic!("{e}"))
 }

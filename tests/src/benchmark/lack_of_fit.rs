@@ -41,11 +41,31 @@ pub enum Truth {
     Ripple,
     /// Play of 1 mrad between the motor, where the encoder is, and the link.
     Backlash,
+    /// Torques that are logged so many ms late.
+    Late(u32),
+    /// A velocity behind a low-pass of the first order, Hz.
+    LaggingVelocity(u32),
+    /// 2 % of the torque's root mean square, so many times a turn.
+    RippleOf(u32),
+    /// Joints that bend behind the encoders, by 10 mrad under the largest torque.
+    Bends,
+    /// Friction that grows with the load by a tenth of it.
+    LoadFriction,
+    /// 3 % of the torque of the next joint in that of each.
+    CrossTalk,
+    /// A base that yields under the arm: 2e4 N m/rad.
+    Yields,
+    /// A spring of 7.5 N m/rad on the second joint.
+    Spring,
+    /// Encoders of twelve bits.
+    TwelveBits,
+    /// Rows that are 0.2 ms off their clock, in the root mean square.
+    Jitter,
 }
 
 impl Truth {
     /// All of them.
-    pub const ALL: [Truth; 8] = [
+    pub const ALL: [Truth; 23] = [
         Truth::WhiteNoise,
         Truth::SlowNoise,
         Truth::Tanh,
@@ -54,6 +74,21 @@ impl Truth {
         Truth::LuGre,
         Truth::Ripple,
         Truth::Backlash,
+        Truth::Late(1),
+        Truth::Late(4),
+        Truth::Late(10),
+        Truth::LaggingVelocity(30),
+        Truth::LaggingVelocity(10),
+        Truth::LaggingVelocity(3),
+        Truth::RippleOf(1),
+        Truth::RippleOf(7),
+        Truth::Bends,
+        Truth::LoadFriction,
+        Truth::CrossTalk,
+        Truth::Yields,
+        Truth::Spring,
+        Truth::TwelveBits,
+        Truth::Jitter,
     ];
 
     /// Whether friction holds a joint where it turns.
@@ -112,18 +147,18 @@ impl LackOfFit {
     pub fn log(&self, truth: Truth, draw: u64) -> Log {
         let random = &mut Random::stream(1414, draw);
         let motion = FourierMotion::random(random);
-        let mut clean = if truth.sticks() { self.closed_loop(&motion, truth) } else { self.prescribed(&motion) };
-        if truth == Truth::Ripple {
-            add_ripple(&mut clean, random);
+        let mut clean = if truth.sticks() { self.closed_loop(&motion, truth) } else { self.prescribed(&motion, truth) };
+        match truth {
+            Truth::Ripple => add_ripple(&mut clean, random, |k| 50.0 + 7.0 * k as f64),
+            Truth::RippleOf(times) => add_ripple(&mut clean, random, |_| f64::from(times)),
+            Truth::Backlash => add_backlash(&mut clean),
+            _ => clean.sense(truth, random),
         }
-        if truth == Truth::Backlash {
-            add_backlash(&mut clean);
-        }
-        measured(&clean, truth == Truth::SlowNoise, self.robot.coordinates(), random)
+        measured(&clean, truth, self.robot.coordinates(), random)
     }
 
     /// The reference itself, under Coulomb friction that jumps.
-    fn prescribed(&self, motion: &FourierMotion) -> Clean {
+    fn prescribed(&self, motion: &FourierMotion, truth: Truth) -> Clean {
         let mut clean = Clean::new();
         let base = self.robot.truth.len();
         let mut y = vec![0.0; 6 * base];
@@ -138,7 +173,9 @@ impl LackOfFit {
             Regressor::fill(&self.robot, &q, &dq, &ddq, &mut y);
             let torque = |k: usize| {
                 let rigid: f64 = y[k * base..][..base].iter().zip(&self.robot.truth).map(|(y, x)| y * x).sum();
-                rigid + VISCOUS[k] * dq[k] + COULOMB[k] * direction[k] + OFFSET[k]
+                let load = if truth == Truth::LoadFriction { 0.1 * rigid.abs() } else { 0.0 };
+                let spring = if truth == Truth::Spring && k == 1 { 7.5 * q[k] } else { 0.0 };
+                rigid + VISCOUS[k] * dq[k] + (COULOMB[k] + load) * direction[k] + OFFSET[k] + spring
             };
             clean.push(&q, &dq, &std::array::from_fn(torque));
         }
@@ -262,16 +299,73 @@ impl Clean {
     }
 }
 
+impl Clean {
+    /// What sensors and what bends make of the signals.
+    fn sense(&mut self, truth: Truth, random: &mut Random) {
+        match truth {
+            Truth::Late(ms) => {
+                // A row is 2 ms; between rows the torque goes straight.
+                let late = f64::from(ms) * 1e-3 / PERIOD;
+                self.tau.iter_mut().for_each(|tau| {
+                    let at = |x: f64| tau[x as usize] + x.fract() * (tau[x as usize + 1] - tau[x as usize]);
+                    *tau = (0..tau.len()).map(|i| at((i as f64 - late).max(0.0).min(tau.len() as f64 - 1.5))).collect();
+                });
+            }
+            Truth::LaggingVelocity(hz) => {
+                let share = 1.0 - (-TAU * f64::from(hz) * PERIOD).exp();
+                for dq in &mut self.dq {
+                    let mut slow = dq[0];
+                    dq.iter_mut().for_each(|v| {
+                        slow += share * (*v - slow);
+                        *v = slow;
+                    });
+                }
+            }
+            Truth::Bends => (0..6).for_each(|k| {
+                let most = self.tau[k].iter().fold(0.0, |most: f64, tau| most.max(tau.abs()));
+                self.bend(k, 0.01 / most);
+            }),
+            // All links but the first turn with the base as they do with the second joint.
+            Truth::Yields => self.bend(1, 1.0 / 2e4),
+            Truth::CrossTalk => {
+                let tau = self.tau.clone();
+                for k in 0..5 {
+                    self.tau[k].iter_mut().zip(&tau[k + 1]).for_each(|(tau, next)| *tau += 0.03 * next);
+                }
+            }
+            Truth::Jitter => {
+                for i in 0..rows() {
+                    let off = 2e-4 * random.normal();
+                    for k in 0..6 {
+                        self.q[k][i] += off * self.dq[k][i];
+                    }
+                }
+            }
+            _ => {}
+        }
+    }
+
+    /// The encoder is before a spring of so many rad/(N m): it is ahead of the link by the torque.
+    fn bend(&mut self, k: usize, yielding: f64) {
+        let ahead: Vec<f64> = self.tau[k].iter().map(|tau| yielding * tau).collect();
+        for i in 0..ahead.len() {
+            let (before, next) = (i.saturating_sub(1), (i + 1).min(ahead.len() - 1));
+            self.q[k][i] += ahead[i];
+            self.dq[k][i] += (ahead[next] - ahead[before]) / (PERIOD * (next - before) as f64);
+        }
+    }
+}
+
 fn root_mean_square(x: &[f64]) -> f64 {
     (x.iter().map(|x| x * x).sum::<f64>() / x.len() as f64).sqrt()
 }
 
 /// Adds a torque that depends on the angle of the rotor.
-fn add_ripple(clean: &mut Clean, random: &mut Random) {
+fn add_ripple(clean: &mut Clean, random: &mut Random, times: impl Fn(usize) -> f64) {
     for k in 0..6 {
         let (size, phase) = (0.02 * 2f64.sqrt() * root_mean_square(&clean.tau[k]), random.between(0.0, TAU));
         let angles = clean.q[k].clone();
-        let times = 50.0 + 7.0 * k as f64;
+        let times = times(k);
         clean.tau[k].iter_mut().zip(angles).for_each(|(tau, q)| *tau += size * (times * q + phase).sin());
     }
 }
@@ -297,7 +391,9 @@ fn add_backlash(clean: &mut Clean) {
 }
 
 /// The signals as the sensors measure them.
-fn measured(clean: &Clean, slow: bool, names: &[String], random: &mut Random) -> Log {
+fn measured(clean: &Clean, truth: Truth, names: &[String], random: &mut Random) -> Log {
+    let slow = truth == Truth::SlowNoise;
+    let step = if truth == Truth::TwelveBits { TAU / 4096.0 } else { 1e-5 };
     let mut of = |x: &Vec<Vec<f64>>, noise: &dyn Fn(&[f64]) -> f64, slow: bool| -> Vec<Vec<f64>> {
         let series = |x: &Vec<f64>| {
             let (size, keep, mut state) = (noise(x), (-PERIOD / 0.3f64).exp(), 0.0);
@@ -310,7 +406,7 @@ fn measured(clean: &Clean, slow: bool, names: &[String], random: &mut Random) ->
         x.iter().map(series).collect()
     };
     let q = of(&clean.q, &|_| 2e-5, false);
-    let q = q.into_iter().map(|q| q.into_iter().map(|q| (q / 1e-5).round() * 1e-5).collect()).collect();
+    let q = q.into_iter().map(|q| q.into_iter().map(|q| (q / step).round() * step).collect()).collect();
     let dq = of(&clean.dq, &|_| 2e-3, false);
     let effort = of(&clean.tau, &|tau| 0.02 + 0.005 * root_mean_square(tau), slow);
     Log {
