@@ -62,10 +62,11 @@ fn friction_of_the_load_is_found_and_carried() {
         let predicted = rist::validation::predictions(&robot, &estimate, std::slice::from_ref(&other)).unwrap();
         (run, estimate, predicted[0].residuals.total)
     };
-    let (_, _, plain) = of("plain.yaml", &[]);
+    let (_, _, plain) = of("plain.yaml", &["--friction", "viscous,coulomb,offset"]);
     let load = FrictionTerm::At(LOADED + 1, JointTerm::Load);
     for (name, more) in [
-        ("auto.yaml", &["--friction", "auto"][..]),
+        ("default.yaml", &[][..]),
+        ("auto.yaml", &["--friction", "auto"]),
         ("bodies.yaml", &["--friction", "auto", "--consistent", "--write-urdf", "out.urdf", "--anyway"]),
     ] {
         let (run, estimate, found) = of(name, more);

@@ -9,6 +9,7 @@
 use identification::estimate::consistent::identify_consistent;
 use identification::estimate::identify::Fit;
 use identification::estimate::joint_terms::{JointTerms, choose_joint_terms, joint_candidates};
+use identification::estimate::ledger::hypotheses::Tested;
 use identification::estimate::options::Options;
 use identification::estimate::selection::{FrictionSelection, friction_candidates, preparation, select_friction};
 use identification::rows::observation::Observation;
@@ -30,8 +31,6 @@ pub(crate) struct ChosenFriction {
     pub selection: Option<FrictionSelection>,
     /// The choice among terms of single joints, where it was asked for.
     pub joint_terms: Option<JointTerms>,
-    /// A sentence, where something was chosen that nobody asked for.
-    pub sentence: Option<String>,
 }
 
 /// Puts the friction into the options.
@@ -50,25 +49,35 @@ pub(crate) fn choose_friction(
     }
     check_terms(&options.friction, model.regressor().coordinates().len()).map_err(Error::new)?;
     if request.finds_friction() {
-        chosen.joint_terms = Some(found_joint_terms(model, logs, kept, options)?);
-    } else if request.leaves_friction_open() {
-        chosen.sentence = worthwhile_joint_terms(model, logs, options)?;
+        let (load, speed) = predicted_load(model, logs, kept, options)?;
+        chosen.joint_terms = Some(found_joint_terms(model, logs, load, &speed, options)?);
     } else if options.friction_load.is_empty() && grows_with_load(options) {
         options.friction_load = predicted_load(model, logs, kept, options)?.0;
     }
     Ok(chosen)
 }
 
-/// Terms of single joints where they predict parts left out better by far. A log that is not held in memory would have to
-/// be read twice more, and gets none.
-fn worthwhile_joint_terms(model: &Model, logs: &[LogSource], options: &mut Options) -> Result<Option<String>, Error> {
+/// Terms of single joints beside those of a fit, put into the options where they predict parts left out better by far, and
+/// better than any fault of the log does; and a sentence on them. A log that is not held in memory would have to be read
+/// once more, and gets none.
+///
+/// Fails where a log cannot be read.
+pub(crate) fn worthwhile_joint_terms(
+    model: &Model,
+    logs: &[LogSource],
+    fit: &Fit,
+    faults: &[Tested],
+    options: &mut Options,
+) -> Result<Option<String>, Error> {
     if logs.iter().any(|log| matches!(log, LogSource::Streamed(_))) {
         return Ok(None);
     }
     let mut tried = options.clone();
-    let found = found_joint_terms(model, logs, Kept::All, &mut tried)?;
+    let load = fit.solution.x[..model.regressor().parameters().len()].to_vec();
+    let found = found_joint_terms(model, logs, load, &fit.observation.speed, &mut tried)?;
     let ratio = found.taken.last().map_or(1.0, |taken| taken.ratio);
-    if ratio > WORTHWHILE_ERROR_RATIO || found.error < NEGLIGIBLE_ERROR {
+    let of_faults = faults.iter().filter_map(Tested::gain).fold(1.0, f64::min);
+    if ratio > WORTHWHILE_ERROR_RATIO.min(of_faults) || found.error < NEGLIGIBLE_ERROR {
         return Ok(None);
     }
     *options = tried;
@@ -138,18 +147,19 @@ fn predicted_load(
     Ok((x[..model.regressor().parameters().len()].to_vec(), speed))
 }
 
-/// Terms of single joints beside those of all joints, put into the options.
+/// Terms of single joints beside those of all joints, put into the options. `load`: the base parameters that predict the
+/// load; `speed`: the largest of each joint.
 fn found_joint_terms(
     model: &Model,
     logs: &[LogSource],
-    kept: Kept,
+    load: Vec<f64>,
+    speed: &[f64],
     options: &mut Options,
 ) -> Result<JointTerms, Error> {
-    let (load, speed) = predicted_load(model, logs, kept, options)?;
     let with_load = Options { friction_load: load, ..options.clone() };
     let records = SourceRecords::new(model.regressor(), logs, &with_load.preparation())?;
     let is_new = |term: &FrictionTerm| !options.friction.iter().any(|own| own.parameters() == term.parameters());
-    let candidates: Vec<FrictionTerm> = joint_candidates(&speed).into_iter().filter(is_new).collect();
+    let candidates: Vec<FrictionTerm> = joint_candidates(speed).into_iter().filter(is_new).collect();
     let found = choose_joint_terms(model.regressor(), &records, options, &candidates)?;
     options.friction.extend(found.taken.iter().map(|taken| taken.term));
     if found.has_load() {

@@ -26,7 +26,7 @@ use crate::Estimate;
 use crate::chosen::{Looked, choose, found_delay};
 use crate::drive_gains::{drive_gains, gain_remark, widen};
 use crate::error::Error;
-use crate::friction::choose_friction;
+use crate::friction::{choose_friction, worthwhile_joint_terms};
 use crate::load::{Load, load};
 use crate::model::Model;
 use crate::motion_range::{allowed, seen};
@@ -174,15 +174,24 @@ fn identify_kept(
 
     // The rows, read once more for each friction model where one is to be chosen.
     let friction = choose_friction(model, logs, kept, request, &mut options)?;
-    let looked = Looked::again(chosen.looked, model, logs, &options)?;
+    let mut looked = Looked::again(chosen.looked, model, logs, &options)?;
     let mut fit = looked.fit(model, logs)?;
-    let Looked { records, passport, .. } = looked;
+    let mut faults = faults(model, &options, &looked.records, &fit)?;
+    let mut sentences = chosen.sentences;
+    if request.leaves_friction_open()
+        && let Some(sentence) = worthwhile_joint_terms(model, logs, &fit, &faults, &mut options)?
+    {
+        looked = Looked::of(model, logs, &options)?;
+        fit = looked.fit(model, logs)?;
+        faults = self::faults(model, &options, &looked.records, &fit)?;
+        sentences.push(sentence);
+    }
+    let Looked { passport, .. } = looked;
     let load = match loaded {
         [] => None,
         loaded => Some(load(model, request.loaded_link.as_deref(), &fit, loaded, &options)?),
     };
     let linear = options.linear_model(regressor);
-    let faults = faults(model, &linear, &records, &fit)?;
     let (inverse, range) = (fit.solution.inverse.clone(), seen(&fit.observation));
     let described_parameters = model.described_parameters();
     let described = described_parameters.as_ref().map(|x| described_error(model, &fit, &options, x));
@@ -205,7 +214,7 @@ fn identify_kept(
     }
     widen_by_faults(&mut estimate, &faults);
     let torque_errors = errors_of_torques(model, &linear, &estimate, &inverse, &range);
-    estimate.remarks.splice(..0, chosen.sentences.into_iter().chain(friction.sentence));
+    estimate.remarks.splice(..0, sentences);
     estimate.remarks.extend(found.outgrown);
     Ok(Identification {
         model: chosen.model,
@@ -226,11 +235,12 @@ fn identify_kept(
 }
 
 /// The faults that unknowns more would explain, the tilt of the mount among them.
-fn faults(model: &Model, linear: &LinearModel, records: &SourceRecords<'_>, fit: &Fit) -> Result<Vec<Tested>, Error> {
+fn faults(model: &Model, options: &Options, records: &SourceRecords<'_>, fit: &Fit) -> Result<Vec<Tested>, Error> {
+    let linear = options.linear_model(model.regressor());
     let tilts = Tilt::both(&model.robot);
     let torques: Vec<_> = tilts.iter().map(|tilt| |q: &[f64]| tilt.torques(q)).collect();
     let torques: Vec<TiltTorque> = torques.iter().map(|torque| torque as TiltTorque).collect();
-    Ok(hypotheses(linear, records, &fit.solution.x, &fit.weights, &torques)?)
+    Ok(hypotheses(&linear, records, &fit.solution.x, &fit.weights, &torques)?)
 }
 
 /// How unsure torques are, by use; nothing where a parameter is open, of which no covariance tells. `inverse`: any multiple

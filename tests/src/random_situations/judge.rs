@@ -4,6 +4,7 @@ use identification::estimate::artefact::Estimate;
 use linear_model::friction::terms::FrictionTerm;
 use linear_model::linear_model::Model as LinearModel;
 use linear_model::parameter::{FrictionParameter, ParameterId};
+use linear_model::regressor::predict_load;
 use linear_model::states::States;
 use logs::ColumnNames;
 use rist::request::IdentifyRequest;
@@ -124,7 +125,7 @@ impl Situation {
         let linear = LinearModel::new(model.regressor(), &options.friction, &couplings);
         let x: Vec<f64> = linear.parameters.iter().map(|p| estimate.prediction(&p.id).unwrap_or(f64::NAN)).collect();
         let chain = standing(&self.machine, &self.defects, self.is_loaded(0));
-        let (torque, rigid, worst_joint) = self.torque_errors(&linear, &chain, &x);
+        let (torque, rigid, worst_joint) = self.torque_errors(&linear, &chain, &x, &options.friction_load);
         let upright = Chain { gravity: self.machine.chain.gravity, ..chain };
         let true_base = truth(&upright, model.regressor());
         let true_value = |id: &ParameterId| self.true_value(id, model, &true_base.base, &options.friction);
@@ -146,8 +147,9 @@ impl Situation {
         }
     }
 
-    /// Errors of the torque on the motion of use: of all, of the bodies, and of the worst joint.
-    fn torque_errors(&self, linear: &LinearModel, chain: &Chain, x: &[f64]) -> (f64, f64, Worst) {
+    /// Errors of the torque on the motion of use: of all, of the bodies, and of the worst joint. `load`: the base parameters
+    /// that predict the load, where friction grows with it.
+    fn torque_errors(&self, linear: &LinearModel, chain: &Chain, x: &[f64], load: &[f64]) -> (f64, f64, Worst) {
         /// Steps of the fine grid between two states.
         const EVERY: usize = 20;
         let n = chain.len();
@@ -168,6 +170,9 @@ impl Situation {
             }
         }
         states.motor_direction = vec![0.0; states.len() * linear.couplings.len()];
+        if !load.is_empty() {
+            predict_load(linear.regressor, &mut states, load);
+        }
         let (p, base) = (linear.p(), linear.regressor.parameters().len());
         let (mut error, mut size, mut of_bodies, mut bodies) = (vec![0.0; n], vec![0.0; n], 0.0, 0.0);
         linear.rows(&states, 0..states.len(), |r, w| {
@@ -198,11 +203,13 @@ impl Situation {
             ParameterId::Friction(parameter, _) => {
                 let is_other =
                     [Kind::Stribeck, Kind::Bristle, Kind::LoadFriction, Kind::Asymmetric].into_iter().any(has);
-                if is_other || terms != FrictionTerm::STANDARD {
-                    return None;
-                }
                 let coordinates = model.regressor().coordinates();
                 let k = coordinates.iter().position(|c| ParameterId::friction(*parameter, c) == *id)?;
+                // Beside a term of another law none of a joint's friction is that of the machine.
+                let is_alone = |term: &FrictionTerm| !matches!(term, FrictionTerm::At(number, _) if *number == k + 1);
+                if is_other || !terms.starts_with(&FrictionTerm::STANDARD) || !terms.iter().all(is_alone) {
+                    return None;
+                }
                 let friction = self.machine.friction.get(k)?;
                 match parameter {
                     FrictionParameter::Viscous => Some(friction.viscous),

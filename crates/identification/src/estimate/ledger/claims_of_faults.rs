@@ -15,8 +15,8 @@ const USELESS_SCALE: f64 = 0.5;
 
 /// The claims of tested hypotheses; `joints`: one per coordinate.
 pub(crate) fn claims_of_faults(tested: &[Tested], joints: &[JointResidual]) -> Vec<Claim> {
-    let gain = |t: &Tested| t.held_out.map_or(1.0, |(without, with)| with / without);
-    let strongest = tested.iter().filter(|t| t.is_found()).min_by(|a, b| gain(a).total_cmp(&gain(b)));
+    let found = tested.iter().filter_map(|t| Some((t.gain()?, t)));
+    let strongest = found.min_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, t)| t);
     let mut claims: Vec<Claim> = strongest.map(|t| contradicted(t, joints)).into_iter().collect();
     let kinds: [fn(&Hypothesis) -> bool; 4] = [
         |h| matches!(h, Hypothesis::Mount(_)),

@@ -10,7 +10,8 @@
 //! ```
 //! W is taken out of h and of tau by one triangle: what is left of both tells u, its deviation, and how large u must be to
 //! be found. A fault is found where u is above `FOUND_FAULT_SIGMAS` deviations and parts of the record that were left out are
-//! predicted with an error below `WORTHWHILE_ERROR_RATIO` of what it is without. The deviation is the scatter of u while tenths of
+//! predicted with an error below `WORTHWHILE_ERROR_RATIO` of what it is without; a spring explains `SMALLEST_SPRING_SHARE` of
+//! the torque too. The deviation is the scatter of u while tenths of
 //! the record are left out (jackknife), at least that of white noise.
 //!
 //! A fault that is told by its deviations, and explains too little to be named, moves the parameters all the same. By how
@@ -73,9 +74,16 @@ impl Tested {
     /// Whether the fault is there.
     pub(crate) fn is_found(&self) -> bool {
         let is_large = self.value.abs() > self.least();
-        self.is_told()
-            && is_large
-            && self.held_out.is_some_and(|(without, with)| with < WORTHWHILE_ERROR_RATIO * without)
+        let is_worth_naming = |(without, with): (f64, f64)| {
+            let explained = (without * without - with * with).max(0.0).sqrt();
+            with < WORTHWHILE_ERROR_RATIO * without && explained > least_share(&self.of)
+        };
+        self.is_told() && is_large && self.held_out.is_some_and(is_worth_naming)
+    }
+
+    /// Error on parts left out with the fault over that without it; `None` where it is not found.
+    pub fn gain(&self) -> Option<f64> {
+        self.held_out.filter(|_| self.is_found()).map(|(without, with)| with / without)
     }
 
     /// Whether it is other than nothing, be it worth naming or not.
@@ -100,6 +108,8 @@ pub type Tilt<'a> = &'a dyn Fn(&[f64]) -> Vec<f64>;
 const FOUND_FAULT_SIGMAS: f64 = 6.0;
 /// Error on parts left out over that without the fault, below which the fault is worth naming.
 const WORTHWHILE_ERROR_RATIO: f64 = 0.9;
+/// A spring that explains a smaller share of the torque harms no use.
+const SMALLEST_SPRING_SHARE: f64 = 0.0025;
 /// Smaller angles and scales than these are errors of calibration, rad and 1.
 const LEAST_ANGLE_RAD: f64 = std::f64::consts::PI / 180.0;
 const LEAST_SCALE: f64 = 0.03;
@@ -115,6 +125,11 @@ const EXPLAINED_COLUMN_SHARE: f64 = 1e-3;
 const POSITION_STEP: f64 = 1e-4;
 /// Robots of more coordinates take too long.
 const MOST_COORDINATES: usize = 12;
+
+/// The share of the torque that a fault explains at least; the others have a least size of their own.
+fn least_share(of: &Hypothesis) -> f64 {
+    if matches!(of, Hypothesis::Spring(_)) { SMALLEST_SPRING_SHARE } else { 0.0 }
+}
 
 /// Every hypothesis, tested beside the parameters `x` with the weights of the joints. Empty for a robot of many
 /// coordinates, and where there are too few samples.
@@ -276,8 +291,8 @@ fn tested(parts: &[Triangle], x: &[f64], all: &[Hypothesis]) -> Vec<Tested> {
         let effect = with.iter().zip(&without).map(|(with, without)| with - without).take(p).collect();
         let mut one = Tested { of: hypothesis.clone(), value, deviation, power: f64::INFINITY, held_out: None, effect };
         // The least u that would be found: it lowers the error enough, and is beyond its deviation.
-        let by_error =
-            (1.0 / (WORTHWHILE_ERROR_RATIO * WORTHWHILE_ERROR_RATIO) - 1.0).sqrt() * all_in.square().sqrt() / norm;
+        let by_ratio = (1.0 / (WORTHWHILE_ERROR_RATIO * WORTHWHILE_ERROR_RATIO) - 1.0).sqrt() * all_in.square().sqrt();
+        let by_error = by_ratio.max(least_share(hypothesis) * whole.column_norm(whole.columns())) / norm;
         one.power = by_error.max(FOUND_FAULT_SIGMAS * deviation).max(one.least());
         if one.is_told() {
             one.held_out = Some(held_out(parts, &held, &columns(e), p));

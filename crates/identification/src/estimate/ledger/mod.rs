@@ -20,6 +20,6 @@ mod widening;
 
 pub(crate) use claims_of_faults::claims_of_faults;
 pub use claims_of_fit::Prediction;
-pub(crate) use claims_of_fit::{LACKING_MODEL_CHI_SQUARE, claims_of_fit, not_noise};
+pub(crate) use claims_of_fit::{LACKING_MODEL_CHI_SQUARE, NOISE_CHI_SQUARE, claims_of_fit, not_noise};
 pub use claims_of_log::{FreeFit, claims_of_log};
 pub use widening::widen_by_faults;
