@@ -29,6 +29,8 @@ use crate::request::SamplesRequest;
 
 /// Error on parts left out over that without a choice, below which the choice is taken.
 pub(crate) const WORTHWHILE_ERROR_RATIO: f64 = 0.97;
+/// The same for rotor inertias: geared joints have them, and where they are left out they go into the bodies.
+const ROTORS_ERROR_RATIO: f64 = 0.995;
 /// With errors below this nothing is left to explain, and a difference is rounding.
 pub(crate) const NEGLIGIBLE_ERROR: f64 = 1e-3;
 /// A velocity that lags the slope of its position by less than this is in time, s.
@@ -195,7 +197,7 @@ fn rotors(model: &Model, looked: &mut Looked<'_>, options: &Options) -> Result<O
     }
     let Some(rows) = WithRotors::of_records(model.regressor(), &looked.records, options)? else { return Ok(None) };
     let (without, with) = rows.errors(model.regressor(), options);
-    if without < NEGLIGIBLE_ERROR || with > WORTHWHILE_ERROR_RATIO * without {
+    if without < NEGLIGIBLE_ERROR || with > ROTORS_ERROR_RATIO * without {
         looked.rows = Some(rows.without(model.regressor(), options));
         return Ok(None);
     }

@@ -10,8 +10,7 @@
 //! ```
 //! W is taken out of h and of tau by one triangle: what is left of both tells u, its deviation, and how large u must be to
 //! be found. A fault is found where u is above `FOUND_FAULT_SIGMAS` deviations and parts of the record that were left out are
-//! predicted with an error below `WORTHWHILE_ERROR_RATIO` of what it is without; a spring explains `SMALLEST_SPRING_SHARE` of
-//! the torque too. The deviation is the scatter of u while tenths of
+//! predicted with an error below `WORTHWHILE_ERROR_RATIO` of what it is without, by `SMALLEST_SHARE` of the torque at least. The deviation is the scatter of u while tenths of
 //! the record are left out (jackknife), at least that of white noise.
 //!
 //! A fault that is told by its deviations, and explains too little to be named, moves the parameters all the same. By how
@@ -108,8 +107,10 @@ pub type Tilt<'a> = &'a dyn Fn(&[f64]) -> Vec<f64>;
 const FOUND_FAULT_SIGMAS: f64 = 6.0;
 /// Error on parts left out over that without the fault, below which the fault is worth naming.
 const WORTHWHILE_ERROR_RATIO: f64 = 0.9;
-/// A spring that explains a smaller share of the torque harms no use.
-const SMALLEST_SPRING_SHARE: f64 = 0.0025;
+/// A fault that explains a smaller share of the torque harms no use; nor does a spring of a quarter more, which has no least
+/// size of its own.
+const SMALLEST_SHARE: f64 = 0.002;
+const SMALLEST_SPRING_SHARE: f64 = 1.25 * SMALLEST_SHARE;
 /// Smaller angles and scales than these are errors of calibration, rad and 1.
 const LEAST_ANGLE_RAD: f64 = std::f64::consts::PI / 180.0;
 const LEAST_SCALE: f64 = 0.03;
@@ -126,9 +127,9 @@ const POSITION_STEP: f64 = 1e-4;
 /// Robots of more coordinates take too long.
 const MOST_COORDINATES: usize = 12;
 
-/// The share of the torque that a fault explains at least; the others have a least size of their own.
+/// The share of the torque that a fault explains at least.
 fn least_share(of: &Hypothesis) -> f64 {
-    if matches!(of, Hypothesis::Spring(_)) { SMALLEST_SPRING_SHARE } else { 0.0 }
+    if matches!(of, Hypothesis::Spring(_)) { SMALLEST_SPRING_SHARE } else { SMALLEST_SHARE }
 }
 
 /// Every hypothesis, tested beside the parameters `x` with the weights of the joints. Empty for a robot of many
