@@ -2,6 +2,7 @@
 
 use std::fmt::Write;
 
+use crate::drawing::Drawing;
 use crate::sheet::Sheet;
 use crate::template::{self, rendered};
 use crate::wrap::{table, wrapped};
@@ -74,15 +75,18 @@ pub fn latex(sheet: &Sheet) -> String {
     template::latex(include_str!("../templates/robot.tex"), sheet)
 }
 
-/// A page on which one selects a base parameter or a link to see how parameters were regrouped.
+/// A page that draws the robot, and on which one selects a base parameter or a link to see how parameters were regrouped.
 pub fn html(sheet: &Sheet) -> String {
     #[derive(serde::Serialize)]
     struct Content<'a> {
         style: &'static str,
         script: &'static str,
+        /// The robot as JSON for the script, which is safe in a page; none where there is no drawing.
+        drawing: Option<String>,
         robot: &'a Sheet,
     }
-    let style = include_str!("../templates/page.css");
-    let script = include_str!("../templates/robot.js");
-    rendered(include_str!("../templates/robot.html"), Content { style, script, robot: sheet })
+    let style = concat!(include_str!("../templates/page.css"), include_str!("../templates/drawing.css"));
+    let script = concat!(include_str!("../templates/drawing.js"), include_str!("../templates/robot.js"));
+    let drawing = sheet.drawing.as_ref().map(Drawing::to_json);
+    rendered(include_str!("../templates/robot.html"), Content { style, script, drawing, robot: sheet })
 }

@@ -9,6 +9,7 @@ use robot::value::CoordinateId;
 use robot::{Inertial, JointKind, Link, LinkId, Robot, Value};
 use serde::Serialize;
 
+use crate::drawing::Drawing;
 use crate::number::significant;
 
 /// A robot as the sheet shows it.
@@ -34,7 +35,10 @@ pub struct Sheet {
     pub regrouped: Vec<String>,
     /// Standard parameters that have no effect on the torque.
     pub no_effect: Vec<String>,
-    /// Where each standard parameter went, link by link.
+    /// The robot as a page draws it; none where its lengths cannot be drawn.
+    #[serde(skip)]
+    pub drawing: Option<Drawing>,
+    /// Where each standard parameter went, link by link, in the order of the links.
     pub fates: Vec<Fates>,
     /// The evidence for the number of base parameters, in sentences.
     pub evidence: Vec<String>,
@@ -116,6 +120,8 @@ pub struct Source<'a> {
     pub rules: &'a Rules,
     /// Their values by the inertials of the description; `None` without.
     pub described: Option<&'a [f64]>,
+    /// The variables at which loops that are solved numerically are closed; empty without such loops.
+    pub closed_at: &'a [f64],
     /// Functions with their counts.
     pub operations: &'a [(&'a str, Count)],
 }
@@ -138,6 +144,7 @@ impl Sheet {
             groups: groups(source),
             regrouped: source.rules.regrouped.clone(),
             no_effect: parameters.no_effect.iter().map(|&c| name(c)).collect(),
+            drawing: Drawing::new(robot, source.closed_at),
             fates: fates(robot, parameters),
             evidence: evidence(parameters),
             operations: source.operations.iter().map(operation).collect(),
@@ -267,14 +274,11 @@ fn fates(robot: &Robot, parameters: &BaseParameters) -> Vec<Fates> {
     for base in &parameters.base {
         base.terms.iter().for_each(|t| holders.entry(t.parameter).or_default().push(base.name.clone()));
     }
-    let mut fates: Vec<Fates> = Vec::new();
+    let mut fates: Vec<Fates> =
+        robot.link_ids().map(|link| Fates { title: title(robot, link), rows: Vec::new() }).collect();
     for (c, standard) in parameters.standard.iter().enumerate() {
         let row = (standard.display(robot).to_string(), holders.get(&c).cloned().unwrap_or_default());
-        let title = title(robot, standard.link);
-        match fates.iter_mut().find(|f| f.title == title) {
-            Some(fates) => fates.rows.push(row),
-            None => fates.push(Fates { title, rows: vec![row] }),
-        }
+        fates[standard.link.0].rows.push(row);
     }
     fates
 }

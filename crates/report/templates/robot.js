@@ -11,6 +11,26 @@
     show(base);
     base.scrollIntoView({ behavior: "smooth", block: "start" });
   }));
+  // The drawing and the list show the same link.
+  const link = document.getElementById("choose-fate");
+  const figure = document.getElementById("drawing");
+  const view = figure && Drawing.of(figure);
+  const picked = () => link.selectedIndex;
+  const pick = (k, to) => {
+    link.selectedIndex = k;
+    show(link);
+    if (view) view.pick(k);
+    if (to) to.scrollIntoView({ behavior: "smooth", block: "start" });
+  };
+  link.addEventListener("change", () => view && view.pick(picked()));
+  if (view) {
+    view.pick(picked());
+    figure.addEventListener("pick", event => event.detail === null ? view.pick(null) : pick(event.detail));
+  }
+  document.querySelectorAll("[data-pick]").forEach(row => row.addEventListener("click", event => {
+    event.preventDefault();
+    pick(row.dataset.pick - 1, figure || link);
+  }));
   addEventListener("beforeprint", () => document.querySelectorAll(".chosen").forEach(part => { part.hidden = false; }));
   addEventListener("afterprint", () => all.forEach(show));
 })();

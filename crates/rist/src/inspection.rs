@@ -140,11 +140,13 @@ fn sheet_of(derived: &Model, rules: &Rules, tilted: &Tilted) -> Sheet {
         ("base regressor", derived.base_regressor.count()),
         ("torque", derived.torque.count()),
     ];
+    let closed_at: Vec<f64> = derived.assembly.iter().map(|(_, x)| *x).collect();
     let mut sheet = Sheet::new(&Source {
         robot: &derived.robot,
         parameters: &derived.parameters,
         rules,
         described: described.as_deref(),
+        closed_at: &closed_at,
         operations: &operations,
     });
     if derived.is_compiled() {

@@ -1,0 +1,220 @@
+//! A robot to be drawn on a page: where its frames are, how its variables move them, and between which values.
+//!
+//! ```text
+//! T_j = T_a(j) A_j Rz(x_j)  or  T_a(j) A_j Tz(x_j),   x_j = offset + sum of factor * variable
+//! ```
+//! A_j is iTj at x_j = 0. [Khalil, Kleinfinger 1986] The script `templates/drawing.js` computes the same and draws it;
+//! `Drawing.of(element)` there takes the values of this module as JSON, so that any page can hold a robot and move it.
+//! Loops that are solved numerically are closed by the script.
+
+use gate::shown::lines;
+use robot::value::CoordinateId;
+use robot::{JointKind, Link, LinkId, LoopFrame, ModifiedDh, Pose, Robot};
+use serde::Serialize;
+
+/// Numbers of a drawing keep this many decimals, m or without unit: a micrometre of a robot of kilometres.
+const DECIMALS: f64 = 1e9;
+/// A length that is larger, m, has no drawing beside one that is not.
+const LONGEST: f64 = 1e6;
+/// A slider of a joint that turns goes no farther, rad: a joint without end repeats itself.
+const MOST_TURN: f64 = 2.0 * std::f64::consts::PI;
+
+/// A robot as the script draws it.
+#[derive(Clone, Debug, Serialize)]
+pub struct Drawing {
+    /// Name of the robot.
+    name: String,
+    /// The unit vector against gravity, in the base frame; z where there is no gravity.
+    up: [f64; 3],
+    /// The coordinates and, after them, the passive coordinates.
+    variables: Vec<Variable>,
+    /// How many of the variables are coordinates.
+    coordinates: usize,
+    /// In the order of the description.
+    links: Vec<Drawn>,
+    /// The two frames that meet, of each loop.
+    loops: Vec<[Frame; 2]>,
+}
+
+/// A variable, as a slider moves it.
+#[derive(Clone, Debug, Serialize)]
+struct Variable {
+    name: String,
+    /// Whether it is an angle, rad; else a length, m.
+    turns: bool,
+    /// Where it stands first.
+    at: f64,
+    from: f64,
+    to: f64,
+}
+
+/// A frame and what moves it.
+#[derive(Clone, Debug, Serialize)]
+struct Frame {
+    /// The link that carries it; none: the base.
+    on: Option<usize>,
+    kind: &'static str,
+    /// A_j, 3 x 4, row by row.
+    place: [f64; 12],
+    /// b along z and d along x of the antecedent, in its frame: the corners of the way to the frame's axis.
+    corners: [[f64; 3]; 2],
+    /// Variable and factor.
+    terms: Vec<(usize, f64)>,
+    offset: f64,
+}
+
+/// A link.
+#[derive(Clone, Debug, Serialize)]
+struct Drawn {
+    name: String,
+    #[serde(flatten)]
+    frame: Frame,
+    /// Frames of the file that stand elsewhere on the link: name and origin in the link frame.
+    fixed: Vec<(String, [f64; 3])>,
+    /// Centre of mass in the link frame, where the file has one.
+    mass_centre: Option<[f64; 3]>,
+}
+
+impl Drawing {
+    /// The drawing of a robot. `at` has the variables at which its loops are closed, where they are solved numerically;
+    /// else it is empty. `None` where a number of the geometry is no length that can be drawn.
+    pub fn new(robot: &Robot, at: &[f64]) -> Option<Drawing> {
+        let variables = (0..robot.n_variables()).map(|k| variable(robot, k, at.get(k).copied())).collect();
+        let links: Vec<Drawn> = robot.links.iter().map(|link| drawn(robot, link)).collect();
+        let loops: Vec<[Frame; 2]> =
+            robot.loops.iter().map(|one| [&one.cut, &one.twin].map(|frame| of_loop(robot, frame))).collect();
+        let frames = links.iter().map(|link| &link.frame).chain(loops.iter().flatten());
+        let numbers = |f: &Frame| [&f.place[..], &f.corners.concat(), &[f.offset]].concat();
+        let own = links.iter().flat_map(|l| l.fixed.iter().map(|(_, p)| *p).chain(l.mass_centre)).flatten();
+        let is_drawn = frames.flat_map(numbers).chain(own).all(|x| x.abs() < LONGEST);
+        let up = up(robot);
+        is_drawn.then(|| Drawing {
+            name: lines(&robot.name).into_owned(),
+            up,
+            variables,
+            coordinates: robot.n_coordinates(),
+            links,
+            loops,
+        })
+    }
+
+    /// As JSON that can stand in a page: no `<` is in it.
+    pub fn to_json(&self) -> String {
+        // A struct of texts and numbers has no map with keys that are no texts, which alone would fail.
+        serde_json::to_string(self).unwrap_or_default().replace('<', "\\u003c")
+    }
+}
+
+fn up(robot: &Robot) -> [f64; 3] {
+    let g = robot.gravity_number();
+    let size = robot::vector::norm(g);
+    if size > 0.0 && size.is_finite() { g.map(|x| rounded(-x / size)) } else { [0.0, 0.0, 1.0] }
+}
+
+/// Zero where the range has it, else the middle; and a range to move in where the file gives none.
+fn variable(robot: &Robot, k: usize, at: Option<f64>) -> Variable {
+    let moved = |frame: &(JointKind, &[(CoordinateId, f64)])| frame.1.iter().any(|(c, _)| c.0 == k);
+    let joints = robot.links.iter().map(|l| (l.joint.kind, &l.joint.variable.terms[..]));
+    let cuts = robot.loops.iter().map(|one| (one.cut.kind, &one.cut.variable.terms[..]));
+    let kind = joints.chain(cuts).find(moved).map_or(JointKind::Revolute, |found| found.0);
+    let turns = kind != JointKind::Prismatic;
+    let half = if turns { std::f64::consts::PI } else { reach(robot) };
+    let given = robot.coordinates.get(k).and_then(|c| c.limits.position);
+    let (from, to) = given.filter(|(a, b)| a.is_finite() && b.is_finite() && a < b).unwrap_or((-half, half));
+    let farthest = if turns { MOST_TURN } else { LONGEST };
+    let (from, to) = (from.clamp(-farthest, farthest), to.clamp(-farthest, farthest));
+    let (from, to) = if from < to { (from, to) } else { (-half, half) };
+    let middle = if from <= 0.0 && 0.0 <= to { 0.0 } else { 0.5 * (from + to) };
+    let at = at.filter(|x| x.is_finite()).unwrap_or(middle);
+    Variable {
+        name: lines(robot.coordinate_name(CoordinateId(k))).into_owned(),
+        turns,
+        at: rounded(at),
+        from: rounded(from.min(at)),
+        to: rounded(to.max(at)),
+    }
+}
+
+/// Half the sum of all lengths, m; one half where there are none. It stands in for the stroke of a slider.
+fn reach(robot: &Robot) -> f64 {
+    let length = |g: &ModifiedDh| [&g.b, &g.d, &g.r].map(|x| x.number(&robot.symbols).abs()).iter().sum::<f64>();
+    let all: f64 = robot.links.iter().map(|link| length(&link.geometry)).sum();
+    if all > 0.0 && all < LONGEST { 0.5 * all } else { 0.5 }
+}
+
+fn frame(robot: &Robot, on: Option<LinkId>, g: &ModifiedDh, kind: JointKind, variable: &robot::Affine) -> Frame {
+    let symbols = &robot.symbols;
+    let Pose { rotation, position } = g.pose(symbols, 0.0, 0.0);
+    let (sine, cosine) = robot::kinematics::sin_cos(&g.gamma, symbols);
+    let [b, d] = [&g.b, &g.d].map(|x| x.number(symbols));
+    let row = |r: usize| [rotation[r][0], rotation[r][1], rotation[r][2], position[r]];
+    let rows = [row(0), row(1), row(2)];
+    Frame {
+        on: on.map(|id| id.0),
+        kind: match kind {
+            JointKind::Revolute => "revolute",
+            JointKind::Prismatic => "prismatic",
+            JointKind::Fixed => "fixed",
+        },
+        place: std::array::from_fn(|i| rounded(rows[i / 4][i % 4])),
+        corners: [[0.0, 0.0, b], [cosine * d, sine * d, b]].map(|p| p.map(rounded)),
+        terms: variable.terms.iter().map(|(k, factor)| (k.0, *factor)).collect(),
+        offset: rounded(variable.offset.number(symbols)),
+    }
+}
+
+fn of_loop(robot: &Robot, f: &LoopFrame) -> Frame {
+    frame(robot, f.antecedent, &f.geometry, f.kind, &f.variable)
+}
+
+fn drawn(robot: &Robot, link: &Link) -> Drawn {
+    let fixed = link.frames.iter().map(|(name, pose)| (lines(name).into_owned(), pose.position.map(rounded)));
+    let centre = |x: &[f64; 10]| (x[9] > 0.0).then(|| [6, 7, 8].map(|i| rounded(x[i] / x[9])));
+    Drawn {
+        name: lines(&link.name).into_owned(),
+        frame: frame(robot, link.antecedent, &link.geometry, link.joint.kind, &link.joint.variable),
+        fixed: fixed.filter(|(_, p)| p.iter().any(|x| *x != 0.0)).collect(),
+        mass_centre: link.inertial.as_ref().and_then(centre),
+    }
+}
+
+/// Without the digits that no eye sees; -0 is 0.
+fn rounded(x: f64) -> f64 {
+    (x * DECIMALS).round() / DECIMALS + 0.0
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn read(text: &str) -> Robot {
+        robot::format::read_yaml(text, "two.yaml").unwrap()
+    }
+
+    const TWO: &str = "convention: khalil-kleinfinger\nname: <two>\nlinks:\n  - {link: 1, antecedent: base, theta: q1}\n  \
+                       - {link: 2, antecedent: 1, alpha: pi/2, d: 0.5, b: 0.1, r: q2 + 0.2, joint: prismatic}\n";
+
+    #[test]
+    fn a_frame_is_where_the_robot_has_it() {
+        let robot = read(TWO);
+        let drawing = Drawing::new(&robot, &[]).unwrap();
+        let link = &drawing.links[1].frame;
+        let pose = &robot.link_poses(&[0.0, 0.0])[1];
+        // At x_2 = offset: along z of the frame, which is (0, -1, 0) of link 1.
+        let at: Vec<f64> = (0..3).map(|r| link.place[4 * r + 3] + link.place[4 * r + 2] * link.offset).collect();
+        assert!(at.iter().zip(pose.position).all(|(a, b)| (a - b).abs() < 1e-9), "{at:?} {pose:?}");
+        assert_eq!(link.corners, [[0.0, 0.0, 0.1], [0.5, 0.0, 0.1]]);
+        assert_eq!((link.terms.as_slice(), link.kind), (&[(1, 1.0)][..], "prismatic"));
+        assert!(drawing.variables[0].turns && !drawing.variables[1].turns);
+    }
+
+    #[test]
+    fn a_name_closes_no_script() {
+        assert!(!Drawing::new(&read(TWO), &[]).unwrap().to_json().contains('<'));
+    }
+
+    #[test]
+    fn what_has_no_size_is_not_drawn() {
+        assert!(Drawing::new(&read(&TWO.replace("0.5", "1e300")), &[]).is_none());
+    }
+}
