@@ -9,7 +9,7 @@
 //!     const real t5 = MUL_ADD(t4, c1, -q0);
 //!     y[0][2] = t5;
 //! ```
-//! `MUL_ADD(a, b, c)` is a b + c by `fma` of math.h where the compiler says that this is one instruction, else by two.
+//! `MUL_ADD(a, b, c)` is a b + c by one instruction where the compiler says that there is one, else by two.
 //! Every name carries the module's, so that two robots fit in one program. Inputs are read into
 //! variables first: nothing is lost where an output overlaps an input, and the compiler need not
 //! read an input again after a store.
@@ -119,10 +119,19 @@ fn macros(prefix: &str, bound: &[(&Documented, Function)], has_controller: bool)
     source
 }
 
-/// The names are those that compilers define where an `fma` is one instruction.
+/// The names are those that compilers define where an `fma` is one instruction. Clang calls a function of the library for
+/// `fmaf` where errno may be set, as on processors without an operating system, and there that function may compute with
+/// doubles; told that it may contract, it fuses where its target gains by it.
 const MUL_ADD: &str = "
 /* a b + c: rounded once where the processor has an instruction for it, else twice. */
-#if defined(FP_FAST_FMA) || defined(__FMA__) || defined(__ARM_FEATURE_FMA)
+#if defined(__clang__)
+static inline real mul_add(real a, real b, real c)
+{
+#pragma STDC FP_CONTRACT ON
+    return a * b + c;
+}
+#define MUL_ADD(a, b, c) mul_add(a, b, c)
+#elif defined(FP_FAST_FMA) || defined(__FMA__) || defined(__ARM_FEATURE_FMA)
 #define MUL_ADD(a, b, c) (sizeof(real) == sizeof(float) ? (real)fmaf((float)(a), (float)(b), (float)(c)) : (real)fma(a, b, c))
 #else
 #define MUL_ADD(a, b, c) ((a) * (b) + (c))

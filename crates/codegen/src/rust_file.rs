@@ -6,7 +6,7 @@ use quote::{format_ident, quote};
 
 use crate::controller::Controller;
 use crate::numbers::{Operations, real_trait};
-use crate::rust_function::{render, render_sparse};
+use crate::rust_function::{Lines, render, render_sparse};
 use crate::steps::in_line;
 
 /// The file of `module`; `made_by` is the command that makes it again, for the banner.
@@ -20,11 +20,17 @@ pub fn rust_file(module: &Module, made_by: &str) -> String {
 
     let constants = module.constants.iter().map(constant);
     let bound: Vec<_> = module.functions.iter().map(|f| (f, f.function.bound())).collect();
-    let functions = bound.iter().map(|(documented, function)| {
+    let mut lines = Lines::default();
+    let mut functions = Vec::new();
+    for (documented, function) in &bound {
         let doc = doc_lines(&documented.doc);
-        let body = if documented.is_sparse { render_sparse(function, &doc) } else { render(function) };
-        if documented.is_sparse { body } else { quote!(#doc #body) }
-    });
+        functions.push(if documented.is_sparse {
+            render_sparse(function, &doc, &mut lines)
+        } else {
+            let body = render(function, &mut lines);
+            quote!(#doc #body)
+        });
+    }
     let operations = operations(bound.iter().map(|(_, function)| function));
     let real = real_trait(operations);
     let controller = Controller::of(module).map(|controller| controller.rust());
@@ -34,7 +40,7 @@ pub fn rust_file(module: &Module, made_by: &str) -> String {
         #controller
         #real
     };
-    head + &pretty(file)
+    head + &lines.put_into(&pretty(file))
 }
 
 /// The index of the generated modules: one module each and the table of all.

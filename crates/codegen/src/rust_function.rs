@@ -10,6 +10,7 @@
 //! `mul_add` is the trait's: fused where the target fuses. Signs stand only where a store or a sum needs them.
 
 use std::collections::BTreeMap;
+use std::fmt::Write as _;
 
 use expr::{Expr, Function, Operation};
 use proc_macro2::{Ident, Literal, Span, TokenStream};
@@ -17,18 +18,84 @@ use quote::{format_ident, quote};
 
 use crate::steps::{Name, Step, is_read, names, steps};
 
+/// A statement.
+enum Statement {
+    /// Text that the formatter would leave on one line.
+    Line(String),
+    /// What it has to lay out.
+    Tokens(TokenStream),
+}
+
+/// Statements in text, which stand in the tokens by number. A function has thousands of short ones, and the formatter would
+/// take most of the time and the memory of a file to say that each is a line.
+#[derive(Default)]
+pub(crate) struct Lines(Vec<String>);
+
+/// What the number of some lines stands in, as the formatter writes it.
+const PLACE: &str = "__lines!(";
+/// A statement of at most this many characters is one line, whatever it is: the formatter breaks lines of 90.
+const LONGEST_LINE: usize = 80;
+
+impl Lines {
+    /// The tokens of statements, one after the other.
+    fn body(&mut self, statements: impl Iterator<Item = Statement>) -> TokenStream {
+        let mut tokens = TokenStream::new();
+        let mut text = String::new();
+        for statement in statements {
+            match statement {
+                Statement::Line(line) => {
+                    text += &line;
+                    text.push('\n');
+                }
+                Statement::Tokens(laid_out) => {
+                    tokens.extend(self.place(std::mem::take(&mut text)));
+                    tokens.extend(laid_out);
+                }
+            }
+        }
+        tokens.extend(self.place(text));
+        tokens
+    }
+
+    fn place(&mut self, text: String) -> TokenStream {
+        if text.is_empty() {
+            return TokenStream::new();
+        }
+        self.0.push(text);
+        let number = Literal::usize_unsuffixed(self.0.len() - 1);
+        quote!(__lines!(#number);)
+    }
+
+    /// The text in which all lines stand where their numbers were.
+    pub(crate) fn put_into(self, text: &str) -> String {
+        let mut all = String::with_capacity(text.len() + self.0.iter().map(|lines| 2 * lines.len()).sum::<usize>());
+        for line in text.split_inclusive('\n') {
+            let inner = line.trim_start();
+            let number = inner.strip_prefix(PLACE).and_then(|rest| rest.split(')').next()?.parse::<usize>().ok());
+            match number.and_then(|n| self.0.get(n)) {
+                Some(lines) => {
+                    let indent = &line[..line.len() - inner.len()];
+                    lines.lines().for_each(|line| all.extend([indent, line, "\n"]));
+                }
+                None => all += line,
+            }
+        }
+        all
+    }
+}
+
 /// Tokens of `bound`, which has no named constants left, generic over the trait `Real`.
 ///
 /// Inputs become `&[R; n]`, outputs `&mut [[R; columns]; rows]`, or `&mut [R; rows]` with one column;
 /// an input that nothing reads is named `_NAME`.
-pub(crate) fn render(bound: &Function) -> TokenStream {
+pub(crate) fn render(bound: &Function, lines: &mut Lines) -> TokenStream {
     let steps = steps(bound);
     let writer = Writer::new(bound, &steps);
-    let (head, statements) = (head(bound), steps.iter().map(|step| writer.statement(step)));
+    let (head, body) = (head(bound), lines.body(steps.iter().map(|step| writer.statement(step))));
     quote! {
         #[inline(always)]
         #head {
-            #(#statements)*
+            #body
         }
     }
 }
@@ -37,7 +104,7 @@ pub(crate) fn render(bound: &Function) -> TokenStream {
 /// zero. `doc` stands above the first, and the list of places above both. The operations stand once, in a third
 /// function that hands out entries. If the dense matrix were filled from the list, all entries would wait for the end
 /// and be spilled from their registers.
-pub(crate) fn render_sparse(bound: &Function, doc: &TokenStream) -> TokenStream {
+pub(crate) fn render_sparse(bound: &Function, doc: &TokenStream, lines: &mut Lines) -> TokenStream {
     let non_zeros = bound.non_zeros(0);
     let (n, literal) = (Literal::usize_unsuffixed(non_zeros.len()), Literal::usize_unsuffixed);
     let list = non_zeros.iter().map(|&(row, column)| {
@@ -49,16 +116,13 @@ pub(crate) fn render_sparse(bound: &Function, doc: &TokenStream) -> TokenStream 
     let statements = steps.iter().filter_map(|step| match *step {
         Step::Store { row, column, node, negative, .. } => {
             // An entry that is zero is not in the list.
-            let k = literal(non_zeros.binary_search(&(row, column)).ok()?);
-            let (row, column, value) = (literal(row), literal(column), writer.operand(node));
-            Some(if negative {
-                quote!(set(#k, #row, #column, -#value);)
-            } else {
-                quote!(set(#k, #row, #column, #value);)
-            })
+            let k = non_zeros.binary_search(&(row, column)).ok()?;
+            let (sign, value) = (if negative { "-" } else { "" }, writer.operand(node));
+            Some(Statement::Line(format!("set({k}, {row}, {column}, {sign}{value});")))
         }
         _ => Some(writer.statement(step)),
     });
+    let body = lines.body(statements);
     let output = &bound.outputs[0];
     let (entries, sparse) = (format_ident!("{}_entries", bound.name), format_ident!("{}_non_zeros", bound.name));
     let (head, arguments, inputs) = (head(bound), input_arguments(bound), input_names(bound));
@@ -89,7 +153,7 @@ pub(crate) fn render_sparse(bound: &Function, doc: &TokenStream) -> TokenStream 
         #[doc = #entries_doc]
         #[inline(always)]
         pub fn #entries<R: Real>(#arguments mut set: impl FnMut(usize, usize, usize, R)) {
-            #(#statements)*
+            #body
         }
     }
 }
@@ -149,7 +213,7 @@ impl<'a> Writer<'a> {
             .chunks(if pairs.len() > MAX_SINES_AT_ONCE { 4 } else { MAX_SINES_AT_ONCE })
             .filter(|group| group.len() > 1)
         {
-            let angles = group.iter().map(|pair| writer.operand(pair.0));
+            let angles = group.iter().map(|pair| writer.tokens(pair.0));
             let sines = group.iter().map(|pair| writer.operand_or_nothing(pair.1));
             let cosines = group.iter().map(|pair| writer.operand_or_nothing(pair.2));
             let mut statement =
@@ -160,10 +224,11 @@ impl<'a> Writer<'a> {
     }
 
     fn operand_or_nothing(&self, n: Option<usize>) -> TokenStream {
-        n.map_or_else(|| quote!(_), |n| self.operand(n))
+        n.map_or_else(|| quote!(_), |n| self.tokens(n))
     }
 
-    fn operand(&self, n: usize) -> TokenStream {
+    /// An operand as tokens.
+    fn tokens(&self, n: usize) -> TokenStream {
         match &self.names[n] {
             Name::Constant(x) => {
                 let x = Literal::f64_unsuffixed(*x);
@@ -181,68 +246,73 @@ impl<'a> Writer<'a> {
         }
     }
 
-    fn statement(&self, step: &Step) -> TokenStream {
+    /// An operand as text.
+    fn operand(&self, n: usize) -> String {
+        match &self.names[n] {
+            Name::Constant(x) => format!("R::from_f64({})", Literal::f64_unsuffixed(*x)),
+            Name::Input { input, entry } => format!("{}[{entry}]", self.function.inputs[*input].name),
+            Name::Variable(name) => name.to_string(),
+        }
+    }
+
+    fn statement(&self, step: &Step) -> Statement {
         match *step {
-            Step::Compute(n, operation) => {
-                let (name, value) = (self.operand(n), self.value(operation));
-                quote!(let #name = #value;)
-            }
+            Step::Compute(n, operation) => self.line(format!("let {} = {};", self.operand(n), self.value(operation))),
             Step::SinCos { angle, sine, cosine } => {
                 let alone = || {
                     let (sine, cosine) = (self.operand_or_nothing(sine), self.operand_or_nothing(cosine));
-                    let angle = self.operand(angle);
+                    let angle = self.tokens(angle);
                     quote!(let (#sine, #cosine) = (#angle).sin_cos();)
                 };
-                self.groups.get(&angle).cloned().unwrap_or_else(alone)
+                Statement::Tokens(self.groups.get(&angle).cloned().unwrap_or_else(alone))
             }
             Step::Store { output, row, column, node, negative } => {
                 let output = &self.function.outputs[output];
-                let (name, value) = (format_ident!("{}", output.name), self.operand(node));
-                let (row, column) = (Literal::usize_unsuffixed(row), Literal::usize_unsuffixed(column));
-                let place = if output.columns == 1 { quote!(#name[#row]) } else { quote!(#name[#row][#column]) };
-                if negative { quote!(#place = -#value;) } else { quote!(#place = #value;) }
+                let mut line = format!("{}[{row}]", output.name);
+                if output.columns > 1 {
+                    // Writing to a String cannot fail.
+                    let _ = write!(line, "[{column}]");
+                }
+                let sign = if negative { "-" } else { "" };
+                self.line(format!("{line} = {sign}{};", self.operand(node)))
             }
         }
+    }
+
+    /// A statement of this text.
+    fn line(&self, text: String) -> Statement {
+        if text.len() <= LONGEST_LINE {
+            return Statement::Line(text);
+        }
+        // Text of our own is always tokens.
+        text.parse().map_or(Statement::Line(text), Statement::Tokens)
     }
 
     /// The value held at the node of `e`, or its negative, by the sign of `e`.
-    fn signed(&self, e: Expr) -> TokenStream {
-        let x = self.operand(e.node());
+    fn signed(&self, e: Expr) -> String {
         match (e.is_negative(), &self.names[e.node()]) {
-            (false, _) => x,
-            (true, Name::Constant(x)) => {
-                let x = Literal::f64_unsuffixed(*x);
-                quote!(R::from_f64(-#x))
-            }
-            (true, _) => quote!(-#x),
+            (false, _) => self.operand(e.node()),
+            (true, Name::Constant(x)) => format!("R::from_f64(-{})", Literal::f64_unsuffixed(*x)),
+            (true, _) => format!("-{}", self.operand(e.node())),
         }
     }
 
-    fn value(&self, operation: Operation) -> TokenStream {
+    fn value(&self, operation: Operation) -> String {
         let read = |e: Expr| self.operand(e.node());
         match operation {
             Operation::Add(a, b) => {
-                let (x, y) = (read(a), read(b));
-                if b.is_negative() { quote!(#x - #y) } else { quote!(#x + #y) }
+                let sign = if b.is_negative() { '-' } else { '+' };
+                format!("{} {sign} {}", read(a), read(b))
             }
             Operation::MulAdd(a, b, c) => {
                 let (x, y, z) = (self.signed(a), read(b), self.signed(c));
                 let bare = !a.is_negative() || matches!(self.names[a.node()], Name::Constant(_));
-                if bare { quote!(#x.mul_add(#y, #z)) } else { quote!((#x).mul_add(#y, #z)) }
+                if bare { format!("{x}.mul_add({y}, {z})") } else { format!("({x}).mul_add({y}, {z})") }
             }
-            Operation::Mul(a, b) => {
-                let (x, y) = (read(a), read(b));
-                quote!(#x * #y)
-            }
-            Operation::Div(a, b) => {
-                let (x, y) = (read(a), read(b));
-                quote!(#x / #y)
-            }
+            Operation::Mul(a, b) => format!("{} * {}", read(a), read(b)),
+            Operation::Div(a, b) => format!("{} / {}", read(a), read(b)),
             // A square root is not odd, so the sign of its argument stays inside.
-            Operation::Sqrt(a) => {
-                let x = self.signed(a);
-                quote!((#x).sqrt())
-            }
+            Operation::Sqrt(a) => format!("({}).sqrt()", self.signed(a)),
             Operation::None => unreachable!("a step computes"),
         }
     }
