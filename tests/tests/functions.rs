@@ -285,6 +285,13 @@ fn reactions_move_all_that_the_base_carries() {
         }
     }
     assert!(seen > 50, "{seen} joints");
+
+    // The forces in a loop are not determined by the torques: a planar loop can be braced across its plane.
+    let reactions = modeling::RobotFunction::of_robot("joint-reactions").unwrap();
+    for Case { robot, .. } in cases().iter().filter(|case| !case.robot.loops.is_empty()) {
+        let refused = reactions.check(robot).unwrap_err().to_string();
+        assert!(refused.contains("cut joint"), "{}: {refused}", robot.name);
+    }
 }
 
 #[test]

@@ -12,7 +12,8 @@ use crate::dynamics::energy::{energies, energy};
 use crate::dynamics::forward_dynamics::{forward_dynamics, inverse_inertia_matrix};
 use crate::dynamics::friction::friction;
 use crate::dynamics::inertia_matrix::inertia_matrix;
-use crate::dynamics::inverse_geometry::{NoClosedForm, inverse_geometry};
+use crate::dynamics::inverse_arm::NoClosedForm;
+use crate::dynamics::inverse_geometry::inverse_geometry;
 use crate::dynamics::link_frame::LinkFrame;
 use crate::dynamics::parameter_inputs::ParameterInputs;
 use crate::dynamics::pose;
@@ -201,7 +202,8 @@ impl Derivation<'_> {
     }
 
     /// The inverse geometric model: input `t` (3 x 4, the pose of the frame in the base), outputs `sin_q`, `cos_q` (8 x 6),
-    /// one solution a row; what is out of reach or singular is no number.
+    /// one solution a row; what is out of reach or singular is no number. Where a joint slides, its coordinate is in a third
+    /// output `slide` (8), and its sine and cosine are 0 and 1.
     ///
     /// Fails where the arm has no closed form of those that are known here.
     pub fn inverse_geometry(&mut self, frame: impl Into<LinkFrame>) -> Result<Function, NoClosedForm> {

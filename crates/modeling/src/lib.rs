@@ -24,7 +24,7 @@ pub use base::meaning::standard_meaning;
 pub use base::unclear_rank::UnclearRank;
 pub use base::written_rules::Rules;
 pub use derivation::{Derivation, NeverCloses};
-pub use dynamics::inverse_geometry::NoClosedForm;
+pub use dynamics::inverse_arm::NoClosedForm;
 pub use dynamics::link_frame::LinkFrame;
 pub use dynamics::reference_frame::ReferenceFrame;
 pub use kinematics::closure::{Closure, Open};

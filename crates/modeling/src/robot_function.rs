@@ -5,7 +5,7 @@ use robot::Robot;
 
 use crate::base::base_parameters::BaseParameters;
 use crate::derivation::Derivation;
-use crate::dynamics::inverse_geometry::NoClosedForm;
+use crate::dynamics::inverse_arm::NoClosedForm;
 use crate::dynamics::link_frame::LinkFrame;
 use crate::dynamics::reference_frame::ReferenceFrame;
 
@@ -168,7 +168,7 @@ const FUNCTIONS_OF_LINK: &[OfLink] = &[
         word: "inverse-geometry",
         sentence: [
             "All eight configurations, one a row, that bring ",
-            " to the pose t in the base frame: q = atan2(sin_q, cos_q); what is out of reach or singular is no number",
+            " to the pose t in the base frame: q = atan2(sin_q, cos_q), or slide of a joint that slides; what is out of reach or singular is no number",
         ],
         derive: |of, frame, _| of.inverse_geometry(frame).unwrap_or_else(|_| nothing("inverse_geometry")),
         has_reference: false,

@@ -1,102 +1,83 @@
-//! The inverse geometric model of arms of six revolute joints, all eight solutions, by Paul's method [Paul 1981;
-//! Khalil, Dombre 2002, chapter 4].
+//! The inverse geometric model of arms of six joints, all eight solutions, by Paul's method [Paul 1981; Khalil, Dombre 2002,
+//! chapter 4].
 //!
-//! Two classes of arms, both with the second axis across the first and the last three axes one across the other:
+//! Three classes of arms ([`crate::dynamics::inverse_arm`]), all with the second axis across the first and the last three axes
+//! one across the other:
 //!
 //! ```text
-//! spherical wrist   axes 2 and 3 parallel, axes 4, 5 and 6 meet in a point        Puma 560, RX90
-//! parallel axes     axes 2, 3 and 4 parallel                                      UR5
+//! spherical wrist   axes 2 and 3 parallel, axes 4, 5 and 6 meet in a point                     Puma 560, RX90
+//!                   joint 3 slides across axis 2, axes 4, 5 and 6 meet in a point of its axis   Stanford arm
+//! parallel axes     axes 2, 3 and 4 parallel                                                   UR5
 //! ```
+//! and the same arms from the other end: those whose first three axes meet, or with axes 3, 4 and 5 parallel.
 //! With W the wrist's centre, or O_5, in the frame that the first joint turns, the part of W along axis 2 is a length h:
 //!
 //! ```text
 //! -S1 W_x + C1 W_y = -sin(alpha_2) h              two angles: W_x, W_y and the root of W_x^2 + W_y^2 - h^2
 //! u = d_3 c2 + (x c23 - y s23), v = ...           u^2 + v^2 gives theta_3, two angles; then u, v give theta_2
 //! ```
-//! (x, y) is the wrist's centre in frame 3, or (d_4, 0). The wrist follows from the direction of axis 6, with two signs of
-//! sin theta_5. Of parallel axes the wrist comes before theta_3, since it places O_4.
+//! (x, y) is the wrist's centre in frame 3, or (d_4, 0). Where joint 3 slides, u^2 + v^2 gives r_3, with two signs. The wrist
+//! follows from the direction of axis 6, with two signs of sin theta_5. Of parallel axes the wrist comes before theta_3, since
+//! it places O_4.
 //!
 //! Sines and cosines are the outputs: q = atan2(sin_q, cos_q). A solution that is out of reach, and one that is singular (a
 //! root of zero: W on axis 1, or axis 6 along axis 4 or the parallel axes), has entries that are no numbers.
 
 use expr::{Expr, Function, Graph, Input, Output, SymbolKind};
-use robot::{JointKind, LinkId, Pose, Robot};
+use robot::Pose;
 
 use crate::derivation::Derivation;
+use crate::dynamics::inverse_arm::{Arm, ArmJoint, Class, NoClosedForm, chain};
 use crate::dynamics::link_frame::LinkFrame;
 use crate::dynamics::reference_frame::constants;
-use crate::kinematics::angle::Angle;
 use crate::kinematics::links::{Geometry, LinkMotion};
 use crate::kinematics::vector::{Turn, Vector, add, dot};
 
 /// Solutions of an arm.
 const SOLUTIONS: usize = 8;
 
-/// What keeps an arm from having these closed forms.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct NoClosedForm(String);
-
-impl std::fmt::Display for NoClosedForm {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        write!(
-            f,
-            "no inverse geometric model: {}; closed forms are there for six revolute joints with a spherical wrist behind two \
-             parallel axes, or with axes 2, 3 and 4 parallel",
-            self.0
-        )
-    }
+/// A configuration: the turn of each joint, theta with its offset, and r_3 of a joint that slides.
+struct Solution {
+    turns: [Turn; 6],
+    slide: Expr,
 }
 
-impl std::error::Error for NoClosedForm {}
-
-/// A joint of the arm: alpha and d, then theta and r with what the next link adds to them.
-struct ArmJoint {
-    /// Quarter turns.
-    alpha: i64,
-    d: Expr,
-    offset: Angle,
-    r: Expr,
-    coordinate: usize,
-    sign: f64,
-}
-
-impl ArmJoint {
-    /// sin(alpha), of an odd number of quarter turns.
-    fn sine(&self) -> f64 {
-        if self.alpha.rem_euclid(4) == 1 { 1.0 } else { -1.0 }
-    }
-
-    fn is_parallel(&self) -> bool {
-        self.alpha.rem_euclid(4) == 0
-    }
-
-    fn is_across(&self) -> bool {
-        self.alpha.rem_euclid(2) == 1
-    }
-}
-
-/// Input `t` (3 x 4, row by row: the pose of the frame in the base); outputs `sin_q` and `cos_q` (8 x 6), one solution a row.
+/// Input `t` (3 x 4, row by row: the pose of the frame in the base); outputs `sin_q` and `cos_q` (8 x 6), one solution a row,
+/// and `slide` (8), the coordinate of the joint that slides, where there is one: in its column sine is 0 and cosine 1.
 ///
-/// Fails where the arm is of neither class.
+/// Fails where the arm is of no class.
 pub(crate) fn inverse_geometry(derivation: &mut Derivation, frame: &LinkFrame) -> Result<Function, NoClosedForm> {
-    let joints = arm(derivation, frame.link)?;
-    let has_wrist = class(&joints)?;
-    let Derivation { robot, graph: g, links, .. } = derivation;
+    let arm = Arm::new(derivation, frame.link)?;
+    let Derivation { robot, graph: g, links, constants, .. } = derivation;
     let t: Vec<Expr> = (0..12).map(|k| g.symbol(&format!("T{}{}", k / 4 + 1, k % 4 + 1), SymbolKind::Input)).collect();
-    let first = chain(robot, frame.link)[0];
-    let target = Target::new(g, &t, frame, &links[first.0]);
-    let mut solutions: Vec<[Turn; 6]> = Vec::new();
-    for signs in 0..SOLUTIONS {
-        let signs = [0, 1, 2].map(|bit| signs >> bit & 1 == 1);
-        solutions.push(if has_wrist {
-            with_wrist(g, &joints, &target, signs)
-        } else {
-            with_parallel_axes(g, &joints, &target, signs)
-        });
-    }
+    let chain = chain(robot, frame.link);
+    let mut target = Target::new(g, &t, frame, &links[chain[0].0]);
+    // b of link 2 is along axis 1, and no turn of the first joint moves it.
+    let second = chain.get(1).map_or(Expr::ZERO, |&j| Geometry::of(g, constants, robot.link(j)).b);
+    target.p[2] = g.sub(target.p[2], second);
+    let target = if arm.is_reversed {
+        let last = Geometry::of(g, constants, robot.link(frame.link));
+        target.reversed(g, last.r)
+    } else {
+        target
+    };
+    let joints = &arm.joints;
     let (mut sines, mut cosines) = (vec![Expr::ZERO; SOLUTIONS * 6], vec![Expr::ZERO; SOLUTIONS * 6]);
-    for (k, solution) in solutions.into_iter().enumerate() {
-        for (joint, turn) in joints.iter().zip(solution) {
+    let mut slides = Vec::new();
+    for k in 0..SOLUTIONS {
+        let signs = [0, 1, 2].map(|bit| k >> bit & 1 == 1);
+        let solution = match arm.class {
+            Class::Wrist | Class::WristOfSlide => with_wrist(g, joints, &target, signs, arm.class),
+            Class::ParallelAxes => with_parallel_axes(g, joints, &target, signs),
+        };
+        for (joint, turn) in joints.iter().zip(solution.turns) {
+            if joint.slides {
+                // r = r_3 +- q
+                let q = g.sub(solution.slide, joint.r);
+                slides.push(if joint.sign < 0.0 { -q } else { q });
+                cosines[6 * k + joint.coordinate] = Expr::ONE;
+                continue;
+            }
             // q = +-(theta - offset)
             let back = joint.offset.negated().turn(g);
             let turn = together(g, turn, back);
@@ -104,71 +85,13 @@ pub(crate) fn inverse_geometry(derivation: &mut Derivation, frame: &LinkFrame) -
             cosines[6 * k + joint.coordinate] = turn.cos;
         }
     }
-    let output = |name: &str, entries| Output { name: name.into(), rows: SOLUTIONS, columns: 6, entries };
+    let output = |name: &str, columns, entries| Output { name: name.into(), rows: SOLUTIONS, columns, entries };
     let inputs = vec![Input { name: "t".into(), entries: t }];
-    let outputs = vec![output("sin_q", sines), output("cos_q", cosines)];
+    let mut outputs = vec![output("sin_q", 6, sines), output("cos_q", 6, cosines)];
+    if !slides.is_empty() {
+        outputs.push(output("slide", 1, slides));
+    }
     Ok(Function::new(&frame.function("inverse_geometry"), g, inputs, outputs))
-}
-
-/// The links from the base to this one.
-fn chain(robot: &Robot, link: LinkId) -> Vec<LinkId> {
-    let mut chain: Vec<LinkId> = std::iter::successors(Some(link), |j| robot.link(*j).antecedent).collect();
-    chain.reverse();
-    chain
-}
-
-/// Its six joints.
-fn arm(derivation: &mut Derivation, link: LinkId) -> Result<Vec<ArmJoint>, NoClosedForm> {
-    let Derivation { robot, graph: g, constants, .. } = derivation;
-    let chain = chain(robot, link);
-    let refused = |text: String| Err(NoClosedForm(text));
-    if chain.len() != 6 || robot.n_coordinates() != 6 || robot.n_variables() != 6 {
-        return refused(format!(
-            "{} joints lead to the link, and the robot has {}",
-            chain.len(),
-            robot.n_coordinates()
-        ));
-    }
-    let mut joints: Vec<ArmJoint> = Vec::new();
-    for j in chain {
-        let link = robot.link(j);
-        let Geometry { gamma, b, alpha, d, theta, r } = Geometry::of(g, constants, link);
-        let [(coordinate, sign)] = link.joint.variable.terms[..] else {
-            return refused(format!("{} does not follow one coordinate", link.name));
-        };
-        if link.joint.kind != JointKind::Revolute || sign.abs() != 1.0 {
-            return refused(format!("{} does not turn with its coordinate", link.name));
-        }
-        if !joints.is_empty() && !alpha.terms.is_empty() {
-            return refused(format!("the axis of {} is oblique", link.name));
-        }
-        if let Some(last) = joints.last_mut() {
-            last.offset = last.offset.plus(&gamma);
-            last.r = g.add(last.r, b);
-        }
-        joints.push(ArmJoint { alpha: alpha.quarter_turns, d, offset: theta, r, coordinate: coordinate.0, sign });
-    }
-    Ok(joints)
-}
-
-/// Whether the arm has a spherical wrist; it has parallel axes if not.
-fn class(joints: &[ArmJoint]) -> Result<bool, NoClosedForm> {
-    let [_, two, three, four, five, six] = joints else { return Err(NoClosedForm("there are not six joints".into())) };
-    let refused = |text: &str| Err(NoClosedForm(text.into()));
-    if !two.is_across() || !three.is_parallel() {
-        return refused("axis 2 is not across axis 1, or axis 3 not parallel to axis 2");
-    }
-    if !five.is_across() || !six.is_across() || !five.d.is_zero() || !six.d.is_zero() {
-        return refused("axis 5 does not cross axis 4 and axis 6 at right angles");
-    }
-    if three.d.is_zero() {
-        return refused("axes 2 and 3 are one");
-    }
-    match (four.is_parallel(), four.is_across(), five.r.is_zero()) {
-        (true, ..) if !four.d.is_zero() => Ok(false),
-        (_, true, true) => Ok(true),
-        _ => refused("axes 4, 5 and 6 do not meet, and axis 4 is not parallel to axis 3"),
-    }
 }
 
 /// Where the last link is to be, in the frame before the first joint turns.
@@ -196,6 +119,15 @@ impl Target {
         let from_first: Vector = std::array::from_fn(|i| g.sub(p[i], placement.p[i]));
         let [x, y, z] = axes.map(|axis| placement.to_link_before_theta(g, axis));
         Target { x, y, z, p: placement.to_link_before_theta(g, from_first) }
+    }
+
+    /// Where the frame before the first joint turns is to be in that of the last link at r_6 before its origin: the
+    /// inverse pose, of the arm read from its end.
+    fn reversed(&self, g: &mut Graph, r: Expr) -> Target {
+        let Target { x, y, z, p } = *self;
+        let mut along = |axis: Vector| -dot(g, axis, p);
+        let [px, py, pz] = [along(x), along(y), along(z)];
+        Target { x: [x[0], y[0], z[0]], y: [x[1], y[1], z[1]], z: [x[2], y[2], z[2]], p: [px, py, g.add(pz, r)] }
     }
 
     /// The point of axis 6 at r_6 before its origin.
@@ -251,28 +183,64 @@ fn unit_turn(g: &mut Graph, cos: Expr, sin: Expr) -> Turn {
     Turn { cos: g.div(cos, length), sin: g.div(sin, length) }
 }
 
+/// theta_2 and r that bring the point (d, -sin(alpha_3) r) of frame 2 to (u, v): r^2 = u^2 + v^2 - d^2.
+fn slide(g: &mut Graph, three: &ArmJoint, [u, v]: [Expr; 2], is_other: bool) -> (Turn, Expr) {
+    let squares = [u, v, three.d].map(|e| g.mul(e, e));
+    let distance = g.add(squares[0], squares[1]);
+    let rest = g.sub(distance, squares[2]);
+    let root = g.sqrt(rest);
+    let y = if is_other { -root } else { root };
+    let products = [(u, three.d), (v, y), (v, three.d), (u, y)].map(|(a, b)| g.mul(a, b));
+    let (cos, sin) = (g.add(products[0], products[1]), g.sub(products[2], products[3]));
+    (unit_turn(g, cos, sin), signed(y, -three.sine()))
+}
+
 /// u, v of a point in the plane across axis 2, from its distance a along x of frame 1 and its height along axis 1.
 fn in_plane(g: &mut Graph, two: &ArmJoint, a: Expr, height: Expr) -> [Expr; 2] {
     let v = if two.sine() > 0.0 { height } else { -height };
     [g.sub(a, two.d), v]
 }
 
-fn with_wrist(g: &mut Graph, joints: &[ArmJoint], target: &Target, [one, three, five]: [bool; 3]) -> [Turn; 6] {
+fn with_wrist(
+    g: &mut Graph,
+    joints: &[ArmJoint],
+    target: &Target,
+    [one, three, five]: [bool; 3],
+    class: Class,
+) -> Solution {
     let (j2, j3, j4, j5, j6) = (&joints[1], &joints[2], &joints[3], &joints[4], &joints[5]);
     let W = target.before(g, j6.r);
-    // In frame 3 the wrist's centre is (d_4, -r_4 sin alpha_4, 0).
-    let y = if j4.sine() > 0.0 { -j4.r } else { j4.r };
-    let h = g.add(j2.r, j3.r);
+    let unturned = Turn { cos: Expr::ONE, sin: Expr::ZERO };
+    let slides = class == Class::WristOfSlide;
+    let h = if slides { j2.r } else { g.add(j2.r, j3.r) };
     let (first, a) = first_turn(g, j2, W, h, one);
     let place = in_plane(g, j2, a, W[2]);
-    let [second, third] = arm_turns(g, j3.d, [j4.d, y], place, three);
+    let (second, third, length) = if slides {
+        let (second, length) = slide(g, j3, place, three);
+        // The wrist's centre is r_4 cos(alpha_4) behind O_3.
+        let behind = if j4.is_across() { Expr::ZERO } else { signed(j4.r, if j4.is_parallel() { 1.0 } else { -1.0 }) };
+        // What turns the boom about its own axis is no variable.
+        let fixed = j3.offset.turn(g);
+        (second, fixed, g.sub(length, behind))
+    } else {
+        // In frame 3 the wrist's centre is (d_4, -r_4 sin alpha_4, 0).
+        let y = if j4.sine() > 0.0 { -j4.r } else { j4.r };
+        let [second, third] = arm_turns(g, j3.d, [j4.d, y], place, three);
+        (second, third, Expr::ZERO)
+    };
 
     // Axes of the last link in frame 3, then before theta_4 turns.
-    let both = together(g, second, third);
     let seen = |g: &mut Graph, v: Vector| {
         let v = first.turned(g, v);
         let v = about_x(v, -j2.alpha);
-        let v = both.turned(g, v);
+        let v = if slides {
+            let v = second.turned(g, v);
+            let v = about_x(v, -j3.alpha);
+            third.turned(g, v)
+        } else {
+            let both = together(g, second, third);
+            both.turned(g, v)
+        };
         about_x(v, -j4.alpha)
     };
     let axes = [target.x, target.y, target.z].map(|axis| seen(g, axis));
@@ -286,10 +254,11 @@ fn with_wrist(g: &mut Graph, joints: &[ArmJoint], target: &Target, [one, three, 
     let fifth = Turn { cos: signed(z[2], -s5 * s6), sin };
     let fourth = Turn { cos: g.div(signed(z[0], s6), sin), sin: g.div(signed(z[1], s6), sin) };
     let sixth = Turn { cos: g.div(signed(x[2], s5), sin), sin: g.div(signed(y[2], -s5), sin) };
-    [first, second, third, fourth, fifth, sixth]
+    let third = if slides { unturned } else { third };
+    Solution { turns: [first, second, third, fourth, fifth, sixth], slide: length }
 }
 
-fn with_parallel_axes(g: &mut Graph, joints: &[ArmJoint], target: &Target, [one, three, five]: [bool; 3]) -> [Turn; 6] {
+fn with_parallel_axes(g: &mut Graph, joints: &[ArmJoint], target: &Target, [one, three, five]: [bool; 3]) -> Solution {
     let (j2, j3, j4, j5, j6) = (&joints[1], &joints[2], &joints[3], &joints[4], &joints[5]);
     let W = target.before(g, j6.r);
     let (r, s2) = (g.add(j2.r, j3.r), j2.sine());
@@ -325,7 +294,7 @@ fn with_parallel_axes(g: &mut Graph, joints: &[ArmJoint], target: &Target, [one,
     let [second, third] = arm_turns(g, j3.d, [j4.d, Expr::ZERO], place, three);
     let both = together(g, second, third);
     let fourth = together(g, all, Turn { cos: both.cos, sin: -both.sin });
-    [first, second, third, fourth, fifth, sixth]
+    Solution { turns: [first, second, third, fourth, fifth, sixth], slide: Expr::ZERO }
 }
 
 /// The sum of two angles.
