@@ -10,7 +10,7 @@ use expr::{Expr, Graph};
 use robot::Robot;
 
 use crate::dynamics::parameter_inputs::ParameterInputs;
-use crate::kinematics::links::LinkMotion;
+use crate::kinematics::links::{LinkMotion, Placement};
 use crate::kinematics::vector::{Turn, Vector, add, dot};
 
 /// A rigid body in a link frame, about its origin.
@@ -95,6 +95,14 @@ impl Body {
         Body { inertia: [xx, xy, xz, yy, yz, zz], first_moment: shifted, mass: m }
     }
 
+    /// The same body in the frame of the antecedent, about its origin.
+    pub(crate) fn carried(self, g: &mut Graph, placement: &Placement) -> Body {
+        let body = self.unturned(g, placement.theta);
+        let body = body.unturned_about_x(g, placement.alpha);
+        let body = body.unturned(g, placement.gamma);
+        body.moved(g, placement.p)
+    }
+
     /// Khalil's names of a composite body: XXP3, MXP3, MP3.
     fn name(&self, g: &mut Graph, label: &str) {
         for (&e, letters) in self.inertia.iter().zip(["XX", "XY", "XZ", "YY", "YZ", "ZZ"]) {
@@ -120,10 +128,7 @@ pub(crate) fn composites(g: &mut Graph, robot: &Robot, links: &[LinkMotion], x: 
         bodies[j.0].name(g, &robot.link(j).label);
         if let Some(i) = robot.link(j).antecedent {
             let placement = &links[j.0].placement;
-            let body = bodies[j.0].unturned(g, placement.theta);
-            let body = body.unturned_about_x(g, placement.alpha);
-            let body = body.unturned(g, placement.gamma);
-            let body = body.moved(g, placement.p);
+            let body = bodies[j.0].carried(g, placement);
             bodies[i.0] = bodies[i.0].plus(g, body);
         }
     }

@@ -7,7 +7,7 @@
 //! by q_i    W = w x z   A = U z   a_0 = a x z + 2 v x (w x z)      revolute; prismatic W = A = 0, a_0 = U z
 //! by dq_i   W = z       A = 2 w x z   a_0 = 2 v x z                revolute; prismatic W = A = 0, a_0 = 2 w x z
 //! ```
-//! at O_i in frame i, and force and moment on the composite body of link j by I_j (A, a_0) + 2 B_j(W)
+//! at O_i in the axes of the run of i ([`crate::dynamics::run_axes`]), and force and moment on the composite body of link j by I_j (A, a_0) + 2 B_j(W)
 //! ([`crate::dynamics::momenta`]). For j = i this is a wrench that is carried inward to every k before i; by q_i the
 //! force and moment that link i already has are turned with it. For j behind i only the part along z_j is wanted:
 //! the row of I_j along z_j, which is the unit wrench of the inertia matrix, is carried inward to i, and the row of B_j with
@@ -22,13 +22,14 @@ use expr::{Expr, Function, Graph, Input, Output, SymbolKind};
 use robot::{JointKind, LinkId};
 
 use crate::derivation::Derivation;
-use crate::dynamics::composite::{Body, composites};
+use crate::dynamics::composite::Body;
 use crate::dynamics::factor::Factor;
 use crate::dynamics::inertia_matrix::{self, unit_wrench};
-use crate::dynamics::momenta::{Momenta, composite_momenta, velocities};
+use crate::dynamics::momenta::Momenta;
 use crate::dynamics::parameter_inputs::ParameterInputs;
-use crate::dynamics::torque::{self, wrenches};
-use crate::kinematics::links::{LinkMotion, Motion, MotionInput, Placement, link_motions};
+use crate::dynamics::run_axes::{InRun, Whole, in_runs, wholes};
+use crate::dynamics::torque;
+use crate::kinematics::links::{LinkMotion, Motion, MotionInput, link_motions};
 use crate::kinematics::names::coordinate_labels;
 use crate::kinematics::vector::{NULL, Vector, add, cross, dot, plus_dot};
 
@@ -118,32 +119,31 @@ fn derivatives(derivation: &mut Derivation, links: &[LinkMotion], x: &ParameterI
         let share = g.constant(scale / 2.0);
         return Derivatives { by_q, by_dq: by_dq.into_iter().map(|entry| g.mul(share, entry)).collect() };
     }
-    let Derivation { robot, graph: g, motion, .. } = derivation;
-    let bodies = composites(g, robot, links, x);
+    let Derivation { robot, graph: g, motion, constants, .. } = derivation;
     // All velocities enter twice.
     let scale = g.constant(scale);
     let w: Vec<Vector> = links.iter().map(|link| link.w.map(|w| g.mul(scale, w))).collect();
     let rates: Vec<Expr> = motion.dq.iter().map(|&rate| g.mul(scale, rate)).collect();
-    let v = velocities(g, robot, links, &w, &rates);
-    let momenta = composite_momenta(g, robot, links, [&w, &v], x);
-    let wrenches = wrenches(g, robot, links, x);
+    let weight = constants.weight(g);
+    let runs = in_runs(g, robot, links, (&w, &rates), motion, scale, weight);
+    let wholes = wholes(g, robot, links, (&runs, &w), x);
     let n = robot.n_coordinates();
     let mut found = Derivatives { by_q: vec![Expr::ZERO; n * n], by_dq: vec![Expr::ZERO; n * n] };
     let changes: Vec<Change> =
-        robot.link_ids().map(|i| Change::new(g, robot.link(i).joint.kind, &links[i.0], [w[i.0], v[i.0]])).collect();
+        robot.link_ids().map(|i| Change::new(g, robot.link(i).joint.kind, &runs[i.0], scale)).collect();
     for j in robot.link_ids() {
         let kind = robot.link(j).joint.kind;
         if robot.link(j).joint.variable.terms.is_empty() || kind == JointKind::Fixed {
             continue;
         }
-        let (body, of_link) = (bodies[j.0], &momenta[j.0]);
+        let Whole { body, momenta: of_link, wrench } = &wholes[j.0];
         // What a change of joint j does to all before it.
-        let mut by_q = changes[j.0].by_q.wrench(g, body, of_link);
-        let turned = turned_with(kind, wrenches[j.0]);
+        let mut by_q = changes[j.0].by_q.wrench(g, *body, of_link);
+        let turned = turned_with(kind, *wrench);
         by_q = [add(g, by_q[0], turned[0]), add(g, by_q[1], turned[1])];
-        let mut by_dq = changes[j.0].by_dq.wrench(g, body, of_link);
+        let mut by_dq = changes[j.0].by_dq.wrench(g, *body, of_link);
         // What a change of a joint before j does to joint j.
-        let (f, moment) = unit_wrench(g, body, kind);
+        let (f, moment) = unit_wrench(g, *body, kind);
         let mut row = [f, moment];
         let along = of_link.along_z(g, kind == JointKind::Prismatic);
         let mut of_momenta = along;
@@ -165,11 +165,11 @@ fn derivatives(derivation: &mut Derivation, links: &[LinkMotion], x: &ParameterI
                 }
             }
             let Some(i) = robot.link(at).antecedent else { break };
-            let placement = &links[at.0].placement;
-            by_q = carried(g, placement, by_q);
-            by_dq = carried(g, placement, by_dq);
-            row = carried(g, placement, row);
-            of_momenta = placement.to_antecedent(g, of_momenta);
+            let (run, before) = (&runs[at.0], &runs[i.0]);
+            by_q = run.inward_wrench(g, before, by_q);
+            by_dq = run.inward_wrench(g, before, by_dq);
+            row = run.inward_wrench(g, before, row);
+            of_momenta = run.inward(g, before, of_momenta);
             at = i;
         }
     }
@@ -188,15 +188,8 @@ fn accumulate(g: &mut Graph, robot: &robot::Robot, sum: &mut [Expr], (row, colum
     }
 }
 
-/// Force and moment at O_i from those at O_j, in frame i.
-fn carried(g: &mut Graph, placement: &Placement, [f, n]: [Vector; 2]) -> [Vector; 2] {
-    let (f, n) = (placement.to_antecedent(g, f), placement.to_antecedent(g, n));
-    let lever = cross(g, placement.p, f);
-    [f, add(g, n, lever)]
-}
-
 /// The change of a wrench that is carried along by its joint: z x f and z x n; of a joint that slides z x f as a moment.
-fn turned_with(kind: JointKind, (f, n): (Vector, Vector)) -> [Vector; 2] {
+fn turned_with(kind: JointKind, [f, n]: [Vector; 2]) -> [Vector; 2] {
     let across = |v: Vector| [-v[1], v[0], Expr::ZERO];
     match kind {
         JointKind::Revolute => [across(f), across(n)],
@@ -219,12 +212,12 @@ struct Change {
 }
 
 impl Change {
-    /// `w` and `v` are twice the velocities.
-    fn new(g: &mut Graph, kind: JointKind, link: &LinkMotion, [w, v]: [Vector; 2]) -> Change {
-        let [wx, wy, _] = link.w;
+    /// In the axes of the link's run; `scale` is that of the velocities.
+    fn new(g: &mut Graph, kind: JointKind, link: &InRun, scale: Expr) -> Change {
+        let ([wx, wy, _], v) = (link.w, link.v);
         let u_z = link.U.map(|row| row[2]);
         let e = [wy, -wx, Expr::ZERO];
-        let twice_e = [w[1], -w[0], Expr::ZERO];
+        let twice_e = e.map(|e| g.mul(scale, e));
         match kind {
             JointKind::Revolute => {
                 let lift = cross(g, v, e);

@@ -1,9 +1,11 @@
 //! L D L^T of a symmetric matrix, written out [Cholesky]; the inertia matrix is positive definite for physical
-//! parameters, so that no pivot vanishes.
+//! parameters, so that no pivot vanishes. Each pivot is divided by once: its inverse multiplies, since a division takes as
+//! long as some ten products.
 
 use expr::{Expr, Graph};
 
-/// A factored matrix.
+/// A factored matrix. Its rows and columns stand from the last to the first: links stand after those that carry them, and
+/// where what is carried is eliminated first, branches of a tree stay apart, as zeros [Featherstone 2005].
 pub(crate) struct Factor {
     n: usize,
     /// L below the diagonal, L^T above it, D on it.
@@ -13,6 +15,7 @@ pub(crate) struct Factor {
 impl Factor {
     /// Factors `a`, n x n, row by row.
     pub(crate) fn new(g: &mut Graph, mut a: Vec<Expr>, n: usize) -> Factor {
+        a.reverse();
         // Column by column, L^T takes the place of A above the diagonal, and D on it.
         for c in 0..n {
             for r in c + 1..n {
@@ -20,14 +23,14 @@ impl Factor {
                 if scaled.is_zero() {
                     continue;
                 }
-                let l = g.div(scaled, a[c * n + c]);
+                let l = over(g, scaled, a[c * n + c]);
                 for k in c + 1..=r {
                     let product = g.mul(l, a[k * n + c]);
                     a[r * n + k] = g.sub(a[r * n + k], product);
                 }
             }
             for r in c + 1..n {
-                let l = if a[r * n + c].is_zero() { Expr::ZERO } else { g.div(a[r * n + c], a[c * n + c]) };
+                let l = if a[r * n + c].is_zero() { Expr::ZERO } else { over(g, a[r * n + c], a[c * n + c]) };
                 a[c * n + r] = l;
             }
         }
@@ -41,6 +44,13 @@ impl Factor {
 
     /// x with A x = right.
     pub(crate) fn solve(&self, g: &mut Graph, mut right: Vec<Expr>) -> Vec<Expr> {
+        right.reverse();
+        let mut x = self.solve_reversed(g, right);
+        x.reverse();
+        x
+    }
+
+    fn solve_reversed(&self, g: &mut Graph, mut right: Vec<Expr>) -> Vec<Expr> {
         let n = self.n;
         for c in 0..n {
             for r in c + 1..n {
@@ -49,7 +59,7 @@ impl Factor {
             }
         }
         for r in (0..n).rev() {
-            let mut value = if right[r].is_zero() { Expr::ZERO } else { g.div(right[r], self.a[r * n + r]) };
+            let mut value = if right[r].is_zero() { Expr::ZERO } else { over(g, right[r], self.a[r * n + r]) };
             for k in r + 1..n {
                 let product = g.mul(self.l(k, r), right[k]);
                 value = g.sub(value, product);
@@ -72,12 +82,19 @@ impl Factor {
         let mut inverse = vec![Expr::ZERO; n * n];
         for c in (0..n).rev() {
             let unit = (0..n).map(|r| if r == c { Expr::ONE } else { Expr::ZERO }).collect();
-            let column = self.solve(g, unit);
+            let column = self.solve_reversed(g, unit);
             for r in c..n {
                 inverse[r * n + c] = column[r];
                 inverse[c * n + r] = column[r];
             }
         }
+        inverse.reverse();
         inverse
     }
+}
+
+/// x / pivot; the graph holds the inverse of a pivot once.
+fn over(g: &mut Graph, x: Expr, pivot: Expr) -> Expr {
+    let inverse = g.div(Expr::ONE, pivot);
+    g.mul(x, inverse)
 }

@@ -16,7 +16,6 @@ use expr::{Expr, Graph};
 use robot::Robot;
 
 use crate::dynamics::composite::Body;
-use crate::dynamics::parameter_inputs::ParameterInputs;
 use crate::kinematics::links::{LinkMotion, Placement};
 use crate::kinematics::vector::{NULL, Turn, Vector, add, cross};
 
@@ -30,7 +29,7 @@ pub(crate) struct Momenta {
 
 impl Momenta {
     /// Of a body that turns by w and whose origin moves by v.
-    fn new(g: &mut Graph, body: Body, w: Vector, v: Vector) -> Momenta {
+    pub(crate) fn new(g: &mut Graph, body: Body, w: Vector, v: Vector) -> Momenta {
         let [xx, xy, xz, yy, yz, zz] = body.inertia;
         let half = g.constant(0.5);
         let mut second = |a: Expr, b: Expr, c: Expr| {
@@ -49,7 +48,7 @@ impl Momenta {
     }
 
     /// In axes turned back about z.
-    fn unturned(self, g: &mut Graph, turn: Turn) -> Momenta {
+    pub(crate) fn unturned(self, g: &mut Graph, turn: Turn) -> Momenta {
         let [[xx, xy, xz], [yx, yy, yz], [zx, zy, zz]] = self.E;
         // k = s (xx - yy) + c (xy + yx); xx' = xx - s k, yy' = yy + s k, xy' = c k - yx, yx' = c k - xy
         let (xx, xy, yx, yy) = if turn.sin.is_zero() {
@@ -79,7 +78,7 @@ impl Momenta {
     }
 
     /// In the frame of the antecedent, about its origin: E + p h^T.
-    fn carried(self, g: &mut Graph, placement: &Placement) -> Momenta {
+    pub(crate) fn carried(self, g: &mut Graph, placement: &Placement) -> Momenta {
         let turned = self.unturned(g, placement.theta);
         let turned = turned.unturned_about_x(g, placement.alpha);
         let turned = turned.unturned(g, placement.gamma);
@@ -88,6 +87,11 @@ impl Momenta {
             add(g, turned.E[a], lever)
         });
         Momenta { h: turned.h, E: moved }
+    }
+
+    /// Of two bodies together.
+    pub(crate) fn plus(self, g: &mut Graph, b: Momenta) -> Momenta {
+        Momenta { h: add(g, self.h, b.h), E: [0, 1, 2].map(|a| add(g, self.E[a], b.E[a])) }
     }
 
     /// B(W): force and moment.
@@ -129,25 +133,4 @@ pub(crate) fn velocities(g: &mut Graph, robot: &Robot, links: &[LinkMotion], w: 
         velocities.push(v);
     }
     velocities
-}
-
-/// The momenta of every link with all it carries, about its origin.
-pub(crate) fn composite_momenta(
-    g: &mut Graph,
-    robot: &Robot,
-    links: &[LinkMotion],
-    [w, v]: [&[Vector]; 2],
-    x: &ParameterInputs,
-) -> Vec<Momenta> {
-    let of_link = |j: robot::LinkId| Momenta::new(g, Body::new(x.body(j)), w[j.0], v[j.0]);
-    let mut momenta: Vec<Momenta> = robot.link_ids().map(of_link).collect();
-    for j in robot.link_ids().rev() {
-        if let Some(i) = robot.link(j).antecedent {
-            let carried = momenta[j.0].carried(g, &links[j.0].placement);
-            let own = momenta[i.0];
-            momenta[i.0] =
-                Momenta { h: add(g, own.h, carried.h), E: [0, 1, 2].map(|a| add(g, own.E[a], carried.E[a])) };
-        }
-    }
-    momenta
 }

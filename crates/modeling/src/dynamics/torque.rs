@@ -86,7 +86,7 @@ pub(crate) fn wrenches(
 
 /// Force and moment at O_j that move link j, from its ten parameters: f = M a + U MS,
 /// n = J dw + w x (J w) + MS x a. The terms of J are gathered by parameter, so that U serves both.
-fn wrench(g: &mut Graph, j: &LinkMotion, body: [Expr; 10]) -> (Vector, Vector) {
+pub(crate) fn wrench(g: &mut Graph, j: &LinkMotion, body: [Expr; 10]) -> (Vector, Vector) {
     let [xx, xy, xz, yy, yz, zz, mx, my, mz, m] = body;
     let (U, ww, first_moment) = (&j.U, &j.ww, [mx, my, mz]);
     let [dwx, dwy, dwz] = j.dw;

@@ -82,8 +82,10 @@ impl Placement {
 /// A run of links on parallel axes: rates before any of its turns, and the turn added up so far.
 #[derive(Clone, Debug)]
 pub(crate) struct Parallel {
-    w: Vector,
-    dw: Vector,
+    pub w: Vector,
+    pub dw: Vector,
+    /// Whether the link begins it, its axis parallel to none before.
+    pub begins: bool,
     /// Angular part of the twist per coordinate.
     z: Vec<Vector>,
     pub turn: Angle,
@@ -117,6 +119,7 @@ pub(crate) fn link_motions_under(
     let at_rest = Parallel {
         w: NULL,
         dw: NULL,
+        begins: false,
         z: vec![NULL; n],
         turn: Angle::default(),
         rate: Expr::ZERO,
@@ -243,11 +246,12 @@ fn run_of_parallel_axes(
 ) -> Parallel {
     // On a parallel axis the run goes on, else a new one begins with w_0 = Rx(-alpha) Rz(-gamma) w_i.
     let mut run = if geometry.alpha.is_zero() {
-        Parallel { turn: i.parallel.turn.plus(&geometry.gamma), ..i.parallel.clone() }
+        Parallel { turn: i.parallel.turn.plus(&geometry.gamma), begins: false, ..i.parallel.clone() }
     } else {
         Parallel {
             w: placement.to_link_before_theta(g, i.w),
             dw: placement.to_link_before_theta(g, i.dw),
+            begins: true,
             z: i.jacobian.iter().map(|t| t.map_or(NULL, |t| placement.to_link_before_theta(g, t.z))).collect(),
             turn: Angle::default(),
             rate: Expr::ZERO,

@@ -1,0 +1,219 @@
+//! Axes in which a robot's links are looked at together, and what each link and all it carries are in them.
+//!
+//! Links on parallel axes are a run ([`crate::kinematics::links`]). In axes that do not turn with the joints of a run but
+//! with what carries it, nothing turns from one link of the run to the next, and from the first link to what carries it only
+//! by alpha, most often a right angle. Each link is placed in these axes by one turn about z:
+//!
+//! ```text
+//! v = Rz(psi_k) v_k,   psi_k = sum of theta over the run up to k      v in the axes of the run, v_k in the link's
+//! ```
+//! A run on the base has no frame that carries it, and takes the axes of its last link instead, psi_k -> psi_k - psi_last.
+//!
+//! The body of link k is summed in two steps: in the link's own axes, where its ten parameters are constant, with the runs
+//! that begin on it; and, after one turn of all these, in the axes of the run with the next links of the run.
+
+use expr::{Expr, Graph};
+use robot::{JointKind, LinkId, Robot};
+
+use crate::dynamics::composite::Body;
+use crate::dynamics::momenta::Momenta;
+use crate::dynamics::parameter_inputs::ParameterInputs;
+use crate::dynamics::torque;
+use crate::kinematics::angle::Angle;
+use crate::kinematics::links::{LinkMotion, Motion, Placement, joint_variable};
+use crate::kinematics::vector::{NULL, Turn, Vector, acceleration_matrix, add, cross, dot, products};
+
+/// A link in the axes of its run.
+pub(crate) struct InRun {
+    /// From the axes of the run to those of the link.
+    psi: Turn,
+    /// Whether the link begins a run.
+    begins: bool,
+    /// Where the link before it is: of a link that begins a run in that link's own axes, else in those of the run.
+    placement: Placement,
+    pub w: Vector,
+    /// Acceleration of O_k minus g.
+    pub a: Vector,
+    /// [dw]x + [w]x^2, row by row.
+    pub U: [Vector; 3],
+    /// Velocity of O_k, times the scale of the velocities.
+    pub v: Vector,
+    /// v in the axes of the link.
+    own_v: Vector,
+    /// a in the axes of the link.
+    own_a: Vector,
+}
+
+/// A link and all it carries, as if its joints were locked.
+#[derive(Clone, Copy)]
+pub(crate) struct Whole {
+    pub body: Body,
+    /// By velocities times their scale.
+    pub momenta: Momenta,
+    /// Force and moment that move it.
+    pub wrench: [Vector; 2],
+}
+
+impl Whole {
+    fn plus(self, g: &mut Graph, b: Whole) -> Whole {
+        let wrench = [0, 1].map(|i| add(g, self.wrench[i], b.wrench[i]));
+        Whole { body: self.body.plus(g, b.body), momenta: self.momenta.plus(g, b.momenta), wrench }
+    }
+
+    /// In axes turned back about z.
+    fn unturned(self, g: &mut Graph, turn: Turn) -> Whole {
+        let wrench = self.wrench.map(|v| turn.unturned(g, v));
+        Whole { body: self.body.unturned(g, turn), momenta: self.momenta.unturned(g, turn), wrench }
+    }
+
+    /// In the axes, and about the origin, of what the placement is in.
+    fn carried(self, g: &mut Graph, placement: &Placement) -> Whole {
+        Whole {
+            body: self.body.carried(g, placement),
+            momenta: self.momenta.carried(g, placement),
+            wrench: carried(g, placement, self.wrench),
+        }
+    }
+}
+
+/// Force and moment at O_i from those at O_j, in frame i.
+pub(crate) fn carried(g: &mut Graph, placement: &Placement, [f, n]: [Vector; 2]) -> [Vector; 2] {
+    let (f, n) = (placement.to_antecedent(g, f), placement.to_antecedent(g, n));
+    let lever = cross(g, placement.p, f);
+    [f, add(g, n, lever)]
+}
+
+impl InRun {
+    /// A vector in the axes of the run of the link before, from one in those of this run.
+    pub(crate) fn inward(&self, g: &mut Graph, before: &InRun, v: Vector) -> Vector {
+        let v = self.placement.to_antecedent(g, v);
+        if self.begins { before.psi.unturned(g, v) } else { v }
+    }
+
+    /// Force and moment about the origin of the link before, in the axes of its run.
+    pub(crate) fn inward_wrench(&self, g: &mut Graph, before: &InRun, wrench: [Vector; 2]) -> [Vector; 2] {
+        let wrench = carried(g, &self.placement, wrench);
+        if self.begins { wrench.map(|v| before.psi.unturned(g, v)) } else { wrench }
+    }
+}
+
+/// Every link in the axes of its run; `w` are the angular velocities in the links' own axes and `rates` those of the
+/// coordinates, both times a scale, `weight` is the acceleration of the base minus g.
+pub(crate) fn in_runs(
+    g: &mut Graph,
+    robot: &Robot,
+    links: &[LinkMotion],
+    (w, rates): (&[Vector], &[Expr]),
+    motion: &Motion,
+    scale: Expr,
+    weight: Vector,
+) -> Vec<InRun> {
+    let unturned = Turn { cos: Expr::ONE, sin: Expr::ZERO };
+    let axes = axes_of_runs(robot, links);
+    let mut all: Vec<InRun> = Vec::with_capacity(links.len());
+    for (k, link) in robot.links.iter().enumerate() {
+        let (at, run) = (&links[k], &links[k].parallel);
+        let begins = begins_run(robot, links, LinkId(k));
+        let psi = run.turn.plus(&axes[k].negated()).turn(g);
+        let placement = match link.antecedent {
+            Some(i) if !begins => {
+                let p = all[i.0].psi.unturned(g, at.placement.p);
+                Placement { gamma: unturned, alpha: unturned, theta: unturned, p }
+            }
+            _ => Placement { theta: unturned, ..at.placement.clone() },
+        };
+        // w = w_0 + rate z,  dw = dw_0 + w x z rate + acceleration z, as in the link's own axes but for the turn.
+        let [x, y, z] = run.w;
+        let own_w = [x, y, g.add(z, run.rate)];
+        let [x, y, z] = run.dw;
+        let (wy, wx) = (g.mul(own_w[1], run.rate), g.mul(own_w[0], run.rate));
+        let dw = [g.add(x, wy), g.sub(y, wx), g.add(z, run.acceleration)];
+        let (mut a, mut v) = match link.antecedent {
+            None => {
+                let before = if run.begins { at.placement.to_link_before_theta(g, weight) } else { weight };
+                (axes[k].turn(g).turned(g, before), NULL)
+            }
+            Some(i) if begins => {
+                let (offset, lever) = (links[i.0].U.map(|row| dot(g, row, placement.p)), cross(g, w[i.0], placement.p));
+                let (a, v) = (add(g, all[i.0].own_a, offset), add(g, all[i.0].own_v, lever));
+                (placement.to_link(g, a), placement.to_link(g, v))
+            }
+            Some(i) => {
+                let before = &all[i.0];
+                let twice_w = before.w.map(|w| g.mul(scale, w));
+                let (offset, lever) = (before.U.map(|row| dot(g, row, placement.p)), cross(g, twice_w, placement.p));
+                (add(g, before.a, offset), add(g, before.v, lever))
+            }
+        };
+        if link.joint.kind == JointKind::Prismatic {
+            let [rate, scaled_rate] = [&motion.dq, rates].map(|x| joint_variable(g, link, x));
+            let two = g.constant(2.0);
+            let twice = g.mul(two, rate);
+            let (wy, wx) = (g.mul(own_w[1], twice), g.mul(own_w[0], twice));
+            a = [g.add(a[0], wy), g.sub(a[1], wx), g.add(a[2], at.joint_acceleration)];
+            v[2] = g.add(v[2], scaled_rate);
+        }
+        let ww = products(g, own_w);
+        let U = acceleration_matrix(g, &ww, dw);
+        let (own_v, own_a) = (psi.turned(g, v), psi.turned(g, a));
+        all.push(InRun { psi, begins, placement, w: own_w, a, U, v, own_v, own_a });
+    }
+    all
+}
+
+/// The turn of each link's axes of the run against where the run begins: of a run on the base that of its last link.
+fn axes_of_runs(robot: &Robot, links: &[LinkMotion]) -> Vec<Angle> {
+    // The link that begins the run of each link.
+    let mut first: Vec<LinkId> = Vec::with_capacity(links.len());
+    for k in robot.link_ids() {
+        let before = robot.link(k).antecedent.filter(|_| !begins_run(robot, links, k));
+        first.push(before.map_or(k, |i| first[i.0]));
+    }
+    let of = |k: LinkId| match robot.link(first[k.0]).antecedent {
+        Some(_) => Angle::default(),
+        None => robot
+            .link_ids()
+            .rev()
+            .find(|m| first[m.0] == first[k.0])
+            .map_or(Angle::default(), |last| links[last.0].parallel.turn.clone()),
+    };
+    robot.link_ids().map(of).collect()
+}
+
+/// Whether the axis of a link is parallel to that of no link before it.
+fn begins_run(robot: &Robot, links: &[LinkMotion], k: LinkId) -> bool {
+    robot.link(k).antecedent.is_none() || links[k.0].parallel.begins
+}
+
+/// Every link with all it carries, about its origin, in the axes of its run.
+pub(crate) fn wholes(
+    g: &mut Graph,
+    robot: &Robot,
+    links: &[LinkMotion],
+    (runs, w): (&[InRun], &[Vector]),
+    x: &ParameterInputs,
+) -> Vec<Whole> {
+    // In the links' own axes, and in those of the run.
+    let mut own: Vec<Whole> = Vec::with_capacity(links.len());
+    for k in robot.link_ids() {
+        let (run, body) = (&runs[k.0], Body::new(x.body(k)));
+        let moved = LinkMotion { a: run.own_a, ..links[k.0].clone() };
+        let (f, n) = torque::wrench(g, &moved, x.body(k));
+        own.push(Whole { body, momenta: Momenta::new(g, body, w[k.0], run.own_v), wrench: [f, n] });
+    }
+    let mut beside: Vec<Option<Whole>> = vec![None; links.len()];
+    for k in robot.link_ids().rev() {
+        let run = &runs[k.0];
+        let turned = own[k.0].unturned(g, run.psi);
+        let whole = beside[k.0].map_or(turned, |next| turned.plus(g, next));
+        beside[k.0] = Some(whole);
+        let Some(i) = robot.link(k).antecedent else { continue };
+        let carried = whole.carried(g, &run.placement);
+        if run.begins {
+            own[i.0] = own[i.0].plus(g, carried);
+        } else {
+            beside[i.0] = Some(beside[i.0].map_or(carried, |sum| sum.plus(g, carried)));
+        }
+    }
+    beside.into_iter().zip(own).map(|(whole, own)| whole.unwrap_or(own)).collect()
+}
