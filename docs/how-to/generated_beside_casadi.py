@@ -106,10 +106,13 @@ for j in range(links, 0, -1):
         moment[parent] += ca.mtimes(turn[j], moment[j]) + cross(place[j], carried)
 
 regressor = ca.jacobian(tau, x)
+slopes = [ca.jacobian(tau, q), ca.jacobian(tau, dq)]
 functions = {
     "base_regressor": ca.Function("base_regressor", [q, dq, ddq], [regressor]),
     "inverse_dynamics": ca.Function("inverse_dynamics", [q, dq, ddq, x], [ca.densify(tau)]),
     "inertia_matrix": ca.Function("inertia_matrix", [q, x], [ca.triu(ca.jacobian(tau, ddq))]),
+    # Common subexpressions taken out, which casadi does not do by itself.
+    "derivatives": ca.Function("derivatives", [q, dq, ddq, x], [ca.horzcat(*slopes)], {"cse": True}),
 }
 at = state()
 difference = pin.computeJointTorqueRegressor(model, data, *at)[:, base] - np.array(functions["base_regressor"](*at))
@@ -130,7 +133,7 @@ for k, flags in enumerate(ways):
     keep = (f"--keep-global-symbol=casadi{k}_{name}" for name in functions)
     run("objcopy", *keep, f"{k}.o")
 
-names = "inverse-dynamics,inertia-matrix"
+names = "inverse-dynamics,inertia-matrix,inverse-dynamics-derivatives"
 run(rist, "generate", urdf, "--rotor-inertia", "none", "--functions", names, "--out", "arm.rs", "--quiet")
 source = (here / "arm.rs").read_text()
 p = int(re.search(r"PARAMETERS: \[&str; (\d+)\]", source)[1])
@@ -151,6 +154,11 @@ pub extern "C" fn rust_inverse_dynamics(q: &V, dq: &V, ddq: &V, x: &[f64; {p}], 
 pub extern "C" fn rust_inertia_matrix(q: &V, x: &[f64; {p}], a: &mut [V; {n}]) {{
     arm::inertia_matrix(q, x, a)
 }}
+#[unsafe(no_mangle)]
+pub extern "C" fn rust_derivatives(q: &V, dq: &V, ddq: &V, x: &[f64; {p}], y: &mut [[V; {n}]; 2]) {{
+    let [by_q, by_dq] = y;
+    arm::inverse_dynamics_derivatives(q, dq, ddq, x, by_q, by_dq)
+}}
 """)
 optimised = ["-Copt-level=3", "-Ctarget-cpu=native", "-Ccodegen-units=1", "--edition=2024"]
 run("rustc", "--crate-type=staticlib", *optimised, "-o", "librist.a", "library.rs")
@@ -163,24 +171,24 @@ listed = ",".join("{" + ",".join(f"casadi{k}_{name}" for k in range(len(ways))) 
 #include <time.h>
 typedef int F(const double **, double **, long long *, double *, int);
 {declared}
-void rust_base_regressor(), rust_inverse_dynamics(), rust_inertia_matrix();
-static double q[64][{n}], v[64][{n}], a[64][{n}], x[{max(p, len(base))}], y[{n} * {max(p, n)}], memory[1000000];
+void rust_base_regressor(), rust_inverse_dynamics(), rust_inertia_matrix(), rust_derivatives();
+static double q[64][{n}], v[64][{n}], a[64][{n}], x[{max(p, len(base))}], y[{n} * {max(p, 2 * n)}], memory[1000000];
 static double now(void) {{
     struct timespec t;
     clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &t);
     return t.tv_sec * 1e9 + t.tv_nsec;
 }}
 int main(void) {{
-    F *all[3][4] = {{{listed}}};
+    F *all[4][4] = {{{listed}}};
     for (int i = 0; i < 64 * {n}; i++) {{
         q[0][i] = 6. * rand() / RAND_MAX - 3, v[0][i] = 4. * rand() / RAND_MAX - 2, a[0][i] = 10. * rand() / RAND_MAX - 5;
     }}
     for (int i = 0; i < {max(p, len(base))}; i++) x[i] = 1. * rand() / RAND_MAX;
-    double best[15];
-    for (int i = 0; i < 15; i++) best[i] = 1e30;
+    double best[20];
+    for (int i = 0; i < 20; i++) best[i] = 1e30;
     int calls = 64 * 100;
     for (int turn = 0; turn < 60; turn++)
-        for (int i = 0; i < 15; i++) {{
+        for (int i = 0; i < 20; i++) {{
             int f = i / 5, way = i % 5;
             double begin = now();
             for (int c = 0; c < calls; c++) {{
@@ -190,12 +198,13 @@ int main(void) {{
                 if (way < 4) all[f][way](in, out, 0, memory, 0);
                 else if (f == 0) rust_base_regressor(q[s], v[s], a[s], y);
                 else if (f == 1) rust_inverse_dynamics(q[s], v[s], a[s], x, y);
-                else rust_inertia_matrix(q[s], x, y);
+                else if (f == 2) rust_inertia_matrix(q[s], x, y);
+                else rust_derivatives(q[s], v[s], a[s], x, y);
             }}
             double each = (now() - begin) / calls;
             if (each < best[i]) best[i] = each;
         }}
-    for (int f = 0; f < 3; f++) {{
+    for (int f = 0; f < 4; f++) {{
         double least = 1e30;
         for (int way = 0; way < 4; way++) if (best[5 * f + way] < least) least = best[5 * f + way];
         printf("%.0f %.0f\\n", least, best[5 * f + 4]);

@@ -2,7 +2,6 @@
 
 use expr::Tape;
 use modeling::{Derivation, LinkFrame};
-use robot::value::CoordinateId;
 use robot::{JointKind, Robot};
 use tests::model;
 use tests::random::Random;
@@ -81,9 +80,8 @@ fn all_solutions_reach_the_pose() {
     let robots = shipped.map(|(file, has_all)| (model(file), has_all)).into_iter();
     for (robot, has_all) in robots.chain(others.map(|(text, has_all)| (read(text), has_all))) {
         let file = &robot.name;
-        let sliding = (0..6).find(|&k| {
-            robot.joint_of(CoordinateId(k)).is_some_and(|j| robot.link(j).joint.kind == JointKind::Prismatic)
-        });
+        let slides = robot.links.iter().find(|link| link.joint.kind == JointKind::Prismatic);
+        let sliding = slides.map(|link| link.joint.variable.terms[0].0.0);
         let mut derivation = Derivation::new(&robot).unwrap();
         let last = robot.link_ids().next_back().unwrap();
         let frame = LinkFrame::named(&robot, LinkFrame::names(&robot).last().unwrap()).unwrap();
