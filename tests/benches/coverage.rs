@@ -12,7 +12,9 @@
 //! | width | root mean square sigma over root mean square error, median over the parameters |
 //! | FS | root mean square error of FS, relative, all joints |
 //! | sums | share of the intervals that `solve` makes of the sums of the same log |
-//! | yes | draws of which the program says yes by its own choices, with a second log of another motion |
+//! | chosen | share of the intervals of the base parameters by what the program chooses itself: delay, source of the velocity, friction |
+//! | its width | as width, of these |
+//! | yes | draws of which the program says yes then, with a second log of another motion |
 
 use std::path::Path;
 
@@ -39,6 +41,8 @@ struct Found {
     white: Vec<f64>,
     sigma: Vec<f64>,
     sums: Vec<f64>,
+    /// Error and deviation of the base parameters by the program's own choices.
+    chosen: Vec<(f64, f64)>,
     is_yes: bool,
 }
 
@@ -49,8 +53,10 @@ fn main() {
     let base = robot.robot.truth.len();
     let threads = std::thread::available_parallelism().map_or(1, usize::from);
     println!("UR5, {} parameters, {draws} draws", truth.len());
-    println!("| truth | residual | white holds | held | base | friction | worst | width | FS | sums | yes |");
-    println!("|---|---|---|---|---|---|---|---|---|---|---|");
+    println!(
+        "| truth | residual | white holds | held | base | friction | worst | width | FS | sums | chosen | its width | yes |"
+    );
+    println!("|---|---|---|---|---|---|---|---|---|---|---|---|---|");
     let model = Model::of(robot.robot.robot.clone(), Path::new("ur5.yaml"), false).unwrap_or_else(|e| panic!("{e}"));
     for what in Truth::ALL {
         let start = std::time::Instant::now();
@@ -61,13 +67,18 @@ fn main() {
             100.0 * count as f64 / (range.len() * draws) as f64
         };
         let p = truth.len();
+        let is_held = |(error, sigma): &&(f64, f64)| error.abs() <= 1.96 * sigma;
+        let chosen: usize = found.iter().map(|f| f.chosen.iter().filter(is_held).count()).sum();
         let root = |x: &dyn Fn(&Found) -> f64| (found.iter().map(|f| x(f).powi(2)).sum::<f64>() / draws as f64).sqrt();
         let mut width: Vec<f64> = (0..p).map(|c| root(&|f| f.sigma[c]) / root(&|f| f.error[c])).collect();
         width.sort_by(f64::total_cmp);
+        let of = |c: usize| root(&|f| f.chosen[c].1) / root(&|f| f.chosen[c].0);
+        let mut its_width: Vec<f64> = (0..base).map(of).collect();
+        its_width.sort_by(f64::total_cmp);
         let dry: Vec<usize> = (0..6).map(|k| base + 3 * k + 1).collect();
         let dry = (dry.iter().map(|&c| (root(&|f| f.error[c]) / truth[c]).powi(2)).sum::<f64>() / 6.0).sqrt();
         println!(
-            "| {what:?} | {:.4} | {:.1} % | {:.1} % | {:.1} % | {:.1} % | {:.0} % | {:.2} | {:.2} % | {:.1} % | {} |",
+            "| {what:?} | {:.4} | {:.1} % | {:.1} % | {:.1} % | {:.1} % | {:.0} % | {:.2} | {:.2} % | {:.1} % | {:.1} % | {:.2} | {} |",
             found.iter().map(|f| f.residual).sum::<f64>() / draws as f64,
             held(0..p, |f| &f.white),
             held(0..p, |f| &f.sigma),
@@ -77,6 +88,8 @@ fn main() {
             width[p / 2],
             100.0 * dry,
             held(0..p, |f| &f.sums),
+            100.0 * chosen as f64 / (base * draws) as f64,
+            its_width[base / 2],
             found.iter().filter(|f| f.is_yes).count(),
         );
         eprintln!("{:.2} s a draw", start.elapsed().as_secs_f64() / draws as f64);
@@ -93,6 +106,11 @@ fn one(model: &Model, robot: &LackOfFit, truth: &[f64], what: Truth, draw: u64) 
     let judged = chosen.judged(model, &[other], false).unwrap_or_else(|e| panic!("{e}"));
     Found {
         sums: sums.parameters.iter().map(Identified::sigma_or_infinity).collect(),
+        chosen: chosen.estimate.parameters[..robot.robot.truth.len()]
+            .iter()
+            .zip(truth)
+            .map(|(p, truth)| (p.value.unwrap_or(f64::NAN) - truth, p.sigma_or_infinity()))
+            .collect(),
         is_yes: judged.verdict.trust == Trust::Yes,
         residual: estimate.total.unwrap_or(f64::NAN),
         error: of(&|p| p.value.unwrap_or(f64::NAN)).iter().zip(truth).map(|(x, t)| x - t).collect(),
