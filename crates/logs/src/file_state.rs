@@ -1,4 +1,4 @@
-//! Whether a file that is read more than once is still the same.
+//! Whether a file that is being read is still the same.
 
 use std::path::Path;
 use std::time::SystemTime;
@@ -6,7 +6,7 @@ use std::time::SystemTime;
 use crate::Error;
 
 /// Length and time of modification, which change when a file is written or replaced.
-#[derive(PartialEq)]
+#[derive(Clone, PartialEq)]
 pub(crate) struct FileState(u64, Option<SystemTime>);
 
 impl FileState {
@@ -15,5 +15,45 @@ impl FileState {
         let metadata =
             metadata.map_err(|e| Error::at(&path.display().to_string(), 0, format!("cannot be read: {e}")))?;
         Ok(FileState(metadata.len(), metadata.modified().ok()))
+    }
+
+    /// That of a regular file; `None` of a pipe, a folder, or what is no path.
+    pub(crate) fn of_file(path: &Path) -> Option<FileState> {
+        if path.is_file() { FileState::of(path).ok() } else { None }
+    }
+}
+
+/// That a file is not what it was.
+pub(crate) fn changed(path: &Path) -> Error {
+    Error::at(&path.display().to_string(), 0, "the file changes while it is read, or was replaced since; begin again")
+}
+
+/// Refuses a file that is no longer in the state it was in `before`.
+pub(crate) fn refuse_changed(path: &Path, before: Option<&FileState>) -> Result<(), Error> {
+    if before.is_some() && FileState::of_file(path).as_ref() != before { Err(changed(path)) } else { Ok(()) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Whether it grows, shrinks, is replaced or vanishes; a file that stays is read.
+    #[test]
+    fn a_file_that_changes_while_it_is_read_is_refused() {
+        let path = std::env::temp_dir().join(format!("rist-state-{}.csv", std::process::id()));
+        let write = |text: &str| std::fs::write(&path, text).unwrap();
+        write("t,q1\n0,1\n");
+        let before = FileState::of_file(&path);
+        assert!(before.is_some() && refuse_changed(&path, before.as_ref()).is_ok());
+        for text in ["t,q1\n0,1\n1,2\n", "t,q1\n"] {
+            write(text);
+            let message = refuse_changed(&path, before.as_ref()).unwrap_err().to_string();
+            assert!(message.contains("changes while it is read"), "{message}");
+        }
+        std::fs::remove_file(&path).unwrap();
+        assert!(refuse_changed(&path, before.as_ref()).is_err());
+        // Of what is no file nothing is known.
+        let none = FileState::of_file(&path);
+        assert!(none.is_none() && refuse_changed(&path, none.as_ref()).is_ok());
     }
 }

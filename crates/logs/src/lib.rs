@@ -22,7 +22,10 @@ mod stream;
 mod table;
 
 pub use cleaning::account::{GAP_PERIODS, LogReport};
+pub use cleaning::raw_words::RawWord;
+pub use cleaning::refresh::Refresh;
 pub use cleaning::suspects::Suspect;
+pub use cleaning::turns::unwrap_angle;
 pub use columns::mapping::{Columns, Source};
 pub use columns::names::{ColumnNames, Names};
 pub use columns::words::Quantity;

@@ -11,7 +11,9 @@ use serde::{Deserialize, Serialize};
 use crate::Error;
 use crate::abreast::abreast;
 use crate::cleaning::account::{GAP_PERIODS, LogReport, MIN_ROWS, even};
-use crate::cleaning::suspects::{Suspect, unwrap};
+use crate::cleaning::publishers::foreign_rows;
+use crate::cleaning::refresh::Refresh;
+use crate::cleaning::suspects::Suspect;
 use crate::columns::mapping::{Columns, Source};
 use crate::columns::names::ColumnNames;
 use crate::columns::words::Quantity;
@@ -218,17 +220,13 @@ impl Log {
         let longest = steps.iter().copied().fold(0.0, f64::max);
         let middle = steps.len() / 2;
         let period = *steps.select_nth_unstable_by(middle, f64::total_cmp).1;
-        // Positions of each joint are unwrapped before they are looked at, all joints at once.
-        let series = self.coordinates.iter().zip(&mut self.q).zip(&self.effort).collect();
-        let found = abreast(self.t.len(), series, |((name, q), effort): ((&String, &mut Vec<f64>), &Vec<f64>)| {
-            let wrapped = unwrap(q);
-            (wrapped, Suspect::of(name, &self.t, q, effort))
-        });
-        let (wrapped, suspect): (Vec<usize>, Vec<Suspect>) = found.into_iter().unzip();
+        let refresh = self.refresh(period);
+        let (suspect, wrapped) = self.suspects();
         let (before, after, rest) = self.rest();
         self.report = LogReport {
-            wrapped: wrapped.iter().sum(),
+            wrapped,
             suspect,
+            refresh,
             repeated: (1..self.len()).filter(|&r| self.signals().all(|s| s[r] == s[r - 1])).count(),
             duration: self.t[self.len() - 1] - self.t[0],
             period,
@@ -240,6 +238,32 @@ impl Log {
             rest,
             ..self.report.clone()
         };
+    }
+
+    /// How often new values come, `period` s between rows.
+    fn refresh(&self, period: f64) -> Refresh {
+        let motion: Vec<&[f64]> =
+            self.q.iter().chain(self.dq.iter().chain(&self.ddq).flatten()).map(Vec::as_slice).collect();
+        let effort: Vec<&[f64]> = self.effort.iter().map(Vec::as_slice).collect();
+        Refresh::of(&motion, &effort, period)
+    }
+
+    /// What is odd about each coordinate, all coordinates at once, and the number of jumps by a turn, which are taken back.
+    fn suspects(&mut self) -> (Vec<Suspect>, usize) {
+        let foreign = foreign_rows(self.dq.as_deref(), &self.effort);
+        let velocities: Vec<Option<&[f64]>> = match &self.dq {
+            Some(dq) => dq.iter().map(|dq| Some(dq.as_slice())).collect(),
+            None => vec![None; self.q.len()],
+        };
+        let series = self.coordinates.iter().zip(&mut self.q).zip(velocities).zip(&self.effort).collect();
+        type Coordinate<'a> = (((&'a String, &'a mut Vec<f64>), Option<&'a [f64]>), &'a Vec<f64>);
+        let found = abreast(self.t.len(), series, |(((name, q), velocity), effort): Coordinate| {
+            let (suspect, wrapped) = Suspect::of(name, &self.t, q, velocity, effort);
+            let zeros = if foreign > 0 { effort.iter().filter(|x| **x == 0.0).count() } else { 0 };
+            (Suspect { foreign_rows: foreign, foreign_are_zero: foreign > 0 && zeros >= foreign, ..suspect }, wrapped)
+        });
+        let wrapped = found.iter().map(|(_, wrapped)| wrapped).sum();
+        (found.into_iter().map(|(suspect, _)| suspect).collect(), wrapped)
     }
 
     /// s at rest at the start, at the end, and in all, measured in spans of [`REST_SPAN_S`]. The remainder behind the
@@ -294,14 +318,18 @@ fn usable_rows(table: &Table, columns: &Columns, range: Range<usize>, mut after:
         finite.iter_mut().zip(column).for_each(|(finite, x)| *finite &= x.is_finite());
     }
     let mut rows: Vec<usize> = Vec::with_capacity(range.len());
+    let mut before = after;
     for (r, finite) in range.zip(finite) {
+        let now = columns.time.factor * clock[r];
+        report.clock_steps_back += usize::from(finite && now < before);
+        before = if finite { now } else { before };
         if !finite {
             report.not_finite += 1;
             report.first_not_finite.get_or_insert(table.line(r));
-        } else if columns.time.factor * clock[r] > after {
-            after = columns.time.factor * clock[r];
+        } else if now > after {
+            after = now;
             rows.push(r);
-        } else if columns.time.factor * clock[r] == after {
+        } else if now == after {
             report.clock_repeated += 1;
         } else {
             report.clock_backwards += 1;

@@ -10,11 +10,12 @@ use crate::Error;
 use crate::abreast::abreast;
 use crate::ahead::RowsAhead;
 use crate::cleaning::account::LogReport;
-use crate::cleaning::suspects::unwrap;
+use crate::cleaning::suspects::Suspect;
+use crate::cleaning::turns::unwrap;
 use crate::columns::mapping::Columns;
 use crate::columns::names::ColumnNames;
 use crate::columns::words::Quantity;
-use crate::file_state::FileState;
+use crate::file_state::{FileState, changed, refuse_changed};
 use crate::log::{Effort, Log, Window};
 use crate::packed::PackedLog;
 use crate::part::{Part, read_block};
@@ -56,11 +57,14 @@ impl LogSource {
         held: usize,
         block: usize,
     ) -> Result<(LogSource, Columns), Error> {
+        let before = FileState::of_file(path);
         let (mut reader, again) = match read::open(path)? {
             Opened::Rows { reader, again } => (reader, again),
-            Opened::Whole(table) => return LogSource::of_table(path, table, coordinates, names, block),
+            Opened::Whole(table) => {
+                refuse_changed(path, before.as_ref())?;
+                return LogSource::of_table(path, table, coordinates, names, block);
+            }
         };
-        let state = FileState::of(path);
         let block = block.min(MAX_CELLS_PER_BLOCK / reader.width()).max(1);
         let first = reader.rows(block)?;
         let columns = Columns::find(&first, coordinates, names)?;
@@ -68,6 +72,7 @@ impl LogSource {
         let mut ahead = RowsAhead::new(reader, block);
         let mut next = ahead.next()?;
         if next.rows() == 0 {
+            refuse_changed(path, before.as_ref())?;
             return Ok((LogSource::Held(Log::from_table(&first, &columns)?), columns));
         }
         let mut account = Account::default();
@@ -93,9 +98,11 @@ impl LogSource {
             }
             next = following;
         }
-        let parts = match is_held {
-            true => Parts::Held(parts),
-            false => Parts::File(path.into(), state?),
+        refuse_changed(path, before.as_ref())?;
+        let parts = match (is_held, before) {
+            (true, _) => Parts::Held(parts),
+            (false, Some(state)) => Parts::File(path.into(), state),
+            (false, None) => Parts::File(path.into(), FileState::of(path)?),
         };
         let stream = LogStream::new(path.into(), columns.clone(), account, parts, block)?;
         Ok((LogSource::Streamed(stream), columns))
@@ -159,6 +166,14 @@ impl LogSource {
             LogSource::Held(log) => log.effort_is,
             LogSource::Streamed(stream) if stream.columns.effort_is == Quantity::Current => Effort::Current,
             LogSource::Streamed(_) => Effort::Torque,
+        }
+    }
+
+    /// Whether there are columns of velocities, and of accelerations.
+    pub fn has_rates(&self) -> [bool; 2] {
+        match self {
+            LogSource::Held(log) => [log.dq.is_some(), log.ddq.is_some()],
+            LogSource::Streamed(stream) => [stream.columns.velocity.is_some(), stream.columns.acceleration.is_some()],
         }
     }
 
@@ -259,11 +274,7 @@ impl LogStream {
                 Ok(())
             }
             Parts::File(path, state) => {
-                let changed = || {
-                    let message = "the file changes while it is read, or was replaced since; begin again";
-                    Error::at(&path.display().to_string(), 0, message)
-                };
-                let Opened::Rows { mut reader, .. } = read::open(path)? else { return Err(changed()) };
+                let Opened::Rows { mut reader, .. } = read::open(path)? else { return Err(changed(path)) };
                 let (mut after, mut count) = (f64::NEG_INFINITY, 0);
                 reader.keep(&self.columns.places());
                 let block = blocks * self.block;
@@ -278,7 +289,7 @@ impl LogStream {
                     }
                 }
                 if count != self.report.rows || FileState::of(path)? != *state {
-                    return Err(changed());
+                    return Err(changed(path));
                 }
                 Ok(())
             }
@@ -314,7 +325,10 @@ impl LogStream {
                 next.append_to(&mut block, 0..after);
             }
             // Each part was unwrapped by itself, so that parts may differ by turns where they meet.
-            abreast(block.len(), block.q.iter_mut().collect(), |q| unwrap(q));
+            let samples = block.len();
+            let angles =
+                block.q.iter_mut().zip(&self.report.suspect).filter(|(_, s)| Suspect::may_be_wrapped(s)).collect();
+            abreast(samples, angles, |(q, _): (&mut Vec<f64>, &Suspect)| unwrap(q));
             take(self.described(block))
         };
         let mut goes_on = true;

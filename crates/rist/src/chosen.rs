@@ -11,8 +11,8 @@ use identification::estimate::delay::{Delay, estimate_delay};
 use identification::estimate::held_out::cross_validate;
 use identification::estimate::identify::Fit;
 use identification::estimate::options::Options;
-use identification::estimate::passport::Passport;
 use identification::estimate::passport::finding::Fault;
+use identification::estimate::passport::{Passport, TIMELY_S};
 use identification::estimate::rotors::WithRotors;
 use identification::rows::observation::Observation;
 use identification::signals::records::SourceRecords;
@@ -33,8 +33,6 @@ pub(crate) const WORTHWHILE_ERROR_RATIO: f64 = 0.97;
 const ROTORS_ERROR_RATIO: f64 = 0.995;
 /// With errors below this nothing is left to explain, and a difference is rounding.
 pub(crate) const NEGLIGIBLE_ERROR: f64 = 1e-3;
-/// A velocity that lags the slope of its position by less than this is in time, s.
-const TIMELY_S: f64 = 1e-3;
 
 /// What was decided.
 #[derive(Default)]
@@ -66,10 +64,12 @@ impl<'a> Looked<'a> {
         let gains = options.transmission.drive_gains.as_deref();
         // Where rotors are asked for, their rows give these.
         let (passport, rows) = match records.are_made_anew() && !may_lack_rotors(model) {
-            false => (passport_of(model, logs, &records, gains)?, None),
+            false => (passport_of(model, logs, &records, gains, &options.signal)?, None),
             true => {
                 let linear = options.linear_model(model.regressor());
-                Observation::beside(&linear, &records, |records| passport_of(model, logs, records, gains))?
+                Observation::beside(&linear, &records, |records| {
+                    passport_of(model, logs, records, gains, &options.signal)
+                })?
             }
         };
         Ok(Looked { options: options.clone(), records, passport, rows })
@@ -154,11 +154,8 @@ impl Chosen<'_> {
 fn sources(seen: &Passport, options: &mut Options) -> Vec<String> {
     let mut sentences = Vec::new();
     let signal = &mut options.signal;
-    let mut lags: Vec<f64> = seen.joints.iter().filter_map(|j| j.velocity_lag).collect();
-    lags.sort_by(f64::total_cmp);
-    // The middle joint: a filter acts on all of them.
     if signal.velocity == Velocity::Auto
-        && let Some(lag) = lags.get(lags.len() / 2)
+        && let Some(lag) = seen.velocity_lag()
         && lag.abs() > TIMELY_S
     {
         signal.velocity = Velocity::Differentiated;

@@ -1,8 +1,9 @@
 //! Checks whether logs belong to the robot of a description, before anything is fitted.
 
 use identification::estimate::options::Options;
-use identification::estimate::passport::passport;
+use identification::estimate::passport::{Measured, passport};
 use identification::signals::records::{Records, SourceRecords};
+use identification::signals::signal_options::{Signal, Velocity};
 use logs::{Effort, LogSource};
 
 pub use identification::estimate::ledger::claims_of_log;
@@ -27,7 +28,7 @@ pub fn examine(model: &Model, logs: &[LogSource], options: &Options) -> Result<P
     }
     let records = SourceRecords::new(model.regressor(), logs, &options.preparation())?;
     let gains = options.transmission.drive_gains.as_deref().filter(|_| are_known);
-    let mut found = passport_of(model, logs, &records, gains)?;
+    let mut found = passport_of(model, logs, &records, gains, &options.signal)?;
     if is_current && !are_known {
         found.efforts_are_currents();
     }
@@ -52,15 +53,24 @@ impl DoctorRequest {
 }
 
 /// The passport of logs and their records. `gains`: the drive gains by which currents became torques, where they are
-/// known.
+/// known. `signal`: how the records were made.
 pub(crate) fn passport_of<R: Records + ?Sized>(
     model: &Model,
     logs: &[LogSource],
     records: &R,
     gains: Option<&[f64]>,
+    signal: &Signal,
 ) -> Result<Passport, Error> {
     let suspects: Vec<_> = logs.iter().flat_map(|log| log.report().suspect.clone()).collect();
     let mut found = passport(model.regressor(), records, &suspects, model.described_parameters().as_deref())?;
+    let [velocity, acceleration] = logs.iter().fold([false; 2], |[v, a], log| {
+        let [has_velocity, has_acceleration] = log.has_rates();
+        [v || has_velocity, a || has_acceleration]
+    });
+    found.measured = Measured {
+        velocity: velocity && signal.velocity != Velocity::Differentiated,
+        acceleration: acceleration && signal.acceleration != Velocity::Differentiated,
+    };
     let is_current = logs.iter().any(|log| log.effort_is() == Effort::Current);
     if let Some(gains) = gains.filter(|_| is_current) {
         found.gains_are(gains);

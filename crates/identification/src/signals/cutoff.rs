@@ -5,6 +5,15 @@
 //! harmonics of the motion (Coulomb friction, products of velocities) that the model explains, and the fourth-order
 //! low-pass distorts the signals well below its cut-off.
 //!
+//! It is at least 4 Hz, because friction turns as fast in a slow motion as in a fast one: a motion of 0.05 Hz would be cut
+//! at 1 Hz, and every reversal would last a second.
+//!
+//! What a joint does above 10 Hz is no motion where it hardly moves any joint there, and yet holds more than 5 % of the
+//! energy of its velocity: the drive chatters. It has no part in f_95, and the cut-off is so low that the filter, of order
+//! four and passed twice, leaves as little of it as of noise:
+//!
+//! sum over chatter of (2 pi f)^2 E_j(f) / (1 + (f / f_c)^8)^2 = 1e-4 A_j.
+//!
 //! Where the noise of the positions matters, the cut-off is lower, but at least 5 f_95 of all joints together:
 //!
 //! (2 pi)^4 N_j h^2 f_c^5 / 5 = 1e-4 A_j.
@@ -26,8 +35,10 @@ use std::collections::BTreeMap;
 use std::convert::Infallible;
 use std::f64::consts::TAU;
 
-use numerics::fft::RealToComplex;
 use numerics::in_order::in_order;
+
+use crate::signals::position_spectrum::{REST_RANGE, REST_RANGE_SIGMAS, energy_of, excursion, noise_of, smooth_length};
+use crate::signals::position_spectrum::{acceleration_energy, position_energy};
 
 /// The frequency content of a motion.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -39,19 +50,30 @@ pub struct FrequencyContent {
     pub cutoff: f64,
 }
 
+/// Highest cut-off as a share of the sampling rate.
+const HIGHEST_RATE_SHARE: f64 = 0.2;
+
 /// Ratio of the cut-off to the highest f95 of the joints.
 const CUTOFF_FREQUENCY_RATIO: f64 = 20.0;
 /// Share of a joint's energy that lies below its f95.
 const MOTION_ENERGY_SHARE: f64 = 0.95;
-
-/// A bin counts as motion from this multiple of the noise of a bin on.
-const MOTION_TO_NOISE_RATIO: f64 = 20.0;
 
 /// Share of the largest energy from which on a joint counts. It is a tenth of the speed.
 const COUNTED_ENERGY_SHARE: f64 = 1e-2;
 
 /// Energy of the noise at the cut-off, as a share of that of the acceleration.
 const NOISE_ENERGY_SHARE: f64 = 1e-4;
+
+/// The cut-off of a slow motion, Hz. On measured robots (cobot6, UR10e) lower ones predict other motions worse, higher ones
+/// of slow motions no better.
+const SLOW_CUTOFF_HZ: f64 = 4.0;
+
+/// No robot is moved as fast as this on purpose, Hz, and no loop chatters more slowly.
+const SLOWEST_CHATTER_HZ: f64 = 10.0;
+
+/// Share of the energy of position of the joint that moves most, below which what is above [`SLOWEST_CHATTER_HZ`] moves
+/// nothing.
+const CHATTER_POSITION_SHARE: f64 = 1e-3;
 
 /// Noise never lowers the cut-off below this multiple of the f95 of all joints together. At a multiple of 3 the filter
 /// would cut the motion itself.
@@ -74,6 +96,8 @@ type Energy = BTreeMap<u64, f64>;
 #[derive(Clone, Debug, Default)]
 struct JointEnergy {
     motion: Energy,
+    /// What is no motion.
+    chatter: Energy,
     /// Noise of the acceleration up to a frequency f is this times f^5, rad^2/s^3.
     noise: f64,
 }
@@ -117,7 +141,7 @@ fn acceleration_noise(variance: f64, count: usize, period: f64) -> f64 {
 impl MotionEnergy {
     /// Adds positions `period` s apart that continue those before; where they do not, call `end_record` first.
     pub fn push(&mut self, q: &[Vec<f64>], period: f64) {
-        let highest = 0.2 / period;
+        let highest = HIGHEST_RATE_SHARE / period;
         self.highest = if self.highest > 0.0 { self.highest.min(highest) } else { highest };
         // The periods of blocks of one clock differ in the last digits only. Keeping the first gives all blocks the
         // same frequencies.
@@ -134,6 +158,11 @@ impl MotionEnergy {
         }
     }
 
+    /// Tells that efforts come every `period` s only: what is above a fifth of their rate cannot be compared with them.
+    pub(crate) fn sample_efforts(&mut self, period: f64) {
+        self.highest = self.highest.min(HIGHEST_RATE_SHARE / period);
+    }
+
     /// Ends a record; positions pushed from now on belong to another.
     pub(crate) fn end_record(&mut self) {
         let left = self.waiting.first().map_or(0, Vec::len);
@@ -143,6 +172,7 @@ impl MotionEnergy {
     /// The content of all that was pushed, and the cut-off by the rule.
     pub fn content(mut self) -> FrequencyContent {
         self.end_record();
+        self.set_chatter_apart();
         let energy: Vec<f64> = self.joints.iter().map(|joint| joint.motion.values().sum()).collect();
         let most = energy.iter().copied().fold(0.0, f64::max);
         let counts = |e: f64| e > 0.0 && e >= COUNTED_ENERGY_SHARE * most;
@@ -151,10 +181,26 @@ impl MotionEnergy {
         };
         let f95: Vec<f64> = self.joints.iter().zip(&energy).map(f95).collect();
         let fastest = f95.iter().copied().fold(0.0, f64::max);
-        let cutoff = if fastest > 0.0 { (CUTOFF_FREQUENCY_RATIO * fastest).min(self.highest) } else { self.highest };
+        let ruled = (CUTOFF_FREQUENCY_RATIO * fastest).max(SLOW_CUTOFF_HZ);
+        let cutoff = if fastest > 0.0 { ruled.min(self.highest) } else { self.highest };
         let counting = self.joints.iter().zip(&energy).filter(|(_, e)| counts(**e));
-        let noisy = counting.map(|(joint, _)| joint.noise_limit()).fold(f64::INFINITY, f64::min);
+        let noisy =
+            counting.map(|(joint, _)| joint.noise_limit().min(joint.chatter_limit())).fold(f64::INFINITY, f64::min);
         FrequencyContent { f95, cutoff: cutoff.min(noisy.max(MIN_CUTOFF_FREQUENCY_RATIO * self.f95_of_all())) }
+    }
+
+    /// Moves what the drives chatter out of the motion.
+    fn set_chatter_apart(&mut self) {
+        let largest = self.joints.iter().map(|joint| position_energy(joint.motion.iter())).fold(0.0, f64::max);
+        for joint in &mut self.joints {
+            let fast = joint.motion.range(SLOWEST_CHATTER_HZ.to_bits()..);
+            let (whole, share) =
+                (joint.motion.values().sum::<f64>(), fast.clone().map(|(_, energy)| energy).sum::<f64>());
+            let is_chatter = share > (1.0 - MOTION_ENERGY_SHARE) * whole;
+            if is_chatter && position_energy(fast) < CHATTER_POSITION_SHARE * largest {
+                joint.chatter = joint.motion.split_off(&SLOWEST_CHATTER_HZ.to_bits());
+            }
+        }
     }
 
     /// Frequency below which 95 % of the energy of all joints together lies, Hz.
@@ -198,11 +244,32 @@ impl JointEnergy {
     /// Largest frequency up to which noise is at most [`NOISE_ENERGY_SHARE`] of the acceleration, Hz; infinite without
     /// noise.
     fn noise_limit(&self) -> f64 {
-        let squared = |bits: &u64| (TAU * f64::from_bits(*bits)).powi(2);
-        let acceleration: f64 = self.motion.iter().map(|(bits, energy)| squared(bits) * energy).sum();
-        (NOISE_ENERGY_SHARE * acceleration / self.noise).powf(0.2)
+        (NOISE_ENERGY_SHARE * acceleration_energy(self.motion.iter()) / self.noise).powf(0.2)
+    }
+
+    /// Largest frequency up to which the filter leaves as little of the chatter, Hz; infinite without chatter.
+    fn chatter_limit(&self) -> f64 {
+        let Some((&slowest, _)) = self.chatter.first_key_value() else { return f64::INFINITY };
+        let allowed = NOISE_ENERGY_SHARE * acceleration_energy(self.motion.iter());
+        let left = |cutoff: f64| {
+            let passed = |(bits, energy): (&u64, &f64)| {
+                let gain = (1.0 + (f64::from_bits(*bits) / cutoff).powi(8)).powi(-2);
+                acceleration_energy(std::iter::once((bits, &(gain * energy))))
+            };
+            self.chatter.iter().map(passed).sum::<f64>()
+        };
+        // What is left falls with the cut-off; the search is by halves, to a thousandth.
+        let (mut low, mut high) = (0.0, f64::from_bits(slowest));
+        for _ in 0..HALVINGS {
+            let middle = 0.5 * (low + high);
+            *(if left(middle) <= allowed { &mut low } else { &mut high }) = middle;
+        }
+        low
     }
 }
+
+/// Halvings of the interval in which a cut-off is searched.
+const HALVINGS: usize = 10;
 
 /// The frequency up to which the energy adds up to `sum`, Hz.
 fn quantile(energy: &Energy, sum: f64) -> f64 {
@@ -212,83 +279,6 @@ fn quantile(energy: &Energy, sum: f64) -> f64 {
         below >= sum
     });
     reached.map_or(0.0, |(bits, _)| f64::from_bits(*bits))
-}
-
-/// Joints whose extremes are closer than this (rad, m) are at rest. What they show is noise.
-const REST_RANGE: f64 = 1e-3;
-
-/// Joints whose extremes are closer than this many standard deviations of their noise are at rest too. The extremes of
-/// a million samples of noise are ten apart.
-const REST_RANGE_SIGMAS: f64 = 20.0;
-
-/// From the lowest to the highest position.
-fn excursion(q: &[f64]) -> f64 {
-    let (low, high) = q.iter().fold((f64::MAX, f64::MIN), |(l, h), &x| (l.min(x), h.max(x)));
-    high - low
-}
-
-/// The bits of each frequency of motion in Hz, and its energy.
-fn energy_of(q: &[f64], period: f64, fft: &dyn RealToComplex<f64>) -> Vec<(u64, f64)> {
-    let n = fft.len();
-    // The line through both ends is subtracted, so that the ends of the record make no jump.
-    let slope = (q[n - 1] - q[0]) / (n - 1) as f64;
-    let mut x: Vec<f64> = (0..n).map(|i| q[i] - q[0] - slope * i as f64).collect();
-    let mut spectrum = fft.make_output_vec();
-    if fft.process(&mut x, &mut spectrum).is_err() {
-        return Vec::new();
-    }
-    let squares: Vec<f64> = spectrum.iter().map(|c| c.norm_sqr()).collect();
-    let noise = mean_square(&squares[n / 4..]);
-    // Beyond a fifth of the rate, differentiated noise would outweigh the motion.
-    let moving = squares.iter().enumerate().take(n / 5).skip(1).filter(|(_, s)| **s > MOTION_TO_NOISE_RATIO * noise);
-    let energy = |(k, square): (usize, &f64)| {
-        let frequency = k as f64 / (n as f64 * period);
-        (frequency.to_bits(), (TAU * frequency).powi(2) * square * period / n as f64)
-    };
-    moving.map(energy).collect()
-}
-
-/// The variance of the noise of one position, rad^2 (m^2), from the middle of the record.
-///
-/// The window is flat at its ends [Harris 1978], so the ends of the piece do not leak into the upper half of the band.
-fn noise_of(q: &[f64], fft: &dyn RealToComplex<f64>) -> f64 {
-    let n = fft.len();
-    let q = &q[(q.len() - n) / 2..][..n];
-    let slope = (q[n - 1] - q[0]) / (n - 1) as f64;
-    let window = |i: usize| 0.5 - 0.5 * (TAU * i as f64 / n as f64).cos();
-    let mut x: Vec<f64> = (0..n).map(|i| window(i) * (q[i] - q[0] - slope * i as f64)).collect();
-    let mut spectrum = fft.make_output_vec();
-    if fft.process(&mut x, &mut spectrum).is_err() {
-        return 0.0;
-    }
-    let squares: Vec<f64> = spectrum[n / 4..].iter().map(|c| c.norm_sqr()).collect();
-    // The squares of the window add up to 3 n / 8.
-    mean_square(&squares) / (0.375 * n as f64)
-}
-
-/// The mean square of a bin of noise, from the median of the bins.
-///
-/// The squares of white noise are distributed exponentially. Spectral lines do not move the median.
-fn mean_square(squares: &[f64]) -> f64 {
-    let mut squares = squares.to_vec();
-    let middle = squares.len() / 2;
-    if squares.is_empty() {
-        return 0.0;
-    }
-    *squares.select_nth_unstable_by(middle, f64::total_cmp).1 / std::f64::consts::LN_2
-}
-
-/// The largest product of 2s, 3s and 5s up to n, at least 95 % of it.
-fn smooth_length(n: usize) -> usize {
-    let smooth = |mut m: usize| {
-        for d in [2, 3, 5] {
-            while m > 0 && m.is_multiple_of(d) {
-                m /= d;
-            }
-        }
-        m == 1
-    };
-    (n - n / 20..=n).rev().find(|&m| smooth(m)).unwrap_or(n)
 }
 
 #[cfg(test)]
@@ -349,6 +339,49 @@ mod tests {
             // Hz.
             assert!((cutoff / expected - 1.0).abs() < 0.02, "{sd}: {cutoff} for {expected}");
         }
+    }
+
+    /// A drive that chatters at 105 Hz gives the joint more energy of velocity than its motion does. The cut-off is that of
+    /// the motion, and what the filter leaves of the chatter is a hundredth of the acceleration.
+    #[test]
+    fn the_cutoff_follows_the_motion_and_not_the_chatter() {
+        let (n, period) = (20_000, 1e-3);
+        let mut random = Random::new(6);
+        let mut noisy = |x: Vec<f64>| x.iter().map(|x| x + 1e-6 * random.normal()).collect::<Vec<f64>>();
+        let quiet = rule(&[noisy(wave(n, period, 1.0, 1.0))], period);
+        assert!((quiet.cutoff - 20.0).abs() <= 1.0, "{quiet:?}");
+        let motion = wave(n, period, 1.0, 1.0);
+        let with = |amplitude: f64, hz: f64| -> Vec<f64> {
+            motion.iter().zip(wave(n, period, hz, amplitude)).map(|(x, y)| x + y).collect()
+        };
+        for (amplitude, hz) in [(0.02, 105.0), (0.005, 105.0), (0.03, 30.0), (0.02, 170.0)] {
+            let found = rule(&[noisy(with(amplitude, hz))], period);
+            assert!((found.f95[0] - 1.0).abs() <= 0.1 && found.cutoff <= quiet.cutoff, "{hz}: {found:?}");
+            let left = amplitude * hz * hz / (1.0 + (hz / found.cutoff).powi(8));
+            // A thousandth is the search, a bin of the motion is a twentieth.
+            assert!(left <= 0.0105, "{amplitude} {hz}: {left} at {found:?}");
+        }
+        // What moves the joint is motion, however fast it is, and what is slow is motion, however small.
+        assert!(rule(&[noisy(with(0.1, 30.0))], period).f95[0] > 29.0);
+        assert!(rule(&[noisy(with(0.02, 30.0).iter().map(|x| x / 50.0).collect())], period).f95[0] < 1.1);
+        assert!(rule(&[noisy(with(0.03, 9.0))], period).f95[0] > 1.1);
+        assert!(rule(&[noisy(wave(n, period, 60.0, 0.2))], period).f95[0] > 59.0);
+    }
+
+    /// A slow motion with a good encoder is cut at 4 Hz, not at 1 Hz; with a bad one where its noise says.
+    #[test]
+    fn a_slow_motion_keeps_its_reversals() {
+        let (n, period) = (50_000, 2e-3);
+        let mut random = Random::new(7);
+        let mut cutoff = |sd: f64| {
+            let noisy: Vec<f64> = wave(n, period, 0.05, 1.0).iter().map(|x| x + sd * random.normal()).collect();
+            rule(&[noisy], period).cutoff
+        };
+        assert_eq!(cutoff(1e-6), 4.0);
+        // f_c^5 = 1.25e-4 f^4 a^2 / (sigma^2 h).
+        let expected = (1.25e-4 * 0.05f64.powi(4) / (1e-8 * period)).powf(0.2);
+        let found = cutoff(1e-4);
+        assert!((found / expected - 1.0).abs() < 0.03 && found < 3.0, "{found} for {expected}");
     }
 
     /// The content does not depend on how the samples come in, and a record of a second beside one of a minute does not

@@ -22,6 +22,7 @@ use crate::signals::cutoff::{FrequencyContent, MotionEnergy};
 use crate::signals::differences::Differences;
 use crate::signals::resample::{interpolate, uniform_clock};
 use crate::signals::reversals::{columns, directions};
+use crate::signals::seldom::{are_seldom, at_places, changes, sample_period};
 use crate::signals::signal_options::{REVERSAL_CUTOFF_RATIO, Signal, Velocity, possible_delay};
 use crate::signals::standstill::standstill;
 use crate::signals::velocity_check::check_velocity;
@@ -45,16 +46,21 @@ pub struct JointSignals {
 impl JointSignals {
     /// Brings the signals to the clock that is asked for and takes the delay out of the torques; returns the clock.
     fn on_clock(&mut self, signal: &Signal) -> Result<Vec<f64>, Error> {
-        let t = match clock(&self.log, signal)? {
+        let [motion, effort] = self.own_places(signal);
+        let t = match clock(&self.log, signal, motion.as_deref())? {
             None => self.log.t.clone(),
-            Some(clock) => {
-                let series = [Some(&mut self.q), self.dq.as_mut(), self.ddq.as_mut(), Some(&mut self.tau)];
-                for x in series.into_iter().flatten().flatten() {
-                    *x = interpolate(&self.log.t, x, &clock);
-                }
-                clock
-            }
+            Some(clock) => clock,
         };
+        let own = &self.log.t;
+        let is_own = t == *own;
+        let bring = |x: &mut Vec<f64>, places: &Option<Vec<usize>>| match places {
+            Some(places) => *x = interpolate(&at_places(own, places), &at_places(x, places), &t),
+            None if is_own => {}
+            None => *x = interpolate(own, x, &t),
+        };
+        let motions = [Some(&mut self.q), self.dq.as_mut(), self.ddq.as_mut()];
+        motions.into_iter().flatten().flatten().for_each(|x| bring(x, &motion));
+        self.tau.iter_mut().for_each(|x| bring(x, &effort));
         let delay = possible_delay(signal.delay).map_err(|message| Error::at(&self.log.name, 0, message))?;
         if delay != 0.0 {
             let later: Vec<f64> = t.iter().map(|t| t + delay).collect();
@@ -63,6 +69,15 @@ impl JointSignals {
             }
         }
         Ok(t)
+    }
+
+    /// The places of the samples of the motion, and of the torques, where they come more seldom than rows.
+    fn own_places(&self, signal: &Signal) -> [Option<Vec<usize>>; 2] {
+        let [motion, effort] = are_seldom(&self.log).map(|is_seldom| is_seldom && !signal.own_clock);
+        let rates = self.dq.iter().chain(&self.ddq).flatten();
+        let moving: Vec<&[f64]> = self.q.iter().chain(rates).map(Vec::as_slice).collect();
+        let torques: Vec<&[f64]> = self.tau.iter().map(Vec::as_slice).collect();
+        [changes(&moving, motion), changes(&torques, effort)]
     }
 
     /// Filters, differentiates and decimates.
@@ -79,7 +94,9 @@ impl JointSignals {
     ) -> Result<States, Error> {
         let t = self.on_clock(signal)?;
         let period = step(&t);
-        if let Some(dq) = self.dq.as_ref().filter(|_| signal.velocity != Velocity::Differentiated) {
+        // Rows of two sources have no slopes to compare; the passport names them.
+        let is_of_one = self.log.report.suspect.iter().all(|suspect| suspect.foreign_rows == 0);
+        if let Some(dq) = self.dq.as_ref().filter(|_| is_of_one && signal.velocity != Velocity::Differentiated) {
             check_velocity(&self.log.name, &self.log.coordinates, &t, &self.q, dq, period)?;
         }
         let content = content.cloned().unwrap_or_else(|| cutoff::rule(&self.q, period));
@@ -294,13 +311,15 @@ fn signs(dq: &[f64], couplings: &[Coupling], n: usize) -> Directions {
 /// With fewer samples than this, a second thread does not pay.
 const MIN_SAMPLES_FOR_SECOND_THREAD: usize = 20_000;
 
-/// The uniform clock that signals are to be brought to; `None` where they stay on their own.
-fn clock(log: &Log, signal: &Signal) -> Result<Option<Vec<f64>>, Error> {
-    if (log.report.uniform || signal.own_clock) && signal.rate.is_none() {
+/// The uniform clock that signals are to be brought to; `None` where they stay on their own. `places`: those of the samples
+/// of the motion, where it comes more seldom than rows.
+fn clock(log: &Log, signal: &Signal, places: Option<&[usize]>) -> Result<Option<Vec<f64>>, Error> {
+    if (log.report.uniform || signal.own_clock) && signal.rate.is_none() && places.is_none() {
         return Ok(None);
     }
-    let period = signal.rate.map_or(log.report.period, |r| 1.0 / r);
-    uniform_clock(&log.t, period).map(Some).ok_or_else(|| {
+    let period = sample_period(&log.report, signal);
+    let first = places.and_then(<[usize]>::first).map_or(0, |&r| r);
+    uniform_clock(&log.t[first..], period).map(Some).ok_or_else(|| {
         let duration = log.report.duration;
         let message = format!("a clock of {:.3} Hz over {duration:.3} s is not usable", 1.0 / period);
         Error::at(&log.name, 0, message)
@@ -318,22 +337,26 @@ pub(crate) fn add_motion(
     energy: &mut MotionEnergy,
 ) -> Result<(), Error> {
     let t = &log.t;
+    let [motion, effort] = are_seldom(log);
+    let positions: Vec<&[f64]> = q.iter().map(Vec::as_slice).collect();
+    let seldom = changes(&positions, motion && !signal.own_clock);
+    let clock = clock(log, signal, seldom.as_deref())?;
     let is_fresh = |&r: &usize| r == 0 || q.iter().any(|q| q[r] != q[r - 1]);
     if !(0..t.len()).all(|r| is_fresh(&r)) {
-        let fresh: Vec<usize> = (0..t.len()).filter(is_fresh).collect();
-        let of = |x: &[f64]| fresh.iter().map(|&r| x[r]).collect::<Vec<f64>>();
-        let at = of(t);
+        let fresh = seldom.unwrap_or_else(|| (0..t.len()).filter(is_fresh).collect());
+        let at = at_places(t, &fresh);
         for q in &mut q {
-            *q = interpolate(&at, &of(q), t);
+            *q = interpolate(&at, &at_places(q, &fresh), clock.as_ref().unwrap_or(t));
         }
-    }
-    let clock = clock(log, signal)?;
-    if let Some(clock) = &clock {
+    } else if let Some(clock) = &clock {
         for q in &mut q {
             *q = interpolate(t, q, clock);
         }
     }
     energy.push(&q, step(clock.as_ref().unwrap_or(t)));
+    if effort {
+        energy.sample_efforts(log.report.refresh.effort);
+    }
     Ok(())
 }
 

@@ -11,6 +11,7 @@ use numerics::interruption::Interruption;
 
 use crate::signals::cutoff::MotionEnergy;
 use crate::signals::preparation::{Preparation, states, states_or_none};
+use crate::signals::seldom::sample_period;
 
 /// Records in a fixed order, to be gone through as often as an estimator needs.
 pub trait Records {
@@ -129,7 +130,7 @@ impl<'a> Stream<'a> {
     fn new(log: &'a LogStream, preparation: &Preparation) -> Stream<'a> {
         let mut preparation = Box::new(preparation.clone());
         let signal = &mut preparation.signal;
-        let period = signal.rate.map_or(log.report().period, |rate| 1.0 / rate);
+        let period = sample_period(log.report(), signal);
         let cutoff = if signal.order > 0 { signal.cutoff.unwrap_or(0.0) } else { 0.0 };
         signal.decimate = Some(signal.decimation(cutoff, period));
         let overlap = signal.memory(cutoff, period);
@@ -343,7 +344,10 @@ mod tests {
         assert!((0..10).contains(&(held.repeated - streamed.repeated)));
         let (period, rest_before, rest_after) = (held.period, held.rest_before, held.rest_after);
         let (rest, duration, repeated) = (held.rest, held.duration, held.repeated);
-        let counts = LogReport { period, rest_before, rest_after, rest, duration, repeated, ..streamed.clone() };
+        // The step of the clock of a part is that of the whole but for the last digits.
+        assert!((streamed.refresh.motion / held.refresh.motion - 1.0).abs() < 1e-9);
+        let refresh = held.refresh;
+        let counts = LogReport { period, rest_before, rest_after, rest, duration, repeated, refresh, ..streamed.clone() };
         assert_eq!(counts, *held);
         assert_eq!((streamed.gaps, streamed.clock_backwards, streamed.not_finite), (1, 1, 4));
         std::fs::remove_file(path).unwrap();

@@ -1,7 +1,11 @@
 //! When a joint stands still.
 //!
 //! Stiction is not in the model. A joint at rest carries any torque up to its Coulomb friction, so its rows are wrong.
-//! A reversal is no standstill, because it is over in less than `STANDSTILL_SPAN_S`.
+//! A reversal is no standstill, however slow it is. Under a steady acceleration the joint spends half of the time in the
+//! quarter of its way that is nearest to the turning point. A joint that sticks where it turns spends most of the time
+//! there.
+
+use std::ops::Range;
 
 /// Time for which a joint must stay within [`STANDSTILL_BAND`], s.
 const STANDSTILL_SPAN_S: f64 = 0.2;
@@ -9,30 +13,75 @@ const STANDSTILL_SPAN_S: f64 = 0.2;
 /// Width of the band, rad (m). It is 1e-3 rad/s over the span.
 const STANDSTILL_BAND: f64 = 2e-4;
 
-/// Tells for each sample of a position whether it belongs to a span in which the position stays within the band.
+/// Least depth of a turn beside that of one under a steady acceleration, which turns from the speed of the band to the same
+/// speed back: a quarter of that speed times its time.
+const LEAST_DEPTH_SHARE: f64 = 0.6;
+
+/// The part of the way next to the turning point.
+const TURNING_SHARE: f64 = 0.25;
+
+/// Largest share of the time that a reversal spends there: half under a steady acceleration, and something for its change.
+const REVERSAL_TIME_SHARE: f64 = 0.6;
+
+/// Tells for each sample of a position whether the joint stands still there.
+///
+/// It does in spans in which the position stays within the band. Spans that follow each other are taken together, and are
+/// none where they are a reversal.
 pub fn standstill(q: &[f64], period: f64) -> Vec<bool> {
     let span = ((STANDSTILL_SPAN_S / period).ceil() as usize).max(2);
     let mut still = vec![false; q.len()];
     let mut first = 0;
+    let mut slow = 0..0;
     while first + span <= q.len() {
-        if (q[first + span - 1] - q[first]).abs() > STANDSTILL_BAND {
+        let length = stay(&q[first..], span);
+        if length < span {
             first += 1;
             continue;
         }
-        let (mut low, mut high) = (q[first], q[first]);
-        let mut stays = |&x: &f64| {
-            (low, high) = (low.min(x), high.max(x));
-            high - low <= STANDSTILL_BAND
-        };
-        let length = q[first..].iter().take_while(|x| stays(x)).count();
-        if length >= span {
-            still[first..first + length].fill(true);
-            first += length;
-        } else {
-            first += 1;
+        if first > slow.end {
+            mark(q, slow, span, &mut still);
+            slow = first..first;
         }
+        first += length;
+        slow.end = first;
     }
+    mark(q, slow, span, &mut still);
     still
+}
+
+/// The number of samples for which a position stays within the band; 0 where it does not for a span.
+fn stay(q: &[f64], span: usize) -> usize {
+    if (q[span - 1] - q[0]).abs() > STANDSTILL_BAND {
+        return 0;
+    }
+    let (mut low, mut high) = (q[0], q[0]);
+    let mut stays = |&x: &f64| {
+        (low, high) = (low.min(x), high.max(x));
+        high - low <= STANDSTILL_BAND
+    };
+    q.iter().take_while(|x| stays(x)).count()
+}
+
+fn mark(q: &[f64], slow: Range<usize>, span: usize, still: &mut [bool]) {
+    // What happens before and after a record is not known: a range at its ends is a rest.
+    let is_inside = slow.start >= span && slow.end + span <= q.len();
+    let is_turn = is_inside && [1.0, -1.0].iter().any(|sign| is_reversal(&q[slow.clone()], *sign, span));
+    still[slow].fill(!is_turn);
+}
+
+/// Whether a slow range is a turn at its smallest position (`sign` 1) or largest (-1), without a rest there.
+fn is_reversal(q: &[f64], sign: f64, span: usize) -> bool {
+    let depth = |x: f64| sign * x;
+    let (Some(&first), Some(&last)) = (q.first(), q.last()) else { return false };
+    let bottom = q.iter().map(|x| depth(*x)).fold(f64::INFINITY, f64::min);
+    // The way on the side on which it is shorter.
+    let way = depth(first).min(depth(last)) - bottom;
+    let expected = 0.25 * STANDSTILL_BAND * q.len() as f64 / span as f64;
+    if way < LEAST_DEPTH_SHARE * expected {
+        return false;
+    }
+    let within = |share: f64| q.iter().filter(|x| depth(**x) - bottom <= share * way).count() as f64;
+    within(TURNING_SHARE) < REVERSAL_TIME_SHARE * within(1.0)
 }
 
 #[cfg(test)]
@@ -58,5 +107,30 @@ mod tests {
         let slow: Vec<f64> = (0..500).map(|i| 1e-2 * period * i as f64).collect();
         assert!(!standstill(&slow, period).contains(&true));
         assert!(!standstill(&[1.0; 10], period).contains(&true));
+    }
+
+    /// A swing of 20 s by 0.02 rad takes two seconds to turn, and is kept. With a rest at each end it is a standstill.
+    #[test]
+    fn slow_reversals_are_kept_and_rests_at_them_are_not() {
+        let (period, swing) = (0.01, 20.0);
+        let position = |t: f64, rest: f64| {
+            let phase = t.rem_euclid(0.5 * swing + rest).min(0.5 * swing) / (0.5 * swing);
+            let is_back = (t / (0.5 * swing + rest)).floor().rem_euclid(2.0) == 1.0;
+            let way = 0.5 - 0.5 * (std::f64::consts::PI * phase).cos();
+            0.02 * if is_back { 1.0 - way } else { way }
+        };
+        let still_time = |rest: f64| {
+            let q: Vec<f64> = (0..6000).map(|i| position(5.0 + i as f64 * period, rest)).collect();
+            standstill(&q, period).iter().filter(|s| **s).count() as f64 * period
+        };
+        assert_eq!(still_time(0.0), 0.0);
+        // Five or six turns in 60 s. Below 1e-3 rad/s, the speed of the band, the swing is for a second before and a second after.
+        for rest in [1.0, 2.0] {
+            let found = still_time(rest);
+            assert!((5.0 * rest..6.0 * (rest + 2.5)).contains(&found), "{rest}: {found}");
+        }
+        // A joint that goes on the way it came has stopped, not turned.
+        let stop: Vec<f64> = (0..1000).map(|i| 0.05 * (period * i as f64 - 5.0).powi(3)).collect();
+        assert!(standstill(&stop, period).contains(&true));
     }
 }

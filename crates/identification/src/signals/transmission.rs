@@ -10,7 +10,7 @@
 //! [Gautier 1997; Janot, Vandanjon, Gautier 2014, for the TX40]
 
 use linear_model::coupling::Coupling;
-use logs::{Effort, Error, Log};
+use logs::{Effort, Error, Log, unwrap_angle};
 use nalgebra::DMatrix;
 use serde::{Deserialize, Serialize};
 
@@ -96,11 +96,7 @@ impl Transmission {
     /// Fails when a list is not n long, or R is singular.
     pub fn positions(&self, log: &Log) -> Result<Vec<Vec<f64>>, Error> {
         let (_, to_joint) = self.matrices(log.coordinates.len())?;
-        let q = log.q.clone();
-        Ok(self.shifted(match to_joint {
-            Some(m) => product(&m, q),
-            None => q,
-        }))
+        Ok(self.shifted(joint_angles(to_joint.as_ref(), log.q.clone())))
     }
 
     /// The signals of a log on the joint side.
@@ -124,7 +120,7 @@ impl Transmission {
             (_, Effort::Torque) => {}
         }
         Ok(JointSignals {
-            q: self.shifted(positions(std::mem::take(&mut log.q))),
+            q: self.shifted(joint_angles(to_joint.as_ref(), std::mem::take(&mut log.q))),
             dq: log.dq.take().map(positions),
             ddq: log.ddq.take().map(positions),
             tau: product(&matrix.transpose(), motor),
@@ -132,6 +128,14 @@ impl Transmission {
             log,
         })
     }
+}
+
+/// The angles of the joints. A turn of a joint is many of its motor, so that jumps by it show here and not in the log.
+fn joint_angles(to_joint: Option<&DMatrix<f64>>, q: Vec<Vec<f64>>) -> Vec<Vec<f64>> {
+    let Some(matrix) = to_joint.filter(|m| !m.is_identity(0.0)) else { return q };
+    let mut q = product(matrix, q);
+    q.iter_mut().for_each(|q| drop(unwrap_angle(q)));
+    q
 }
 
 /// y_i(t) = sum_j m_ij x_j(t).
@@ -154,6 +158,7 @@ fn product(m: &DMatrix<f64>, x: Vec<Vec<f64>>) -> Vec<Vec<f64>> {
 mod tests {
     use super::*;
     use logs::LogReport;
+    use std::f64::consts::TAU;
 
     fn log(q: Vec<Vec<f64>>, effort: Vec<Vec<f64>>, effort_is: Effort) -> Log {
         Log {
@@ -184,6 +189,22 @@ mod tests {
         assert!((45.0 * joints.q[0][0] - 2.0).abs() < 1e-12);
         assert!((-48.0 * joints.q[1][0] + 32.0 * joints.q[0][0] + 3.0).abs() < 1e-12);
         assert_eq!(transmission.coupled(), [Coupling { motor: 1, joint: 0, ratio: 32.0 / -48.0 }]);
+    }
+
+    /// A joint of many turns whose angle is wrapped before the gear is counted, and one whose motor goes fast.
+    #[test]
+    fn jumps_are_taken_back_at_the_joint() {
+        let joint: Vec<f64> = (0..1000).map(|i| 5.0 * (0.04 * f64::from(i)).sin()).collect();
+        let wrapped = joint.iter().map(|q| 121.0 * (q - TAU * (q / TAU).round())).collect();
+        let fast: Vec<f64> = joint.iter().map(|q| 0.5 * q).collect();
+        let motor = fast.iter().map(|q| 121.0 * q).collect();
+        let log = log(vec![wrapped, motor], vec![vec![0.0; 1000]; 2], Effort::Torque);
+        let transmission = Transmission { ratios: Some(vec![121.0; 2]), ..Transmission::default() };
+        for q in [transmission.positions(&log).unwrap(), transmission.apply(log.clone()).unwrap().q] {
+            for (found, expected) in q.iter().zip([&joint, &fast]) {
+                assert!(found.iter().zip(expected).all(|(a, b)| (a - b).abs() < 1e-9));
+            }
+        }
     }
 
     #[test]

@@ -5,6 +5,7 @@ use std::fmt;
 use serde::Serialize;
 
 use crate::Error;
+use crate::cleaning::refresh::Refresh;
 use crate::cleaning::suspects::Suspect;
 
 /// The account of the cleaning of a log.
@@ -24,10 +25,14 @@ pub struct LogReport {
     pub clock_backwards: usize,
     /// The first line on which the clock runs backwards.
     pub first_backwards: Option<usize>,
+    /// Rows whose clock is behind that of the row before.
+    pub clock_steps_back: usize,
     /// Rows with more or fewer cells than the header.
     pub ragged: usize,
     /// Kept rows in which every signal but the time is as in the row before.
     pub repeated: usize,
+    /// How often new values come.
+    pub refresh: Refresh,
     /// s, from the first to the last sample.
     pub duration: f64,
     /// s, the median step of the clock.
@@ -55,6 +60,10 @@ pub const GAP_PERIODS: f64 = 10.0;
 
 /// If the clock runs backwards in a larger share of the rows, that is no jitter: the file holds two runs.
 const LARGEST_BACKWARD_SHARE: f64 = 0.01;
+
+/// Shares of the rows at which the clock steps back where two clocks take turns: the share of the slower source, up to a
+/// half. A clock that counts down steps back in all rows.
+const INTERLEAVED_BACKWARD_SHARES: std::ops::Range<f64> = 0.1..0.55;
 
 /// A clock with a larger step, s, is taken to be in another unit, unless its header says seconds.
 const SLOWEST_CLOCK_STEP_S: f64 = 0.5;
@@ -96,8 +105,10 @@ impl LogReport {
         self.clock_repeated += other.clock_repeated;
         self.clock_backwards += other.clock_backwards;
         self.first_backwards = self.first_backwards.or(other.first_backwards);
+        self.clock_steps_back += other.clock_steps_back;
         self.ragged += other.ragged;
         self.repeated += other.repeated;
+        self.refresh.append(&other.refresh);
         self.wrapped += other.wrapped;
         if self.suspect.is_empty() {
             self.suspect.clone_from(&other.suspect);
@@ -111,6 +122,17 @@ impl LogReport {
         let at = |line: usize, message: String| Err(Error::at(file, line, message));
         if self.rows == 0 {
             return at(1, "there is a header but no row of numbers below it".into());
+        }
+        // Two runs in one file step back once, and all that follows is behind.
+        let backwards = self.clock_steps_back as f64 / self.rows as f64;
+        if INTERLEAVED_BACKWARD_SHARES.contains(&backwards) {
+            let message = format!(
+                "column `{time}` runs back and forth in {} of {} rows, here first: two publishers on one topic, each with its \
+                 own clock? Log one of them (in ROS `ros2 topic info --verbose TOPIC` names them), or leave out the rows of \
+                 the other",
+                self.clock_steps_back, self.rows
+            );
+            return at(self.first_backwards.unwrap_or(0), message);
         }
         // A clock may stumble in some rows; one that does so in many is not the time.
         if self.clock_backwards as f64 > LARGEST_BACKWARD_SHARE * self.rows as f64 {
@@ -161,6 +183,18 @@ impl LogReport {
             );
             return at(0, message);
         }
+        // Between gaps fewer rows are left than can be filtered.
+        if self.gaps * MIN_ROWS > self.kept {
+            let message = format!(
+                "the clock steps by {:.6} s in most rows, and by more than {GAP_PERIODS} times that in {}: stamps of rows that \
+                 arrived in bursts? Log the stamps of the sender; or, where rows are evenly spaced, number them and \
+                 multiply by {:.6} s",
+                self.period,
+                self.gaps,
+                self.duration / (self.kept - 1) as f64
+            );
+            return at(0, message);
+        }
         if self.repeated + 1 == self.kept {
             return at(0, "every row holds the same values: nothing moves and nothing is measured".into());
         }
@@ -194,6 +228,9 @@ impl fmt::Display for LogReport {
             if count > 0 {
                 writeln!(f, "{count} {} {what}", if count == 1 { one } else { more })?;
             }
+        }
+        if let Some(sentence) = self.refresh.sentence(self.period) {
+            writeln!(f, "{sentence}")?;
         }
         self.suspect.iter().try_for_each(|s| write!(f, "{s}"))?;
         if self.rest > 0.0 && self.rest_before >= self.duration {

@@ -1,4 +1,8 @@
 //! Counts and reports what is wrong with a log.
 
 pub(crate) mod account;
+pub(crate) mod publishers;
+pub(crate) mod raw_words;
+pub(crate) mod refresh;
 pub(crate) mod suspects;
+pub(crate) mod turns;

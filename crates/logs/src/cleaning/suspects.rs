@@ -1,9 +1,12 @@
-//! Finds what a log holds that no robot does: wrapped angles, jumps, torques that were not measured.
+//! Finds what a log holds that no robot does: jumps, torques that were not measured, words read without their sign, rows of
+//! a second source.
 
-use std::f64::consts::TAU;
 use std::fmt;
 
 use serde::Serialize;
+
+use crate::cleaning::raw_words::RawWord;
+use crate::cleaning::turns::{extremes, may_be_wrapped, unwrap_angle};
 
 /// What is odd about the signals of one coordinate.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
@@ -16,14 +19,49 @@ pub struct Suspect {
     pub constant: Option<f64>,
     /// Share of the rows at which the torque stands at its limits, where that is no accident.
     pub saturated: Option<f64>,
+    /// Of torques read as words without a sign: how the word holds it.
+    pub raw_effort: Option<RawWord>,
+    /// The same of velocities.
+    pub raw_velocity: Option<RawWord>,
+    /// Rows of another source between those of this one.
+    pub foreign_rows: usize,
+    /// Whether the torque of those rows is zero.
+    pub foreign_are_zero: bool,
+    /// Smallest and largest position, as logged.
+    #[serde(skip)]
+    pub(crate) logged: Option<(f64, f64)>,
 }
 
 impl Suspect {
-    /// Examines the samples of one coordinate.
-    pub fn of(coordinate: &str, t: &[f64], q: &[f64], effort: &[f64]) -> Suspect {
+    /// Examines the samples of one coordinate, and takes back the jumps by a turn of its position. Returns how many these
+    /// are, too.
+    pub(crate) fn of(
+        coordinate: &str,
+        t: &[f64],
+        q: &mut [f64],
+        velocity: Option<&[f64]>,
+        effort: &[f64],
+    ) -> (Suspect, usize) {
+        let logged = Some(extremes(q)).filter(|_| !q.is_empty());
+        let wrapped = unwrap_angle(q);
         // Adding zero turns -0 into 0.
         let constant = effort.first().filter(|first| effort.iter().all(|x| x == *first)).map(|x| x + 0.0);
-        Suspect { coordinate: coordinate.into(), jumps: jumps(t, q), constant, saturated: saturated(effort) }
+        let suspect = Suspect {
+            coordinate: coordinate.into(),
+            jumps: jumps(t, q),
+            constant,
+            saturated: saturated(effort),
+            raw_effort: RawWord::of(effort),
+            raw_velocity: velocity.and_then(RawWord::of),
+            logged,
+            ..Suspect::default()
+        };
+        (suspect, wrapped)
+    }
+
+    /// Whether the position may have been logged within one turn.
+    pub(crate) fn may_be_wrapped(&self) -> bool {
+        self.logged.is_some_and(may_be_wrapped)
     }
 
     /// Adds the findings of a later part of the same log.
@@ -32,6 +70,18 @@ impl Suspect {
         self.constant = self.constant.filter(|x| next.constant == Some(*x));
         self.saturated = match (self.saturated, next.saturated) {
             (Some(a), Some(b)) => Some(a.max(b)),
+            (a, b) => a.or(b),
+        };
+        self.raw_effort = self.raw_effort.or(next.raw_effort);
+        self.raw_velocity = self.raw_velocity.or(next.raw_velocity);
+        self.foreign_are_zero = match (self.foreign_rows, next.foreign_rows) {
+            (0, _) => next.foreign_are_zero,
+            (_, 0) => self.foreign_are_zero,
+            _ => self.foreign_are_zero && next.foreign_are_zero,
+        };
+        self.foreign_rows += next.foreign_rows;
+        self.logged = match (self.logged, next.logged) {
+            (Some(a), Some(b)) => Some((a.0.min(b.0), a.1.max(b.1))),
             (a, b) => a.or(b),
         };
     }
@@ -51,27 +101,13 @@ impl fmt::Display for Suspect {
         if let Some(share) = self.saturated {
             writeln!(f, "{name}: its torque stands at its limits in {:.0} % of the rows: saturated?", 100.0 * share)?;
         }
+        for (word, what) in [(self.raw_effort, "torque"), (self.raw_velocity, "velocity")] {
+            if let Some(word) = word {
+                writeln!(f, "{name}: its {what} is a word read without its sign: {word}")?;
+            }
+        }
         Ok(())
     }
-}
-
-/// Takes back the jumps by a turn of an angle that is logged between -pi and pi (or 0 and 2 pi); returns how many.
-///
-/// A step within 0.5 rad of a whole turn counts as such a jump, because no joint turns so far from one sample to the
-/// next.
-pub(crate) fn unwrap(q: &mut [f64]) -> usize {
-    let (mut turns, mut count) = (0.0, 0);
-    for i in 1..q.len() {
-        let step = q[i] + turns * TAU - q[i - 1];
-        // Avoids the division for most steps, which are far from a turn.
-        let back = if step.abs() < 3.0 { 0.0 } else { (step / TAU).round() };
-        if back != 0.0 && back.abs() < 1.5 && (step - back * TAU).abs() < 0.5 {
-            turns -= back;
-            count += 1;
-        }
-        q[i] += turns * TAU;
-    }
-    count
 }
 
 /// A jump is this many times faster than all but the fastest hundredth of the steps.
@@ -108,18 +144,6 @@ const SATURATED_SAMPLES_SHARE: f64 = 0.01;
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn turns_are_taken_back() {
-        let smooth: Vec<f64> = (0..2000).map(|i| 8.0 * (0.005 * f64::from(i)).sin()).collect();
-        let wrap = |x: &f64| x - TAU * (x / TAU).round();
-        let mut wrapped: Vec<f64> = smooth.iter().map(wrap).collect();
-        assert!(unwrap(&mut wrapped) > 3);
-        // The same up to rounding of a few turns.
-        assert!(smooth.iter().zip(&wrapped).all(|(a, b)| (a - b).abs() < 1e-12));
-        let mut alone = smooth.clone();
-        assert_eq!((unwrap(&mut alone), alone), (0, smooth));
-    }
 
     #[test]
     fn jumps_are_counted_and_motions_are_not() {

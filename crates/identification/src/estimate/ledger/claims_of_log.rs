@@ -7,6 +7,7 @@ use claims::{Claim, Figure, Outcome, Remedy, Subject, Topic, Trial};
 use numerics::student;
 
 use crate::estimate::digits::{percent, significant};
+use crate::estimate::ledger::claims_of_columns::claims_of_columns;
 use crate::estimate::ledger::hypotheses::{Hypothesis, Tested};
 use crate::estimate::ledger::topics::{COMMON_SCALE, DELAY, LOG, MOUNT, SIGN, ZERO};
 use crate::estimate::ledger::topics::{at, cannot_tell};
@@ -44,6 +45,7 @@ pub fn claims_of_log(passport: &Passport, fit: Option<FreeFit>) -> Vec<Claim> {
     };
     let turned = passport.turned.as_ref().filter(|t| !is_seen(t));
     claims.extend([signs(passport), common_scale(passport), zeros(passport, turned)].concat());
+    claims.extend(claims_of_columns(passport));
     claims.extend(turned.map(|turned| turned_zero(turned, &passport.joints[turned.joint].coordinate)));
     claims
 }

@@ -3,12 +3,14 @@
 //! | file | says |
 //! |---|---|
 //! | `claims_of_log` | what the passport found, and what it would have found |
+//! | `claims_of_columns` | whether velocities and accelerations are the slopes they should be |
 //! | `claims_of_fit` | what the fit leaves open, and what it predicts |
 //! | `claims_of_faults` | what unknowns more explain ([`hypotheses`]) |
 //! | `widening` | by how much those that explain too little to be named widen deviations |
 //! | `torque_error` | how wrong torques may be, by the covariance |
 //! | `purposes` | what each use needs of all these |
 
+mod claims_of_columns;
 mod claims_of_faults;
 mod claims_of_fit;
 mod claims_of_log;

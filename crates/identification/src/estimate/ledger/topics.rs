@@ -18,6 +18,10 @@ pub const MOUNT: Topic = Topic("mount");
 pub const SPRING: Topic = Topic("spring");
 /// By how much torques lag positions.
 pub(crate) const DELAY: Topic = Topic("delay");
+/// The column of velocities.
+pub(crate) const VELOCITY: Topic = Topic("velocity column");
+/// The column of accelerations.
+pub(crate) const ACCELERATION: Topic = Topic("acceleration column");
 /// Friction.
 pub const FRICTION: Topic = Topic("friction");
 /// What the fit leaves.

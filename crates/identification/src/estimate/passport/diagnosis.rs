@@ -40,6 +40,10 @@ const POWER_OF_TEN_TOLERANCE: f64 = 0.2;
 impl Look<'_> {
     /// Appends the findings, and what cannot be told.
     pub(super) fn diagnose(&self, slopes: Option<&[Partial]>, passport: &mut Passport) {
+        passport.findings = self.unreadable();
+        if !passport.findings.is_empty() {
+            return;
+        }
         let mut findings = self.dead_and_saturated();
         let is_dead = findings.iter().any(|f| matches!(f.fault, Fault::DeadTorque | Fault::Nothing(_)));
         findings.extend(self.short());

@@ -53,6 +53,10 @@ pub enum Fault {
     DeadTorque,
     /// A torque so small that no machine gives it: memory that nobody wrote.
     Nothing(f64),
+    /// Numbers of a register, read without their sign.
+    RawWords,
+    /// So many rows are of another source than those around them.
+    TwoSources(usize),
     /// The torque stands at a limit in this share of the samples.
     Saturated(f64),
     /// Angles in degrees, taken for radians.
@@ -150,6 +154,8 @@ impl Finding {
             Fault::Computed => "the torques are computed from this description, not measured".into(),
             Fault::DeadTorque => format!("the torque of {of} is not measured: it never changes"),
             Fault::Nothing(largest) => format!("the torque of {of} is nothing: {largest:.1e} at most"),
+            Fault::RawWords => format!("numbers of {of} were read without their sign"),
+            Fault::TwoSources(rows) => format!("{rows} rows are of another source than the rows around them"),
             Fault::Saturated(share) => {
                 format!("the torque of {of} stands at its limit in {:.0} % of the rows", 100.0 * share)
             }

@@ -14,6 +14,7 @@
 //! wrist is no mistake of a log.
 
 mod change;
+mod columns;
 mod delay;
 mod diagnosis;
 pub mod finding;
@@ -38,13 +39,17 @@ use crate::estimate::passport::power::{turned, zero_power};
 use crate::estimate::passport::regression::Partial;
 pub(crate) use crate::estimate::passport::regression::{Basis, square};
 pub(crate) use crate::estimate::passport::report::COUNTED_SLOPE_SHARE;
-pub use crate::estimate::passport::report::{JointPassport, Passport};
+pub use crate::estimate::passport::report::{JointPassport, Measured, Passport};
+pub(crate) use crate::estimate::passport::samples::LIKELY_SIZES as LIKELY_ACCELERATION_SIZES;
 use crate::estimate::passport::visited::Visited;
 use linear_model::regressor::Regressor;
 
 use crate::estimate::passport::samples::Samples;
 use crate::estimate::passport::trials::Trials;
 use crate::signals::records::Records;
+
+/// A velocity that lags the slope of its position by less than this is in time, s.
+pub const TIMELY_S: f64 = 1e-3;
 
 /// Least number of samples that are looked at, where there are as many.
 const MIN_TRIED_SAMPLES: usize = 400;
@@ -89,6 +94,8 @@ pub fn passport<R: Records + ?Sized>(
             friction: own_friction(regressor, &samples.kept, &rows, j),
             range: samples.range[j].1 - samples.range[j].0,
             velocity_lag: samples.velocity_lag(j),
+            velocity_lag_deviation: samples.velocity_lag_deviation(j),
+            acceleration: samples.acceleration(j),
             wrong_acceleration: samples.is_acceleration_wrong(j),
             zero_power: power(j),
         });

@@ -9,7 +9,7 @@ use crate::estimate::passport::power::Turned;
 use crate::estimate::passport::visited::Visited;
 
 /// How a joint's torque agrees with the description.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct JointPassport {
     /// Name of the coordinate.
     pub coordinate: String,
@@ -27,10 +27,24 @@ pub struct JointPassport {
     pub range: f64,
     /// Time by which its velocity lags the slope of its position, s; `None` where it hardly moves.
     pub velocity_lag: Option<f64>,
+    /// Deviation of that time, s.
+    pub velocity_lag_deviation: f64,
+    /// Correlation of its acceleration with the slope of its velocity, and its size beside it; `None` where one of them is
+    /// zero.
+    pub acceleration: Option<(f64, f64)>,
     /// Whether its acceleration is not the slope of its velocity.
     pub wrong_acceleration: bool,
     /// The least offset of its zero that would have been found, rad; `None` where none would.
     pub zero_power: Option<f64>,
+}
+
+/// Which columns the velocities and accelerations come from.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Measured {
+    /// The velocities, from columns of the log.
+    pub velocity: bool,
+    /// The accelerations, from columns of the log.
+    pub acceleration: bool,
 }
 
 /// What a log says of itself and of its description before anything is fitted.
@@ -44,6 +58,8 @@ pub struct Passport {
     pub untold: Vec<String>,
     /// Where the robot was.
     pub visited: Visited,
+    /// Which columns were used.
+    pub measured: Measured,
     /// The joint that the description would rather have elsewhere.
     pub turned: Option<Turned>,
 }
@@ -54,6 +70,13 @@ pub(crate) const COUNTED_SLOPE_SHARE: f64 = 0.5;
 const SHOWN_SLOPE_SHARE: f64 = 0.05;
 
 impl Passport {
+    /// Time by which velocities lag the slopes of positions, s: that of the middle joint, because a filter acts on all.
+    pub fn velocity_lag(&self) -> Option<f64> {
+        let mut lags: Vec<f64> = self.joints.iter().filter_map(|j| j.velocity_lag).collect();
+        lags.sort_by(f64::total_cmp);
+        lags.get(lags.len() / 2).copied()
+    }
+
     /// Whether there was a description to hold the log against.
     pub(crate) fn has_description(&self) -> bool {
         self.joints.iter().any(|j| j.slope.is_some())

@@ -21,7 +21,11 @@ const SLOW_SHARE: f64 = 0.2;
 const SAME_SIGNAL: f64 = 0.9;
 /// The same for accelerations, which are noisier, and how large they may be beside the slopes.
 const SAME_ACCELERATION: f64 = 0.25;
-const LIKELY_SIZES: std::ops::Range<f64> = 0.5..2.0;
+pub(crate) const LIKELY_SIZES: std::ops::Range<f64> = 0.5..2.0;
+
+/// Rows that noise behind the low-pass stays alike for, at ten rows a period of the cut-off: twice the area below its
+/// autocorrelation, 0.32 periods.
+const ROWS_OF_NOISE: f64 = 6.4;
 
 /// What a passport is made from.
 #[derive(Clone, Debug, Default)]
@@ -42,14 +46,17 @@ pub(crate) struct Samples {
     pub together: Vec<f64>,
     /// Of each coordinate: how its rates agree with the slopes of what they are the rates of.
     pub rates: Vec<RateSums>,
+    /// Number of samples behind the sums.
+    pub count: usize,
 }
 
 /// Sums over all samples of one coordinate; `bend` is the second difference of the position, `jerk` that of the velocity.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct RateSums {
-    /// (slope - dq) bend, and bend^2.
+    /// (slope - dq) bend, bend^2 and (slope - dq)^2.
     lag: f64,
     bend: f64,
+    off: f64,
     /// ddq dq', ddq^2 and dq'^2, with dq' the slope of dq.
     both: f64,
     acceleration: f64,
@@ -97,6 +104,7 @@ impl Samples {
     fn sum(&mut self, states: &States, r: usize) {
         let n = self.kept.n;
         let span = states.t[r + 1] - states.t[r - 1];
+        self.count += 1;
         for k in 0..n {
             let q = states.q[r * n + k];
             self.range[k] = (self.range[k].0.min(q), self.range[k].1.max(q));
@@ -111,6 +119,7 @@ impl Samples {
             let sums = &mut self.rates[k];
             sums.lag += (slope - rate[1]) * bend;
             sums.bend += bend * bend;
+            sums.off += (slope - rate[1]).powi(2);
             sums.both += acceleration * of_rate;
             sums.acceleration += acceleration * acceleration;
             sums.slope += of_rate * of_rate;
@@ -165,6 +174,22 @@ impl Samples {
         let sums = &self.rates[k];
         let moves = self.velocity[k] > SLOW_SHARE * SLOW_SHARE * fastest && sums.bend > 0.0;
         (moves && self.alike(k, k) > SAME_SIGNAL).then(|| sums.lag / sums.bend)
+    }
+
+    /// The deviation of that time, s: what is left of (slope - dq) is noise behind the filter, and its rows follow each
+    /// other.
+    pub(crate) fn velocity_lag_deviation(&self, k: usize) -> f64 {
+        let sums = &self.rates[k];
+        let left = (sums.off - sums.lag * sums.lag / sums.bend).max(0.0);
+        let variance = ROWS_OF_NOISE * left / (self.count as f64 * sums.bend);
+        if variance.is_finite() { variance.sqrt() } else { 0.0 }
+    }
+
+    /// The correlation of the acceleration of k with the slope of its velocity, and its size beside it.
+    pub(crate) fn acceleration(&self, k: usize) -> Option<(f64, f64)> {
+        let sums = &self.rates[k];
+        let both = sums.acceleration * sums.slope;
+        (both > 0.0).then(|| (sums.both / both.sqrt(), (sums.acceleration / sums.slope).sqrt()))
     }
 
     /// Whether the acceleration of k is another signal than the slope of its velocity.

@@ -1,0 +1,117 @@
+//! What the columns of velocity and acceleration are beside the slopes of what they are the rates of.
+//!
+//! A column that is another signal is not used: the slopes are, and that is assumed. Where it agrees, the claim says what
+//! would have shown. Nothing is claimed of a column that the log does not have, or that is not used.
+
+use claims::{Claim, Figure, Outcome, Subject};
+
+use crate::estimate::digits::significant;
+use crate::estimate::ledger::topics::{ACCELERATION, VELOCITY, at};
+use crate::estimate::passport::{JointPassport, LIKELY_ACCELERATION_SIZES, Passport, TIMELY_S};
+
+/// Deviations of a lag that is told from none.
+const TOLD_DEVIATIONS: f64 = 5.0;
+
+/// The claims on the columns of a log.
+pub(crate) fn claims_of_columns(passport: &Passport) -> Vec<Claim> {
+    velocity(passport).into_iter().chain(acceleration(passport)).collect()
+}
+
+fn assumed(subject: Subject, what: String) -> Claim {
+    Claim::new(subject, Outcome::Assumed { what, by: "default".into() })
+}
+
+fn velocity(passport: &Passport) -> Option<Claim> {
+    let middle = passport.velocity_lag().filter(|_| passport.measured.velocity)?;
+    let told: Vec<&JointPassport> = passport.joints.iter().filter(|j| j.velocity_lag.is_some()).collect();
+    let subject = at(VELOCITY, told.iter().map(|j| &j.coordinate));
+    if middle.abs() > TIMELY_S {
+        let what = format!(
+            "the slopes of the positions are the velocities, because the columns lag them by {} ms",
+            significant(1e3 * middle)
+        );
+        return Some(assumed(subject, what));
+    }
+    // The middle joint decides, and half of the joints are as well known as it.
+    let mut deviations: Vec<f64> = told.iter().map(|j| j.velocity_lag_deviation).collect();
+    deviations.sort_by(f64::total_cmp);
+    let deviation = deviations.get(deviations.len() / 2)?;
+    let smallest = Figure::new((1e3 * (TIMELY_S + TOLD_DEVIATIONS * deviation)).ceil(), "ms of lag");
+    Some(Claim::new(subject, Outcome::Agrees { smallest }))
+}
+
+fn acceleration(passport: &Passport) -> Vec<Claim> {
+    if !passport.measured.acceleration {
+        return Vec::new();
+    }
+    let told = |is_wrong: bool| {
+        let is_told = |j: &&JointPassport| j.acceleration.is_some() && j.wrong_acceleration == is_wrong;
+        passport.joints.iter().filter(is_told).collect::<Vec<&JointPassport>>()
+    };
+    let [right, wrong] = [told(false), told(true)];
+    let mut claims = Vec::new();
+    if let Some((correlation, size)) = wrong.first().and_then(|j| j.acceleration) {
+        // One column that is none: all are left.
+        let what = format!(
+            "the slopes of the velocities are the accelerations, because the column of {} has a correlation of {correlation:.2} \
+             with that slope and {} times its size",
+            wrong[0].coordinate,
+            significant(size)
+        );
+        claims.push(assumed(at(ACCELERATION, wrong.iter().map(|j| &j.coordinate)), what));
+    } else if !right.is_empty() {
+        let smallest = Figure::new(LIKELY_ACCELERATION_SIZES.end, "times the slope");
+        claims.push(Claim::new(at(ACCELERATION, right.iter().map(|j| &j.coordinate)), Outcome::Agrees { smallest }));
+    }
+    claims
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::estimate::passport::Measured;
+
+    fn joint(name: &str, lag: Option<f64>, acceleration: Option<(f64, f64)>, is_wrong: bool) -> JointPassport {
+        JointPassport {
+            coordinate: name.into(),
+            velocity_lag: lag,
+            velocity_lag_deviation: 1e-4,
+            acceleration,
+            wrong_acceleration: is_wrong,
+            ..JointPassport::default()
+        }
+    }
+
+    fn said(joints: &[JointPassport], velocity: bool, acceleration: bool) -> Vec<String> {
+        let measured = Measured { velocity, acceleration };
+        let passport = Passport { joints: joints.to_vec(), measured, ..Passport::default() };
+        claims_of_columns(&passport).iter().map(Claim::to_string).collect()
+    }
+
+    /// A column that is in time, one behind a filter, and one that is none.
+    #[test]
+    fn columns_are_told_with_their_evidence() {
+        let good = [joint("q1", Some(2e-4), Some((0.99, 1.0)), false), joint("q2", None, Some((0.9, 1.1)), false)];
+        assert_eq!(
+            said(&good, true, true),
+            [
+                "velocity column of q1: agrees; a fault of 2 ms of lag would have shown",
+                "acceleration column of q1, q2: agrees; a fault of 2 times the slope would have shown"
+            ]
+        );
+        let bad = [joint("q1", Some(0.016), Some((0.1, 9.0)), true), joint("q2", Some(0.015), Some((0.9, 1.1)), false)];
+        let found = said(&bad, true, true);
+        assert!(found[0].contains("q1, q2: assumed by default") && found[0].contains("lag them by 16 ms"), "{found:?}");
+        assert!(found[1].starts_with("acceleration column of q1: assumed"), "{found:?}");
+        assert!(found[1].contains("correlation of 0.10 with that slope and 9"), "{found:?}");
+    }
+
+    /// Of a column that is not there, or not used, nothing is said; nor of joints that say nothing.
+    #[test]
+    fn nothing_is_said_of_what_was_not_looked_at() {
+        let joints = [joint("q1", Some(0.016), Some((0.1, 9.0)), true)];
+        assert!(said(&joints, false, false).is_empty());
+        assert!(said(&[joint("q1", None, None, false)], true, true).is_empty());
+        assert_eq!(said(&joints, true, false).len(), 1);
+    }
+}

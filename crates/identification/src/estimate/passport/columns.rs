@@ -1,0 +1,65 @@
+//! What the numbers of a log are before any mechanics: words that were read without their sign, and rows of two sources.
+//!
+//! Nothing that follows from such numbers is said: a torque without its sign makes friction drive.
+
+use logs::{RawWord, Suspect};
+
+use crate::estimate::passport::diagnosis::Look;
+use crate::estimate::passport::finding::{Fault, Finding};
+
+impl Look<'_> {
+    /// Faults with which the numbers are not those of the robot.
+    pub(super) fn unreadable(&self) -> Vec<Finding> {
+        let of = |word: fn(&Suspect) -> Option<RawWord>, what: &str| {
+            let raw: Vec<(&Suspect, RawWord)> = self.suspects.iter().filter_map(|s| Some((s, word(s)?))).collect();
+            let (_, first) = raw.first()?;
+            Some(Finding {
+                fault: Fault::RawWords,
+                joints: names(raw.iter().map(|(s, _)| *s)),
+                evidence: format!(
+                    "the {what} is never negative, and jumps by nearly the whole word where it changes its sign; as a signed \
+                     number it does not jump"
+                ),
+                remedy: format!("{first}; do the same with the {what} of the other joints of this kind"),
+            })
+        };
+        let mut found: Vec<Finding> = self.two_sources().into_iter().collect();
+        found.extend(of(|s| s.raw_effort, "torque"));
+        found.extend(of(|s| s.raw_velocity, "velocity"));
+        found
+    }
+
+    fn two_sources(&self) -> Option<Finding> {
+        let mixed: Vec<&Suspect> = self.suspects.iter().filter(|s| s.foreign_rows > 0).collect();
+        // All joints of a log have the same rows.
+        let rows = mixed.iter().map(|s| s.foreign_rows).max()?;
+        let are_zero = mixed.iter().all(|s| s.foreign_are_zero);
+        let [which, those] = match are_zero {
+            true => [", and there it is zero", "those whose torques are all zero"],
+            false => ["", "those of the other source"],
+        };
+        Some(Finding {
+            fault: Fault::TwoSources(rows),
+            joints: Vec::new(),
+            evidence: format!(
+                "in {rows} rows the torque leaves its course and comes back to it in the next row, at most joints at once{which}: \
+                 two publishers on one topic?"
+            ),
+            remedy: format!(
+                "log one of them (in ROS `ros2 topic info --verbose TOPIC` names them), or leave out the rows of the other: \
+                 {those}"
+            ),
+        })
+    }
+}
+
+/// The coordinates of suspects, each once: several logs have the same ones.
+fn names<'a>(suspects: impl Iterator<Item = &'a Suspect>) -> Vec<String> {
+    let mut names: Vec<String> = Vec::new();
+    for suspect in suspects {
+        if !names.contains(&suspect.coordinate) {
+            names.push(suspect.coordinate.clone());
+        }
+    }
+    names
+}

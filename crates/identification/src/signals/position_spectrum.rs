@@ -1,0 +1,95 @@
+//! What the positions of one joint say by frequency: the energy of its motion, and the noise of its encoder.
+
+use std::f64::consts::TAU;
+
+use numerics::fft::RealToComplex;
+
+/// A bin counts as motion from this multiple of the noise of a bin on.
+const MOTION_TO_NOISE_RATIO: f64 = 20.0;
+
+/// Joints whose extremes are closer than this (rad, m) are at rest. What they show is noise.
+pub(crate) const REST_RANGE: f64 = 1e-3;
+
+/// Joints whose extremes are closer than this many standard deviations of their noise are at rest too. The extremes of
+/// a million samples of noise are ten apart.
+pub(crate) const REST_RANGE_SIGMAS: f64 = 20.0;
+
+/// From the lowest to the highest position.
+pub(crate) fn excursion(q: &[f64]) -> f64 {
+    let (low, high) = q.iter().fold((f64::MAX, f64::MIN), |(l, h), &x| (l.min(x), h.max(x)));
+    high - low
+}
+
+/// The bits of each frequency of motion in Hz, and its energy.
+pub(crate) fn energy_of(q: &[f64], period: f64, fft: &dyn RealToComplex<f64>) -> Vec<(u64, f64)> {
+    let n = fft.len();
+    // The line through both ends is subtracted, so that the ends of the record make no jump.
+    let slope = (q[n - 1] - q[0]) / (n - 1) as f64;
+    let mut x: Vec<f64> = (0..n).map(|i| q[i] - q[0] - slope * i as f64).collect();
+    let mut spectrum = fft.make_output_vec();
+    if fft.process(&mut x, &mut spectrum).is_err() {
+        return Vec::new();
+    }
+    let squares: Vec<f64> = spectrum.iter().map(|c| c.norm_sqr()).collect();
+    let noise = mean_square(&squares[n / 4..]);
+    // Beyond a fifth of the rate, differentiated noise would outweigh the motion.
+    let moving = squares.iter().enumerate().take(n / 5).skip(1).filter(|(_, s)| **s > MOTION_TO_NOISE_RATIO * noise);
+    let energy = |(k, square): (usize, &f64)| {
+        let frequency = k as f64 / (n as f64 * period);
+        (frequency.to_bits(), (TAU * frequency).powi(2) * square * period / n as f64)
+    };
+    moving.map(energy).collect()
+}
+
+/// The variance of the noise of one position, rad^2 (m^2), from the middle of the record.
+///
+/// The window is flat at its ends [Harris 1978], so the ends of the piece do not leak into the upper half of the band.
+pub(crate) fn noise_of(q: &[f64], fft: &dyn RealToComplex<f64>) -> f64 {
+    let n = fft.len();
+    let q = &q[(q.len() - n) / 2..][..n];
+    let slope = (q[n - 1] - q[0]) / (n - 1) as f64;
+    let window = |i: usize| 0.5 - 0.5 * (TAU * i as f64 / n as f64).cos();
+    let mut x: Vec<f64> = (0..n).map(|i| window(i) * (q[i] - q[0] - slope * i as f64)).collect();
+    let mut spectrum = fft.make_output_vec();
+    if fft.process(&mut x, &mut spectrum).is_err() {
+        return 0.0;
+    }
+    let squares: Vec<f64> = spectrum[n / 4..].iter().map(|c| c.norm_sqr()).collect();
+    // The squares of the window add up to 3 n / 8.
+    mean_square(&squares) / (0.375 * n as f64)
+}
+
+/// The mean square of a bin of noise, from the median of the bins.
+///
+/// The squares of white noise are distributed exponentially. Spectral lines do not move the median.
+fn mean_square(squares: &[f64]) -> f64 {
+    let mut squares = squares.to_vec();
+    let middle = squares.len() / 2;
+    if squares.is_empty() {
+        return 0.0;
+    }
+    *squares.select_nth_unstable_by(middle, f64::total_cmp).1 / std::f64::consts::LN_2
+}
+
+/// The largest product of 2s, 3s and 5s up to n, at least 95 % of it.
+pub(crate) fn smooth_length(n: usize) -> usize {
+    let smooth = |mut m: usize| {
+        for d in [2, 3, 5] {
+            while m > 0 && m.is_multiple_of(d) {
+                m /= d;
+            }
+        }
+        m == 1
+    };
+    (n - n / 20..=n).rev().find(|&m| smooth(m)).unwrap_or(n)
+}
+
+/// Energy of the acceleration, (rad/s^2)^2 s, of that of the velocity by frequency.
+pub(crate) fn acceleration_energy<'a>(velocity: impl Iterator<Item = (&'a u64, &'a f64)>) -> f64 {
+    velocity.map(|(bits, energy)| (TAU * f64::from_bits(*bits)).powi(2) * energy).sum()
+}
+
+/// Energy of the position, rad^2 s, of that of the velocity by frequency.
+pub(crate) fn position_energy<'a>(velocity: impl Iterator<Item = (&'a u64, &'a f64)>) -> f64 {
+    velocity.map(|(bits, energy)| energy / (TAU * f64::from_bits(*bits)).powi(2)).sum()
+}

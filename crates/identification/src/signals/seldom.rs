@@ -1,0 +1,110 @@
+//! Signals that come more seldom than rows.
+//!
+//! A row that repeats the one before is no sample: the value is of the instant at which it came. Such signals are taken at
+//! those instants, on a clock of their own rate, so that no cut-off, no noise and no number of rows follows from the rate of
+//! the logger. Torques that come more seldom than positions are interpolated between their own instants.
+
+use logs::{Log, LogReport};
+
+use crate::signals::signal_options::Signal;
+
+/// s between the samples that a log is taken at: the rate asked for, or that of the positions.
+pub(crate) fn sample_period(report: &LogReport, signal: &Signal) -> f64 {
+    let period = report.refresh.seldom_motion(report.period).unwrap_or(report.period);
+    signal.rate.map_or(period, |rate| 1.0 / rate)
+}
+
+/// The places at which some of the series change, from the first change on; `None` where each row is a sample.
+pub(crate) fn changes(group: &[&[f64]], is_seldom: bool) -> Option<Vec<usize>> {
+    let rows = group.first().filter(|_| is_seldom)?.len();
+    let places: Vec<usize> = (1..rows).filter(|&r| group.iter().any(|x| x[r] != x[r - 1])).collect();
+    (places.len() > 1).then_some(places)
+}
+
+/// Whether positions, and whether torques, of a log come more seldom than its rows.
+pub(crate) fn are_seldom(log: &Log) -> [bool; 2] {
+    let (refresh, period) = (&log.report.refresh, log.report.period);
+    [refresh.seldom_motion(period).is_some(), refresh.seldom_effort(period).is_some()]
+}
+
+/// Some of the samples of a series.
+pub(crate) fn at_places(x: &[f64], places: &[usize]) -> Vec<f64> {
+    places.iter().map(|&r| x[r]).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::signals::cutoff::MotionEnergy;
+    use crate::signals::joint_signals::add_motion;
+    use crate::signals::preparation::{Preparation, states};
+    use crate::test_arm::Pendulum;
+    use linear_model::regressor::Regressor;
+    use logs::{ColumnNames, LogSource, Table};
+    use std::fmt::Write as _;
+
+    /// A pendulum's log at 500 Hz whose positions are new every `motion` rows, and whose torques every `effort` rows.
+    fn log(motion: usize, effort: usize) -> Log {
+        let arm = Pendulum::new();
+        // Angle and torque at the row with which the value came.
+        let at = |r: usize| {
+            let t = 2e-3 * r as f64;
+            let (a, b) = ((2.0 * t).sin_cos(), (5.1 * t).sin_cos());
+            let q = a.0 + 0.3 * b.1;
+            let mut y = [0.0; 3];
+            arm.fill(&[q], &[2.0 * a.1 - 1.53 * b.0], &[-4.0 * a.0 - 7.803 * b.1], &mut y);
+            (q, y.iter().zip(arm.truth).map(|(y, x)| y * x).sum::<f64>())
+        };
+        let mut text = "t,q1,tau1\n".to_string();
+        for r in 0..8000 {
+            let _ = writeln!(text, "{},{:.9},{:.9}", 2e-3 * r as f64, at(r - r % motion).0, at(r - r % effort).1);
+        }
+        let table = Table::from_bytes("log.csv", text.as_bytes()).unwrap();
+        match LogSource::from_table(table, &["q1".into()], &ColumnNames::default()).unwrap().0 {
+            LogSource::Held(log) => log,
+            LogSource::Streamed(_) => panic!("it is of one block"),
+        }
+    }
+
+    /// Signals of 125 Hz logged at 500 Hz are a log of 125 Hz: the same cut-off, the same samples.
+    #[test]
+    fn a_held_log_is_taken_at_its_own_rate() {
+        let arm = Pendulum::new();
+        let (fresh, held) = (log(1, 1), log(4, 4));
+        assert_eq!(sample_period(&fresh.report, &Signal::default()), fresh.report.period);
+        assert!((sample_period(&held.report, &Signal::default()) - 8e-3).abs() < 1e-9);
+        let cutoff = |log: &Log| {
+            let mut energy = MotionEnergy::default();
+            add_motion(log, log.q.clone(), &Signal::default(), &mut energy).unwrap();
+            energy.content()
+        };
+        let (a, b) = (cutoff(&fresh), cutoff(&held));
+        // One bin of 16 s on either side.
+        assert!((a.f95[0] - b.f95[0]).abs() <= 0.126, "{a:?} {b:?}");
+        let signal = Signal { cutoff: Some(10.0), decimate: Some(1), ..Signal::default() };
+        let preparation = Preparation { signal, ..Preparation::default() };
+        let found = &states(&arm, &held, &preparation).unwrap()[0];
+        assert!((found.period - 8e-3).abs() < 1e-6, "{}", found.period);
+        // The torques belong to the positions: a delay of half the time between new values would be 0.1 N m off. The filter
+        // and the differences of the fourth order at 8 ms leave less than a hundredth of the largest torque.
+        let mut y = [0.0; 3];
+        for r in (0..found.len()).step_by(37) {
+            arm.fill(&found.q[r..r + 1], &found.dq[r..r + 1], &found.ddq[r..r + 1], &mut y);
+            let expected: f64 = y.iter().zip(arm.truth).map(|(y, x)| y * x).sum();
+            assert!((found.tau[r] - expected).abs() < 0.02, "{r}: {} for {expected}", found.tau[r]);
+        }
+    }
+
+    /// Torques of 20 Hz beside positions of 500 Hz: the cut-off is a fifth of their rate at most, and they are not late.
+    #[test]
+    fn torques_that_come_seldom_bound_the_cutoff() {
+        let held = log(1, 25);
+        let mut energy = MotionEnergy::default();
+        add_motion(&held, held.q.clone(), &Signal::default(), &mut energy).unwrap();
+        assert!(energy.content().cutoff <= 4.0 * (1.0 + 1e-9));
+        let own = Signal { own_clock: true, ..Signal::default() };
+        assert_eq!(are_seldom(&held), [false, true]);
+        assert!(changes(&[&held.effort[0]], true).is_some_and(|places| places.windows(2).all(|w| w[1] - w[0] == 25)));
+        assert_eq!(sample_period(&held.report, &own), held.report.period);
+    }
+}

@@ -1,0 +1,111 @@
+//! Rows of a second source between those of the first: two publishers on one topic.
+//!
+//! A row is foreign where a signal leaves and comes back: x_r is far from x_(r-1) and x_(r+1), and these two are near each
+//! other. In a row of another source half of all torques and velocities do so at once. A spike does so seldom, a coarse
+//! encoder in one joint at a time, a loop that chatters in the torques alone.
+
+/// How far a signal leaves, in its standard deviations.
+const FAR: f64 = 0.5;
+/// How near it comes back, as a share of how far it left.
+const NEAR: f64 = 0.1;
+/// Share of the rows that must be foreign. Noise alone reaches a twentieth in one signal, and less in several at once.
+const FOREIGN_ROWS_SHARE: f64 = 0.15;
+/// Fewer rows than this tell nothing.
+const MIN_ROWS: usize = 100;
+
+/// Number of foreign rows; zero where they are too few to be of another source.
+///
+/// Without velocities a row counts where its torques are all zero, because torques alone may chatter.
+pub(crate) fn foreign_rows(velocities: Option<&[Vec<f64>]>, efforts: &[Vec<f64>]) -> usize {
+    let rows = efforts.first().map_or(0, Vec::len);
+    if rows < MIN_ROWS {
+        return 0;
+    }
+    let torques = leaving(efforts);
+    let speeds = velocities.map(|group| (leaving(group), group.len()));
+    let is_foreign = |r: &usize| match &speeds {
+        Some((speeds, count)) => {
+            let [torque, speed] = [torques[*r], speeds[*r]];
+            torque > 0 && speed > 0 && 2 * (torque + speed) >= efforts.len() + count
+        }
+        None => 2 * torques[*r] >= efforts.len() && efforts.iter().all(|x| x[*r] == 0.0),
+    };
+    let count = (1..rows - 1).filter(is_foreign).count();
+    if count as f64 > FOREIGN_ROWS_SHARE * rows as f64 { count } else { 0 }
+}
+
+/// For each row, the number of series that leave there and come back.
+fn leaving(group: &[Vec<f64>]) -> Vec<usize> {
+    let mut leaving = vec![0; group.first().map_or(0, Vec::len)];
+    for x in group {
+        let n = x.len() as f64;
+        let mean = x.iter().sum::<f64>() / n;
+        let far = FAR * (x.iter().map(|x| (x - mean).powi(2)).sum::<f64>() / n).sqrt();
+        for (w, count) in x.windows(3).zip(&mut leaving[1..]) {
+            let (before, after) = (w[1] - w[0], w[1] - w[2]);
+            let left = before.abs().min(after.abs());
+            *count += usize::from(before * after > 0.0 && left > far && (w[2] - w[0]).abs() < NEAR * left);
+        }
+    }
+    leaving
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn chance(i: usize, seed: f64) -> f64 {
+        2.0 * ((12.9898 * i as f64 + seed).sin() * 43_758.545_3).rem_euclid(1.0) - 1.0
+    }
+
+    /// Two signals of a motion, with noise.
+    fn signals(seed: f64) -> Vec<Vec<f64>> {
+        let of =
+            |k: usize, i: usize| (0.01 * (k + 1) as f64 * i as f64 + seed).sin() + 0.02 * chance(i, seed + k as f64);
+        (0..2).map(|k| (0..2000).map(|i| of(k, i)).collect()).collect()
+    }
+
+    #[test]
+    fn rows_of_a_second_source_are_counted() {
+        let (speed, torque) = (signals(1.0), signals(2.0));
+        assert_eq!(foreign_rows(Some(&speed), &torque), 0);
+        // Zeros, or another scale and an offset, in every second and in every third row.
+        for every in [2, 3] {
+            for (scale, offset) in [(0.0, 0.0), (0.1, 3.0)] {
+                let mixed = |x: &Vec<Vec<f64>>| -> Vec<Vec<f64>> {
+                    let row = |(i, x): (usize, &f64)| if i % every == 1 { scale * x + offset } else { *x };
+                    x.iter().map(|x| x.iter().enumerate().map(row).collect()).collect()
+                };
+                let found = foreign_rows(Some(&mixed(&speed)), &mixed(&torque));
+                assert!(found > 2000 / every / 2, "{every} {scale}: {found}");
+                let alone = foreign_rows(None, &mixed(&torque));
+                assert_eq!(alone > 2000 / every / 2, scale == 0.0, "{every} {scale}: {alone}");
+            }
+        }
+    }
+
+    /// Spikes, noise without a motion, torques that chatter and velocities of a coarse encoder are of one source.
+    #[test]
+    fn other_signals_are_of_one_source() {
+        let (speed, torque) = (signals(1.0), signals(2.0));
+        let noise: Vec<Vec<f64>> = (0..2).map(|k| (0..2000).map(|i| chance(i, k as f64)).collect()).collect();
+        let spikes: Vec<Vec<f64>> = torque
+            .iter()
+            .map(|x| x.iter().enumerate().map(|(i, x)| if i % 20 == 3 { 9.0 } else { *x }).collect())
+            .collect();
+        let chatter: Vec<Vec<f64>> = torque
+            .iter()
+            .map(|x| x.iter().enumerate().map(|(i, x)| x + if i % 2 == 0 { 2.0 } else { -2.0 }).collect())
+            .collect();
+        let coarse = |slope: f64| {
+            (0..2000).map(|i| (slope * f64::from(i)).floor() - (slope * f64::from(i - 1)).floor()).collect()
+        };
+        let coarse: Vec<Vec<f64>> = [0.3, 0.23].map(coarse).to_vec();
+        for (speed, torque) in
+            [(&noise, &noise), (&speed, &spikes), (&speed, &chatter), (&coarse, &torque), (&coarse, &noise)]
+        {
+            assert_eq!(foreign_rows(Some(speed), torque), 0);
+        }
+        assert_eq!((foreign_rows(None, &chatter), foreign_rows(None, &noise), foreign_rows(None, &[])), (0, 0, 0));
+    }
+}

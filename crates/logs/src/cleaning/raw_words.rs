@@ -1,0 +1,182 @@
+//! Words of a register that were read without their sign: two's complement, or a bit that says it.
+//!
+//! A servo writes -3 as 65533 (two's complement in 16 bits), or as 1027 (the bit of 1024 is the sign). Read as numbers
+//! without a sign, such a signal is never negative. Where it changes its sign it jumps by nearly the whole word, and with
+//! its sign put right it does not.
+
+use std::fmt;
+
+use serde::Serialize;
+
+use crate::cleaning::turns::extremes;
+
+/// How a word holds its sign, in the unit of the series.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum RawWord {
+    /// Negative numbers have this added to them.
+    TwosComplement(f64),
+    /// Negative numbers are their size and this.
+    SignBit(f64),
+}
+
+/// Bits of the words that registers have.
+const BITS: std::ops::RangeInclusive<i32> = 7..=32;
+
+/// Fewer changes of sign tell nothing.
+const MIN_SIGN_CHANGES: usize = 4;
+/// Where the sign changes, the series jumps by at least this share of the word ..
+const LARGE_JUMP: f64 = 0.5;
+/// .. and by at most this share once the sign is put right.
+const SMALL_JUMP: f64 = 0.1;
+/// Numbers on either side of zero that are needed: a valve that is open or closed has one on each.
+const MIN_DISTINCT: usize = 8;
+/// A number this far from a whole count, in counts, is none.
+const COUNT_ROUNDING: f64 = 1e-3;
+
+impl RawWord {
+    /// Looks at a series; `None` where it is signed, or no word.
+    pub(crate) fn of(x: &[f64]) -> Option<RawWord> {
+        let (low, high) = extremes(x);
+        // Only a signal without negative numbers can have lost its sign.
+        if !(low >= 0.0 && high.is_finite())
+            || x.windows(2).filter(|w| (w[1] - w[0]).abs() > 0.25 * high).count() < MIN_SIGN_CHANGES
+        {
+            return None;
+        }
+        let count = count_of(x)?;
+        let power = |bits: i32| count * 2f64.powi(bits);
+        // The word of the largest number.
+        let word = BITS
+            .clone()
+            .find(|bits| power(*bits) > high + 0.5 * count)
+            .map(|bits| RawWord::TwosComplement(power(bits)));
+        let bits = BITS.rev().map(power).filter(|bit| *bit <= high).map(RawWord::SignBit);
+        word.into_iter().chain(bits).find(|word| word.explains(x))
+    }
+
+    /// The number that a word stands for.
+    pub fn signed(self, x: f64) -> f64 {
+        match self {
+            RawWord::TwosComplement(word) if x >= 0.5 * word => x - word,
+            RawWord::SignBit(bit) if x >= bit => bit - x,
+            _ => x,
+        }
+    }
+
+    /// Whether the jumps of a series are changes of this sign.
+    fn explains(self, x: &[f64]) -> bool {
+        let (RawWord::TwosComplement(size) | RawWord::SignBit(size)) = self;
+        let changes = x.windows(2).filter(|w| (self.signed(w[0]) < 0.0) != (self.signed(w[1]) < 0.0));
+        let jumps: Vec<(f64, f64)> =
+            changes.map(|w| ((w[1] - w[0]).abs(), (self.signed(w[1]) - self.signed(w[0])).abs())).collect();
+        if jumps.len() < MIN_SIGN_CHANGES {
+            return false;
+        }
+        let middle = |mut jumps: Vec<f64>| {
+            let middle = jumps.len() / 2;
+            *jumps.select_nth_unstable_by(middle, f64::total_cmp).1
+        };
+        let (before, after) = (jumps.iter().map(|j| j.0).collect(), jumps.iter().map(|j| j.1).collect());
+        let mut sides = [true, false].map(|is_negative| {
+            let side = x.iter().map(|x| self.signed(*x)).filter(|x| (*x < 0.0) == is_negative);
+            side.map(f64::to_bits).collect::<Vec<u64>>()
+        });
+        let are_many = sides.iter_mut().all(|side| {
+            side.sort_unstable();
+            side.dedup();
+            side.len() >= MIN_DISTINCT
+        });
+        are_many && middle(before) >= LARGE_JUMP * size && middle(after) <= SMALL_JUMP * size
+    }
+}
+
+/// The count of which all numbers of a series are multiples: the smallest distance between two of them.
+fn count_of(x: &[f64]) -> Option<f64> {
+    let mut sorted = x.to_vec();
+    sorted.sort_unstable_by(f64::total_cmp);
+    sorted.dedup();
+    let count = sorted.windows(2).map(|w| w[1] - w[0]).fold(f64::INFINITY, f64::min);
+    let is_whole = |x: &f64| (x / count - (x / count).round()).abs() < COUNT_ROUNDING;
+    (count.is_finite() && sorted.iter().all(is_whole)).then_some(count)
+}
+
+impl fmt::Display for RawWord {
+    /// What mends it.
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            RawWord::TwosComplement(word) => {
+                write!(
+                    f,
+                    "subtract {} from the numbers from {} on (two's complement)",
+                    Number(*word),
+                    Number(0.5 * word)
+                )
+            }
+            RawWord::SignBit(bit) => {
+                write!(f, "write the numbers x from {} on as {} - x (that bit is the sign)", Number(*bit), Number(*bit))
+            }
+        }
+    }
+}
+
+/// A number to nine digits, as it is written in a file.
+struct Number(f64);
+
+impl fmt::Display for Number {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let decimals = (8 - self.0.log10().floor() as i32).clamp(0, 12) as usize;
+        let text = format!("{:.decimals$}", self.0);
+        f.write_str(if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.') } else { &text })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Counts of a current that changes its sign.
+    fn counts() -> Vec<f64> {
+        (0..2000).map(|i| 0.01 * f64::from(i)).map(|t| (300.0 * t.sin() + 90.0 * (3.1 * t).cos()).round()).collect()
+    }
+
+    fn complement(x: f64) -> f64 {
+        if x < 0.0 { x + 65_536.0 } else { x }
+    }
+
+    fn sign_bit(x: f64) -> f64 {
+        if x < 0.0 { 1024.0 - x } else { x }
+    }
+
+    #[test]
+    fn a_word_without_its_sign_is_found_and_undone() {
+        // A count of one, and one of 2.69 mA in A.
+        for scale in [1.0, 2.69e-3] {
+            for (read, said) in [(complement as fn(f64) -> f64, "two's complement"), (sign_bit, "that bit is the sign")]
+            {
+                let logged: Vec<f64> = counts().iter().map(|x| scale * read(*x)).collect();
+                let word = RawWord::of(&logged).unwrap();
+                assert!(word.to_string().contains(said), "{word}");
+                let is_right =
+                    |(x, logged): (&f64, &f64)| (word.signed(*logged) - scale * x).abs() < 1e-6 * scale * 65_536.0;
+                assert!(counts().iter().zip(&logged).all(is_right), "{word}");
+            }
+        }
+        let logged: Vec<f64> = counts().iter().map(|x| complement(*x)).collect();
+        let said = RawWord::of(&logged).unwrap().to_string();
+        assert_eq!(said, "subtract 65536 from the numbers from 32768 on (two's complement)");
+    }
+
+    /// Neither signed counts, nor torques without counts, nor a torque of one sign, nor a valve is such a word.
+    #[test]
+    fn other_signals_are_no_words() {
+        let counts = counts();
+        let smooth: Vec<f64> = (0..2000).map(|i| 3.0 + 2.9 * (0.01 * f64::from(i)).sin()).collect();
+        let lifted: Vec<f64> = counts.iter().map(|x| x + 500.0).collect();
+        let valve: Vec<f64> = (0..2000).map(|i| f64::from((i / 50) % 2 * 250 + i % 3)).collect();
+        let steps: Vec<f64> = (0..2000).map(|i| f64::from((i / 50) % 2 * 60 + i % 30 + 1)).collect();
+        for x in [&counts, &smooth, &lifted, &valve, &steps, &vec![0.0; 2000], &Vec::new()] {
+            assert_eq!(RawWord::of(x), None);
+        }
+    }
+}

@@ -1,0 +1,184 @@
+//! How often new values come: a signal of 125 Hz that is logged at 500 Hz stands in four rows each time.
+//!
+//! The rows between two changes of a group of signals are a run. Where nearly all runs are of one length, that is the time
+//! between new values. At rest a run is long, once. A coarse encoder makes runs of all lengths, or steps of one count each;
+//! neither is a signal that comes seldom.
+
+use std::fmt;
+
+use serde::Serialize;
+
+/// Time between new values of the signals of a log, s. It is the step of the clock where each row is new, and zero where
+/// the log does not tell.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+pub struct Refresh {
+    /// Of positions, velocities and accelerations.
+    pub motion: f64,
+    /// Of torques or currents.
+    pub effort: f64,
+}
+
+/// Fewer changes than this tell no rhythm.
+const MIN_RUNS: usize = 20;
+
+/// Share of the runs that must be of one length. Runs whose ends come by chance reach a third.
+const STEADY_SHARE: f64 = 0.8;
+
+/// A middle step of a series that is not this many times its smallest is one of counts of an encoder.
+const MIN_STEP_RATIO: f64 = 4.0;
+
+/// Times within this share of each other are the same.
+const SAME_TIME: f64 = 0.1;
+
+/// New values that come this many times more seldom than rows are seldom.
+const SELDOM: f64 = 1.5;
+
+impl Refresh {
+    /// Looks at the signals of a log, `period` s between its rows.
+    pub(crate) fn of(motion: &[&[f64]], effort: &[&[f64]], period: f64) -> Refresh {
+        Refresh { motion: between_changes(motion, period), effort: between_changes(effort, period) }
+    }
+
+    /// With that of the next part of the same log.
+    pub(crate) fn append(&mut self, next: &Refresh) {
+        let join = |a: f64, b: f64| match (a, b) {
+            (0.0, x) | (x, 0.0) => x,
+            (a, b) if (a / b - 1.0).abs() < SAME_TIME => a,
+            (a, b) => a.min(b),
+        };
+        *self = Refresh { motion: join(self.motion, next.motion), effort: join(self.effort, next.effort) };
+    }
+
+    /// The time between new positions where they come more seldom than rows, `period` s apart.
+    pub fn seldom_motion(&self, period: f64) -> Option<f64> {
+        Some(self.motion).filter(|time| *time > SELDOM * period)
+    }
+
+    /// The same of the efforts.
+    pub fn seldom_effort(&self, period: f64) -> Option<f64> {
+        Some(self.effort).filter(|time| *time > SELDOM * period)
+    }
+
+    /// What is said of it; nothing where each row is new.
+    pub(crate) fn sentence(&self, period: f64) -> Option<String> {
+        let rate = |time: f64| format!("{:.4} times a second", Hertz(1.0 / time));
+        match (self.seldom_motion(period), self.seldom_effort(period)) {
+            (None, None) => None,
+            (Some(motion), Some(effort)) if (motion / effort - 1.0).abs() < SAME_TIME => {
+                Some(format!("new values come {}: that is the rate of this log", rate(motion)))
+            }
+            (Some(motion), None) => Some(format!("new positions come {}: that is their rate", rate(motion))),
+            (None, Some(effort)) => Some(format!("new torques come {}: that is their rate", rate(effort))),
+            (Some(motion), Some(effort)) => Some(format!(
+                "new positions come {}, new torques {}: those are their rates",
+                rate(motion),
+                rate(effort)
+            )),
+        }
+    }
+}
+
+/// A rate to four digits.
+struct Hertz(f64);
+
+impl fmt::Display for Hertz {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let decimals = (3 - self.0.log10().floor() as i32).clamp(0, 6) as usize;
+        let text = format!("{:.decimals$}", self.0);
+        f.write_str(if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.') } else { &text })
+    }
+}
+
+/// The time between changes of a group of series, s.
+fn between_changes(group: &[&[f64]], period: f64) -> f64 {
+    let rows = group.first().map_or(0, |x| x.len());
+    let changes: Vec<usize> = (1..rows).filter(|&r| group.iter().any(|x| x[r] != x[r - 1])).collect();
+    if changes.len() <= MIN_RUNS {
+        return 0.0;
+    }
+    let runs: Vec<usize> = changes.windows(2).map(|w| w[1] - w[0]).collect();
+    let mut sorted = runs.clone();
+    let middle = sorted.len() / 2;
+    let usual = *sorted.select_nth_unstable(middle).1;
+    // A run of two may be followed by one of three where the clocks of signal and log differ.
+    let near = if usual == 2 { 2..=3 } else { usual - (usual / 4).max(1).min(usual - 1)..=usual + (usual / 4).max(1) };
+    let steady: Vec<usize> = runs.iter().copied().filter(|run| near.contains(run)).collect();
+    if usual < 2 || (steady.len() as f64) < STEADY_SHARE * runs.len() as f64 || !is_finer_than_counts(group, &changes) {
+        return period;
+    }
+    period * steady.iter().sum::<usize>() as f64 / steady.len() as f64
+}
+
+/// Whether some series of a group moves by more than single counts where the group changes.
+fn is_finer_than_counts(group: &[&[f64]], changes: &[usize]) -> bool {
+    group.iter().any(|x| {
+        let mut steps: Vec<f64> = changes.iter().map(|&r| (x[r] - x[r - 1]).abs()).filter(|s| *s > 0.0).collect();
+        let smallest = steps.iter().copied().fold(f64::INFINITY, f64::min);
+        let middle = steps.len() / 2;
+        steps.len() > MIN_RUNS && *steps.select_nth_unstable_by(middle, f64::total_cmp).1 >= MIN_STEP_RATIO * smallest
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Numbers between -1 and 1 that do not follow each other.
+    fn chance(i: usize, seed: f64) -> f64 {
+        2.0 * ((12.9898 * i as f64 + seed).sin() * 43_758.545_3).rem_euclid(1.0) - 1.0
+    }
+
+    /// A signal that comes every `held` rows.
+    fn held(rows: usize, held: usize, seed: f64) -> Vec<f64> {
+        (0..rows).map(|r| r - r % held).map(|r| (0.003 * r as f64).sin() + 1e-3 * chance(r, seed)).collect()
+    }
+
+    fn of(motion: &[f64], effort: &[f64]) -> Refresh {
+        Refresh::of(&[motion], &[effort], 2e-3)
+    }
+
+    /// Signals of 125 Hz and 20 Hz in a log of 500 Hz.
+    #[test]
+    fn the_time_between_new_values_is_found() {
+        let found = of(&held(4000, 4, 1.0), &held(4000, 25, 2.0));
+        assert!((found.motion - 8e-3).abs() < 1e-9 && (found.effort - 50e-3).abs() < 1e-9, "{found:?}");
+        let said = found.sentence(2e-3).unwrap();
+        assert_eq!(said, "new positions come 125 times a second, new torques 20 times a second: those are their rates");
+        let both = of(&held(4000, 4, 1.0), &held(4000, 4, 2.0)).sentence(2e-3).unwrap();
+        assert_eq!(both, "new values come 125 times a second: that is the rate of this log");
+        // At rest nothing changes, and what came before and after still tells.
+        let mut rested = held(4000, 4, 3.0);
+        let at = rested[1999];
+        rested[2000..3000].fill(at);
+        assert!((of(&rested, &rested).motion - 8e-3).abs() < 1e-9);
+    }
+
+    /// Neither rest, nor a coarse encoder, nor lost samples are a signal that comes seldom.
+    #[test]
+    fn what_repeats_by_chance_is_not_seldom() {
+        let fresh = held(4000, 1, 4.0);
+        let coarse: Vec<f64> = fresh.iter().map(|x| (x * 652.0).round() / 652.0).collect();
+        let ramp: Vec<f64> = (0..4000).map(|r| f64::from(r / 8) * 1.5e-3).collect();
+        let mut lost = fresh.clone();
+        (1..4000).for_each(|r| {
+            if chance(r, 5.0) > 0.5 {
+                lost[r] = lost[r - 1]
+            }
+        });
+        for x in [&fresh, &coarse, &ramp, &lost] {
+            let found = of(x, &fresh);
+            assert_eq!((found.seldom_motion(2e-3), found.sentence(2e-3)), (None, None), "{found:?}");
+        }
+        assert_eq!(of(&[0.5; 4000], &fresh[..0]), Refresh::default());
+    }
+
+    #[test]
+    fn parts_add_up() {
+        let (slow, new, rest) = (8e-3, 2e-3, 0.0);
+        for (a, b, expected) in [(slow, slow, slow), (rest, slow, slow), (slow, rest, slow), (slow, new, new)] {
+            let mut sum = Refresh { motion: a, effort: a };
+            sum.append(&Refresh { motion: b, effort: b });
+            assert_eq!(sum, Refresh { motion: expected, effort: expected });
+        }
+    }
+}

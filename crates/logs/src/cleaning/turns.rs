@@ -1,0 +1,84 @@
+//! Angles that are logged within one turn, and the jumps that this makes.
+//!
+//! An encoder of one turn gives angles between -pi and pi, or between 0 and 2 pi, and jumps by a turn at the ends. A series
+//! that goes farther is no such angle. The motor behind a gear of 121 goes 40 rad a sample at 50 Hz, and some of its steps
+//! are near a turn by chance.
+
+use std::f64::consts::TAU;
+
+/// A series that goes farther than this was not logged within one turn; the excess is rounding, rad.
+const LARGEST_LOGGED_EXTENT: f64 = 1.001 * TAU;
+
+/// Smallest and largest number of a series; (inf, -inf) of none.
+pub(crate) fn extremes(x: &[f64]) -> (f64, f64) {
+    x.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), &x| (low.min(x), high.max(x)))
+}
+
+/// Whether a series with these extremes may have been logged within one turn.
+pub(crate) fn may_be_wrapped((low, high): (f64, f64)) -> bool {
+    high - low <= LARGEST_LOGGED_EXTENT
+}
+
+/// Takes back the jumps by a turn of an angle that was logged within one turn; returns how many. A series that goes
+/// farther stays as it is.
+pub fn unwrap_angle(q: &mut [f64]) -> usize {
+    if may_be_wrapped(extremes(q)) { unwrap(q) } else { 0 }
+}
+
+/// Takes back the jumps by a turn, wherever the angle goes; returns how many.
+///
+/// A step within 0.5 rad of a whole turn counts as such a jump, because no joint turns so far from one sample to the
+/// next.
+pub(crate) fn unwrap(q: &mut [f64]) -> usize {
+    let (mut turns, mut count) = (0.0, 0);
+    for i in 1..q.len() {
+        let step = q[i] + turns * TAU - q[i - 1];
+        // Avoids the division for most steps, which are far from a turn.
+        let back = if step.abs() < 3.0 { 0.0 } else { (step / TAU).round() };
+        if back != 0.0 && back.abs() < 1.5 && (step - back * TAU).abs() < 0.5 {
+            turns -= back;
+            count += 1;
+        }
+        q[i] += turns * TAU;
+    }
+    count
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn wrapped(smooth: &[f64]) -> Vec<f64> {
+        smooth.iter().map(|x| x - TAU * (x / TAU).round()).collect()
+    }
+
+    #[test]
+    fn turns_are_taken_back() {
+        let smooth: Vec<f64> = (0..2000).map(|i| 8.0 * (0.005 * f64::from(i)).sin()).collect();
+        let mut logged = wrapped(&smooth);
+        assert!(unwrap_angle(&mut logged) > 3);
+        // The same up to rounding of a few turns.
+        assert!(smooth.iter().zip(&logged).all(|(a, b)| (a - b).abs() < 1e-12));
+        let mut alone = smooth.clone();
+        assert_eq!((unwrap_angle(&mut alone), alone), (0, smooth));
+    }
+
+    /// The motor behind a gear of 121 steps by a turn at some speed of its joint, and nothing jumps.
+    #[test]
+    fn a_motor_behind_its_gear_does_not_jump() {
+        let motor: Vec<f64> = (0..1000).map(|i| 121.0 * 1.1 * (0.05 * f64::from(i)).sin()).collect();
+        let near_a_turn = motor.windows(2).filter(|w| ((w[1] - w[0]).abs() - TAU).abs() < 0.5).count();
+        assert!(near_a_turn > 20, "{near_a_turn}");
+        let mut logged = motor.clone();
+        assert_eq!((unwrap_angle(&mut logged), logged), (0, motor.clone()));
+        // Behind the gear it is an angle like any other.
+        let mut joint = wrapped(&motor.iter().map(|q| 3.0 + q / 121.0).collect::<Vec<f64>>());
+        assert!(unwrap_angle(&mut joint) > 10);
+        assert!(joint.iter().zip(&motor).all(|(q, m)| (q - joint[0] - (m - motor[0]) / 121.0).abs() < 1e-9));
+    }
+
+    #[test]
+    fn nothing_is_unwrapped_where_there_is_nothing() {
+        assert_eq!((unwrap_angle(&mut []), unwrap_angle(&mut [1.0])), (0, 0));
+    }
+}
