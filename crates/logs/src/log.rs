@@ -13,6 +13,7 @@ use crate::abreast::abreast;
 use crate::cleaning::account::{GAP_PERIODS, LogReport, MIN_ROWS, even};
 use crate::cleaning::publishers::foreign_rows;
 use crate::cleaning::refresh::Refresh;
+use crate::cleaning::rest::time_at_rest;
 use crate::cleaning::suspects::Suspect;
 use crate::columns::mapping::{Columns, Source};
 use crate::columns::names::ColumnNames;
@@ -55,11 +56,6 @@ pub struct Log {
     /// What was found and left out when it was read.
     pub report: LogReport,
 }
-
-/// At rest: no joint is faster than this, rad/s, over [`REST_SPAN_S`].
-const REST_SPEED_RAD_S: f64 = 1e-3;
-/// Span over which the speed at rest is taken, s.
-const REST_SPAN_S: f64 = 0.05;
 
 impl Log {
     /// Reads a file and finds the columns of the coordinates in it.
@@ -222,7 +218,7 @@ impl Log {
         let period = *steps.select_nth_unstable_by(middle, f64::total_cmp).1;
         let refresh = self.refresh(period);
         let (suspect, wrapped) = self.suspects();
-        let (before, after, rest) = self.rest();
+        let (before, after, rest) = time_at_rest(&self.t, &self.q);
         self.report = LogReport {
             wrapped,
             suspect,
@@ -264,37 +260,6 @@ impl Log {
         });
         let wrapped = found.iter().map(|(_, wrapped)| wrapped).sum();
         (found.into_iter().map(|(suspect, _)| suspect).collect(), wrapped)
-    }
-
-    /// s at rest at the start, at the end, and in all, measured in spans of [`REST_SPAN_S`]. The remainder behind the
-    /// last span counts as a continuation of it.
-    fn rest(&self) -> (f64, f64, f64) {
-        let (mut before, mut after, mut total, mut r0) = (None, 0.0, 0.0, 0);
-        for r in 1..self.len() {
-            let span = self.t[r] - self.t[r0];
-            if span < REST_SPAN_S {
-                continue;
-            }
-            if self.q.iter().any(|q| (q[r] - q[r0]).abs() > REST_SPEED_RAD_S * span) {
-                before.get_or_insert(self.t[r0] - self.t[0]);
-                after = 0.0;
-            } else {
-                total += span;
-                after += span;
-            }
-            r0 = r;
-        }
-        let behind = self.t[self.len() - 1] - self.t[r0];
-        if after > 0.0 {
-            (after, total) = (after + behind, total + behind);
-        }
-        let all = self.t[self.len() - 1] - self.t[0];
-        match before {
-            Some(before) => (before, after, total),
-            None if total > 0.0 => (all, all, all),
-            // Shorter than a span: nothing is known.
-            None => (0.0, 0.0, 0.0),
-        }
     }
 }
 

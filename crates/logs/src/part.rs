@@ -4,6 +4,7 @@ use std::ops::Range;
 
 use crate::Error;
 use crate::ahead::{ROWS_PER_READ, RowsAhead};
+use crate::cleaning::account::LogReport;
 use crate::columns::mapping::Columns;
 use crate::log::Log;
 use crate::packed::PackedLog;
@@ -85,5 +86,32 @@ pub(crate) fn read_block(
         }
         rows.end += next.rows();
         all.append_usable(&next, columns, 0..next.rows(), after)?;
+    }
+}
+
+/// The account of the parts of a file, one after the other.
+pub(crate) struct Account {
+    pub report: Option<LogReport>,
+    /// s, the last instant.
+    pub end: f64,
+}
+
+impl Default for Account {
+    fn default() -> Account {
+        Account { report: None, end: f64::NEG_INFINITY }
+    }
+}
+
+impl Account {
+    /// Describes the next part and holds it.
+    pub(crate) fn add(&mut self, mut part: Log) -> PackedLog {
+        part.describe();
+        let step = part.t.first().map_or(0.0, |t| t - self.end);
+        self.end = part.t.last().copied().unwrap_or(self.end);
+        match &mut self.report {
+            None => self.report = Some(part.report.clone()),
+            Some(report) => report.append(&part.report, step),
+        }
+        PackedLog::new(part)
     }
 }

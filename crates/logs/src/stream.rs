@@ -18,7 +18,7 @@ use crate::columns::words::Quantity;
 use crate::file_state::{FileState, changed, refuse_changed};
 use crate::log::{Effort, Log, Window};
 use crate::packed::PackedLog;
-use crate::part::{Part, read_block};
+use crate::part::{Account, Part, read_block};
 use crate::read::{self, Opened};
 use crate::table::Table;
 
@@ -201,33 +201,6 @@ enum Parts {
     Held(Vec<PackedLog>),
     /// In the file, which is not to change.
     File(PathBuf, FileState),
-}
-
-/// The account of the parts of a file, one after the other.
-struct Account {
-    report: Option<LogReport>,
-    /// s, the last instant.
-    end: f64,
-}
-
-impl Default for Account {
-    fn default() -> Account {
-        Account { report: None, end: f64::NEG_INFINITY }
-    }
-}
-
-impl Account {
-    /// Describes the next part and holds it.
-    fn add(&mut self, mut part: Log) -> PackedLog {
-        part.describe();
-        let step = part.t.first().map_or(0.0, |t| t - self.end);
-        self.end = part.t.last().copied().unwrap_or(self.end);
-        match &mut self.report {
-            None => self.report = Some(part.report.clone()),
-            Some(report) => report.append(&part.report, step),
-        }
-        PackedLog::new(part)
-    }
 }
 
 impl LogStream {

@@ -38,7 +38,7 @@ use std::f64::consts::TAU;
 use numerics::in_order::in_order;
 
 use crate::signals::position_spectrum::{REST_RANGE, REST_RANGE_SIGMAS, energy_of, excursion, noise_of, smooth_length};
-use crate::signals::position_spectrum::{acceleration_energy, position_energy};
+use crate::signals::position_spectrum::{acceleration_energy, acceleration_noise, position_energy};
 
 /// The frequency content of a motion.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -131,11 +131,6 @@ pub(crate) fn rule_with_noise(q: &[Vec<f64>], period: f64, deviation: &[f64]) ->
         joint.noise += acceleration_noise(s * s, q.len(), period);
     }
     energy.content()
-}
-
-/// (2 pi)^4 sigma^2 n h^2 / 5, rad^2/s^3. Times f^5 it is the noise of n accelerations, h s apart, up to a frequency f.
-fn acceleration_noise(variance: f64, count: usize, period: f64) -> f64 {
-    TAU.powi(4) / 5.0 * variance * count as f64 * period * period
 }
 
 impl MotionEnergy {

@@ -314,12 +314,17 @@ const MIN_SAMPLES_FOR_SECOND_THREAD: usize = 20_000;
 /// The uniform clock that signals are to be brought to; `None` where they stay on their own. `places`: those of the samples
 /// of the motion, where it comes more seldom than rows.
 fn clock(log: &Log, signal: &Signal, places: Option<&[usize]>) -> Result<Option<Vec<f64>>, Error> {
-    if (log.report.uniform || signal.own_clock) && signal.rate.is_none() && places.is_none() {
+    let is_seldom = are_seldom(log)[0] && !signal.own_clock;
+    if (log.report.uniform || signal.own_clock) && signal.rate.is_none() && !is_seldom {
         return Ok(None);
     }
     let period = sample_period(&log.report, signal);
-    let first = places.and_then(<[usize]>::first).map_or(0, |&r| r);
-    uniform_clock(&log.t[first..], period).map(Some).ok_or_else(|| {
+    let clock = log.t.first().zip(log.t.last()).and_then(|(&start, &end)| {
+        // A whole number of periods before the first new value.
+        let first = places.and_then(<[usize]>::first).map_or(start, |&r| log.t[r]);
+        uniform_clock(&[first - period * ((first - start) / period).floor(), end], period)
+    });
+    clock.map(Some).ok_or_else(|| {
         let duration = log.report.duration;
         let message = format!("a clock of {:.3} Hz over {duration:.3} s is not usable", 1.0 / period);
         Error::at(&log.name, 0, message)

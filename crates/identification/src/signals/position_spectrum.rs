@@ -93,3 +93,8 @@ pub(crate) fn acceleration_energy<'a>(velocity: impl Iterator<Item = (&'a u64, &
 pub(crate) fn position_energy<'a>(velocity: impl Iterator<Item = (&'a u64, &'a f64)>) -> f64 {
     velocity.map(|(bits, energy)| energy / (TAU * f64::from_bits(*bits)).powi(2)).sum()
 }
+
+/// (2 pi)^4 sigma^2 n h^2 / 5, rad^2/s^3. Times f^5 it is the noise of n accelerations, h s apart, up to a frequency f.
+pub(crate) fn acceleration_noise(variance: f64, count: usize, period: f64) -> f64 {
+    TAU.powi(4) / 5.0 * variance * count as f64 * period * period
+}

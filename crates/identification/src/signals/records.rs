@@ -347,7 +347,8 @@ mod tests {
         // The step of the clock of a part is that of the whole but for the last digits.
         assert!((streamed.refresh.motion / held.refresh.motion - 1.0).abs() < 1e-9);
         let refresh = held.refresh;
-        let counts = LogReport { period, rest_before, rest_after, rest, duration, repeated, refresh, ..streamed.clone() };
+        let counts =
+            LogReport { period, rest_before, rest_after, rest, duration, repeated, refresh, ..streamed.clone() };
         assert_eq!(counts, *held);
         assert_eq!((streamed.gaps, streamed.clock_backwards, streamed.not_finite), (1, 1, 4));
         std::fs::remove_file(path).unwrap();

@@ -10,7 +10,8 @@ use crate::signals::signal_options::Signal;
 
 /// s between the samples that a log is taken at: the rate asked for, or that of the positions.
 pub(crate) fn sample_period(report: &LogReport, signal: &Signal) -> f64 {
-    let period = report.refresh.seldom_motion(report.period).unwrap_or(report.period);
+    let seldom = report.refresh.seldom_motion(report.period).filter(|_| !signal.own_clock);
+    let period = seldom.unwrap_or(report.period);
     signal.rate.map_or(period, |rate| 1.0 / rate)
 }
 

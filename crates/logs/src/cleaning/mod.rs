@@ -4,5 +4,6 @@ pub(crate) mod account;
 pub(crate) mod publishers;
 pub(crate) mod raw_words;
 pub(crate) mod refresh;
+pub(crate) mod rest;
 pub(crate) mod suspects;
 pub(crate) mod turns;

@@ -10,14 +10,24 @@ use serde::Serialize;
 
 use crate::cleaning::turns::extremes;
 
-/// How a word holds its sign, in the unit of the series.
+/// How a word holds its sign: a power of two, and the size of a count, in the unit of the series.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum RawWord {
-    /// Negative numbers have this added to them.
-    TwosComplement(f64),
-    /// Negative numbers are their size and this.
-    SignBit(f64),
+    /// Negative numbers have 2^bits counts added to them.
+    TwosComplement {
+        /// Bits of the word.
+        bits: i32,
+        /// One count.
+        count: f64,
+    },
+    /// Negative numbers are their size and 2^bit counts.
+    SignBit {
+        /// The bit of the sign.
+        bit: i32,
+        /// One count.
+        count: f64,
+    },
 }
 
 /// Bits of the words that registers have.
@@ -47,26 +57,31 @@ impl RawWord {
         let count = count_of(x)?;
         let power = |bits: i32| count * 2f64.powi(bits);
         // The word of the largest number.
-        let word = BITS
-            .clone()
-            .find(|bits| power(*bits) > high + 0.5 * count)
-            .map(|bits| RawWord::TwosComplement(power(bits)));
-        let bits = BITS.rev().map(power).filter(|bit| *bit <= high).map(RawWord::SignBit);
+        let word = BITS.clone().find(|bits| power(*bits) > high + 0.5 * count);
+        let word = word.map(|bits| RawWord::TwosComplement { bits, count });
+        let bits = BITS.rev().filter(|bit| power(*bit) <= high).map(|bit| RawWord::SignBit { bit, count });
         word.into_iter().chain(bits).find(|word| word.explains(x))
     }
 
     /// The number that a word stands for.
     pub fn signed(self, x: f64) -> f64 {
+        let size = self.size();
         match self {
-            RawWord::TwosComplement(word) if x >= 0.5 * word => x - word,
-            RawWord::SignBit(bit) if x >= bit => bit - x,
+            RawWord::TwosComplement { .. } if x >= 0.5 * size => x - size,
+            RawWord::SignBit { .. } if x >= size => size - x,
             _ => x,
         }
     }
 
+    /// The word, or the bit of its sign, in the unit of the series.
+    fn size(self) -> f64 {
+        let (RawWord::TwosComplement { bits, count } | RawWord::SignBit { bit: bits, count }) = self;
+        count * 2f64.powi(bits)
+    }
+
     /// Whether the jumps of a series are changes of this sign.
     fn explains(self, x: &[f64]) -> bool {
-        let (RawWord::TwosComplement(size) | RawWord::SignBit(size)) = self;
+        let size = self.size();
         let changes = x.windows(2).filter(|w| (self.signed(w[0]) < 0.0) != (self.signed(w[1]) < 0.0));
         let jumps: Vec<(f64, f64)> =
             changes.map(|w| ((w[1] - w[0]).abs(), (self.signed(w[1]) - self.signed(w[0])).abs())).collect();
@@ -102,33 +117,33 @@ fn count_of(x: &[f64]) -> Option<f64> {
 }
 
 impl fmt::Display for RawWord {
-    /// What mends it.
+    /// What mends it, in counts: the numbers of the file may be in another unit.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let (RawWord::TwosComplement { bits, count } | RawWord::SignBit { bit: bits, count }) = *self;
+        let whole = 2f64.powi(bits);
+        // Where a count is one, the numbers are counts.
+        let counts = if count == 1.0 { "" } else { " counts" };
         match self {
-            RawWord::TwosComplement(word) => {
+            RawWord::TwosComplement { .. } => {
                 write!(
                     f,
-                    "subtract {} from the numbers from {} on (two's complement)",
-                    Number(*word),
-                    Number(0.5 * word)
-                )
+                    "subtract {whole}{counts} from the numbers from {}{counts} on (two's complement)",
+                    0.5 * whole
+                )?;
             }
-            RawWord::SignBit(bit) => {
-                write!(f, "write the numbers x from {} on as {} - x (that bit is the sign)", Number(*bit), Number(*bit))
+            RawWord::SignBit { .. } => {
+                write!(f, "write the numbers x from {whole}{counts} on as {whole}{counts} - x (that bit is the sign)")?;
             }
         }
+        if count == 1.0 { Ok(()) } else { write!(f, "; a count is {} in SI", significant(count)) }
     }
 }
 
-/// A number to nine digits, as it is written in a file.
-struct Number(f64);
-
-impl fmt::Display for Number {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let decimals = (8 - self.0.log10().floor() as i32).clamp(0, 12) as usize;
-        let text = format!("{:.decimals$}", self.0);
-        f.write_str(if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.') } else { &text })
-    }
+/// A number to six digits.
+fn significant(x: f64) -> String {
+    let decimals = (5 - x.log10().floor() as i32).clamp(0, 12) as usize;
+    let text = format!("{x:.decimals$}");
+    if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.').into() } else { text }
 }
 
 #[cfg(test)]
@@ -162,9 +177,14 @@ mod tests {
                 assert!(counts().iter().zip(&logged).all(is_right), "{word}");
             }
         }
-        let logged: Vec<f64> = counts().iter().map(|x| complement(*x)).collect();
-        let said = RawWord::of(&logged).unwrap().to_string();
-        assert_eq!(said, "subtract 65536 from the numbers from 32768 on (two's complement)");
+        let said = |scale: f64| {
+            let logged: Vec<f64> = counts().iter().map(|x| scale * complement(*x)).collect();
+            RawWord::of(&logged).unwrap().to_string()
+        };
+        assert_eq!(said(1.0), "subtract 65536 from the numbers from 32768 on (two's complement)");
+        let expected =
+            "subtract 65536 counts from the numbers from 32768 counts on (two's complement); a count is 0.00269 in SI";
+        assert_eq!(said(2.69e-3), expected);
     }
 
     /// Neither signed counts, nor torques without counts, nor a torque of one sign, nor a valve is such a word.

@@ -1,0 +1,271 @@
+//! What stands between a file and its rows: values that come seldom, turns behind gears, words without their sign, two
+//! publishers, velocities and accelerations that are none. Each is named where it is, and not where it is not.
+
+use std::fmt::Write as _;
+use std::path::Path;
+
+use identification::estimate::options::Options;
+use identification::estimate::passport::Passport;
+use identification::estimate::passport::finding::Fault;
+use logs::LogSource;
+use rist::doctor::claims_of_log;
+use rist::samples::Identification;
+use rist::{IdentifyRequest, Model};
+use tests::faults::{changed, each};
+use tests::joint_log::{JointLog, swinging, unlike};
+use tests::program::folder;
+use tests::{model_path, shared};
+
+fn ur5() -> (Model, JointLog) {
+    let model = Model::read(model_path("ur5.urdf")).unwrap();
+    let log = swinging(&model.robot, &unlike(&model.robot, 5), 1.2, 0.0);
+    (model, log)
+}
+
+fn opened(model: &Model, log: &JointLog, name: &str) -> LogSource {
+    let path = folder("signals").join(format!("{name}.csv"));
+    log.write(&path, model.regressor().coordinates());
+    model.open_log(&path, &Default::default()).unwrap().0
+}
+
+fn look(model: &Model, log: &JointLog, name: &str) -> Passport {
+    rist::examine(model, &[opened(model, log, name)], &Options::default()).unwrap()
+}
+
+fn request(options: &Options) -> IdentifyRequest {
+    let mut request = IdentifyRequest::default();
+    request.samples.rows.signals.options = Some(options.clone());
+    request
+}
+
+fn identified(model: &Model, source: LogSource, options: &Options) -> Identification {
+    rist::identify(model, &[source], &request(options)).unwrap()
+}
+
+/// Each number of a row for which `is_other` holds, changed.
+fn mixed(log: &JointLog, is_other: impl Fn(usize) -> bool, change: impl Fn(f64) -> f64) -> JointLog {
+    changed(log, |log| {
+        for series in log.dq.iter_mut().chain(&mut log.tau) {
+            series.iter_mut().enumerate().filter(|(r, _)| is_other(*r)).for_each(|(_, x)| *x = change(*x));
+        }
+    })
+}
+
+#[test]
+fn rows_of_two_publishers_are_named_and_spikes_are_not() {
+    let (model, good) = ur5();
+    assert!(look(&model, &good, "one_source").findings.is_empty());
+    for (name, every, scale) in [("halves", 2, 0.0), ("thirds", 3, 0.0), ("another_unit", 2, 0.1)] {
+        let log = mixed(&good, |r| r % every == 1, |x| scale * x);
+        let passport = look(&model, &log, name);
+        let [finding] = passport.findings.as_slice() else { panic!("{name}: {:?}", passport.findings) };
+        assert!(matches!(finding.fault, Fault::TwoSources(_)), "{name}: {finding}");
+        assert_eq!(finding.evidence.contains("there it is zero"), scale == 0.0, "{finding}");
+    }
+    let spiked = mixed(&good, |r| r % 50 == 7, |x| x + 176.0);
+    assert!(!look(&model, &spiked, "spikes").findings.iter().any(|f| matches!(f.fault, Fault::TwoSources(_))));
+    // What is made of it is not to be trusted, and the way out is the first thing that is said.
+    let halves = opened(&model, &mixed(&good, |r| r % 2 == 1, |_| 0.0), "halves_fitted");
+    let verdict = identified(&model, halves, &Options::default()).judged(&model, &[], false).unwrap().verdict;
+    assert!(verdict.to_string().contains("are of another source"), "{verdict}");
+}
+
+#[test]
+fn words_without_their_sign_are_named_with_what_mends_them() {
+    let (model, good) = ur5();
+    let counts = changed(&good, |log| each(&mut log.tau, |x| (x / 0.05).round()));
+    for (word, said) in
+        [(65_536.0, "subtract 65536 from the numbers from 32768 on"), (-4096.0, "from 4096 on as 4096 - x")]
+    {
+        let read = |x: f64| match x < 0.0 {
+            true if word > 0.0 => x + word,
+            true => -word - x,
+            false => x,
+        };
+        let passport = look(&model, &changed(&counts, |log| each(&mut log.tau, read)), "words");
+        let [finding] = passport.findings.as_slice() else { panic!("{:?}", passport.findings) };
+        assert!(finding.fault == Fault::RawWords && finding.remedy.contains(said), "{finding}");
+        // At least the base and the wrists change their sign often.
+        assert!(finding.joints.len() >= 3 && finding.joints[0] == "shoulder_pan", "{finding}");
+    }
+    let clean = look(&model, &counts, "counts");
+    assert!(clean.findings.iter().all(|f| f.fault != Fault::RawWords), "{:?}", clean.findings);
+}
+
+/// Motors behind gears of 121 that go 40 rad between rows: nothing is taken back, and the estimate is that of the joints.
+#[test]
+fn a_motor_behind_its_gear_keeps_its_turns() {
+    let (model, good) = ur5();
+    let joints = changed(&good, |log| {
+        let tenth = |x: &mut Vec<f64>| *x = x.iter().step_by(10).copied().collect();
+        tenth(&mut log.t);
+        log.q.iter_mut().chain(&mut log.dq).chain(&mut log.tau).for_each(tenth);
+    });
+    let ratio = 121.0;
+    let motors = changed(&joints, |log| {
+        log.q.iter_mut().chain(&mut log.dq).flatten().for_each(|x| *x *= ratio);
+        log.tau.iter_mut().flatten().for_each(|x| *x /= ratio);
+    });
+    let turned = motors.q.iter().flat_map(|q| q.windows(2)).filter(|w| {
+        let step = (w[1] - w[0]).abs();
+        (step - std::f64::consts::TAU).abs() < 0.5
+    });
+    assert!(turned.count() > 20);
+    let mut options = Options::default();
+    let expected = identified(&model, opened(&model, &joints, "joints"), &options);
+    options.transmission.ratios = Some(vec![ratio; 6]);
+    let source = opened(&model, &motors, "motors");
+    assert_eq!(source.report().wrapped, 0);
+    let found = identified(&model, source, &options);
+    for (a, b) in found.estimate.parameters.iter().zip(&expected.estimate.parameters) {
+        let (a, b, sigma) = (a.value.unwrap(), b.value.unwrap(), b.sigma.unwrap());
+        // Rounding of the ratio, beside the noise.
+        assert!((a - b).abs() < 1e-6 * (sigma + b.abs()), "{a} {b}");
+    }
+}
+
+/// Signals of 125 Hz logged at 500 Hz give the estimate and the deviations of those logged at 125 Hz.
+#[test]
+fn a_held_log_has_the_rows_of_its_own_rate() {
+    let (model, good) = ur5();
+    let held = changed(&good, |log| {
+        for series in log.q.iter_mut().chain(&mut log.dq).chain(&mut log.tau) {
+            *series = (0..series.len()).map(|r| series[r - r % 4]).collect();
+        }
+    });
+    let fourth = changed(&good, |log| {
+        let fourth = |x: &mut Vec<f64>| *x = x.iter().step_by(4).copied().collect();
+        fourth(&mut log.t);
+        log.q.iter_mut().chain(&mut log.dq).chain(&mut log.tau).for_each(fourth);
+    });
+    let source = opened(&model, &held, "held");
+    assert!(source.report().to_string().contains("new values come 125 times a second"), "{}", source.report());
+    assert!(!opened(&model, &good, "fresh").report().to_string().contains("times a second"));
+    let [found, expected] =
+        [source, opened(&model, &fourth, "fourth")].map(|s| identified(&model, s, &Options::default()).estimate);
+    let hertz = |e: &rist::Estimate| e.cutoff.unwrap();
+    assert!((hertz(&found) / hertz(&expected) - 1.0).abs() < 0.05, "{} {}", hertz(&found), hertz(&expected));
+    // The clock begins with the first new value, one row of 8 ms later.
+    assert!(found.rows.abs_diff(expected.rows) <= 12, "{} {}", found.rows, expected.rows);
+    for (a, b) in found.parameters.iter().zip(&expected.parameters) {
+        let ratio = a.sigma.unwrap() / b.sigma.unwrap();
+        assert!((0.7..1.4).contains(&ratio), "{}: {ratio}", a.name);
+    }
+}
+
+/// The log with velocities behind a first-order filter of so many Hz, and with a column of accelerations.
+fn with_columns(log: &JointLog, filter: Option<f64>, is_acceleration: bool) -> String {
+    let joints = log.q.len();
+    let names = |what: &str| (1..=joints).map(|k| format!("{what}{k}")).collect::<Vec<_>>().join(",");
+    let mut text = format!("t,{},{},{},{}\n", names("q"), names("dq"), names("ddq"), names("tau"));
+    let mut behind: Vec<f64> = log.dq.iter().map(|dq| dq[0]).collect();
+    for r in 1..log.t.len() - 1 {
+        let step = log.t[r] - log.t[r - 1];
+        let share = filter.map_or(1.0, |hz| 1.0 - (-std::f64::consts::TAU * hz * step).exp());
+        behind.iter_mut().zip(&log.dq).for_each(|(x, dq)| *x += share * (dq[r] - *x));
+        let slope = |dq: &Vec<f64>| (dq[r + 1] - dq[r - 1]) / (2.0 * step);
+        // Another signal: nine times the slope of half a second before.
+        let before = r.saturating_sub(250).max(1);
+        let other = |dq: &Vec<f64>| 9.0 * (dq[before + 1] - dq[before - 1]) / (2.0 * step);
+        let rates: Vec<f64> = log.dq.iter().map(|dq| if is_acceleration { slope(dq) } else { other(dq) }).collect();
+        let at = |series: &[Vec<f64>]| series.iter().map(|x| x[r]).collect::<Vec<f64>>();
+        let row: Vec<String> =
+            [at(&log.q), behind.clone(), rates, at(&log.tau)].concat().iter().map(f64::to_string).collect();
+        let _ = writeln!(text, "{},{}", log.t[r], row.join(","));
+    }
+    text
+}
+
+#[test]
+fn columns_of_rates_are_claimed_by_their_slopes() {
+    let (model, good) = ur5();
+    let said = |name: &str, filter: Option<f64>, is_acceleration: bool| {
+        let path = folder("signals").join(format!("{name}.csv"));
+        std::fs::write(&path, with_columns(&good, filter, is_acceleration)).unwrap();
+        let (source, _) = model.open_log(&path, &Default::default()).unwrap();
+        let passport = rist::examine(&model, &[source], &Options::default()).unwrap();
+        let claims: Vec<String> = claims_of_log(&passport, None).iter().map(ToString::to_string).collect();
+        assert!(passport.findings.is_empty(), "{name}: {:?}", passport.findings);
+        ["velocity column", "acceleration column"]
+            .map(|column| claims.iter().find(|c| c.starts_with(column)).cloned().unwrap())
+    };
+    let [velocity, acceleration] = said("good_rates", None, true);
+    assert!(velocity.contains("agrees; a fault of 2 ms of lag would have shown"), "{velocity}");
+    assert!(acceleration.contains("agrees"), "{acceleration}");
+    // A first-order filter of 10 Hz lags by 16 ms.
+    let [velocity, acceleration] = said("late_rates", Some(10.0), false);
+    assert!(velocity.contains("assumed by default: the slopes of the positions"), "{velocity}");
+    assert!(["15.", "16"].iter().any(|ms| velocity.contains(&format!("lag them by {ms}"))), "{velocity}");
+    assert!(acceleration.contains("assumed by default: the slopes of the velocities"), "{acceleration}");
+}
+
+/// A log of findings/inputs, opened, or the reason why not.
+fn public(model: &Model, path: &Path, options: &Options) -> Result<LogSource, String> {
+    model.open_log(path, &options.columns).map(|(log, _)| log).map_err(|e| e.to_string())
+}
+
+/// The files that showed these faults.
+#[test]
+fn the_public_files_end_as_they_should() {
+    let Some(shared) = shared() else { return };
+    let inputs = shared.join("findings/inputs");
+    if !inputs.is_dir() {
+        return;
+    }
+    let field = |name: &str| inputs.join("field/logs").join(format!("{name}.csv.gz"));
+    let arm = Model::read(inputs.join("field/a0_arm.urdf")).unwrap();
+    let fault = |name: &str| {
+        let source = public(&arm, &field(name), &Options::default()).unwrap();
+        let options = changed_gains(&source);
+        rist::examine(&arm, &[source], &options).unwrap().findings.first().map(|f| (f.fault, f.remedy.clone()))
+    };
+    assert!(matches!(fault("two_publishers"), Some((Fault::TwoSources(rows), _)) if rows > 1000));
+    let (found, remedy) = fault("dxl_unsigned").unwrap();
+    assert!(found == Fault::RawWords && remedy.contains("two's complement"), "{remedy}");
+    let (found, remedy) = fault("feetech_signmag_tau").unwrap();
+    assert!(found == Fault::RawWords && remedy.contains("from 1024 on as 1024 - x"), "{remedy}");
+    for name in ["good", "held", "held_tau", "jitter", "joint_side_50hz"] {
+        assert_eq!(fault(name), None, "{name}");
+    }
+    let bursts = public(&arm, &field("bursts"), &Options::default()).err().unwrap();
+    assert!(bursts.contains("arrived in bursts") && bursts.contains("multiply by 0.005"), "{bursts}");
+    // Positions at the motor: the joint's inertia comes out as it is.
+    let mut options = Options::default();
+    options.transmission.ratios = Some(vec![121.0, 121.0, 101.0]);
+    let found = identified(&arm, public(&arm, &field("motor_side_50hz"), &options).unwrap(), &options).estimate;
+    let first = found.parameters.iter().find(|p| p.name == "ZZR_j1").unwrap();
+    assert!((first.value.unwrap() - 0.308).abs() < 3.0 * first.sigma.unwrap() + 0.01, "{first:?}");
+    assert!(found.total.unwrap() < 0.02, "{:?}", found.total);
+}
+
+/// Currents are taken as torques.
+fn changed_gains(source: &LogSource) -> Options {
+    let mut options = Options::default();
+    if source.effort_is() == logs::Effort::Current {
+        options.transmission.drive_gains = Some(vec![1.0; 3]);
+    }
+    options
+}
+
+/// A current loop that chatters at 105 Hz: the default cut-off is the motion's, and the parameters come out.
+#[test]
+fn a_chattering_drive_does_not_decide_the_cutoff() {
+    let Some(shared) = shared() else { return };
+    let folder = shared.join("findings/inputs/statistics/lag1ms");
+    if !folder.is_dir() {
+        return;
+    }
+    let model = Model::read(folder.join("r3g.yaml")).unwrap();
+    let mut options = Options::default();
+    options.transmission.drive_gains = Some(vec![2.393, 0.870, 1.0]);
+    let logs: Vec<LogSource> =
+        (1..=8).map(|k| public(&model, &folder.join(format!("e0{k}.csv.gz")), &options).unwrap()).collect();
+    let found = rist::identify(&model, &logs, &request(&options)).unwrap();
+    assert!(found.estimate.cutoff.unwrap() < 50.0, "{:?}", found.estimate.cutoff);
+    assert!(found.passport.findings.is_empty(), "{:?}", found.passport.findings);
+    let described = found.described_parameters.as_ref().unwrap();
+    let largest = described.iter().fold(0.0, |m: f64, x| m.max(x.abs()));
+    for (p, truth) in found.estimate.parameters.iter().zip(described).filter(|(_, x)| x.abs() > 0.2 * largest) {
+        assert!((p.value.unwrap() / truth - 1.0).abs() < 0.02, "{}: {:?} for {truth}", p.name, p.value);
+    }
+}
