@@ -31,6 +31,9 @@
     event.preventDefault();
     pick(row.dataset.pick - 1, figure || link);
   }));
-  addEventListener("beforeprint", () => document.querySelectorAll(".chosen").forEach(part => { part.hidden = false; }));
+  addEventListener("beforeprint", () => {
+    document.querySelectorAll(".chosen").forEach(part => { part.hidden = false; });
+    document.querySelectorAll(".notes").forEach(notes => { notes.open = true; });
+  });
   addEventListener("afterprint", () => all.forEach(show));
 })();

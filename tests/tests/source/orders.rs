@@ -138,6 +138,7 @@ pub(crate) const ORDERS: [(&str, &[&str]); 18] = [
             "wrap",
             "chart",
             "template",
+            "drawing",
             "sheet",
             "robot",
             "joints",
