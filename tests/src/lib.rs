@@ -9,6 +9,7 @@ pub mod benchmark;
 pub mod dense_samples;
 pub mod faults;
 pub mod formula_text;
+pub mod hostile;
 pub mod joint_log;
 pub mod known_arms;
 pub mod lagrangian;

@@ -6,6 +6,7 @@
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
+use crate::hostile::{command, files, hardening};
 use crate::program::{LIMITED_ARM, Run, run};
 use crate::random::Random;
 use crate::workspace;
@@ -27,14 +28,14 @@ pub struct Seed {
     /// Its name, whose end tells the program what it is.
     pub name: String,
     pub bytes: Vec<u8>,
-    pub commands: Vec<Vec<&'static str>>,
+    pub commands: Vec<Vec<String>>,
 }
 
 /// Whoever breaks the law.
 pub struct Finding {
     pub name: String,
     pub bytes: Vec<u8>,
-    pub command: Vec<&'static str>,
+    pub command: Vec<String>,
     /// How the run ended, and what it said last.
     pub outcome: String,
 }
@@ -58,65 +59,150 @@ pub fn broken(run: &Run) -> Option<String> {
     }
 }
 
-/// The artefacts of a walk from a description to sums, as the program writes them in `folder`, and the corpora of `fuzz`.
+/// A seed of a file in `folder`, or below it.
+fn seed(folder: &Path, file: &str, commands: &[&[&str]]) -> Seed {
+    let words = |command: &&[&str]| command.iter().map(ToString::to_string).collect();
+    Seed {
+        name: file.rsplit('/').next().unwrap_or(file).into(),
+        bytes: std::fs::read(folder.join(file)).unwrap_or_else(|e| panic!("{file}: {e}")),
+        commands: commands.iter().map(words).collect(),
+    }
+}
+
+/// The artefacts of a walk from a description to sums, as the program writes them in `folder`, the corpora of `fuzz`, and
+/// the files by which rist was attacked.
 ///
 /// # Panics
 /// Where the program fails on the way.
 pub fn seeds(program: &Path, folder: &Path) -> Vec<Seed> {
+    let mut all = written(program, folder);
+    all.extend(corpora(folder));
+    all.extend(attacks(folder));
+    all
+}
+
+/// The artefacts of a walk from a description to sums.
+fn written(program: &Path, folder: &Path) -> Vec<Seed> {
     let write = |name: &str, text: &str| std::fs::write(folder.join(name), text).expect("a folder of ours is writable");
     write("arm.yaml", LIMITED_ARM);
     write("limits.yaml", "all: {velocity: 3, acceleration: 20}\nspace: {floor: -2}\n");
     write("load.yaml", "link: forearm\nmass: 0.5\ncentre_of_mass: [0.1, 0, 0]\n");
     write("options.yaml", "friction: [viscous, coulomb, offset]\nsignal: {cutoff: 8}\nweights: huber\n");
-    let steps: [&[&str]; 6] = [
+    write("states.csv", "q1,q2,dq1,dq2,ddq1,ddq2\n0.1,0.2,0.3,0.4,0.5,0.6\n-1,1,-1,1,-1,1\n");
+    // The robot whose bodies go into an MJCF, and a log of it.
+    let corpus = workspace().join("fuzz/corpus/write_back");
+    for file in ["arm.urdf", "arm.xml"] {
+        write(file, &std::fs::read_to_string(corpus.join(file)).expect("the corpora are there"));
+    }
+    let steps: [&[&str]; 8] = [
         &["excite", "arm.yaml", "--limits", "limits.yaml", "--starts", "1", "--rate", "100", "--out", "motion.yaml"],
         &["simulate", "arm.yaml", "motion.yaml", "--out", "logs"],
         &["identify", "arm.yaml", "logs/motion.csv", "--out", "estimate.yaml"],
         &["validate", "arm.yaml", "estimate.yaml", "logs/motion.csv", "--out", "validation.yaml"],
         &["plan", "arm.yaml", "-n", "2", "--duration", "1", "--rate", "100", "--out", "plan.yaml"],
         &["accumulate", "arm.yaml", "logs/motion.csv", "--out", "sums.tri"],
+        &["excite", "arm.urdf", "--starts", "1", "--rate", "100", "--out", "urdf_motion.yaml"],
+        &["simulate", "arm.urdf", "urdf_motion.yaml", "--out", "urdf_logs"],
     ];
     for step in steps {
         let run = run(Command::new(program).args(step).current_dir(folder));
         assert!(matches!(run.code, Some(0 | 1)), "{step:?}: {}", run.err);
     }
-    let of = |file: &str, commands: &[&[&'static str]]| Seed {
-        name: file.rsplit('/').next().unwrap_or(file).into(),
-        bytes: std::fs::read(folder.join(file)).unwrap_or_else(|e| panic!("{file}: {e}")),
-        commands: commands.iter().map(|command| command.to_vec()).collect(),
-    };
-    let mut all = vec![
-        of("arm.yaml", &[&["inspect", "{}"], &["excite", "{}", "--starts", "1", "--iterations", "2", "--out", "x"]]),
+    let log = "logs/motion.csv";
+    let identify = ["identify", "arm.urdf", "urdf_logs/motion.csv", "--anyway", "--write-mjcf", "z", "--into", "{}"];
+    let estimate: [&[&str]; 4] = [
+        &["validate", "arm.yaml", "{}", log],
+        &["report", "--estimate", "{}", "--out", "x"],
+        &["generate", "arm.yaml", "--estimate", "{}", "--out", "x"],
+        &["check", "arm.yaml", "motion.yaml", "--after", "{}"],
+    ];
+    let robot: [&[&str]; 4] = [
+        &["inspect", "{}"],
+        &["excite", "{}", "--starts", "1", "--iterations", "2", "--out", "x"],
+        &["convert", "{}", "--to", "urdf"],
+        &["lint", "{}"],
+    ];
+    let of = |file: &str, commands: &[&[&str]]| seed(folder, file, commands);
+    vec![
+        of("arm.yaml", &robot),
+        of("arm.xml", &[&identify]),
+        of("states.csv", &[&["evaluate", "arm.yaml", "{}", "--quantity", "torque"]]),
         of("limits.yaml", &[&["check", "arm.yaml", "motion.yaml", "--limits", "{}"]]),
         of("load.yaml", &[&["simulate", "arm.yaml", "motion.yaml", "--load", "{}", "--out", "y"]]),
-        of("options.yaml", &[&["identify", "arm.yaml", "logs/motion.csv", "--options", "{}"]]),
+        of("options.yaml", &[&["identify", "arm.yaml", log, "--options", "{}"]]),
         of("motion.yaml", &[&["check", "arm.yaml", "{}"], &["simulate", "arm.yaml", "{}", "--out", "y"]]),
         of("plan.yaml", &[&["simulate", "arm.yaml", "{}", "--out", "y"], &["report", "--plan", "{}", "--out", "x"]]),
-        of(
-            "estimate.yaml",
-            &[
-                &["validate", "arm.yaml", "{}", "logs/motion.csv"],
-                &["report", "--estimate", "{}", "--out", "x"],
-                &["generate", "arm.yaml", "--estimate", "{}", "--out", "x"],
-            ],
-        ),
+        of("estimate.yaml", &estimate),
         of("validation.yaml", &[&["report", "--validation", "{}", "--out", "x"]]),
         of("sums.tri", &[&["merge", "{}", "--out", "x"], &["solve", "{}"]]),
-        of("logs/motion.csv", &[&["identify", "arm.yaml", "{}"], &["doctor", "arm.yaml", "{}"]]),
-    ];
-    for (corpus, command) in
-        [("logs", &["doctor", "arm.yaml", "{}"][..]), ("robots", &["inspect", "{}"]), ("sums", &["solve", "{}"])]
-    {
-        let entries = std::fs::read_dir(workspace().join("fuzz/corpus").join(corpus)).expect("the corpora are there");
-        let mut paths: Vec<PathBuf> = entries.map(|entry| entry.expect("a folder is read").path()).collect();
-        paths.sort();
-        all.extend(paths.iter().map(|path| Seed {
-            name: path.file_name().unwrap_or_default().to_string_lossy().into_owned(),
-            bytes: std::fs::read(path).expect("a corpus is read"),
-            commands: vec![command.to_vec()],
-        }));
+        of(log, &[&["identify", "arm.yaml", "{}"], &["doctor", "arm.yaml", "{}"]]),
+    ]
+}
+
+/// The corpora of `fuzz`. A mesh is read where a description names it.
+fn corpora(folder: &Path) -> Vec<Seed> {
+    let mut all = Vec::new();
+    for (corpus, command) in [
+        ("logs", &["doctor", "arm.yaml", "{}"][..]),
+        ("robots", &["inspect", "{}"]),
+        ("write_back", &["inspect", "{}"]),
+        ("sums", &["solve", "{}"]),
+        ("meshes", &[]),
+    ] {
+        let corpus = workspace().join("fuzz/corpus").join(corpus);
+        for path in files(&corpus) {
+            let name = path.file_name().unwrap_or_default().to_string_lossy();
+            let robot = format!("{name}.urdf");
+            let of_mesh = ["excite", &robot, "--starts", "1", "--iterations", "1", "--rate", "50", "--out", "x"];
+            if command.is_empty() {
+                std::fs::write(folder.join(&robot), with_mesh(&mutant(&name))).expect("a folder of ours is writable");
+            }
+            all.push(seed(&corpus, &name, &[if command.is_empty() { &of_mesh } else { command }]));
+        }
     }
     all
+}
+
+/// A link that turns above its base, of the shape of a mesh.
+fn with_mesh(mesh: &str) -> String {
+    format!(
+        "<robot name=\"r\"><link name=\"base\"/><link name=\"l\"><inertial><origin xyz=\"0.1 0 0\"/><mass value=\"2\"/>\
+         <inertia ixx=\"0.1\" ixy=\"0\" ixz=\"0\" iyy=\"0.1\" iyz=\"0\" izz=\"0.1\"/></inertial><collision><geometry>\
+         <mesh filename=\"{mesh}\"/></geometry></collision></link><joint name=\"j\" type=\"revolute\">\
+         <parent link=\"base\"/><child link=\"l\"/><origin xyz=\"0 0 3\"/><axis xyz=\"0 1 0\"/>\
+         <limit lower=\"-2\" upper=\"2\" effort=\"100\" velocity=\"5\"/></joint></robot>"
+    )
+}
+
+/// Files that are longer are read by the test of all attacks; here they would take the time of many others.
+const MAX_ATTACK_BYTES: usize = 1 << 16;
+
+/// The files by which rist was attacked, and what their commands need beside them.
+fn attacks(folder: &Path) -> Vec<Seed> {
+    let Some(hardening) = hardening() else { return Vec::new() };
+    let beside = |name: &str| hardening.join("tamper").join(name).display().to_string();
+    let (robot, motion) = (beside("p2.yaml"), beside("m.yaml"));
+    let mut all = Vec::new();
+    for path in files(&hardening) {
+        let bytes = std::fs::read(&path).expect("a file of ../shared is read");
+        let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
+        match command(&path, &String::from_utf8_lossy(&bytes), &robot, &motion) {
+            Some(command) if bytes.len() <= MAX_ATTACK_BYTES => {
+                all.push(Seed { name, bytes, commands: vec![command] });
+            }
+            // Meshes, beside the descriptions that name them.
+            None if bytes.len() <= MAX_ATTACK_BYTES => {
+                std::fs::write(folder.join(name), bytes).expect("a folder of ours is writable");
+            }
+            _ => {}
+        }
+    }
+    all
+}
+
+/// The name of a mutant.
+fn mutant(name: &str) -> String {
+    format!("mutant-{name}")
 }
 
 /// Numbers and words that readers have stumbled over.
@@ -193,10 +279,9 @@ pub fn hunt(
         let seed = &seeds[random.below(seeds.len())];
         let command = &seed.commands[random.below(seed.commands.len())];
         let bytes = mutated(&seed.bytes, random);
-        let name = format!("mutant-{}", seed.name);
+        let name = mutant(&seed.name);
         std::fs::write(folder.join(&name), &bytes).expect("a folder of ours is writable");
-        let arguments: Vec<&str> =
-            command.iter().map(|word| if *word == "{}" { name.as_str() } else { word }).collect();
+        let arguments: Vec<&str> = command.iter().map(|word| if word == "{}" { name.as_str() } else { word }).collect();
         let run = bounded(program, folder, bytes.len(), &arguments);
         count += 1;
         if let Some(outcome) = broken(&run) {

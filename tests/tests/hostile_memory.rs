@@ -12,9 +12,12 @@ use logs::Table;
 use peak_alloc::PeakAlloc;
 use rist::description::parse_robot;
 use rist::exciting::ExcitingMotion;
+use rist::fleet::Comparison;
 use rist::planning::ExperimentPlan;
+use rist::write_back::mjcf_into::mjcf_into;
 use rist::{Accumulator, Estimate, ModelOptions, Validation};
-use robot::format::REPEATS_TOO_MUCH;
+use robot::format::{REPEATS_TOO_MUCH, read_urdf};
+use tests::hostile::{files, hardening};
 use tests::workspace;
 
 #[global_allocator]
@@ -40,7 +43,8 @@ fn log(bytes: &[u8]) -> Result<(), String> {
 }
 
 fn text(bytes: &[u8]) -> &str {
-    std::str::from_utf8(bytes).unwrap()
+    // What is no text is refused before a reader sees it.
+    std::str::from_utf8(bytes).unwrap_or_default()
 }
 
 fn yaml_robot(bytes: &[u8]) -> Result<(), String> {
@@ -69,8 +73,48 @@ fn artefact(which: usize, bytes: &[u8]) -> Result<(), String> {
         3 => Validation::from_yaml("validation.yaml", text).map(drop).map_err(|e| message(&e)),
         4 => Options::parse("options.yaml", text).map(drop).map_err(|e| message(&e)),
         5 => LimitsFile::from_yaml("limits.yaml", text).map(drop).map_err(|e| message(&e)),
+        6 => Comparison::from_yaml("comparison.yaml", text).map(drop).map_err(|e| message(&e)),
         _ => KnownLoad::from_yaml("load.yaml", text).map(drop).map_err(|e| message(&e)),
     }
+}
+
+/// The readers of the artefacts.
+const ARTEFACTS: [Reader; 8] = [
+    |b| artefact(0, b),
+    |b| artefact(1, b),
+    |b| artefact(2, b),
+    |b| artefact(3, b),
+    |b| artefact(4, b),
+    |b| artefact(5, b),
+    |b| artefact(6, b),
+    |b| artefact(7, b),
+];
+
+/// The readers of a file with this name.
+fn readers(name: &str) -> Vec<Reader> {
+    match name.rsplit('.').next().unwrap_or_default() {
+        "csv" | "txt" | "gz" | "zst" | "mcap" | "npz" | "parquet" | "db3" => vec![log],
+        "tri" => vec![sums],
+        "urdf" => vec![urdf],
+        "par" => vec![par],
+        "xml" => vec![simulator_model],
+        "stl" => vec![mesh],
+        "obj" => vec![|b| vertices(b, "mesh.obj")],
+        "yaml" => ARTEFACTS.into_iter().chain([yaml_robot as Reader]).collect(),
+        _ => Vec::new(),
+    }
+}
+
+fn par(bytes: &[u8]) -> Result<(), String> {
+    robot("robot.par", bytes)
+}
+
+/// An MJCF, into which the bodies of a known robot are written.
+fn simulator_model(bytes: &[u8]) -> Result<(), String> {
+    let arm = read_urdf(include_str!("../../fuzz/corpus/write_back/arm.urdf"), "arm.urdf").unwrap();
+    let body = [0.02, 0.0, 0.0, 0.02, 0.0, 0.02, 0.0, 0.0, 0.0, 2.0];
+    let bodies: Vec<_> = arm.link_ids().map(|id| (id, body)).collect();
+    mjcf_into(text(bytes), "robot.xml", &arm, &bodies, &[]).map(drop).map_err(|e| e.to_string())
 }
 
 fn gzip(text: &str) -> Vec<u8> {
@@ -167,15 +211,6 @@ fn hostile() -> Vec<Hostile> {
     let header: Vec<String> = (0..10_000).map(|c| format!("c{c}")).collect();
     let links: String = (0..20_000).map(|k| format!("<link name=\"l{k}\"/>")).collect();
     let stl = [&[0; 80][..], &u32::MAX.to_le_bytes(), &[0; 50]].concat();
-    let yaml: [Reader; 7] = [
-        |b| artefact(0, b),
-        |b| artefact(1, b),
-        |b| artefact(2, b),
-        |b| artefact(3, b),
-        |b| artefact(4, b),
-        |b| artefact(5, b),
-        |b| artefact(6, b),
-    ];
     let too_much = REPEATS_TOO_MUCH;
     let unfolds = "64 times the file";
     let mut all = vec![
@@ -200,10 +235,14 @@ fn hostile() -> Vec<Hostile> {
             sums,
             "cut short",
         ),
+        of("a .par of brackets", format!("NL = 1\nNJ = 1\nNF = 1\nd = {{{}}}\n", "(".repeat(100_000)).into(), par, ""),
+        of("a model of bodies in bodies", "<mujoco><body>".repeat(50_000).into(), simulator_model, "robot.xml"),
         of("a mesh of a large claim", stl, mesh, "where its head promises"),
     ];
-    all.extend(yaml.into_iter().map(|reader| of("anchors", anchors().into(), reader, "")));
-    all.extend(yaml.into_iter().map(|reader| of("brackets", "[".repeat(100_000).into(), reader, "recursion limit")));
+    all.extend(ARTEFACTS.into_iter().map(|reader| of("anchors", anchors().into(), reader, "")));
+    all.extend(
+        ARTEFACTS.into_iter().map(|reader| of("brackets", "[".repeat(100_000).into(), reader, "recursion limit")),
+    );
     all
 }
 
@@ -212,7 +251,11 @@ fn sums(bytes: &[u8]) -> Result<(), String> {
 }
 
 fn mesh(bytes: &[u8]) -> Result<(), String> {
-    clearance::mesh::parse_vertices(bytes, Path::new("mesh.stl")).map(drop).map_err(|e| e.to_string())
+    vertices(bytes, "mesh.stl")
+}
+
+fn vertices(bytes: &[u8], name: &str) -> Result<(), String> {
+    clearance::mesh::parse_vertices(bytes, Path::new(name)).map(drop).map_err(|e| e.to_string())
 }
 
 /// Bytes that were allocated at once beyond what was there before.
@@ -236,18 +279,24 @@ fn what_an_input_takes_is_bounded_by_its_size() {
             beyond.push((input.name.to_string(), peak));
         }
     }
-    // A log that is cut anywhere: its claims stand, what they claim does not.
-    let corpus = workspace().join("fuzz/corpus/logs");
-    let mut files: Vec<_> = std::fs::read_dir(corpus).unwrap().map(|entry| entry.unwrap().path()).collect();
-    files.sort();
-    for path in files {
+    // Files of every kind that are cut anywhere: their claims stand, what they claim does not. Those by which rist was
+    // attacked are read whole.
+    let corpora = files(&workspace().join("fuzz/corpus")).into_iter().map(|path| (path, 50));
+    let attacks = hardening().map_or(Vec::new(), |folder| files(&folder)).into_iter().map(|path| (path, 0));
+    let mut count = 0;
+    for (path, cuts) in corpora.chain(attacks) {
         let bytes = std::fs::read(&path).unwrap();
-        for cut in (0..bytes.len()).step_by(bytes.len().div_ceil(50)) {
-            let peak = peak_of(|| drop(log(&bytes[..cut])));
-            if peak > TIMES * cut + MORE {
-                beyond.push((format!("{} up to {cut}", path.display()), peak));
+        let step = if cuts == 0 { bytes.len().max(1) } else { bytes.len().div_ceil(cuts).max(1) };
+        for reader in readers(&path.display().to_string()) {
+            count += 1;
+            for cut in (0..bytes.len()).step_by(step).chain([bytes.len()]) {
+                let peak = peak_of(|| drop(reader(&bytes[..cut])));
+                if peak > TIMES * cut + MORE {
+                    beyond.push((format!("{} up to {cut}", path.display()), peak));
+                }
             }
         }
     }
+    assert!(count > 100, "{count} pairs of file and reader");
     assert!(beyond.is_empty(), "{beyond:?}");
 }

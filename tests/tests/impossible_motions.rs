@@ -4,7 +4,7 @@
 use std::path::{Path, PathBuf};
 
 use experiments::excitation::artefact::ExcitingMotion;
-use tests::program::{LIMITED_ARM, folder, rist};
+use tests::program::{LIMITED_ARM, Run, folder, rist};
 
 const QUICK: [&str; 8] = ["--starts", "1", "--iterations", "3", "--period", "5", "--repetitions", "1"];
 
@@ -102,6 +102,44 @@ fn found(name: &str) -> (PathBuf, ExcitingMotion) {
     let text = std::fs::read_to_string(here.join("motion.yaml")).unwrap();
     let motion = ExcitingMotion::from_yaml("motion.yaml", &text).unwrap();
     (here, motion)
+}
+
+/// A motion made after an estimate repeats its torques. A check takes none from the motion's own file: it says so in its
+/// last line, and whatever stands there proves the same.
+#[test]
+fn torques_of_the_motions_own_file_prove_nothing() {
+    let (here, _) = found("own_torques");
+    let out = ["--limits", "made.yaml", "--after", "estimate.yaml", "--out", "after.yaml"];
+    for step in [
+        &["simulate", "arm.yaml", "motion.yaml", "--out", "logs"][..],
+        &["identify", "arm.yaml", "logs/motion.csv", "--out", "estimate.yaml"],
+        &[&["excite", "arm.yaml"], &QUICK[..], &out].concat(),
+    ] {
+        let run = rist(&here, step);
+        assert!(matches!(run.code, Some(0 | 1)), "{step:?}: {}", run.err);
+    }
+    let text = std::fs::read_to_string(here.join("after.yaml")).unwrap();
+    let mut motion = ExcitingMotion::from_yaml("after.yaml", &text).unwrap();
+    let identified = motion.identified.as_mut().expect("the torques that it was made with");
+    identified.parameters.iter_mut().for_each(|x| *x = 0.0);
+    identified.friction.iter_mut().for_each(|friction| *friction = Default::default());
+    std::fs::write(here.join("forged.yaml"), motion.to_yaml().unwrap()).unwrap();
+    let check = |arguments: &[&str]| rist(&here, &[&["check", "arm.yaml"], arguments].concat());
+
+    let (own, forged) = (check(&["after.yaml"]), check(&["forged.yaml"]));
+    let assumed =
+        "effort of a robot with the torques of its description: assumed by the description: the motion was made";
+    for run in [&own, &forged] {
+        assert_eq!(run.code, own.code, "{}{}", run.out, run.err);
+        assert!(run.out.contains(assumed), "{}", run.out);
+        let last = run.out.lines().last().unwrap_or_default();
+        assert!(last.contains("; assumed: ") && last.contains("effort"), "{last}");
+    }
+    let proof =
+        |run: &Run| run.out.lines().filter(|line| line.contains("proven")).map(String::from).collect::<Vec<_>>();
+    assert_eq!(proof(&own), proof(&forged));
+    let after = check(&["after.yaml", "--after", "estimate.yaml"]);
+    assert!(matches!(after.code, Some(0 | 1)) && !after.out.contains(assumed), "{}{}", after.out, after.err);
 }
 
 /// A file that no search writes would be played or proved without end.

@@ -1,7 +1,8 @@
 //! `fuzz SECONDS`: builds the targets of fuzz/ with coverage, on stable, and runs each for its share of the time.
 //!
 //! cargo-fuzz needs a nightly compiler for one flag. Here the LLVM pass behind that flag is selected by its name. The
-//! corpora are only read. New inputs stay in target/fuzz/corpus, and an input that breaks a target in
+//! corpora are only read, and with them, where they are at hand, the files by which rist was attacked
+//! (../shared/findings/inputs/hardening). New inputs stay in target/fuzz/corpus, and an input that breaks a target in
 //! target/fuzz/found.
 //!
 //! The last target needs no coverage: it changes each file that the program reads and runs the program on it
@@ -62,6 +63,10 @@ pub(crate) fn run(arguments: &[String]) -> Result<(), String> {
         fuzz.arg(format!("-artifact_prefix={}/{name}-", found.display()));
         fuzz.args(["-print_final_stats=1", "-verbosity=0", "-print_funcs=0"]).arg(&corpus);
         println!("== {name}");
+        let attacks = root.join("../shared/findings/inputs/hardening");
+        if attacks.is_dir() {
+            fuzz.arg(attacks);
+        }
         if done(fuzz.args(folders).current_dir(root), name).is_err() {
             broken.push(name);
         }

@@ -37,43 +37,33 @@ struct Frame {
 }
 
 impl Integers {
-    pub(crate) fn of(x: impl Iterator<Item = i32>) -> Integers {
-        let (mut packed, mut frame) = (Integers::default(), Vec::with_capacity(NUMBERS_PER_FRAME));
-        for x in x {
-            frame.push(i64::from(x));
-            if frame.len() == NUMBERS_PER_FRAME {
-                packed.push(&mut frame);
+    /// Frame by frame as `fill` makes the numbers, given the place of the first; `None` as soon as it makes none.
+    pub(crate) fn of(len: usize, mut fill: impl FnMut(usize, &mut [i32]) -> bool) -> Option<Integers> {
+        let (mut packed, mut numbers) = (Integers::default(), [0; NUMBERS_PER_FRAME]);
+        for first in (0..len).step_by(NUMBERS_PER_FRAME) {
+            let numbers = &mut numbers[..NUMBERS_PER_FRAME.min(len - first)];
+            if !fill(first, numbers) {
+                return None;
             }
+            packed.push(numbers);
         }
-        packed.push(&mut frame);
         packed.words.shrink_to_fit();
         packed.frames.shrink_to_fit();
-        packed
+        Some(packed)
     }
 
-    /// Appends a frame, and empties it.
-    fn push(&mut self, x: &mut Vec<i64>) {
-        if x.is_empty() {
-            return;
-        }
-        let difference = |order: usize, i: usize| match order {
-            0 => x[i],
-            1 => x[i] - x[i - 1],
-            _ => x[i] - 2 * x[i - 1] + x[i - 2],
-        };
-        let bounds = |order: usize| {
-            let all = (order..x.len()).map(|i| difference(order, i));
-            let (low, high) = all.fold((i64::MAX, i64::MIN), |(low, high), d| (low.min(d), high.max(d)));
-            if low > high { (0, 0) } else { (low, u64::BITS - (high - low).cast_unsigned().leading_zeros()) }
-        };
-        let bounds: [(i64, u32); ORDERS] = std::array::from_fn(bounds);
+    /// Appends a frame.
+    fn push(&mut self, x: &[i32]) {
+        // Small numbers have differences of 32 bits, of which the processor takes several at once.
+        let is_small = x.iter().all(|x| (-SMALL..SMALL).contains(x));
+        let bounds: [(i64, u32); ORDERS] = if is_small { bounds_of_small(x) } else { bounds(x) };
         let order = (0..ORDERS).min_by_key(|&order| bounds[order].1).unwrap_or(0);
         let (least, width) = bounds[order];
-        let first = std::array::from_fn(|i| x.get(i).map_or(0, |&x| x as i32));
+        let first = std::array::from_fn(|i| x.get(i).map_or(0, |&x| x));
         self.frames.push(Frame { word: self.words.len(), order: order as u8, width: width as u8, least, first });
         let (mut word, mut filled) = (0, 0);
-        for i in order..x.len() {
-            let bits = (difference(order, i) - least).cast_unsigned();
+        let mut push = |difference: i64| {
+            let bits = (difference - least).cast_unsigned();
             word |= bits << filled;
             filled += width;
             if filled >= u64::BITS {
@@ -81,9 +71,14 @@ impl Integers {
                 filled -= u64::BITS;
                 word = bits.checked_shr(width - filled).unwrap_or(0);
             }
+        };
+        let wide = |x: i32| i64::from(x);
+        match order {
+            0 => x.iter().for_each(|x| push(wide(*x))),
+            1 => x.windows(2).for_each(|x| push(wide(x[1]) - wide(x[0]))),
+            _ => x.windows(3).for_each(|x| push(wide(x[2]) - 2 * wide(x[1]) + wide(x[0]))),
         }
         self.words.extend([word, 0]);
-        x.clear();
     }
 
     /// Bytes in memory.
@@ -136,12 +131,53 @@ impl Integers {
     }
 }
 
+/// Numbers below have second differences below 2^31.
+const SMALL: i32 = 1 << 29;
+
+/// The smallest difference of each order, and the bits by which the others are larger.
+fn bounds(x: &[i32]) -> [(i64, u32); ORDERS] {
+    let wide = |x: i32| i64::from(x);
+    [
+        spread(x.iter().map(|x| wide(*x))),
+        spread(x.windows(2).map(|x| wide(x[1]) - wide(x[0]))),
+        spread(x.windows(3).map(|x| wide(x[2]) - 2 * wide(x[1]) + wide(x[0]))),
+    ]
+}
+
+fn spread(differences: impl Iterator<Item = i64>) -> (i64, u32) {
+    bits(differences.fold((i64::MAX, i64::MIN), |(low, high), d| (low.min(d), high.max(d))))
+}
+
+/// The same of numbers below [`SMALL`].
+fn bounds_of_small(x: &[i32]) -> [(i64, u32); ORDERS] {
+    let (one, two) = (x.get(1..).unwrap_or_default(), x.get(2..).unwrap_or_default());
+    [
+        spread_of_small(x.iter().copied()),
+        spread_of_small(one.iter().zip(x).map(|(b, a)| b - a)),
+        spread_of_small(two.iter().zip(one).zip(x).map(|((c, b), a)| c - 2 * b + a)),
+    ]
+}
+
+fn spread_of_small(differences: impl Iterator<Item = i32>) -> (i64, u32) {
+    let (low, high) = differences.fold((i32::MAX, i32::MIN), |(low, high), d| (low.min(d), high.max(d)));
+    bits((i64::from(low), i64::from(high)))
+}
+
+/// Of no difference there are no bits.
+fn bits((low, high): (i64, i64)) -> (i64, u32) {
+    if low > high { (0, 0) } else { (low, u64::BITS - (high - low).cast_unsigned().leading_zeros()) }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
 
     fn check(x: &[i32], most_bits: f64) {
-        let packed = Integers::of(x.iter().copied());
+        let packed = Integers::of(x.len(), |first, numbers| {
+            numbers.copy_from_slice(&x[first..first + numbers.len()]);
+            true
+        });
+        let packed = packed.unwrap();
         let bits = 8.0 * packed.bytes() as f64 / x.len().max(1) as f64;
         assert!(bits <= most_bits, "{bits} bits a number");
         for range in [0..x.len(), x.len() / 3..x.len() / 2, x.len()..x.len()] {
@@ -165,7 +201,9 @@ mod tests {
         check(&(0..10_000).map(sine).collect::<Vec<i32>>(), 3.0);
         check(&(0..10_000).map(|i| sine(i) + noise(12)).collect::<Vec<i32>>(), 14.0);
         check(&(0..10_000).map(|_| noise(17)).collect::<Vec<i32>>(), 18.0);
-        for x in [i32::MIN, i32::MAX, 0] {
+        assert!(Integers::of(1000, |first, _| first == 0).is_none());
+        for x in [i32::MIN, i32::MAX, SMALL, -SMALL, 0] {
+            check(&[x, -SMALL, SMALL - 1, x], 1000.0);
             check(&[x], 1000.0);
             check(&[x, i32::MAX], 1000.0);
             check(&[x, i32::MIN, i32::MAX, i32::MIN], 1000.0);

@@ -48,7 +48,8 @@ const TRIED_POWERS_OF_TEN: [f64; 10] = [1e0, 1e1, 1e2, 1e3, 1e4, 1e5, 1e6, 1e7, 
 
 #[inline]
 fn integer(x: f64, power: f64) -> i32 {
-    if x == 0.0 && x.is_sign_negative() { MINUS_ZERO } else { (x * power + ROUNDING_SUMMAND).to_bits() as i32 }
+    // Without a branch, so that several are made at once.
+    if x.to_bits() == (-0.0_f64).to_bits() { MINUS_ZERO } else { (x * power + ROUNDING_SUMMAND).to_bits() as i32 }
 }
 
 #[inline]
@@ -56,11 +57,23 @@ fn number(integer: i32, power: f64) -> f64 {
     if integer == MINUS_ZERO { -0.0 } else { f64::from(integer) / power }
 }
 
+/// The integers of numbers; `None` where one is no decimal of this power.
+fn integers(x: &[f64], power: f64) -> Option<Integers> {
+    Integers::of(x.len(), |first, integers| {
+        let mut are_exact = true;
+        for (m, x) in integers.iter_mut().zip(&x[first..]) {
+            *m = integer(*x, power);
+            are_exact &= number(*m, power).to_bits() == x.to_bits();
+        }
+        are_exact
+    })
+}
+
 impl Series {
     fn of(x: Vec<f64>) -> Series {
-        let is_exact = |x: &f64, power: f64| number(integer(*x, power), power).to_bits() == x.to_bits();
-        if let Some(power) = TRIED_POWERS_OF_TEN.into_iter().find(|&power| x.iter().all(|x| is_exact(x, power))) {
-            return Series::Decimal(Integers::of(x.iter().map(|&x| integer(x, power))), power);
+        let decimal = TRIED_POWERS_OF_TEN.into_iter().find_map(|power| Some((integers(&x, power)?, power)));
+        if let Some((integers, power)) = decimal {
+            return Series::Decimal(integers, power);
         }
         match x.iter().all(|x| f64::from(*x as f32).to_bits() == x.to_bits()) {
             true => Series::Single(x.iter().map(|&x| x as f32).collect()),
@@ -120,7 +133,16 @@ impl PackedLog {
         self.head.clone()
     }
 
-    /// Appends samples to a log of the same series.
+    /// Time and positions of all samples; the other series are left out.
+    pub(crate) fn positions(&self) -> Log {
+        let mut log = self.head.clone();
+        (log.dq, log.ddq, log.effort) = (None, None, Vec::new());
+        log.reserve(self.len);
+        self.append_to(&mut log, 0..self.len);
+        log
+    }
+
+    /// Appends samples to a log of the same series, or of the first of them.
     pub(crate) fn append_to(&self, log: &mut Log, range: Range<usize>) {
         let pairs: Vec<(&mut Vec<f64>, &Series)> = log.series_mut().zip(&self.series).collect();
         abreast(range.len(), pairs, |(all, series)| series.append_to(all, range.clone()));

@@ -33,6 +33,14 @@ impl Part<'_> {
         }
     }
 
+    /// Time and positions of all samples, and the other series where they are not packed; of one packed part.
+    pub(crate) fn positions(&self) -> Log {
+        match self {
+            Part::Held([part]) => part.positions(),
+            _ => self.range(0..self.len()),
+        }
+    }
+
     /// Some of the samples.
     pub(crate) fn range(&self, range: Range<usize>) -> Log {
         match self {

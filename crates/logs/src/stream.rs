@@ -215,9 +215,17 @@ impl LogStream {
     ///
     /// Fails when the file cannot be read again, or has changed.
     pub fn each(&self, take: &mut dyn FnMut(&Log) -> Result<(), Error>) -> Result<(), Error> {
-        self.parts(1, &mut |part| match part.len() {
-            0 => Ok(true),
-            len => take(&self.described(part.range(0..len))).map(|()| true),
+        self.each_of(|part| part.range(0..part.len()), take)
+    }
+
+    /// The same for who looks at time and positions alone; other series are there, or left out.
+    pub fn each_of_positions(&self, take: &mut dyn FnMut(&Log) -> Result<(), Error>) -> Result<(), Error> {
+        self.each_of(|part| part.positions(), take)
+    }
+
+    fn each_of(&self, log: fn(&Part) -> Log, take: &mut dyn FnMut(&Log) -> Result<(), Error>) -> Result<(), Error> {
+        self.parts(1, &mut |part| {
+            if part.len() == 0 { Ok(true) } else { take(&self.described(log(&part))).map(|()| true) }
         })
     }
 

@@ -14,7 +14,7 @@ use identification::estimate::options::Options;
 use identification::estimate::passport::finding::Fault;
 use identification::estimate::passport::{Passport, TIMELY_S};
 use identification::estimate::rotors::WithRotors;
-use identification::rows::observation::Observation;
+use identification::rows::observation::{Beside, Observation};
 use identification::signals::records::SourceRecords;
 use identification::signals::signal_options::Velocity;
 use linear_model::description_options::{DescriptionOptions, RotorInertias};
@@ -55,6 +55,8 @@ pub(crate) struct Looked<'a> {
     pub passport: Passport,
     /// The rows, where they were made.
     pub rows: Option<Observation>,
+    /// The rows with the columns of rotor inertias, where they were made.
+    with_rotors: Option<WithRotors>,
 }
 
 impl<'a> Looked<'a> {
@@ -62,17 +64,25 @@ impl<'a> Looked<'a> {
     pub(crate) fn of(model: &'a Model, logs: &'a [LogSource], options: &Options) -> Result<Looked<'a>, Error> {
         let records = SourceRecords::new(model.regressor(), logs, &options.preparation())?;
         let gains = options.transmission.drive_gains.as_deref();
-        // Where rotors are asked for, their rows give these.
-        let (passport, rows) = match records.are_made_anew() && !may_lack_rotors(model) {
-            false => (passport_of(model, logs, &records, gains, &options.signal)?, None),
+        let (passport, rows, with_rotors) = match records.are_made_anew() {
+            false => (passport_of(model, logs, &records, gains, &options.signal)?, None, None),
+            // Going through states that are made anew costs more than making rows beside.
             true => {
-                let linear = options.linear_model(model.regressor());
-                Observation::beside(&linear, &records, |records| {
-                    passport_of(model, logs, records, gains, &options.signal)
-                })?
+                let (regressor, lacks_rotors) = (model.regressor(), may_lack_rotors(model));
+                let look =
+                    |records: &Beside<SourceRecords<'_>>| passport_of(model, logs, records, gains, &options.signal);
+                let wide = lacks_rotors.then(|| WithRotors::beside(regressor, &records, options, look)).transpose()?;
+                match wide.flatten() {
+                    Some((passport, with_rotors)) => (passport, None, with_rotors),
+                    None => {
+                        let linear = options.linear_model(regressor);
+                        let (passport, rows) = Observation::beside(&linear, &records, look)?;
+                        (passport, rows, None)
+                    }
+                }
             }
         };
-        Ok(Looked { options: options.clone(), records, passport, rows })
+        Ok(Looked { options: options.clone(), records, passport, rows, with_rotors })
     }
 
     /// The same, read anew only where they were read with other options.
@@ -95,8 +105,12 @@ impl<'a> Looked<'a> {
     /// Fails where a log cannot be read, and where no joint moves.
     pub(crate) fn fit(&self, model: &Model, logs: &[LogSource]) -> Result<Fit, Error> {
         let (regressor, names) = (model.regressor(), logs.iter().map(LogSource::name).collect());
-        Ok(match &self.rows {
-            Some(rows) => Fit::of_observation(regressor, &self.records, rows.clone(), names, &self.options)?,
+        let rows = match (&self.rows, &self.with_rotors) {
+            (Some(rows), _) => Some(rows.clone()),
+            (None, with_rotors) => with_rotors.as_ref().map(|rows| rows.without(regressor, &self.options)),
+        };
+        Ok(match rows {
+            Some(rows) => Fit::of_observation(regressor, &self.records, rows, names, &self.options)?,
             None => Fit::of_records(regressor, &self.records, names, &self.options)?,
         })
     }
@@ -192,7 +206,11 @@ fn rotors(model: &Model, looked: &mut Looked<'_>, options: &Options) -> Result<O
     if !may_lack_rotors(model) {
         return Ok(None);
     }
-    let Some(rows) = WithRotors::of_records(model.regressor(), &looked.records, options)? else { return Ok(None) };
+    let made = match looked.with_rotors.take() {
+        None => WithRotors::of_records(model.regressor(), &looked.records, options)?,
+        made => made,
+    };
+    let Some(rows) = made else { return Ok(None) };
     let (without, with) = rows.errors(model.regressor(), options);
     if without < NEGLIGIBLE_ERROR || with > ROTORS_ERROR_RATIO * without {
         looked.rows = Some(rows.without(model.regressor(), options));

@@ -74,10 +74,10 @@ impl CoordinateLimits {
             (LimitKind::Power, self.power),
         ];
         let mut given = positive.into_iter().filter_map(|(kind, x)| Some((kind, x?)));
-        if let Some((kind, x)) = given.find(|(_, x)| !(x.is_finite() && *x > 0.0)) {
-            return Some(format!(
-                "the limit of {kind} leaves no room: {x}; expected is a positive number (locked: holds still)"
-            ));
+        let is_slow = |kind, x: f64| kind == LimitKind::Velocity && x > 0.0 && x < SLOWEST_LIMIT;
+        if let Some((kind, x)) = given.find(|(kind, x)| !(x.is_finite() && *x > 0.0) || is_slow(*kind, *x)) {
+            let told = if is_slow(kind, x) { "at least 1e-6" } else { "a positive number" };
+            return Some(format!("the limit of {kind} leaves no room: {x}; expected is {told} (locked: holds still)"));
         }
         let locked = self.locked.filter(|q| !(*q >= low && *q <= high));
         locked.map(|q| format!("locked at {q}, outside its limits of position, {low} to {high}"))
@@ -105,6 +105,9 @@ pub struct AskedLimits {
     /// Slow motion: velocity times s, acceleration times s^2, jerk times s^3.
     pub slowed: Option<f64>,
 }
+
+/// A joint that may not be faster would need 70 days for a turn, and a search without end, rad/s (m/s).
+const SLOWEST_LIMIT: f64 = 1e-6;
 
 /// Positions beyond are no limits, rad (m): people write 1e16 where there is none.
 pub const FARTHEST_POSITION: f64 = 1e3;
@@ -378,6 +381,7 @@ mod tests {
             ("coordinates: {q1: {position: [-3, 1]}}", "exceeds -2 to 2"),
             ("coordinates: {q2: {position: [0.2, 0.1]}}", "coordinate q2: the limits of position leave no room"),
             ("all: {acceleration: 0}", "the limit of acceleration leaves no room: 0"),
+            ("all: {velocity: 1e-9}", "the limit of velocity leaves no room: 0.000000001; expected is at least 1e-6"),
             ("coordinates: {q1: {power: -5}}", "coordinate q1: the limit of power leaves no room: -5"),
             ("coordinates: {q1: {locked: 5}}", "locked at 5, outside"),
             ("coordinates: {q1: {slowed: 2}}", "slowed is a factor"),

@@ -9,7 +9,7 @@ use logs::Error;
 
 use crate::estimate::held_out::cross_validate;
 use crate::estimate::options::Options;
-use crate::rows::observation::Observation;
+use crate::rows::observation::{Beside, Observation};
 use crate::signals::records::Records;
 
 /// The rows of a model that lacks rotor inertias, with the columns of these inertias added.
@@ -19,6 +19,12 @@ pub struct WithRotors {
 }
 
 impl WithRotors {
+    /// Friction with the added columns; `None` where they are there already.
+    fn wider(options: &Options) -> Option<Vec<FrictionTerm>> {
+        let is_there = options.friction.contains(&FrictionTerm::Rotor);
+        (!is_there).then(|| options.friction.iter().copied().chain([FrictionTerm::Rotor]).collect())
+    }
+
     /// `None` where the model has the columns already.
     ///
     /// Fails when there is no record, or when one cannot be read.
@@ -27,14 +33,26 @@ impl WithRotors {
         records: &R,
         options: &Options,
     ) -> Result<Option<WithRotors>, Error> {
-        if options.friction.contains(&FrictionTerm::Rotor) {
-            return Ok(None);
-        }
+        let Some(friction) = WithRotors::wider(options) else { return Ok(None) };
         let couplings = options.transmission.coupled();
-        let mut friction = options.friction.clone();
-        friction.push(FrictionTerm::Rotor);
         let observation = Observation::of_records(&Model::new(regressor, &friction, &couplings), records, None)?;
         Ok(Some(WithRotors { friction, observation }))
+    }
+
+    /// Makes the rows of records that somebody else goes through, as [`Observation::beside`]; `None` where the model has
+    /// the columns already, and nothing is gone through.
+    ///
+    /// Fails as `look` does.
+    pub fn beside<R: Records + ?Sized, T, E: From<Error>>(
+        regressor: &dyn Regressor,
+        records: &R,
+        options: &Options,
+        look: impl FnOnce(&Beside<R>) -> Result<T, E>,
+    ) -> Result<Option<(T, Option<WithRotors>)>, E> {
+        let Some(friction) = WithRotors::wider(options) else { return Ok(None) };
+        let couplings = options.transmission.coupled();
+        let (found, rows) = Observation::beside(&Model::new(regressor, &friction, &couplings), records, look)?;
+        Ok(Some((found, rows.map(|observation| WithRotors { friction, observation }))))
     }
 
     /// The rows without the added columns.

@@ -59,28 +59,72 @@ impl Butterworth {
     /// Each sample waits for the one before it, so `SIGNALS_PER_PASS` signals filtered side by side take hardly longer
     /// than one.
     pub fn zero_phase(&self, mut signals: Vec<Vec<f64>>) -> Vec<Vec<f64>> {
-        let n = signals.first().map_or(0, Vec::len);
-        if n < 2 {
-            return signals;
-        }
-        let pad = (3 * (self.order + 1)).min(n - 1);
         for group in signals.chunks_mut(SIGNALS_PER_PASS) {
-            let (mut before, mut behind) = (vec![[0.0; SIGNALS_PER_PASS]; pad], vec![[0.0; SIGNALS_PER_PASS]; pad]);
-            for (lane, x) in group.iter().enumerate() {
-                for i in 0..pad {
-                    before[i][lane] = 2.0 * x[0] - x[pad - i];
-                    behind[i][lane] = 2.0 * x[n - 1] - x[n - 2 - i];
-                }
-            }
-            let mut run = Run::new(&self.sections, before[0]);
-            run.forward(&mut before);
-            in_lanes(group, (0..n).step_by(ROWS_PER_COPY), |rows| run.forward(rows));
-            run.forward(&mut behind);
-            let mut run = Run::new(&self.sections, behind[pad - 1]);
+            let Some(mut behind) = self.forward(group) else { break };
+            let (n, mut run) = (group[0].len(), Run::new(&self.sections, behind[behind.len() - 1]));
             run.backward(&mut behind);
-            in_lanes(group, (0..n).step_by(ROWS_PER_COPY).rev(), |rows| run.backward(rows));
+            let mut rows = [[0.0; SIGNALS_PER_PASS]; ROWS_PER_COPY];
+            for first in (0..n).step_by(ROWS_PER_COPY).rev() {
+                let rows = taken(group, first, &mut rows);
+                run.backward(rows);
+                put(group, first, rows);
+            }
         }
         signals
+    }
+
+    /// The same, of which the samples at `chosen` are kept, in ascending order: sample by sample, one number per signal.
+    pub fn zero_phase_at(&self, mut signals: Vec<Vec<f64>>, chosen: &[usize]) -> Vec<f64> {
+        let width = signals.len();
+        let mut kept = vec![0.0; chosen.len() * width];
+        for (g, group) in signals.chunks_mut(SIGNALS_PER_PASS).enumerate() {
+            let (n, mut left) = (group[0].len(), chosen.len());
+            let mut run = self.forward(group).map(|mut behind| {
+                let mut run = Run::new(&self.sections, behind[behind.len() - 1]);
+                run.backward(&mut behind);
+                run
+            });
+            let mut rows = [[0.0; SIGNALS_PER_PASS]; ROWS_PER_COPY];
+            for first in (0..n).step_by(ROWS_PER_COPY).rev() {
+                let rows = taken(group, first, &mut rows);
+                if let Some(run) = &mut run {
+                    run.backward(rows);
+                }
+                while left > 0 && chosen[left - 1] >= first {
+                    left -= 1;
+                    let row = &rows[chosen[left] - first][..group.len()];
+                    kept[left * width + g * SIGNALS_PER_PASS..][..row.len()].copy_from_slice(row);
+                }
+            }
+        }
+        kept
+    }
+
+    /// Filters signals of one length forward in place, at most `SIGNALS_PER_PASS`. Returns what was reflected about their
+    /// ends, filtered too; `None` of signals shorter than two samples, which stay as they are.
+    fn forward(&self, group: &mut [Vec<f64>]) -> Option<Vec<[f64; SIGNALS_PER_PASS]>> {
+        let n = group.first().map_or(0, Vec::len);
+        if n < 2 {
+            return None;
+        }
+        let pad = (3 * (self.order + 1)).min(n - 1);
+        let (mut before, mut behind) = (vec![[0.0; SIGNALS_PER_PASS]; pad], vec![[0.0; SIGNALS_PER_PASS]; pad]);
+        for (lane, x) in group.iter().enumerate() {
+            for i in 0..pad {
+                before[i][lane] = 2.0 * x[0] - x[pad - i];
+                behind[i][lane] = 2.0 * x[n - 1] - x[n - 2 - i];
+            }
+        }
+        let mut run = Run::new(&self.sections, before[0]);
+        run.forward(&mut before);
+        let mut rows = [[0.0; SIGNALS_PER_PASS]; ROWS_PER_COPY];
+        for first in (0..n).step_by(ROWS_PER_COPY) {
+            let rows = taken(group, first, &mut rows);
+            run.forward(rows);
+            put(group, first, rows);
+        }
+        run.forward(&mut behind);
+        Some(behind)
     }
 }
 
@@ -88,24 +132,23 @@ impl Butterworth {
 /// side. So few rows stay in the cache.
 const ROWS_PER_COPY: usize = 256;
 
-/// Hands the signals to `filter` in blocks of `ROWS_PER_COPY` rows that start at `firsts`, and writes the result back.
-fn in_lanes(
-    group: &mut [Vec<f64>],
-    firsts: impl Iterator<Item = usize>,
-    mut filter: impl FnMut(&mut [[f64; SIGNALS_PER_PASS]]),
-) {
-    let n = group.first().map_or(0, Vec::len);
-    let mut rows = [[0.0; SIGNALS_PER_PASS]; ROWS_PER_COPY];
-    for first in firsts {
-        let range = first..n.min(first + ROWS_PER_COPY);
-        let rows = &mut rows[..range.len()];
-        for (lane, x) in group.iter().enumerate() {
-            rows.iter_mut().zip(&x[range.clone()]).for_each(|(row, x)| row[lane] = *x);
-        }
-        filter(rows);
-        for (lane, x) in group.iter_mut().enumerate() {
-            x[range.clone()].iter_mut().zip(&*rows).for_each(|(x, row)| *x = row[lane]);
-        }
+/// The rows of the signals from `first` on, side by side.
+fn taken<'a>(
+    group: &[Vec<f64>],
+    first: usize,
+    rows: &'a mut [[f64; SIGNALS_PER_PASS]; ROWS_PER_COPY],
+) -> &'a mut [[f64; SIGNALS_PER_PASS]] {
+    let count = group.first().map_or(0, |x| ROWS_PER_COPY.min(x.len() - first));
+    for (lane, x) in group.iter().enumerate() {
+        rows.iter_mut().zip(&x[first..first + count]).for_each(|(row, x)| row[lane] = *x);
+    }
+    &mut rows[..count]
+}
+
+/// Puts rows back where they were taken.
+fn put(group: &mut [Vec<f64>], first: usize, rows: &[[f64; SIGNALS_PER_PASS]]) {
+    for (lane, x) in group.iter_mut().enumerate() {
+        x[first..first + rows.len()].iter_mut().zip(rows).for_each(|(x, row)| *x = row[lane]);
     }
 }
 
@@ -233,6 +276,22 @@ mod tests {
         a.sort_by(f64::total_cmp);
         for (a, e) in a.into_iter().zip([-1.7009643319435257, -1.4796742169311934]) {
             assert!((a - e).abs() < 1e-14, "{a} {e}");
+        }
+    }
+
+    /// Kept samples are those of the whole, in groups of signals that are full and not.
+    #[test]
+    fn some_samples_of_the_whole() {
+        let f = Butterworth::low_pass(3, 0.2, 2.0).unwrap();
+        for (count, n) in [(0, 0), (1, 1), (3, 600), (8, 513), (19, 1024)] {
+            let signals: Vec<Vec<f64>> =
+                (0..count).map(|s| (0..n).map(|i| (0.1 * (i * (s + 1)) as f64).sin()).collect()).collect();
+            let whole = f.zero_phase(signals.clone());
+            for step in [1, 7, 300] {
+                let chosen: Vec<usize> = (n.min(2)..n).step_by(step).collect();
+                let expected: Vec<f64> = chosen.iter().flat_map(|&r| whole.iter().map(move |x| x[r])).collect();
+                assert_eq!(f.zero_phase_at(signals.clone(), &chosen), expected, "{count} of {n}");
+            }
         }
     }
 

@@ -168,6 +168,14 @@ impl Pass {
             None => x,
         }
     }
+
+    /// The samples at `chosen` of it, sample by sample.
+    fn pass_at(&self, x: Vec<Vec<f64>>, chosen: &[usize]) -> Vec<f64> {
+        match &self.0 {
+            Some(f) => f.zero_phase_at(x, chosen),
+            None => chosen_rows(chosen, &x),
+        }
+    }
 }
 
 /// Share of the rate up to which the slope of positions shows a reversal. The noise of a slope grows with the power 3/2
@@ -265,7 +273,7 @@ impl Filtering<'_> {
 
     /// The chosen samples of series behind the filter of the torques.
     fn rounded(&self, x: Vec<Vec<f64>>) -> Vec<f64> {
-        chosen_rows(self.chosen, &self.filters.effort.pass(x))
+        self.filters.effort.pass_at(x, self.chosen)
     }
 
     /// Directions and friction columns of a lightly filtered velocity, passed through the filter of the torques.

@@ -13,5 +13,6 @@ pub mod reversals;
 pub(crate) mod seldom;
 pub mod signal_options;
 pub mod standstill;
+pub mod thinned;
 pub mod transmission;
 pub mod velocity_check;

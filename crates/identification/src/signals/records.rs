@@ -2,7 +2,8 @@
 //!
 //! A log of several blocks (`logs::LogStream`) gives the same states wherever its blocks come from. The states of as many
 //! blocks are made once and held as fit into `MAX_HELD_BYTES` bytes together with the logs; those of the others are made
-//! anew at every pass. Seven million rows of seven joints fit, decimated as by default.
+//! anew at every pass. Seven million rows of seven joints fit, decimated as by default. A second pass keeps the samples
+//! that are enough for the tested faults, so that no pass is made for these.
 
 use linear_model::regressor::Regressor;
 use linear_model::states::States;
@@ -12,6 +13,7 @@ use numerics::interruption::Interruption;
 use crate::signals::cutoff::MotionEnergy;
 use crate::signals::preparation::{Preparation, states, states_or_none};
 use crate::signals::seldom::sample_period;
+use crate::signals::thinned::{Beside, Thinned};
 
 /// Records in a fixed order, to be gone through as often as an estimator needs.
 pub trait Records {
@@ -19,6 +21,13 @@ pub trait Records {
     ///
     /// Fails when the states cannot be read (again), because a file has gone or a number is out of range.
     fn each(&self, take: &mut dyn FnMut(&States)) -> Result<(), Error>;
+
+    /// Every m-th sample, with the least m that leaves at most `most`.
+    ///
+    /// Fails as `each` does.
+    fn thinned(&self, most: usize) -> Result<Thinned, Error> {
+        Thinned::of(|take| self.each(take), most)
+    }
 
     /// Number of contiguous parts that each record is kept in, so that parts can be left out.
     fn parts(&self) -> usize {
@@ -37,6 +46,7 @@ impl Records for [States] {
 pub struct SourceRecords<'a> {
     regressor: &'a dyn Regressor,
     sources: Vec<Source<'a>>,
+    beside: Beside,
 }
 
 struct Stream<'a> {
@@ -96,7 +106,8 @@ impl<'a> SourceRecords<'a> {
                 Ok(if is_whole { Source::Held(records) } else { Source::Streamed(records, blocks, stream) })
             }
         };
-        Ok(SourceRecords { regressor, sources: logs.iter().map(source).collect::<Result<_, _>>()? })
+        let sources = logs.iter().map(source).collect::<Result<_, _>>()?;
+        Ok(SourceRecords { regressor, sources, beside: Beside::default() })
     }
 }
 
@@ -116,7 +127,7 @@ fn with_content(logs: &[LogSource], preparation: &Preparation) -> Result<Prepara
 pub fn add_motion(log: &LogSource, preparation: &Preparation, energy: &mut MotionEnergy) -> Result<(), Error> {
     match log {
         LogSource::Held(log) => preparation.add_motion(log, energy)?,
-        LogSource::Streamed(stream) => stream.each(&mut |block| match block.len() {
+        LogSource::Streamed(stream) => stream.each_of_positions(&mut |block| match block.len() {
             0 | 1 => Ok(()),
             _ => preparation.add_motion(block, energy),
         })?,
@@ -158,8 +169,9 @@ impl<'a> Stream<'a> {
     }
 }
 
-impl Records for SourceRecords<'_> {
-    fn each(&self, take: &mut dyn FnMut(&States)) -> Result<(), Error> {
+impl SourceRecords<'_> {
+    /// The states of one record after the other, held or made anew.
+    fn each_record(&self, take: &mut dyn FnMut(&States)) -> Result<(), Error> {
         for source in &self.sources {
             Interruption::check().map_err(|e| Error::new(e.message()))?;
             match source {
@@ -174,6 +186,19 @@ impl Records for SourceRecords<'_> {
             }
         }
         Ok(())
+    }
+}
+
+impl Records for SourceRecords<'_> {
+    fn each(&self, take: &mut dyn FnMut(&States)) -> Result<(), Error> {
+        if !self.are_made_anew() {
+            return self.each_record(take);
+        }
+        self.beside.pass(|take| self.each_record(take), take)
+    }
+
+    fn thinned(&self, most: usize) -> Result<Thinned, Error> {
+        self.beside.found(most).map_or_else(|| Thinned::of(|take| self.each(take), most), Ok)
     }
 }
 

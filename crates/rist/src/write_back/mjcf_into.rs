@@ -109,7 +109,7 @@ fn found<'a, 'd>(document: &'a Document<'d>, tag: &str, name: &str) -> Option<No
 fn element<'a, 'd>(document: &'a Document<'d>, tag: &str, name: &str, file: &str) -> Result<Node<'a, 'd>, Error> {
     found(document, tag, name).ok_or_else(|| {
         let named = document.descendants().filter(|n| n.has_tag_name(tag)).filter_map(|n| n.attribute("name"));
-        let names = named.collect::<Vec<_>>().join(", ");
+        let names = named.map(shown::line).collect::<Vec<_>>().join(", ");
         Error::at(file, 0, format!("there is no <{tag} name=\"{name}\">; there are {names}"))
     })
 }
@@ -251,6 +251,36 @@ mod tests {
         let document = Document::parse(&text).unwrap();
         let inertials: Vec<Node> = document.descendants().filter(|n| n.has_tag_name("inertial")).collect();
         assert!(inertials.len() == 2 && inertials.iter().all(|n| n.attribute("mass") == Some("1")), "{text}");
+    }
+
+    /// The robot knows a name by what is shown of it. A model keeps its own, and a model of ours has what is shown.
+    #[test]
+    fn names_with_hidden_characters_are_found() {
+        let hide = |text: &str| {
+            let text = text.replace("two\"", "t&#x202e;wo&#10;\"").replace("r_a\"", "r_\u{9b}a\"");
+            text.replace("name=\"a\"", "name=\"\u{9b}a\"")
+        };
+        let options = robot::format::ReadOptions::default();
+        let robot = robot::format::parse_with(&hide(URDF), std::path::Path::new("r.urdf"), options).unwrap();
+        let bodies: Vec<(LinkId, Ten)> =
+            robot.link_ids().map(|id| (id, [1.0, 0.0, 0.0, 1.0, 0.0, 1.0, 0.0, 0.0, 0.0, 2.0])).collect();
+        let joint = |name: &str| JointDynamics { joint: name.into(), damping: 0.5, friction: 0.2, armature: 0.01 };
+        let joints = [joint("r_\\u{9b}a"), joint("r_b")];
+        let into = |text: &str| mjcf_into(text, "r.xml", &robot, &bodies, &joints);
+        let text = into(&hide(MJCF)).unwrap().text;
+        assert!(text.contains("<body name=\"t&#x202e;wo&#10;\" pos=\"0.4 0 0.1\">"), "{text}");
+        assert!(text.contains("frictionloss=\"0.2\" name=\"\u{9b}a\" armature=\"0.01\""), "{text}");
+        let masses = text.matches("mass=\"2\"").count();
+        assert!(masses == 2 && into(&text).unwrap().text == text, "{text}");
+
+        // A name that is not hidden is another, and the refusal hides nothing.
+        let refused = into(&hide(MJCF).replace("wo&#10;", "ow")).unwrap_err().to_string();
+        assert!(refused.contains("there is no <body name=\"r_t\\u{202e}wo\\n\">"), "{refused}");
+        let whole = crate::write_back::mjcf::mjcf(&robot, &bodies, &joints).unwrap();
+        for text in [&refused, &whole] {
+            assert!(!text.contains(|c| shown::is_hidden(c) && c != '\n'), "{text:?}");
+        }
+        assert!(into(&whole).is_ok(), "{whole}");
     }
 
     #[test]

@@ -28,6 +28,7 @@ use logs::Error;
 use numerics::triangle::{Triangle, TriangleBuilder, select};
 
 use crate::signals::records::Records;
+use crate::signals::thinned::MOST_THINNED_SAMPLES;
 
 /// One fault of a log.
 #[derive(Clone, Debug, PartialEq)]
@@ -114,8 +115,6 @@ const SMALLEST_SPRING_SHARE: f64 = 1.25 * SMALLEST_SHARE;
 /// Smaller angles and scales than these are errors of calibration, rad and 1.
 const LEAST_ANGLE_RAD: f64 = std::f64::consts::PI / 180.0;
 const LEAST_SCALE: f64 = 0.03;
-/// Samples that are looked at.
-const MOST_SAMPLES: usize = 3000;
 /// Parts of the record that are left out in turn.
 const LEFT_OUT_PARTS: usize = 10;
 /// Share of a column's norm with which its parameter is held at the fit, for parameters that the data leave open.
@@ -149,21 +148,15 @@ pub fn hypotheses<R: Records + ?Sized>(
     }
     let all = all(model, tilts.len());
     // Every m-th sample only: each sample costs several calls of the regressor.
-    let mut count = 0;
-    records.each(&mut |states| count += states.len())?;
-    let every = count.div_ceil(MOST_SAMPLES).max(1);
+    let thinned = records.thinned(MOST_THINNED_SAMPLES)?;
+    let (count, every) = (thinned.count, thinned.every);
     let (p, width) = (model.p(), model.p() + all.len());
     // One triangle per tenth of the record, of the rows [W | h] and tau, weighted by joint.
     let mut parts: Vec<TriangleBuilder> = (0..LEFT_OUT_PARTS).map(|_| TriangleBuilder::new(width)).collect();
-    let mut seen = 0;
-    records.each(&mut |states| {
-        // They are counted over all records, so a block may begin between two of them.
-        let kept = thinned(states, (every - seen % every) % every, every);
-        let first = seen;
-        seen += states.len();
-        let columns = columns(model, &kept, x, &all, tilts);
+    for (first, kept) in &thinned.records {
+        let columns = columns(model, kept, x, &all, tilts);
         let mut row = vec![0.0; width];
-        model.rows(&kept, 0..kept.len(), |r, w| {
+        model.rows(kept, 0..kept.len(), |r, w| {
             let part = (first + r * every) * LEFT_OUT_PARTS / count.max(1);
             for j in (0..n).filter(|j| kept.used[r * n + j]) {
                 let weight = weights[j];
@@ -176,7 +169,7 @@ pub fn hypotheses<R: Records + ?Sized>(
                 parts[part.min(LEFT_OUT_PARTS - 1)].push(&row, weight * kept.tau[r * n + j]);
             }
         });
-    })?;
+    }
     let parts: Vec<Triangle> = parts.into_iter().map(TriangleBuilder::finish).collect();
     Ok(tested(&parts, x, &all))
 }
@@ -186,36 +179,6 @@ fn all(model: &Model, tilts: usize) -> Vec<Hypothesis> {
     let turning = (0..n).filter(|&k| !model.regressor.is_prismatic(k)).map(Hypothesis::Zero);
     let scales = (0..n).filter(|_| n > 1).map(Hypothesis::Scale);
     turning.chain(scales).chain((0..n).map(Hypothesis::Spring)).chain((0..tilts).map(Hypothesis::Mount)).collect()
-}
-
-/// Every `every`-th sample from `first` on.
-fn thinned(states: &States, first: usize, every: usize) -> States {
-    let (n, chosen) = (states.n, (first..states.len()).step_by(every));
-    let series = |x: &[f64], width: usize| -> Vec<f64> {
-        chosen.clone().flat_map(|r| x[r * width..(r + 1) * width].iter().copied()).collect()
-    };
-    let motors = states.motor_direction.len() / states.len().max(1);
-    let mut kept = States {
-        n,
-        t: series(&states.t, 1),
-        q: series(&states.q, n),
-        dq: series(&states.dq, n),
-        ddq: series(&states.ddq, n),
-        tau: series(&states.tau, n),
-        direction: series(&states.direction, n),
-        motor_direction: series(&states.motor_direction, motors),
-        load: match states.load.is_empty() {
-            true => Vec::new(),
-            false => series(&states.load, n),
-        },
-        used: chosen.clone().flat_map(|r| states.used[r * n..(r + 1) * n].iter().copied()).collect(),
-        ..States::default()
-    };
-    kept.friction = states.friction.clone();
-    for friction in &mut kept.friction {
-        friction.columns = series(&friction.columns, friction.term.parameters().len() * n);
-    }
-    kept
 }
 
 /// The columns of the hypotheses, sample by sample, n each.

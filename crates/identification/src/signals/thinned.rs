@@ -1,0 +1,166 @@
+//! Every m-th sample of records, for what costs more a sample than all samples are worth.
+
+use std::cell::{Cell, RefCell};
+
+use linear_model::states::{FilteredFriction, States};
+use logs::Error;
+
+/// Samples that are enough for it.
+pub const MOST_THINNED_SAMPLES: usize = 3000;
+
+/// Every m-th sample of records in their order, counted over all of them.
+#[derive(Clone, Debug, Default)]
+pub struct Thinned {
+    /// Samples of all records.
+    pub count: usize,
+    /// m.
+    pub every: usize,
+    /// Of each record: how many samples stand before it, and its own that are taken.
+    pub records: Vec<(usize, States)>,
+}
+
+impl Thinned {
+    /// Takes at most `most` samples. `each` hands over the states of all records: they are counted, and then taken.
+    pub(crate) fn of(
+        each: impl Fn(&mut dyn FnMut(&States)) -> Result<(), Error>,
+        most: usize,
+    ) -> Result<Thinned, Error> {
+        let (mut count, mut before) = (0, 0);
+        each(&mut |states| count += states.len())?;
+        let mut found = Thinned::new(count, most);
+        each(&mut |states| {
+            found.add(states, before);
+            before += states.len();
+        })?;
+        Ok(found)
+    }
+
+    /// Takes at most `most` of `count` samples.
+    fn new(count: usize, most: usize) -> Thinned {
+        Thinned { count, every: count.div_ceil(most.max(1)).max(1), records: Vec::new() }
+    }
+
+    /// Takes those of the next record; `before`: the samples of all records before it.
+    fn add(&mut self, states: &States, before: usize) {
+        let first = (self.every - before % self.every) % self.every;
+        self.records.push((before, some(states, first, self.every)));
+    }
+}
+
+/// What passes over records that are made anew find beside what they are made for: the first the number of samples, the
+/// second [`MOST_THINNED_SAMPLES`] of them.
+#[derive(Default)]
+pub(crate) struct Beside {
+    count: Cell<Option<usize>>,
+    thinned: RefCell<Option<Thinned>>,
+}
+
+impl Beside {
+    /// A pass: `each` hands over the states of all records, which go on to `take`.
+    pub(crate) fn pass(
+        &self,
+        each: impl FnOnce(&mut dyn FnMut(&States)) -> Result<(), Error>,
+        take: &mut dyn FnMut(&States),
+    ) -> Result<(), Error> {
+        let is_thinned = self.thinned.borrow().is_some();
+        let count = self.count.get().filter(|_| !is_thinned);
+        let (mut before, mut thinned) = (0, count.map(|count| Thinned::new(count, MOST_THINNED_SAMPLES)));
+        each(&mut |states| {
+            take(states);
+            if let Some(thinned) = &mut thinned {
+                thinned.add(states, before);
+            }
+            before += states.len();
+        })?;
+        self.count.set(Some(before));
+        if thinned.is_some() {
+            *self.thinned.borrow_mut() = thinned;
+        }
+        Ok(())
+    }
+
+    /// The samples, where a pass has found them.
+    pub(crate) fn found(&self, most: usize) -> Option<Thinned> {
+        self.thinned.borrow().clone().filter(|_| most == MOST_THINNED_SAMPLES)
+    }
+}
+
+/// Every `every`-th sample from `first` on.
+fn some(states: &States, first: usize, every: usize) -> States {
+    let (n, chosen) = (states.n, (first..states.len()).step_by(every));
+    let series = |x: &[f64], width: usize| -> Vec<f64> {
+        chosen.clone().flat_map(|r| x[r * width..(r + 1) * width].iter().copied()).collect()
+    };
+    let motors = states.motor_direction.len() / states.len().max(1);
+    let friction = |of: &FilteredFriction| FilteredFriction {
+        term: of.term,
+        columns: series(&of.columns, of.term.parameters().len() * n),
+    };
+    States {
+        n,
+        t: series(&states.t, 1),
+        q: series(&states.q, n),
+        dq: series(&states.dq, n),
+        ddq: series(&states.ddq, n),
+        tau: series(&states.tau, n),
+        direction: series(&states.direction, n),
+        motor_direction: series(&states.motor_direction, motors),
+        load: match states.load.is_empty() {
+            true => Vec::new(),
+            false => series(&states.load, n),
+        },
+        used: chosen.clone().flat_map(|r| states.used[r * n..(r + 1) * n].iter().copied()).collect(),
+        friction: states.friction.iter().map(friction).collect(),
+        ..States::default()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Three records, of which each sample is its own place.
+    fn records() -> Vec<States> {
+        let of = |range: std::ops::Range<usize>| {
+            let t: Vec<f64> = range.map(|r| r as f64).collect();
+            States {
+                n: 1,
+                q: t.clone(),
+                dq: t.clone(),
+                ddq: t.clone(),
+                tau: t.clone(),
+                direction: t.clone(),
+                used: vec![true; t.len()],
+                t,
+                ..States::default()
+            }
+        };
+        vec![of(0..3001), of(3001..3003), of(3003..9001)]
+    }
+
+    /// Samples are counted over all records, and what passes find beside is what passes for it would find.
+    #[test]
+    fn every_fourth_sample_of_all() {
+        let all = records();
+        let each = |take: &mut dyn FnMut(&States)| {
+            all.iter().for_each(take);
+            Ok(())
+        };
+        let expected = Thinned::of(each, MOST_THINNED_SAMPLES).unwrap();
+        assert_eq!((expected.count, expected.every), (9001, 4));
+        let taken = |found: &Thinned| {
+            let states = found.records.iter().map(|(first, states)| (*first, states.t.clone(), states.tau.clone()));
+            states.collect::<Vec<_>>()
+        };
+        let places: Vec<f64> = expected.records.iter().flat_map(|(_, states)| states.t.clone()).collect();
+        assert_eq!(places, (0..9001).step_by(4).map(|r| r as f64).collect::<Vec<f64>>());
+        let beside = Beside::default();
+        let mut seen = 0;
+        for passes in 0..3 {
+            assert_eq!(beside.found(MOST_THINNED_SAMPLES).is_some(), passes == 2);
+            beside.pass(each, &mut |states| seen += states.len()).unwrap();
+        }
+        assert_eq!((seen, taken(&beside.found(MOST_THINNED_SAMPLES).unwrap())), (3 * 9001, taken(&expected)));
+        assert!(beside.found(10).is_none());
+    }
+}

@@ -1,0 +1,50 @@
+//! The files by which rist was attacked (`../shared/findings/inputs/hardening`), and the command that reads each.
+
+use std::path::{Path, PathBuf};
+
+/// Where they are; `None` where ../shared is absent.
+pub fn hardening() -> Option<PathBuf> {
+    crate::shared().map(|shared| shared.join("findings/inputs/hardening"))
+}
+
+/// Every file below a folder, in the order of the names.
+///
+/// # Panics
+/// Where a folder cannot be read.
+pub fn files(folder: &Path) -> Vec<PathBuf> {
+    fn walk(folder: &Path, found: &mut Vec<PathBuf>) {
+        let entries = std::fs::read_dir(folder).unwrap_or_else(|e| panic!("{}: {e}", folder.display()));
+        let mut entries: Vec<PathBuf> = entries.map(|entry| entry.expect("a folder is read").path()).collect();
+        entries.sort();
+        for path in entries {
+            if path.is_dir() { walk(&path, found) } else { found.push(path) }
+        }
+    }
+    let mut found = Vec::new();
+    walk(folder, &mut found);
+    found
+}
+
+/// The command that reads a file, `{}` standing for it; none of those that make others, or that another names.
+///
+/// `robot` and `motion` are what a file needs beside it: the arm p2.yaml and its motion m.yaml.
+pub fn command(path: &Path, text: &str, robot: &str, motion: &str) -> Option<Vec<String>> {
+    let of = |words: &[&str]| Some(words.iter().map(ToString::to_string).collect());
+    let name = path.display().to_string();
+    let (_, kind) = name.rsplit_once('.').unwrap_or((&name, ""));
+    match kind {
+        "gz" if name.ends_with(".tri.gz") => None,
+        "csv" | "gz" | "mcap" | "npz" | "parquet" | "db3" => of(&["doctor", robot, "{}"]),
+        "tri" => of(&["solve", "{}"]),
+        "urdf" if path.parent().is_some_and(|folder| folder.ends_with("mesh")) => {
+            of(&["excite", "{}", "--starts", "1", "--iterations", "2", "--rate", "50", "--out", "x.yaml"])
+        }
+        "urdf" | "par" | "xml" => of(&["inspect", "{}"]),
+        "yaml" if text.contains("\nlinks:") => of(&["inspect", "{}"]),
+        "yaml" if text.contains("period_s:") => of(&["check", robot, "{}"]),
+        "yaml" if text.contains("sample_time_s:") => of(&["simulate", robot, "{}", "--out", "logs"]),
+        "yaml" if text.contains("white_sigma:") => of(&["report", "--estimate", "{}", "--out", "x.html"]),
+        "yaml" => of(&["check", robot, motion, "--limits", "{}"]),
+        _ => None,
+    }
+}
