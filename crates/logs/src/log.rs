@@ -246,7 +246,7 @@ impl Log {
 
     /// What is odd about each coordinate, all coordinates at once, and the number of jumps by a turn, which are taken back.
     fn suspects(&mut self) -> (Vec<Suspect>, usize) {
-        let foreign = foreign_rows(self.dq.as_deref(), &self.effort);
+        let (foreign_rows, foreign_are_zero) = foreign_rows(self.dq.as_deref(), &self.effort);
         let velocities: Vec<Option<&[f64]>> = match &self.dq {
             Some(dq) => dq.iter().map(|dq| Some(dq.as_slice())).collect(),
             None => vec![None; self.q.len()],
@@ -255,8 +255,9 @@ impl Log {
         type Coordinate<'a> = (((&'a String, &'a mut Vec<f64>), Option<&'a [f64]>), &'a Vec<f64>);
         let found = abreast(self.t.len(), series, |(((name, q), velocity), effort): Coordinate| {
             let (suspect, wrapped) = Suspect::of(name, &self.t, q, velocity, effort);
-            let zeros = if foreign > 0 { effort.iter().filter(|x| **x == 0.0).count() } else { 0 };
-            (Suspect { foreign_rows: foreign, foreign_are_zero: foreign > 0 && zeros >= foreign, ..suspect }, wrapped)
+            // The zeros of another source are no limit at which a torque stands.
+            let saturated = suspect.saturated.filter(|_| foreign_rows == 0);
+            (Suspect { foreign_rows, foreign_are_zero, saturated, ..suspect }, wrapped)
         });
         let wrapped = found.iter().map(|(_, wrapped)| wrapped).sum();
         (found.into_iter().map(|(suspect, _)| suspect).collect(), wrapped)

@@ -165,7 +165,7 @@ impl Chosen<'_> {
 }
 
 /// Slopes instead of columns that are none.
-fn sources(seen: &Passport, options: &mut Options) -> Vec<String> {
+pub(crate) fn sources(seen: &Passport, options: &mut Options) -> Vec<String> {
     let mut sentences = Vec::new();
     let signal = &mut options.signal;
     if signal.velocity == Velocity::Auto

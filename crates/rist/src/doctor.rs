@@ -11,6 +11,7 @@ pub use identification::estimate::passport::Passport;
 
 pub use crate::request::DoctorRequest;
 
+use crate::chosen::sources;
 use crate::error::Error;
 use crate::model::Model;
 
@@ -28,7 +29,16 @@ pub fn examine(model: &Model, logs: &[LogSource], options: &Options) -> Result<P
     }
     let records = SourceRecords::new(model.regressor(), logs, &options.preparation())?;
     let gains = options.transmission.drive_gains.as_deref().filter(|_| are_known);
-    let mut found = passport_of(model, logs, &records, gains, &options.signal)?;
+    let first = passport_of(model, logs, &records, gains, &options.signal)?;
+    // Columns that are no slopes are not used, and accuse nobody.
+    let mut chosen = options.clone();
+    let mut found = match sources(&first, &mut chosen).is_empty() {
+        true => first,
+        false => {
+            let records = SourceRecords::new(model.regressor(), logs, &chosen.preparation())?;
+            passport_of(model, logs, &records, gains, &chosen.signal)?.with_columns_of(first)
+        }
+    };
     if is_current && !are_known {
         found.efforts_are_currents();
     }

@@ -31,14 +31,12 @@
 //! billion. Joints with less than a hundredth of the largest energy of a joint do not count, because their motion only
 //! follows the others or is noise of another colour.
 
-use std::collections::BTreeMap;
 use std::convert::Infallible;
-use std::f64::consts::TAU;
 
 use numerics::in_order::in_order;
 
+use crate::signals::position_spectrum::{Energy, acceleration_energy, acceleration_noise, position_energy, quantile};
 use crate::signals::position_spectrum::{REST_RANGE, REST_RANGE_SIGMAS, energy_of, excursion, noise_of, smooth_length};
-use crate::signals::position_spectrum::{acceleration_energy, acceleration_noise, position_energy};
 
 /// The frequency content of a motion.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -87,10 +85,6 @@ const SAMPLES_PER_NOISE_ESTIMATE: usize = 1 << 12;
 
 /// Fewer samples have no spectrum to speak of.
 const MIN_SPECTRUM_SAMPLES: usize = 8;
-
-/// The energy of velocity, rad^2/s (m^2/s), by frequency. The key is the bits of the frequency in Hz, which sort like
-/// the numbers.
-type Energy = BTreeMap<u64, f64>;
 
 /// Motion of one joint, and noise of the records in which it moves.
 #[derive(Clone, Debug, Default)]
@@ -193,7 +187,10 @@ impl MotionEnergy {
                 (joint.motion.values().sum::<f64>(), fast.clone().map(|(_, energy)| energy).sum::<f64>());
             let is_chatter = share > (1.0 - MOTION_ENERGY_SHARE) * whole;
             if is_chatter && position_energy(fast) < CHATTER_POSITION_SHARE * largest {
-                joint.chatter = joint.motion.split_off(&SLOWEST_CHATTER_HZ.to_bits());
+                // What leaks from the ends of a record into the slowest of it is neither.
+                let mut fast = joint.motion.split_off(&SLOWEST_CHATTER_HZ.to_bits());
+                let slowest = quantile(&fast, (1.0 - MOTION_ENERGY_SHARE) * share);
+                joint.chatter = fast.split_off(&slowest.to_bits());
             }
         }
     }
@@ -265,16 +262,6 @@ impl JointEnergy {
 
 /// Halvings of the interval in which a cut-off is searched.
 const HALVINGS: usize = 10;
-
-/// The frequency up to which the energy adds up to `sum`, Hz.
-fn quantile(energy: &Energy, sum: f64) -> f64 {
-    let mut below = 0.0;
-    let reached = energy.iter().find(|(_, e)| {
-        below += **e;
-        below >= sum
-    });
-    reached.map_or(0.0, |(bits, _)| f64::from_bits(*bits))
-}
 
 #[cfg(test)]
 mod tests {

@@ -1,8 +1,13 @@
 //! What the positions of one joint say by frequency: the energy of its motion, and the noise of its encoder.
 
+use std::collections::BTreeMap;
 use std::f64::consts::TAU;
 
 use numerics::fft::RealToComplex;
+
+/// The energy of velocity, rad^2/s (m^2/s), by frequency. The key is the bits of the frequency in Hz, which sort like
+/// the numbers.
+pub(crate) type Energy = BTreeMap<u64, f64>;
 
 /// A bin counts as motion from this multiple of the noise of a bin on.
 const MOTION_TO_NOISE_RATIO: f64 = 20.0;
@@ -97,4 +102,14 @@ pub(crate) fn position_energy<'a>(velocity: impl Iterator<Item = (&'a u64, &'a f
 /// (2 pi)^4 sigma^2 n h^2 / 5, rad^2/s^3. Times f^5 it is the noise of n accelerations, h s apart, up to a frequency f.
 pub(crate) fn acceleration_noise(variance: f64, count: usize, period: f64) -> f64 {
     TAU.powi(4) / 5.0 * variance * count as f64 * period * period
+}
+
+/// The frequency up to which the energy adds up to `sum`, Hz.
+pub(crate) fn quantile(energy: &Energy, sum: f64) -> f64 {
+    let mut below = 0.0;
+    let reached = energy.iter().find(|(_, e)| {
+        below += **e;
+        below >= sum
+    });
+    reached.map_or(0.0, |(bits, _)| f64::from_bits(*bits))
 }

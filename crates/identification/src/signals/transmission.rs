@@ -134,7 +134,9 @@ impl Transmission {
 fn joint_angles(to_joint: Option<&DMatrix<f64>>, q: Vec<Vec<f64>>) -> Vec<Vec<f64>> {
     let Some(matrix) = to_joint.filter(|m| !m.is_identity(0.0)) else { return q };
     let mut q = product(matrix, q);
-    q.iter_mut().for_each(|q| drop(unwrap_angle(q)));
+    for angle in &mut q {
+        unwrap_angle(angle);
+    }
     q
 }
 

@@ -10,17 +10,22 @@ const FAR: f64 = 0.5;
 const NEAR: f64 = 0.1;
 /// Share of the rows that must be foreign. Noise alone reaches a twentieth in one signal, and less in several at once.
 const FOREIGN_ROWS_SHARE: f64 = 0.15;
+/// Share of the foreign rows from which on these are rows of zeros.
+const ZERO_SHARE: f64 = 0.9;
 /// Fewer rows than this tell nothing.
 const MIN_ROWS: usize = 100;
 
-/// Number of foreign rows; zero where they are too few to be of another source.
+/// Number of foreign rows, and whether their torques are all zero; no rows where they are too few to be of another source.
+///
+/// Where two sources take turns each row is foreign beside its neighbours: the half of them is.
 ///
 /// Without velocities a row counts where its torques are all zero, because torques alone may chatter.
-pub(crate) fn foreign_rows(velocities: Option<&[Vec<f64>]>, efforts: &[Vec<f64>]) -> usize {
+pub(crate) fn foreign_rows(velocities: Option<&[Vec<f64>]>, efforts: &[Vec<f64>]) -> (usize, bool) {
     let rows = efforts.first().map_or(0, Vec::len);
     if rows < MIN_ROWS {
-        return 0;
+        return (0, false);
     }
+    let are_zero = |r: usize| efforts.iter().all(|x| x[r] == 0.0);
     let torques = leaving(efforts);
     let speeds = velocities.map(|group| (leaving(group), group.len()));
     let is_foreign = |r: &usize| match &speeds {
@@ -28,10 +33,16 @@ pub(crate) fn foreign_rows(velocities: Option<&[Vec<f64>]>, efforts: &[Vec<f64>]
             let [torque, speed] = [torques[*r], speeds[*r]];
             torque > 0 && speed > 0 && 2 * (torque + speed) >= efforts.len() + count
         }
-        None => 2 * torques[*r] >= efforts.len() && efforts.iter().all(|x| x[*r] == 0.0),
+        None => 2 * torques[*r] >= efforts.len() && are_zero(*r),
     };
-    let count = (1..rows - 1).filter(is_foreign).count();
-    if count as f64 > FOREIGN_ROWS_SHARE * rows as f64 { count } else { 0 }
+    let foreign: Vec<usize> = (1..rows - 1).filter(is_foreign).collect();
+    if (foreign.len() as f64) < FOREIGN_ROWS_SHARE * rows as f64 {
+        return (0, false);
+    }
+    let zeros = foreign.iter().filter(|r| are_zero(**r)).count();
+    let count = foreign.len().min(rows / 2);
+    // Of rows that take turns half are zero.
+    if zeros as f64 > ZERO_SHARE * count as f64 { (zeros, true) } else { (count, false) }
 }
 
 /// For each row, the number of series that leave there and come back.
@@ -68,7 +79,7 @@ mod tests {
     #[test]
     fn rows_of_a_second_source_are_counted() {
         let (speed, torque) = (signals(1.0), signals(2.0));
-        assert_eq!(foreign_rows(Some(&speed), &torque), 0);
+        assert_eq!(foreign_rows(Some(&speed), &torque), (0, false));
         // Zeros, or another scale and an offset, in every second and in every third row.
         for every in [2, 3] {
             for (scale, offset) in [(0.0, 0.0), (0.1, 3.0)] {
@@ -76,10 +87,11 @@ mod tests {
                     let row = |(i, x): (usize, &f64)| if i % every == 1 { scale * x + offset } else { *x };
                     x.iter().map(|x| x.iter().enumerate().map(row).collect()).collect()
                 };
-                let found = foreign_rows(Some(&mixed(&speed)), &mixed(&torque));
-                assert!(found > 2000 / every / 2, "{every} {scale}: {found}");
-                let alone = foreign_rows(None, &mixed(&torque));
-                assert_eq!(alone > 2000 / every / 2, scale == 0.0, "{every} {scale}: {alone}");
+                let (found, are_zero) = foreign_rows(Some(&mixed(&speed)), &mixed(&torque));
+                assert_eq!(are_zero, scale == 0.0, "{every} {scale}");
+                assert!((1000 / every..=2000 / every).contains(&found), "{every} {scale}: {found}");
+                let (alone, _) = foreign_rows(None, &mixed(&torque));
+                assert_eq!(alone > 1000 / every, scale == 0.0, "{every} {scale}: {alone}");
             }
         }
     }
@@ -104,8 +116,8 @@ mod tests {
         for (speed, torque) in
             [(&noise, &noise), (&speed, &spikes), (&speed, &chatter), (&coarse, &torque), (&coarse, &noise)]
         {
-            assert_eq!(foreign_rows(Some(speed), torque), 0);
+            assert_eq!(foreign_rows(Some(speed), torque).0, 0);
         }
-        assert_eq!((foreign_rows(None, &chatter), foreign_rows(None, &noise), foreign_rows(None, &[])), (0, 0, 0));
+        assert_eq!([&chatter[..], &noise, &[]].map(|x| foreign_rows(None, x).0), [0; 3]);
     }
 }

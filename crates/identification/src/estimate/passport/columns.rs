@@ -42,8 +42,8 @@ impl Look<'_> {
             fault: Fault::TwoSources(rows),
             joints: Vec::new(),
             evidence: format!(
-                "in {rows} rows the torque leaves its course and comes back to it in the next row, at most joints at once{which}: \
-                 two publishers on one topic?"
+                "in {rows} rows the torque leaves its course and comes back to it in the next row, in most joints at once{which}; two \
+                 publishers on one topic look so"
             ),
             remedy: format!(
                 "log one of them (in ROS `ros2 topic info --verbose TOPIC` names them), or leave out the rows of the other: \

@@ -70,6 +70,18 @@ pub(crate) const COUNTED_SLOPE_SHARE: f64 = 0.5;
 const SHOWN_SLOPE_SHARE: f64 = 0.05;
 
 impl Passport {
+    /// The same with what another look at the same log says of its columns.
+    pub fn with_columns_of(mut self, other: Passport) -> Passport {
+        self.measured = other.measured;
+        for (joint, of) in self.joints.iter_mut().zip(other.joints) {
+            joint.velocity_lag = of.velocity_lag;
+            joint.velocity_lag_deviation = of.velocity_lag_deviation;
+            joint.acceleration = of.acceleration;
+            joint.wrong_acceleration = of.wrong_acceleration;
+        }
+        self
+    }
+
     /// Time by which velocities lag the slopes of positions, s: that of the middle joint, because a filter acts on all.
     pub fn velocity_lag(&self) -> Option<f64> {
         let mut lags: Vec<f64> = self.joints.iter().filter_map(|j| j.velocity_lag).collect();
