@@ -15,7 +15,7 @@
   const link = document.getElementById("choose-fate");
   const figure = document.getElementById("drawing");
   const view = figure && Drawing.of(figure);
-  const picked = () => link.selectedIndex;
+  const picked = () => link.selectedIndex < 0 ? null : link.selectedIndex;
   const pick = (k, to) => {
     link.selectedIndex = k;
     show(link);
