@@ -3,7 +3,7 @@
 //! Law: whatever a file holds, the program ends by itself with 0, 1 or 2, in [`SECONDS`] of processor time and an address
 //! space that the size of the file bounds. A signal, an abort, a panic or another code is a finding.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::process::Command;
 
 use crate::hostile::{command, files, hardening};

@@ -174,19 +174,8 @@ fn identify_kept(
 
     // The rows, read once more for each friction model where one is to be chosen.
     let friction = choose_friction(model, logs, kept, request, &mut options)?;
-    let mut looked = Looked::again(chosen.looked, model, logs, &options)?;
-    let mut fit = looked.fit(model, logs)?;
-    let mut faults = faults(model, &options, &looked.records, &fit)?;
-    let mut sentences = chosen.sentences;
-    if request.leaves_friction_open()
-        && let Some(sentence) = worthwhile_joint_terms(model, logs, &fit, &faults, &mut options)?
-    {
-        looked = Looked::of(model, logs, &options)?;
-        fit = looked.fit(model, logs)?;
-        faults = self::faults(model, &options, &looked.records, &fit)?;
-        sentences.push(sentence);
-    }
-    let Looked { passport, .. } = looked;
+    let is_open = request.leaves_friction_open();
+    let Fitted { passport, mut fit, faults, sentence } = fitted(model, logs, chosen.looked, is_open, &mut options)?;
     let load = match loaded {
         [] => None,
         loaded => Some(load(model, request.loaded_link.as_deref(), &fit, loaded, &options)?),
@@ -214,7 +203,7 @@ fn identify_kept(
     }
     widen_by_faults(&mut estimate, &faults);
     let torque_errors = errors_of_torques(model, &linear, &estimate, &inverse, &range);
-    estimate.remarks.splice(..0, sentences);
+    estimate.remarks.splice(..0, chosen.sentences.into_iter().chain(sentence));
     estimate.remarks.extend(found.outgrown);
     Ok(Identification {
         model: chosen.model,
@@ -232,6 +221,41 @@ fn identify_kept(
         faults,
         described_parameters,
     })
+}
+
+/// A fit to logs, and what it was made with.
+struct Fitted {
+    passport: Passport,
+    fit: Fit,
+    faults: Vec<Tested>,
+    /// On friction that nobody asked for.
+    sentence: Option<String>,
+}
+
+/// The fit of the options; where the friction is open, with terms of single joints that are worthwhile, put into the options.
+///
+/// Fails where a log cannot be read, and where no joint moves.
+fn fitted<'a>(
+    model: &'a Model,
+    logs: &'a [LogSource],
+    looked: Option<Looked<'a>>,
+    is_open: bool,
+    options: &mut Options,
+) -> Result<Fitted, Error> {
+    let one = |looked: Looked<'_>, options: &Options| -> Result<Fitted, Error> {
+        let fit = looked.fit(model, logs)?;
+        let faults = faults(model, options, &looked.records, &fit)?;
+        Ok(Fitted { passport: looked.passport, fit, faults, sentence: None })
+    };
+    let plain = one(Looked::again(looked, model, logs, options)?, options)?;
+    if !is_open {
+        return Ok(plain);
+    }
+    let sentence = worthwhile_joint_terms(model, logs, &plain.fit, &plain.faults, options)?;
+    match sentence.is_some() {
+        true => Ok(Fitted { sentence, ..one(Looked::of(model, logs, options)?, options)? }),
+        false => Ok(plain),
+    }
 }
 
 /// The faults that unknowns more would explain, the tilt of the mount among them.

@@ -98,7 +98,7 @@ mod tests {
         };
         let q: Vec<f64> = (0..400).map(position).collect();
         let still = standstill(&q, period);
-        let moving = |r: std::ops::Range<usize>| still[r].iter().filter(|s| !**s).count();
+        let moving = |r: Range<usize>| still[r].iter().filter(|s| !**s).count();
         assert_eq!(moving(0..100), 0);
         // The reversal at 2 s is no standstill. The start and the end of the swing hardly move and are not checked.
         assert_eq!(moving(120..280), 160);

@@ -119,10 +119,21 @@ impl LogReport {
 
     /// Refuses a whole file that is no log; `time` is the header of its clock.
     pub(crate) fn check(&self, file: &str, time: &str) -> Result<(), Error> {
-        let at = |line: usize, message: String| Err(Error::at(file, line, message));
         if self.rows == 0 {
-            return at(1, "there is a header but no row of numbers below it".into());
+            return Err(Error::at(file, 1, "there is a header but no row of numbers below it"));
         }
+        self.check_order(file, time)?;
+        self.check_rows(file)?;
+        self.check_steps(file, time)?;
+        if self.repeated + 1 == self.kept {
+            return Err(Error::at(file, 0, "every row holds the same values: nothing moves and nothing is measured"));
+        }
+        Ok(())
+    }
+
+    /// Refuses a clock that runs backwards or stands still in many rows.
+    fn check_order(&self, file: &str, time: &str) -> Result<(), Error> {
+        let at = |line: usize, message: String| Err(Error::at(file, line, message));
         // Two runs in one file step back once, and all that follows is behind.
         let backwards = self.clock_steps_back as f64 / self.rows as f64;
         if INTERLEAVED_BACKWARD_SHARES.contains(&backwards) {
@@ -149,7 +160,12 @@ impl LogReport {
             );
             return at(0, message);
         }
-        // Rows: most must be whole, and enough must be left.
+        Ok(())
+    }
+
+    /// Most rows must be whole, and enough must be left.
+    fn check_rows(&self, file: &str) -> Result<(), Error> {
+        let at = |line: usize, message: String| Err(Error::at(file, line, message));
         if self.ragged > self.rows / 2 {
             let message =
                 format!("{} of {} rows have more or fewer cells than the header has names", self.ragged, self.rows);
@@ -162,7 +178,12 @@ impl LogReport {
             );
             return at(0, message);
         }
-        // Steps in the unit that the header seems to say.
+        Ok(())
+    }
+
+    /// Refuses steps that are none in the unit that the header seems to say, and a clock in pieces.
+    fn check_steps(&self, file: &str, time: &str) -> Result<(), Error> {
+        let at = |line: usize, message: String| Err(Error::at(file, line, message));
         if !(self.period.is_finite() && self.duration.is_finite()) {
             return at(0, "the clock leaves the range of numbers".into());
         }
@@ -194,9 +215,6 @@ impl LogReport {
                 self.duration / (self.kept - 1) as f64
             );
             return at(0, message);
-        }
-        if self.repeated + 1 == self.kept {
-            return at(0, "every row holds the same values: nothing moves and nothing is measured".into());
         }
         Ok(())
     }
