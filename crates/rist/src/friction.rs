@@ -58,7 +58,7 @@ pub(crate) fn choose_friction(
 }
 
 /// Terms of single joints beside those of a fit, put into the options where they predict parts left out better by far, and
-/// better than any fault of the log does; and a sentence on them. A log that is not held in memory would have to be read
+/// far better than any fault of the log does; and a sentence on them. A log that is not held in memory would have to be read
 /// once more, and gets none.
 ///
 /// Fails where a log cannot be read.
@@ -77,7 +77,8 @@ pub(crate) fn worthwhile_joint_terms(
     let found = found_joint_terms(model, logs, load, &fit.observation.speed, &mut tried)?;
     let ratio = found.taken.last().map_or(1.0, |taken| taken.ratio);
     let of_faults = faults.iter().filter_map(Tested::gain).fold(1.0, f64::min);
-    if ratio > WORTHWHILE_ERROR_RATIO.min(of_faults) || found.error < NEGLIGIBLE_ERROR {
+    // A fault is one number and the terms are several: they are to explain twice as much, in the logarithm.
+    if ratio > WORTHWHILE_ERROR_RATIO.min(of_faults * of_faults) || found.error < NEGLIGIBLE_ERROR {
         return Ok(None);
     }
     *options = tried;

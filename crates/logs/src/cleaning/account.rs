@@ -139,7 +139,7 @@ impl LogReport {
         if INTERLEAVED_BACKWARD_SHARES.contains(&backwards) {
             let message = format!(
                 "column `{time}` runs back and forth in {} of {} rows, here first: two publishers on one topic, each with its \
-                 own clock? Log one of them (in ROS `ros2 topic info --verbose TOPIC` names them), or leave out the rows of \
+                 own clock? Log one of them (in ROS `ros2 topic info -v TOPIC` names them), or leave out the rows of \
                  the other",
                 self.clock_steps_back, self.rows
             );

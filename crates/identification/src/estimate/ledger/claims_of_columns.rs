@@ -101,7 +101,10 @@ mod tests {
         );
         let bad = [joint("q1", Some(0.016), Some((0.1, 9.0)), true), joint("q2", Some(0.015), Some((0.9, 1.1)), false)];
         let found = said(&bad, true, true);
-        assert!(found[0].contains("q1, q2: assumed by default") && found[0].contains("lag them by 16 ms"), "{found:?}");
+        assert!(
+            found[0].contains("q1, q2: assumed by default") && found[0].contains("lag them by 16.0 ms"),
+            "{found:?}"
+        );
         assert!(found[1].starts_with("acceleration column of q1: assumed"), "{found:?}");
         assert!(found[1].contains("correlation of 0.10 with that slope and 9"), "{found:?}");
     }

@@ -46,7 +46,7 @@ impl Look<'_> {
                  publishers on one topic look so"
             ),
             remedy: format!(
-                "log one of them (in ROS `ros2 topic info --verbose TOPIC` names them), or leave out the rows of the other: \
+                "log one of them (in ROS `ros2 topic info -v TOPIC` names them), or leave out the rows of the other: \
                  {those}"
             ),
         })

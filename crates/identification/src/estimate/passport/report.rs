@@ -73,6 +73,11 @@ impl Passport {
     /// The same with what another look at the same log says of its columns.
     pub fn with_columns_of(mut self, other: Passport) -> Passport {
         self.measured = other.measured;
+        // A velocity that is no late slope is that of another joint, or of nothing.
+        let is_late = |name: &String| other.joints.iter().any(|j| j.coordinate == *name && j.velocity_lag.is_some());
+        let is_foreign = |f: &&Finding| f.fault == Fault::Velocity && !f.joints.iter().any(is_late);
+        let foreign: Vec<Finding> = other.findings.iter().filter(is_foreign).cloned().collect();
+        self.findings.extend(foreign.into_iter().filter(|f| !self.findings.contains(f)).collect::<Vec<_>>());
         for (joint, of) in self.joints.iter_mut().zip(other.joints) {
             joint.velocity_lag = of.velocity_lag;
             joint.velocity_lag_deviation = of.velocity_lag_deviation;
