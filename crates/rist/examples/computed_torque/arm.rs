@@ -142,7 +142,7 @@ pub fn inverse_dynamics<R: Real>(
     tau[1] = t60;
 }
 /// The accelerations from the torques and x.
-/// 12 mul_add, 15 mul, 7 add, 2 sin_cos.
+/// 12 mul_add, 17 mul, 7 add, 2 sin_cos.
 #[inline(always)]
 pub fn forward_dynamics<R: Real>(
     q: &[R; 2],
@@ -173,21 +173,23 @@ pub fn forward_dynamics<R: Real>(
     let t46 = (-x[2]).mul_add(t18, t44);
     let t47 = t43 - t46;
     let t48 = tau[0] + t47;
-    let t49 = x[4] * c1;
-    let t51 = (-x[5]).mul_add(s1, t49);
-    let t52 = x[3] + t51;
-    let t53 = x[0] + t52;
-    let t54 = t48 / t53;
-    let t56 = R::from_f64(0.5).mul_add(t51, x[3]);
-    let t57 = t56 / t53;
-    let t58 = tau[1] + t34;
-    let t60 = (-t48).mul_add(t57, t58);
-    let t61 = x[3] + x[6];
-    let t63 = (-t56).mul_add(t57, t61);
-    let t64 = t60 / t63;
-    ddq[1] = t64;
-    let t66 = (-t57).mul_add(t64, t54);
-    ddq[0] = t66;
+    let t49 = tau[1] + t34;
+    let t50 = x[4] * c1;
+    let t52 = (-x[5]).mul_add(s1, t50);
+    let t54 = R::from_f64(0.5).mul_add(t52, x[3]);
+    let t55 = x[3] + x[6];
+    let t56 = R::from_f64(1.0) / t55;
+    let t57 = t54 * t56;
+    let t59 = (-t49).mul_add(t57, t48);
+    let t60 = x[3] + t52;
+    let t61 = x[0] + t60;
+    let t63 = (-t54).mul_add(t57, t61);
+    let t64 = R::from_f64(1.0) / t63;
+    let t65 = t59 * t64;
+    ddq[0] = t65;
+    let t66 = t49 * t56;
+    let t68 = (-t57).mul_add(t65, t66);
+    ddq[1] = t68;
 }
 /// The numbers this file computes with: f64, f32, or lanes of them.
 pub trait Real: Copy + core::ops::Add<
