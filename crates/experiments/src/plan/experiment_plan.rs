@@ -23,7 +23,9 @@ use crate::plan::exchange::{Criterion, Search, exchange, scales, value_of};
 use crate::plan::exciting_trajectory::{ExcitingTrajectory, Motion};
 use crate::plan::motion_kind::MotionKind;
 use crate::plan::plan_proof::PlanProof;
-use crate::plan::planned_experiment::{PlannedExperiment, PlannedSweep, PlannedSwing, PredictedParameter, check_names};
+use crate::plan::planned_experiment::{
+    CandidateMotion, PlannedExperiment, PlannedSweep, PlannedSwing, PredictedParameter, check_names,
+};
 use crate::plan::ranges::check_motion;
 
 /// A plan and what it promises.
@@ -91,6 +93,7 @@ impl ExperimentPlan {
         if let Some(proven) = &proven {
             chosen.clone_from(&proven.chosen);
         }
+        let motions = candidates.iter().map(|c| written(&c.trajectory, regressor.coordinates()));
         // What the plan is worth: its condition, its determinant, and the deviations it predicts.
         let condition = condition_bound(&raw, 1e-2, 2000);
         let value = value_of(&information, &chosen, Criterion::Determinant);
@@ -117,11 +120,11 @@ impl ExperimentPlan {
                 let whole = proven.as_ref().map(|x| ((value - x.proof.log_det_at_most) / p as f64).exp());
                 whole.map_or(relaxed, |whole| whole.max(relaxed))
             },
-            proof: proven.map(|x| x.proof),
             cond_fro: (-value_of(&raw, &chosen, Criterion::FrobeniusCondition)).exp(),
             cond_fro_at_least: condition.bound,
             rank: solution.rank,
-            experiments: in_order(regressor, candidates, &information, chosen),
+            experiments: in_order(regressor, candidates, &information, chosen, proven.is_some()),
+            proof: proven.map(|x| x.proof.with_candidates(motions)),
             parameters: regressor.parameters().iter().enumerate().map(parameter).collect(),
         }
     }
@@ -135,7 +138,7 @@ impl ExperimentPlan {
         self.experiments.iter().map(|e| self.trajectory(e).map_err(|m| Error::at(file, 0, m))).collect()
     }
 
-    fn trajectory(&self, e: &PlannedExperiment) -> Result<ExcitingTrajectory, String> {
+    pub(crate) fn trajectory(&self, e: &PlannedExperiment) -> Result<ExcitingTrajectory, String> {
         let n = self.coordinates.len();
         let fail = |what: String| Err(format!("experiment {}: {what}", e.name));
         let place = |name: &String| match self.coordinates.iter().position(|c| c == name) {
@@ -208,7 +211,8 @@ impl ExperimentPlan {
     }
 }
 
-fn planned(index: usize, t: &ExcitingTrajectory, coordinates: &[String]) -> PlannedExperiment {
+/// A motion as a file has it.
+fn written(t: &ExcitingTrajectory, coordinates: &[String]) -> CandidateMotion {
     let name = |&k: &usize| coordinates[k].clone();
     let (swing, sweep) = match &t.motion {
         Motion::Swing { profile, period, half_range, transient_periods, periods } => {
@@ -235,24 +239,29 @@ fn planned(index: usize, t: &ExcitingTrajectory, coordinates: &[String]) -> Plan
             (None, Some(sweep))
         }
     };
-    PlannedExperiment {
-        name: format!("e{:02}", index + 1),
+    CandidateMotion {
         kind: t.kind.word().into(),
         fast: name(&t.fast),
         slow: t.slow.iter().map(name).collect(),
         centre: t.centre.clone(),
         swing,
         sweep,
-        ..PlannedExperiment::default()
     }
 }
 
-/// Greedy: the experiment that adds the most comes next.
+fn planned(index: usize, t: &ExcitingTrajectory, coordinates: &[String]) -> PlannedExperiment {
+    let CandidateMotion { kind, fast, slow, centre, swing, sweep } = written(t, coordinates);
+    let name = format!("e{:02}", index + 1);
+    PlannedExperiment { name, kind, fast, slow, centre, swing, sweep, ..PlannedExperiment::default() }
+}
+
+/// Greedy: the experiment that adds the most comes next. `names_candidates`: each says which candidate it is.
 fn in_order(
     regressor: &dyn Regressor,
     candidates: &[Candidate],
     information: &[Rows],
     mut left: Vec<usize>,
+    names_candidates: bool,
 ) -> Vec<PlannedExperiment> {
     let p = regressor.parameters().len();
     let scale = scales(p, left.iter().map(|&i| &information[i]));
@@ -277,6 +286,7 @@ fn in_order(
         let solution = fit(p, chosen.iter().map(|&i| &information[i]));
         let last = chosen[chosen.len() - 1];
         let mut e = planned(found.len(), &candidates[last].trajectory, regressor.coordinates());
+        e.candidate = names_candidates.then_some(last);
         e.rank = solution.rank;
         e.adds_log_det = (rank == p).then_some(after - before);
         rank = solution.rank;

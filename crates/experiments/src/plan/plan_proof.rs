@@ -7,6 +7,8 @@
 use numerics::information_matrix::{InformationMatrix, Rows};
 use serde::{Deserialize, Serialize};
 
+use crate::plan::planned_experiment::CandidateMotion;
+
 /// A node of a proof.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
@@ -34,6 +36,9 @@ pub enum ProofNode {
 pub struct PlanProof {
     /// Bound of log det F for any plan of as many experiments, with rows over their noise.
     pub log_det_at_most: f64,
+    /// The candidates, in their order, so that a reader can make their rows from the description.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub candidates: Vec<CandidateMotion>,
     /// Candidates that plans do without: (candidate, the one before it with the same information).
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub equal: Vec<(usize, usize)>,
@@ -68,7 +73,12 @@ impl PlanProof {
     /// A tree of one leaf with this design.
     pub(crate) fn new(equal: Vec<(usize, usize)>, design: Vec<(usize, f64)>) -> PlanProof {
         let tree = vec![ProofNode::Leaf { design: 0 }];
-        PlanProof { log_det_at_most: f64::INFINITY, equal, designs: vec![design], tree }
+        PlanProof { log_det_at_most: f64::INFINITY, candidates: vec![], equal, designs: vec![design], tree }
+    }
+
+    /// The same with the candidates written out.
+    pub(crate) fn with_candidates(self, candidates: impl Iterator<Item = CandidateMotion>) -> PlanProof {
+        PlanProof { candidates: candidates.collect(), ..self }
     }
 
     /// Gives a leaf another design.

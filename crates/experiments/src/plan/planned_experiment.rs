@@ -9,6 +9,9 @@ use serde::{Deserialize, Serialize};
 pub struct PlannedExperiment {
     /// Name by which its log is found: `e01`.
     pub name: String,
+    /// Index of the candidate that it runs, where the proof of the plan writes them out.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub candidate: Option<usize>,
     /// Which torques it shows: the word of its kind.
     pub kind: String,
     /// Coordinate that moves fast, or the one that sweeps.
@@ -30,6 +33,26 @@ pub struct PlannedExperiment {
     pub adds_log_det: Option<f64>,
     /// Parameters that become identifiable with it.
     pub adds: Vec<ParameterId>,
+}
+
+/// A motion that a plan was chosen from; its keys are those of an experiment.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct CandidateMotion {
+    /// Which torques it shows: the word of its kind.
+    pub kind: String,
+    /// Coordinate that moves fast, or the one that sweeps.
+    pub fast: String,
+    /// Coordinates that move slowly with it.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub slow: Vec<String>,
+    /// rad, in the order of the coordinates.
+    pub centre: Vec<f64>,
+    /// The periodic swing, where it is one.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub swing: Option<PlannedSwing>,
+    /// The slow sweep, where it is one.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub sweep: Option<PlannedSweep>,
 }
 
 /// A periodic swing.

@@ -1,0 +1,244 @@
+//! The checkers in Python that stand in docs/checkers prove what rist proved, and find each kind of defect.
+//!
+//! They need a `python3` with numpy; where there is none, these tests say so and look at nothing.
+
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+use tests::program::{Run, folder, rist, run};
+use tests::workspace;
+
+/// Three joints; a mesh, a cylinder, a box and a capsule; a mimic finger that slides.
+const ARM: &str = r#"<robot name="arm">
+  <link name="post"><collision><origin xyz="0 0 0.2"/><geometry><mesh filename="post.stl" scale="0.1 0.1 0.2"/></geometry></collision></link>
+  <joint name="turn" type="revolute"><parent link="post"/><child link="column"/><origin xyz="0 0 0.6"/><axis xyz="0 0 1"/>
+    <limit lower="-3" upper="3" velocity="2" effort="100"/><dynamics damping="0.5" friction="1"/></joint>
+  <link name="column"><inertial><mass value="2"/><inertia ixx="0.02" ixy="0" ixz="0" iyy="0.02" iyz="0" izz="0.01"/></inertial>
+    <collision><geometry><cylinder radius="0.06" length="0.1"/></geometry></collision></link>
+  <joint name="lift" type="revolute"><parent link="column"/><child link="upper"/><origin rpy="0.1 0 0" xyz="0 0 0"/><axis xyz="0 1 0"/>
+    <limit lower="-2" upper="2.5" velocity="2" effort="100"/></joint>
+  <link name="upper"><inertial><origin xyz="0.25 0 0"/><mass value="3"/><inertia ixx="0.005" ixy="0" ixz="0" iyy="0.07" iyz="0" izz="0.07"/></inertial>
+    <collision><origin xyz="0.25 0 0"/><geometry><box size="0.5 0.06 0.08"/></geometry></collision></link>
+  <joint name="bend" type="revolute"><parent link="upper"/><child link="fore"/><origin xyz="0.5 0.02 0"/><axis xyz="0.6 0.8 0"/>
+    <limit lower="-2.9" upper="2.9" velocity="3" effort="50"/></joint>
+  <link name="fore"><inertial><origin xyz="0.2 0 0"/><mass value="1.5"/><inertia ixx="0.002" ixy="0" ixz="0" iyy="0.03" iyz="0" izz="0.03"/></inertial>
+    <collision><origin xyz="0.25 0 0" rpy="0 1.5707963267948966 0"/><geometry><capsule radius="0.04" length="0.5"/></geometry></collision></link>
+  <joint name="grip" type="prismatic"><parent link="fore"/><child link="left"/><origin xyz="0.66 0 0"/><axis xyz="0 1 0"/>
+    <limit lower="0" upper="0.05" velocity="0.2" effort="20"/></joint>
+  <link name="left"><inertial><mass value="0.1"/><inertia ixx="0.0001" ixy="0" ixz="0" iyy="0.0001" iyz="0" izz="0.0001"/></inertial>
+    <collision><geometry><sphere radius="0.01"/></geometry></collision></link>
+  <joint name="other" type="prismatic"><parent link="fore"/><child link="right"/><origin xyz="0.6 0.01 0.08"/><axis xyz="0 -0.8 0.6"/>
+    <limit lower="0" upper="0.04" velocity="0.2" effort="20"/><mimic joint="grip" multiplier="0.8"/></joint>
+  <link name="right"><inertial><mass value="0.1"/><inertia ixx="0.0001" ixy="0" ixz="0" iyy="0.0001" iyz="0" izz="0.0001"/></inertial>
+    <collision><geometry><sphere radius="0.01"/></geometry></collision></link>
+</robot>"#;
+
+const LIMITS: &str = "\
+all: {power: 300}
+space:
+  floor: 0.05
+  distance: 0.03
+  walls: [{point: [0.9, 0, 0], normal: [-2, 0, 0]}]
+  boxes: [{low: [-1.4, -1.2, 0], high: [2, 1.2, 2], links: [fore]}]
+";
+
+/// A `python3` with numpy; said where there is none.
+fn has_python() -> bool {
+    let found = Command::new("python3").args(["-c", "import numpy"]).output().is_ok_and(|o| o.status.success());
+    if !found {
+        println!("NOT looked at: no python3 with numpy");
+    }
+    found
+}
+
+fn checker(folder: &Path, name: &str, arguments: &[&str]) -> Run {
+    let script = workspace().join("docs/checkers").join(name);
+    run(Command::new("python3").arg(script).args(arguments).current_dir(folder).env("PYTHONDONTWRITEBYTECODE", "1"))
+}
+
+/// A cube from -1 to 1 as text.
+fn cube() -> String {
+    let corner = |k: u8| [1, 2, 4].map(|bit| if k & bit == 0 { "-1" } else { "1" }).join(" ");
+    let triangle = |k: u8| {
+        format!(
+            "facet normal 0 0 0\nouter loop\nvertex {}\nvertex {}\nvertex {}\nendloop\nendfacet\n",
+            corner(k),
+            corner(k ^ 1),
+            corner(k ^ 6)
+        )
+    };
+    format!("solid cube\n{}endsolid cube\n", (0..8).map(triangle).collect::<String>())
+}
+
+/// The arm, its limits and a motion of it.
+fn arm() -> PathBuf {
+    let folder = folder("checkers");
+    std::fs::write(folder.join("arm.urdf"), ARM).unwrap();
+    std::fs::write(folder.join("post.stl"), cube()).unwrap();
+    std::fs::write(folder.join("limits.yaml"), LIMITS).unwrap();
+    folder
+}
+
+fn excite(folder: &Path, arguments: &[&str]) {
+    let short = ["--period", "6", "--repetitions", "1", "--starts", "1", "--iterations", "10"];
+    let found = rist(folder, &[&["excite"][..], arguments, &short[..]].concat());
+    assert_eq!(found.code, Some(0), "{}{}", found.out, found.err);
+}
+
+/// Runs the checker on files that a defect was put into, and holds what it says.
+fn found_out(folder: &Path, defect: &Defect, motion: &str) {
+    let Defect { file, from, to, code, says } = *defect;
+    let texts = [("arm.urdf", ARM), ("motion.yaml", motion), ("limits.yaml", LIMITS)];
+    let place = folder.join("defect");
+    std::fs::create_dir_all(&place).unwrap();
+    std::fs::copy(folder.join("post.stl"), place.join("post.stl")).unwrap();
+    for (name, text) in texts {
+        assert!(name != file || text.contains(from), "{name} has no `{from}`");
+        let text = if name == file { text.replacen(from, to, 1) } else { text.to_string() };
+        std::fs::write(place.join(name), text).unwrap();
+    }
+    let found = checker(&place, "check_motion.py", &["arm.urdf", "motion.yaml", "--limits", "limits.yaml"]);
+    assert_eq!(found.code, Some(code), "{from} -> {to}: {}{}", found.out, found.err);
+    assert!(found.out.contains(says), "{from} -> {to}: no `{says}` in {}", found.out);
+}
+
+struct Defect {
+    file: &'static str,
+    from: &'static str,
+    to: &'static str,
+    code: i32,
+    says: &'static str,
+}
+
+const fn defect(file: &'static str, from: &'static str, to: &'static str, code: i32, says: &'static str) -> Defect {
+    Defect { file, from, to, code, says }
+}
+
+/// One of each kind.
+const DEFECTS: [Defect; 15] = [
+    defect(
+        "motion.yaml",
+        "coordinate: turn\n  centre: ",
+        "coordinate: turn\n  centre: 5 #",
+        1,
+        "BROKEN: position of turn",
+    ),
+    defect("limits.yaml", "all: {", "all: {velocity: 0.05, ", 1, "BROKEN: velocity of "),
+    defect("limits.yaml", "all: {", "all: {acceleration: 0.1, ", 1, "BROKEN: acceleration of "),
+    defect("limits.yaml", "all: {", "all: {jerk: 0.1, ", 1, "BROKEN: jerk of "),
+    defect("motion.yaml", "blend_s: ", "blend_s: 0.02 #", 1, "BROKEN: acceleration of "),
+    defect("arm.urdf", "<mass value=\"3\"/>", "<mass value=\"300\"/>", 1, "BROKEN: effort of lift"),
+    defect("arm.urdf", "friction=\"1\"", "friction=\"95\"", 1, "BROKEN: effort of turn"),
+    defect("limits.yaml", "power: 300", "power: 0.5", 1, "BROKEN: power of "),
+    defect("arm.urdf", "radius=\"0.04\"", "radius=\"0.4\"", 1, "BROKEN: distance of fore and "),
+    defect("arm.urdf", "scale=\"0.1 0.1 0.2\"", "scale=\"0.1 0.1 0.9\"", 1, "BROKEN: distance of "),
+    defect("limits.yaml", "floor: 0.05", "floor: 1.2", 1, "BROKEN: region of fore at the floor"),
+    defect("limits.yaml", "point: [0.9,", "point: [-0.9,", 1, "BROKEN: region of fore at wall 1 of the limits file"),
+    defect(
+        "limits.yaml",
+        "low: [-1.4, -1.2,",
+        "low: [-1.4, 1.1,",
+        1,
+        "BROKEN: region of fore at the least y of box 1 of the limits file",
+    ),
+    defect(
+        "motion.yaml",
+        "subject: fore and post",
+        "subject: fore and pest",
+        1,
+        "NOT PROVEN: distance of fore and pest",
+    ),
+    defect(
+        "motion.yaml",
+        "coordinate: turn\n  centre: ",
+        "coordinate: turn\n  centre: .nan #",
+        2,
+        "a coefficient is no number",
+    ),
+];
+
+#[test]
+fn a_motion_is_proven_anew_without_rist_and_each_defect_is_found() {
+    if !has_python() {
+        return;
+    }
+    let folder = arm();
+    excite(&folder, &["arm.urdf", "--limits", "limits.yaml", "--out", "motion.yaml"]);
+    let found = checker(&folder, "check_motion.py", &["arm.urdf", "motion.yaml", "--limits", "limits.yaml"]);
+    assert_eq!(found.code, Some(0), "{}{}", found.out, found.err);
+    for said in ["4 position, 4 velocity, 4 acceleration, 4 jerk, 4 effort, 4 power, ", " distance, ", " region; "] {
+        assert!(found.out.contains(said), "no `{said}` in {}", found.out);
+    }
+    let motion = std::fs::read_to_string(folder.join("motion.yaml")).unwrap();
+    DEFECTS.iter().for_each(|defect| found_out(&folder, defect, &motion));
+    // A row that is taken away is a pair that nobody looked at.
+    let at = motion.find("- limit: distance\n  subject: fore and post\n").unwrap();
+    let next = at + 1 + motion[at + 1..].find("\n- limit: ").unwrap();
+    std::fs::write(folder.join("cut.yaml"), format!("{}{}", &motion[..at], &motion[next + 1..])).unwrap();
+    let found = checker(&folder, "check_motion.py", &["arm.urdf", "cut.yaml", "--limits", "limits.yaml"]);
+    assert_eq!(found.code, Some(0), "{}{}", found.out, found.err);
+    let unseen = ["NOT looked at: distance of post and fore: not in the certificate", "distance of fore and post: not"];
+    assert!(unseen.iter().any(|said| found.out.contains(said)), "{}", found.out);
+}
+
+#[test]
+fn a_spline_and_a_description_in_yaml_are_proven_anew() {
+    if !has_python() {
+        return;
+    }
+    let folder = folder("checkers-yaml");
+    let models = workspace().join("models");
+    for (model, spline) in [("puma560.yaml", true), ("panda.yaml", false), ("cartpole.yaml", true)] {
+        let model = models.join(model).display().to_string();
+        let motion: &[&str] = if spline { &["--motion", "spline"] } else { &[] };
+        excite(&folder, &[&[model.as_str(), "--out", "motion.yaml"][..], motion].concat());
+        let found = checker(&folder, "check_motion.py", &[&model, "motion.yaml"]);
+        assert_eq!(found.code, Some(0), "{model}: {}{}", found.out, found.err);
+        // A tenth more of every coefficient breaks something: the search uses what the limits leave.
+        let text = std::fs::read_to_string(folder.join("motion.yaml")).unwrap();
+        let period = text.lines().find(|line| line.starts_with("period_s: ")).unwrap();
+        std::fs::write(folder.join("quick.yaml"), text.replacen(period, "period_s: 4.5", 1)).unwrap();
+        let found = checker(&folder, "check_motion.py", &[&model, "quick.yaml"]);
+        assert!(found.code == Some(1) && found.out.contains("BROKEN: "), "{model}: {}{}", found.out, found.err);
+    }
+}
+
+#[test]
+fn a_plan_is_proven_anew_without_rist_and_each_defect_is_found() {
+    if !has_python() {
+        return;
+    }
+    let folder = folder("checkers-plan");
+    let model = workspace().join("models/planar2r_vertical.yaml").display().to_string();
+    let plan =
+        ["plan", &model, "-n", "6", "--starts", "2", "--nodes", "60", "--configurations", "8", "--out", "plan.yaml"];
+    let made = rist(&folder, &plan);
+    assert_eq!(made.code, Some(0), "{}{}", made.out, made.err);
+    let found = checker(&folder, "check_plan.py", &[&model, "plan.yaml"]);
+    assert_eq!(found.code, Some(0), "{}{}", found.out, found.err);
+    let text = std::fs::read_to_string(folder.join("plan.yaml")).unwrap();
+    let line = |key: &str| text.lines().find(|line| line.trim_start().starts_with(key)).unwrap();
+    let after = |key: &str| &text[text.find(key).unwrap()..];
+    let design: Vec<&str> = after("  designs:").lines().skip(1).take_while(|line| !line.contains("tree:")).collect();
+    let flat: Vec<String> = design
+        .iter()
+        .map(|l| if l.contains('.') { format!("{}1.0", &l[..l.rfind(' ').unwrap() + 1]) } else { l.to_string() })
+        .collect();
+    // That of an experiment; those of the tree stand further in.
+    let candidate = text.lines().find(|line| line.starts_with("  candidate: ")).unwrap();
+    let (design, flat, candidate) = (design.join("\n"), flat.join("\n"), format!("\n{candidate}"));
+    let equal = "\n  equal:\n";
+    for (from, to, code, says) in [
+        (line("d_efficiency_at_least: "), "d_efficiency_at_least: 0.9999999", 1, "NOT proven"),
+        (design.as_str(), flat.as_str(), 1, "NOT proven"),
+        (candidate.as_str(), "\n  candidate: 0", 1, " is not its candidate"),
+        (equal, "\n  equal:\n  - - 9\n    - 0\n", 1, "candidates 9 and 0 are not equal"),
+        (line("sample_time_s: "), "sample_time_s: x", 2, "cannot be read"),
+    ] {
+        assert!(text.contains(from), "{from}");
+        std::fs::write(folder.join("defect.yaml"), text.replacen(from, to, 1)).unwrap();
+        let found = checker(&folder, "check_plan.py", &[&model, "defect.yaml"]);
+        assert_eq!(found.code, Some(code), "{to}: {}{}", found.out, found.err);
+        assert!(found.out.contains(says), "{to}: {}", found.out);
+    }
+}
