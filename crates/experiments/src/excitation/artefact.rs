@@ -192,13 +192,13 @@ impl ExcitingMotion {
 
     /// Its shape and its times.
     pub fn in_words(&self) -> String {
-        let (period, rate) = (self.period_s, self.rate_hz);
+        let (period, rate) = (seconds(self.period_s), self.rate_hz);
         let shape = self.shape();
-        let duration = 2.0 * shape.blend() + self.repetitions as f64 * period;
+        let duration = seconds(2.0 * shape.blend() + self.repetitions as f64 * self.period_s);
         let text = match shape {
             Shape::Fourier(series) => {
                 let repeated = counted(self.repetitions, "period", "periods");
-                let (harmonics, frequency, blend) = (series.harmonics, 1.0 / period, series.blend);
+                let (harmonics, frequency, blend) = (series.harmonics, 1.0 / self.period_s, seconds(series.blend));
                 format!(
                     "{harmonics} harmonics of {frequency:.4} Hz, {repeated} of {period} s between blends of {blend} s"
                 )
@@ -230,7 +230,7 @@ impl ExcitingMotion {
             return Err(format!("rate_hz is {:?}; a controller has {low} to {high} Hz", self.rate_hz));
         }
         if self.period_s > 0.0 && self.period_s * self.rate_hz < 1.0 {
-            let (period, rate) = (self.period_s, self.rate_hz);
+            let (period, rate) = (seconds(self.period_s), self.rate_hz);
             return Err(format!("period_s is {period:e}, less than a sample at {rate} Hz: a longer one is expected"));
         }
         for joint in &self.joints {
@@ -293,6 +293,12 @@ pub fn certificate_text(rows: &[CertificateRow]) -> String {
         faults.iter().for_each(|row| text.push_str(&format!("{row}\n")));
     }
     text
+}
+
+/// Seconds without the digits that rounding left: 38.8, not 38.800000000000004.
+fn seconds(x: f64) -> f64 {
+    let micros = (x * 1e6).round();
+    if micros.abs() < 1e15 { micros / 1e6 } else { x }
 }
 
 /// `1 period`, `3 periods`.

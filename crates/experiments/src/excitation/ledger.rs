@@ -101,9 +101,17 @@ impl MotionLedger<'_> {
     }
 }
 
+/// What the subject of a row of the floor ends in.
+const AT_THE_FLOOR: &str = " at the floor";
+
 /// Whether a row of regions is about the floor.
 pub fn is_of_floor(subject: &str) -> bool {
-    subject.ends_with(" at the floor")
+    subject.ends_with(AT_THE_FLOOR)
+}
+
+/// Whom a subject is about: the topic says already that it is the floor.
+fn at(topic: Topic, subject: &str) -> &str {
+    if topic == FLOOR { subject.strip_suffix(AT_THE_FLOOR).unwrap_or(subject) } else { subject }
 }
 
 fn topic_of(limit: LimitKind, subject: &str) -> Topic {
@@ -121,7 +129,8 @@ fn topic_of(limit: LimitKind, subject: &str) -> Topic {
 }
 
 fn subject_of_row(row: &CertificateRow) -> Subject {
-    Subject::of(topic_of(row.limit, &row.subject), [row.subject.as_str()])
+    let topic = topic_of(row.limit, &row.subject);
+    Subject::of(topic, [at(topic, &row.subject)])
 }
 
 fn claim_of_row(row: &CertificateRow) -> Claim {
@@ -159,7 +168,7 @@ fn subject_of_left_out(out: &LeftOut) -> Subject {
         Matter::Region => REGION,
         Matter::Approach => APPROACH,
     };
-    Subject::of(topic, out.of.iter().map(String::as_str))
+    Subject::of(topic, out.of.iter().map(|of| at(topic, of)))
 }
 
 fn claim_of_left_out(out: &LeftOut) -> Claim {
@@ -282,8 +291,7 @@ mod tests {
         let two: Vec<CertificateRow> =
             pairs(2).chain([row(LimitKind::Region, "l1 at the floor", Kept::Proven)]).collect();
         let text = ledger(&two, &[]).to_string();
-        let expected =
-            "proven, between samples too: distance of l0 and base and of l1 and base, floor of l1 at the floor";
+        let expected = "proven, between samples too: distance of l0 and base and of l1 and base, floor of l1";
         assert_eq!(text, expected);
         let three: Vec<CertificateRow> = pairs(3).collect();
         assert_eq!(ledger(&three, &[]).to_string(), "proven, between samples too: distance of 3");
