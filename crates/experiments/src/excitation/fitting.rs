@@ -6,6 +6,7 @@
 
 use numerics::interruption::Interruption;
 
+use crate::excitation::course::Course;
 use crate::excitation::gap_proof::{Surroundings, prove_gaps};
 use crate::excitation::limits::{CoordinateLimits, LimitKind};
 use crate::excitation::motion::{Motion, scaled};
@@ -33,10 +34,10 @@ pub struct Obligations<'a> {
 
 impl Obligations<'_> {
     /// The certificate of a motion: every limit with what proves it.
-    pub fn certificate(&self, motion: &Motion) -> Vec<CertificateRow> {
-        let mut rows = prove_motion(motion, self.limits, self.names);
-        rows.extend(self.surroundings.into_iter().flat_map(|s| prove_gaps(motion, s)));
-        rows.extend(self.torque.into_iter().flat_map(|t| prove_torque(motion, self.limits, self.names, t)));
+    pub fn certificate(&self, course: &dyn Course) -> Vec<CertificateRow> {
+        let mut rows = prove_motion(course, self.limits, self.names);
+        rows.extend(self.surroundings.into_iter().flat_map(|s| prove_gaps(course, s)));
+        rows.extend(self.torque.into_iter().flat_map(|t| prove_torque(course, self.limits, self.names, t)));
         rows
     }
 }

@@ -11,9 +11,8 @@ use std::collections::VecDeque;
 
 use numerics::interval::Interval;
 
-use crate::excitation::enclosure::{EnclosedMotion, Piece};
+use crate::excitation::course::Course;
 use crate::excitation::limits::LimitKind;
-use crate::excitation::motion::Motion;
 use crate::excitation::proof::{CertificateRow, Kept};
 
 /// A distance that must not become too small.
@@ -61,11 +60,9 @@ pub trait Surroundings: Sync {
     fn near(&self, q: &[f64], within: f64, each: &mut dyn FnMut(usize, f64, &[f64]));
 }
 
-/// Parts of a piece to begin with.
-const FIRST_PARTS_PER_PIECE: usize = 128;
 /// A part that is shorter is not halved, s: no body moves by a micrometre in it.
 const SHORTEST_PART_S: f64 = 1e-7;
-/// Largest number of distances looked at. What is not proven by then stays open.
+/// Largest number of distances looked at beyond those of the first parts. What is not proven by then stays open.
 const MAX_DISTANCES: usize = 1_000_000;
 
 /// A gap along the motion.
@@ -76,31 +73,27 @@ struct Least {
 }
 
 /// The rows of the gaps, in their order.
-pub(crate) fn prove_gaps(motion: &Motion, surroundings: &dyn Surroundings) -> Vec<CertificateRow> {
+pub fn prove_gaps(course: &dyn Course, surroundings: &dyn Surroundings) -> Vec<CertificateRow> {
     let gaps = surroundings.gaps();
-    let enclosed = EnclosedMotion::new(motion);
+    let (enclosed, stretches) = (course.enclosed(), course.stretches());
+    let most = MAX_DISTANCES + gaps.len() * stretches.iter().map(|stretch| stretch.parts).sum::<usize>();
     let nothing = |_| Least { reached: f64::INFINITY, time: 0.0, proved: f64::INFINITY };
     let mut found: Vec<Least> = (0..gaps.len()).map(nothing).collect();
     let mut looked_at = 0;
-    for &piece in Piece::of(&motion.shape) {
-        let span = piece.span(&motion.shape);
+    for (i, stretch) in stretches.into_iter().enumerate() {
         let at = |k: usize| {
-            if k == FIRST_PARTS_PER_PIECE {
-                span.high
-            } else {
-                span.low + span.width() * (k as f64 / FIRST_PARTS_PER_PIECE as f64)
-            }
+            if k == stretch.parts { stretch.length } else { stretch.length * (k as f64 / stretch.parts as f64) }
         };
         let all: Vec<usize> = (0..gaps.len()).collect();
         // Wide parts first: where a limit is broken, one of them shows it before a part beside it is halved for long.
         let mut left: VecDeque<(Interval, Vec<usize>)> =
-            (0..FIRST_PARTS_PER_PIECE).map(|k| (Interval::new(at(k), at(k + 1)), all.clone())).collect();
+            (0..stretch.parts).map(|k| (Interval::new(at(k), at(k + 1)), all.clone())).collect();
         while let Some((part, which)) = left.pop_front() {
             let middle = part.middle();
-            let time = piece.start(motion) + middle;
-            let q: Vec<f64> = motion.at(time).iter().map(|x| x[0]).collect();
+            let time = stretch.start + middle;
+            let q = course.positions(i, middle);
             let spread: Vec<f64> = enclosed
-                .on(piece, part)
+                .on(i, part)
                 .iter()
                 .zip(&q)
                 .map(|(held, q)| (held[0].high - q).max(q - held[0].low).max(0.0))
@@ -115,7 +108,7 @@ pub(crate) fn prove_gaps(motion: &Motion, surroundings: &dyn Surroundings) -> Ve
                 }
                 // A limit that is broken somewhere needs no proof elsewhere.
                 let settled = room.at_least >= bound || least.reached < bound;
-                if settled || is_point || looked_at >= MAX_DISTANCES {
+                if settled || is_point || looked_at >= most {
                     least.proved = least.proved.min(room.at_least);
                 } else {
                     open.push(g);

@@ -4,6 +4,7 @@
 pub mod artefact;
 pub mod barrier;
 pub mod columns;
+pub mod course;
 pub mod criterion;
 pub mod descent;
 pub mod enclosure;
@@ -17,6 +18,7 @@ mod limit_kind;
 pub mod limits;
 pub mod motion;
 pub mod no_motion;
+pub mod polynomial_course;
 pub mod problem;
 pub mod proof;
 pub mod quintic_spline;

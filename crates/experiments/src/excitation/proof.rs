@@ -1,6 +1,6 @@
 //! The proof that a motion keeps its limits between the samples too, or where it does not.
 //!
-//! For each piece of the motion and each limit the range of the limited quantity is found by subdivision of an
+//! For each stretch of the motion and each limit the range of the limited quantity is found by subdivision of an
 //! enclosure ([`numerics::range`]). Position to jerk have the enclosures of the motion
 //! ([`crate::excitation::enclosure`]). The torque has the second-order enclosure of the torque function
 //! along the motion ([`numerics::jet`]), with the described friction: tau = Y X + FV dq + OFF, and FS on either
@@ -17,9 +17,9 @@ use numerics::jet::Jet;
 use numerics::range::{Range, Subdivision, ranges};
 use serde::{Deserialize, Serialize};
 
-use crate::excitation::enclosure::{Derivatives, EnclosedMotion, Piece};
+use crate::excitation::course::{Course, EnclosedCourse, Stretch};
+use crate::excitation::enclosure::Derivatives;
 use crate::excitation::limits::{CoordinateLimits, LimitKind};
-use crate::excitation::motion::Motion;
 
 /// The torque function of a described robot on jets of its motion.
 pub trait EnclosedTorque: Sync {
@@ -124,47 +124,56 @@ impl fmt::Display for CertificateRow {
 const KINEMATIC_PROOF_TOLERANCE: f64 = 1e-6;
 /// The same for torques, whose enclosures are wider.
 const TORQUE_PROOF_TOLERANCE: f64 = 1e-3;
-/// Parts of a piece to begin with and most enclosures, for a kinematic limit.
-const KINEMATIC_SUBDIVISION: Subdivision = Subdivision { parts: 128, enclosures: 50_000 };
+/// Most enclosures of a stretch, for a kinematic limit.
+const KINEMATIC_ENCLOSURES: usize = 50_000;
 /// The same for torques.
-const TORQUE_SUBDIVISION: Subdivision = Subdivision { parts: 128, enclosures: 20_000 };
+const TORQUE_ENCLOSURES: usize = 20_000;
 
-/// The rows of the kinematic limits, coordinate by coordinate.
-pub(crate) fn prove_motion(motion: &Motion, limits: &[CoordinateLimits], names: &[String]) -> Vec<CertificateRow> {
-    let enclosed = EnclosedMotion::new(motion);
+/// The rows of the kinematic limits, coordinate by coordinate; a limit without end has none.
+pub fn prove_motion(course: &dyn Course, limits: &[CoordinateLimits], names: &[String]) -> Vec<CertificateRow> {
+    let enclosed = course.enclosed();
     let size = |l: &CoordinateLimits, kind: LimitKind| l.bounds(kind).map_or(1.0, |(low, high)| high - low);
     let tolerance: Vec<f64> = limits
         .iter()
         .flat_map(|l| LimitKind::KINEMATIC.map(|kind| KINEMATIC_PROOF_TOLERANCE * size(l, kind)))
         .collect();
-    let pieces = over_pieces(motion, |piece, span| {
-        let enclose = |part| enclosed.on(piece, part).iter().flat_map(|x| x[..4].to_vec()).collect();
-        ranges(span, KINEMATIC_SUBDIVISION, &tolerance, enclose)
+    let stretches = over_stretches(course, KINEMATIC_ENCLOSURES, |i, span, subdivision| {
+        let enclose = |part| enclosed.on(i, part).iter().flat_map(|x| x[..4].to_vec()).collect();
+        ranges(span, subdivision, &tolerance, enclose)
     });
     let mut rows = Vec::new();
     for (k, (limits, name)) in limits.iter().zip(names).enumerate() {
         for (d, kind) in LimitKind::KINEMATIC.into_iter().enumerate() {
-            let Some(bounds) = limits.bounds(kind) else { continue };
-            let found = pieces.iter().map(|(piece, ranges)| (*piece, ranges[4 * k + d]));
-            rows.extend(row(motion, kind, name, bounds, found, |piece| piece.method(&motion.shape).into()));
+            let bounds = limits.bounds(kind).filter(|(low, high)| low.is_finite() && high.is_finite());
+            let Some(bounds) = bounds else { continue };
+            let found = stretches.iter().map(|(stretch, ranges)| (*stretch, ranges[4 * k + d]));
+            rows.extend(row(kind, name, bounds, found, |stretch| stretch.method.into()));
         }
     }
     rows
 }
 
-/// The ranges over each piece of a motion.
-fn over_pieces(motion: &Motion, of: impl Fn(Piece, Interval) -> Vec<Range>) -> Vec<(Piece, Vec<Range>)> {
-    Piece::of(&motion.shape).iter().map(|&piece| (piece, of(piece, piece.span(&motion.shape)))).collect()
+/// The ranges over each stretch of a course.
+fn over_stretches(
+    course: &dyn Course,
+    enclosures: usize,
+    of: impl Fn(usize, Interval, Subdivision) -> Vec<Range>,
+) -> Vec<(Stretch, Vec<Range>)> {
+    let one = |(i, stretch): (usize, Stretch)| {
+        let subdivision = Subdivision { parts: stretch.parts, enclosures };
+        (stretch, of(i, Interval::new(0.0, stretch.length), subdivision))
+    };
+    course.stretches().into_iter().enumerate().map(one).collect()
 }
 
 /// The rows of torques and powers of the coordinates that have a limit of effort, or of power.
 pub fn prove_torque(
-    motion: &Motion,
+    course: &dyn Course,
     limits: &[CoordinateLimits],
     names: &[String],
     described: &DescribedTorque,
 ) -> Vec<CertificateRow> {
-    let enclosed = EnclosedMotion::new(motion);
+    let enclosed = course.enclosed();
     let dry = |k: usize| described.friction[k].coulomb.abs();
     // The dry friction of a joint at rest may act to either side, so it is kept free.
     let effort = |k: usize| Some((k, LimitKind::Effort, described.share * limits[k].effort? - dry(k)));
@@ -175,29 +184,29 @@ pub fn prove_torque(
         return vec![];
     }
     let tolerance: Vec<f64> = limited.iter().map(|(.., bound)| TORQUE_PROOF_TOLERANCE * bound.abs()).collect();
-    let pieces = over_pieces(motion, |piece, span| {
+    let stretches = over_stretches(course, TORQUE_ENCLOSURES, |i, span, subdivision| {
         let enclose = |part| {
-            let all = drives_on(&enclosed, piece, part, described);
+            let all = drives_on(enclosed.as_ref(), i, part, described);
             limited.iter().map(|&(k, kind, _)| if kind == LimitKind::Power { all[k].1 } else { all[k].0 }).collect()
         };
-        ranges(span, TORQUE_SUBDIVISION, &tolerance, enclose)
+        ranges(span, subdivision, &tolerance, enclose)
     });
     let one = |(i, &(k, kind, bound)): (usize, &(usize, LimitKind, f64))| {
-        let found = pieces.iter().map(|(piece, ranges)| (*piece, ranges[i]));
+        let found = stretches.iter().map(|(stretch, ranges)| (*stretch, ranges[i]));
         let how = match kind {
             LimitKind::Power => "Taylor enclosures of the described torque times velocity, with dry friction".into(),
             _ => format!("Taylor enclosures of the described torque; {} N m of dry friction kept free", dry(k)),
         };
-        row(motion, kind, &names[k], (-bound, bound), found, |_| how.clone())
+        row(kind, &names[k], (-bound, bound), found, |_| how.clone())
     };
     limited.iter().enumerate().filter_map(one).collect()
 }
 
-/// Torque of each coordinate on a part of a piece, with viscous friction and offset, N m (N); and power, with dry friction
+/// Torque of each coordinate on a part of a stretch, with viscous friction and offset, N m (N); and power, with dry friction
 /// too, W.
 fn drives_on(
-    enclosed: &EnclosedMotion,
-    piece: Piece,
+    enclosed: &dyn EnclosedCourse,
+    stretch: usize,
     part: Interval,
     described: &DescribedTorque,
 ) -> Vec<(Interval, Interval)> {
@@ -207,11 +216,11 @@ fn drives_on(
         let dq = of(1);
         described.torque.torque(&of(0), &dq, &of(2)).into_iter().zip(dq).collect()
     };
-    let states = enclosed.on(piece, part);
+    let states = enclosed.on(stretch, part);
     let wide = jets(&states);
     let is_point = part.width() == 0.0;
     let middle = Interval::point(part.middle());
-    let thin = if is_point { wide.clone() } else { jets(&enclosed.on(piece, middle)) };
+    let thin = if is_point { wide.clone() } else { jets(&enclosed.on(stretch, middle)) };
     let over = |thin: Jet, wide: Jet| match is_point {
         true => wide.0[0],
         false => Jet::over_interval(thin, wide, part - middle),
@@ -235,22 +244,21 @@ fn drives_on(
     (0..wide.len()).map(one).collect()
 }
 
-/// The row of a limit from the ranges over the pieces: the end with the least room.
+/// The row of a limit from the ranges over the stretches: the end with the least room.
 fn row(
-    motion: &Motion,
     limit: LimitKind,
     subject: &str,
     (low, high): (f64, f64),
-    found: impl Iterator<Item = (Piece, Range)>,
-    how: impl Fn(Piece) -> String,
+    found: impl Iterator<Item = (Stretch, Range)>,
+    how: impl Fn(Stretch) -> String,
 ) -> Option<CertificateRow> {
-    let rows = found.flat_map(|(piece, range)| {
+    let rows = found.flat_map(|(stretch, range)| {
         let ends = [(low, range.least, -1.0), (high, range.greatest, 1.0)];
-        let how = how(piece);
+        let how = how(stretch);
         ends.map(|(bound, end, sign)| CertificateRow {
             limit,
             subject: subject.to_string(),
-            time_s: piece.start(motion) + end.time,
+            time_s: stretch.start + end.time,
             value: end.reached,
             bound,
             nowhere_beyond: end.proved,
@@ -274,6 +282,7 @@ fn row(
 #[cfg(test)]
 pub(crate) mod tests {
     use super::*;
+    use crate::excitation::motion::Motion;
     use crate::excitation::motion::tests::motions;
 
     /// The greatest size of each quantity of each coordinate, from dense samples.

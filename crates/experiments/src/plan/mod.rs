@@ -12,6 +12,7 @@ pub mod paper_rows;
 mod plan_node;
 pub mod plan_proof;
 pub mod planned_experiment;
+pub mod proof_again;
 pub mod quadratic_model;
 pub mod ranges;
 pub mod relaxed_design;
