@@ -252,7 +252,7 @@ impl<'a> KnownTorque<'a> {
 
     /// The enclosure of the torques, where there are limits of effort or power. A motion may use `share` of these
     /// limits.
-    fn described(&self, share: f64, limits: &[CoordinateLimits]) -> Option<DescribedTorque<'_>> {
+    pub(crate) fn described(&self, share: f64, limits: &[CoordinateLimits]) -> Option<DescribedTorque<'_>> {
         limits.iter().find(|l| l.effort.is_some() || l.power.is_some())?;
         let torque: &dyn EnclosedTorque = self.enclosure.as_ref()?;
         Some(DescribedTorque { torque, friction: self.friction.clone(), share })

@@ -37,6 +37,7 @@
 mod adapters;
 mod after_estimate;
 pub mod checking;
+mod checking_courses;
 mod chosen;
 pub mod closed_loop;
 pub mod conversion;
@@ -80,6 +81,7 @@ pub mod write_back;
 
 // The steps, each with its request and its result.
 pub use checking::{Checked, check};
+pub use checking_courses::{check_experiments, check_points, efficiency_again, points_of_table};
 pub use closed_loop::identify_experiments_in_loop;
 pub use conversion::{Converted, convert, inertial_table};
 pub use description::{parse_robot, read_robot};
@@ -112,6 +114,7 @@ pub use ::experiments::excitation::ledger::{LowestPoint, MotionLedger};
 pub use ::experiments::excitation::left_out::LeftOut;
 pub use ::experiments::excitation::limits::{CoordinateLimits, LimitsFile};
 pub use ::experiments::excitation::proof::CertificateRow;
+pub use ::experiments::motion::point_trajectory::{Interpolation, PointTrajectory};
 pub use ::experiments::motion::profile::Profile;
 pub use ::experiments::motion::record::Record;
 pub use ::experiments::motion::servo_script::servo_script;

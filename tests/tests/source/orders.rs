@@ -185,6 +185,7 @@ pub(crate) const ORDERS: [(&str, &[&str]); 18] = [
             "proved_motion",
             "exciting",
             "checking",
+            "checking_courses",
             "motion_portrait",
             "closed_loop",
             "simulation",

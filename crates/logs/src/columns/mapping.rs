@@ -86,6 +86,22 @@ impl Columns {
     ///
     /// Fails when time, a position or an effort is missing, or when two columns claim one place.
     pub fn find(table: &Table, coordinates: &[String], names: &ColumnNames) -> Result<Columns, Error> {
+        Columns::found(table, coordinates, names, true)
+    }
+
+    /// The same of a motion that somebody plans: it needs no efforts, and has none where they are missing.
+    ///
+    /// Fails when time or a position is missing, or when two columns claim one place.
+    pub fn of_motion(table: &Table, coordinates: &[String], names: &ColumnNames) -> Result<Columns, Error> {
+        Columns::found(table, coordinates, names, false)
+    }
+
+    fn found(
+        table: &Table,
+        coordinates: &[String],
+        names: &ColumnNames,
+        needs_efforts: bool,
+    ) -> Result<Columns, Error> {
         let finder = Finder { table, coordinates, readings: readings(table, coordinates)? };
         let mut time = match &names.time {
             Some(name) => finder.named(Time, name)?,
@@ -109,6 +125,7 @@ impl Columns {
         let torque = if names.current.is_some() { None } else { quantity(Torque, &names.torque)? };
         let (effort, effort_is) = match torque {
             Some(torque) => (torque, Torque),
+            None if !needs_efforts => (vec![], Torque),
             None => (quantity(Current, &names.current)?.ok_or_else(|| finder.missing(Torque))?, Current),
         };
         let mut columns = Columns {

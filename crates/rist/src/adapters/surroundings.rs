@@ -6,6 +6,7 @@ use clearance::clearance::Clearance;
 use clearance::gaps::{FloorRule, Rules, Situation};
 use clearance::half_space::HalfSpace;
 use clearance::left_out::{Matter as ClearanceMatter, Why as ClearanceWhy};
+use experiments::excitation::course::Course;
 use experiments::excitation::gap_proof::{Gap, Room, Surroundings};
 use experiments::excitation::ledger::LowestPoint;
 use experiments::excitation::left_out::{LeftOut, Matter};
@@ -95,6 +96,19 @@ impl RobotSurroundings {
             Some(LowestPoint { z_m, link: link.to_string(), time_s })
         };
         (0..=LOWEST_INSTANTS).filter_map(at).min_by(|a, b| a.z_m.total_cmp(&b.z_m))
+    }
+
+    /// The same along a course, at instants of every stretch.
+    pub(crate) fn lowest_of(&self, course: &dyn Course) -> Option<LowestPoint> {
+        let stretches = course.stretches();
+        let instants = (LOWEST_INSTANTS as usize).div_ceil(stretches.len().max(1)).max(1);
+        let at = |i: usize, k: usize| {
+            let t = stretches[i].length * k as f64 / instants as f64;
+            let (z_m, link) = self.clearance.lowest(&course.positions(i, t))?;
+            Some(LowestPoint { z_m, link: link.to_string(), time_s: stretches[i].start + t })
+        };
+        let all = (0..stretches.len()).flat_map(|i| (0..=instants).map(move |k| (i, k)));
+        all.filter_map(|(i, k)| at(i, k)).min_by(|a, b| a.z_m.total_cmp(&b.z_m))
     }
 
     /// What poses within the limits tell of the pairs that have too little room for a search.

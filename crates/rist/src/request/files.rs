@@ -3,6 +3,7 @@
 
 use std::path::PathBuf;
 
+use experiments::motion::point_trajectory::Interpolation;
 use experiments::motion::trajectory_file::TrajectoryFormat;
 
 use super::request;
@@ -25,6 +26,15 @@ request! {
         trajectories: Option<PathBuf> = None, value_name("DIRECTORY");
         /// Format of the motions of [trajectories].
         format: TrajectoryFormat = TrajectoryFormat::Csv;
+    }
+}
+
+request! {
+    /// Of points that others made.
+    pub struct PointsFiles {
+        /// How a controller goes between the points of a table or a JointTrajectory [default: the smoothest that the
+        /// points allow].
+        interpolation: Option<Interpolation> = None;
     }
 }
 

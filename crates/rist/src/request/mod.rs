@@ -52,7 +52,7 @@ pub use examine::{CheckRequest, CompareRequest, DoctorRequest, ValidateRequest};
 pub(crate) use excite::HARMONICS;
 pub use excite::{ExciteRequest, Family, Series};
 pub use field::Field;
-pub use files::{BodiesFiles, PlanFiles, ReportFiles, SamplesFiles, TrajectoryFiles};
+pub use files::{BodiesFiles, PlanFiles, PointsFiles, ReportFiles, SamplesFiles, TrajectoryFiles};
 pub use friction::FrictionChoice;
 pub use generate::{GenerateRequest, SourceLanguage, function_names};
 pub use identify::{
@@ -95,7 +95,11 @@ pub fn requests() -> Vec<(String, Vec<Field>)> {
 /// The fields of all requests, which is what a text may name.
 pub fn all_fields() -> Vec<Field> {
     let requests: Vec<Field> = requests().into_iter().flat_map(|(_, fields)| fields).collect();
-    let files = Method::all().flat_map(Method::files).chain(TrajectoryFiles::fields()).chain(ReportFiles::fields());
+    let files = Method::all()
+        .flat_map(Method::files)
+        .chain(TrajectoryFiles::fields())
+        .chain(PointsFiles::fields())
+        .chain(ReportFiles::fields());
     let files: Vec<Field> = files.collect();
     [requests, MethodRequest::fields(), files].concat()
 }

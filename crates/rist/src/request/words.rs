@@ -1,6 +1,7 @@
 //! The words for the choices of a field, each with its line of help.
 
 use experiments::excitation::criterion::Aim;
+use experiments::motion::point_trajectory::Interpolation;
 use experiments::motion::profile::Profile;
 use experiments::plan::exchange::Criterion;
 use identification::estimate::fleet::comparison::Compared;
@@ -85,6 +86,12 @@ words! { Criterion:
 words! { Profile:
     BangBang = "bang-bang" "Constant, as in the paper",
     Smooth = "smooth" "Without jumps",
+}
+
+words! { Interpolation:
+    Linear = "linear" "Straight, so that velocities jump at the points",
+    Cubic = "cubic" "By positions and velocities",
+    Quintic = "quintic" "By positions, velocities and accelerations",
 }
 
 words! { Aim:

@@ -1,0 +1,134 @@
+//! `rist check` of what others made: points in a table or a JointTrajectory, and the experiments of a plan.
+
+use std::path::{Path, PathBuf};
+use std::sync::OnceLock;
+
+use tests::program::{LIMITED_ARM, Run, folder, rist};
+
+/// The arm, a motion of it, and the files that a controller plays; made once.
+fn played() -> &'static Path {
+    static MADE: OnceLock<PathBuf> = OnceLock::new();
+    MADE.get_or_init(|| {
+        let folder = folder("checked-points");
+        let arm = LIMITED_ARM.replace("velocity: 5,", "velocity: 5, acceleration: 20,");
+        std::fs::write(folder.join("arm.yaml"), arm).unwrap();
+        let play = ["--play", "motion.csv", "--play", "ros.yaml", "--play", "ros.json"];
+        let excite =
+            ["excite", "arm.yaml", "--starts", "1", "--iterations", "20", "--repetitions", "1", "--period", "4"];
+        let found = rist(&folder, &[&excite[..], &play, &["--out", "motion.yaml"]].concat());
+        assert_eq!(found.code, Some(0), "{}{}", found.out, found.err);
+        folder
+    })
+}
+
+fn check(folder: &Path, file: &str, arguments: &[&str]) -> Run {
+    rist(folder, &[&["check", "arm.yaml", file][..], arguments].concat())
+}
+
+fn holds(run: &Run, code: i32, said: &[&str]) {
+    assert_eq!(run.code, Some(code), "{}{}", run.out, run.err);
+    said.iter().for_each(|said| {
+        assert!(run.out.contains(said) || run.err.contains(said), "no `{said}` in {}{}", run.out, run.err)
+    });
+}
+
+/// The files of a proven motion keep their limits between the points, as smooth as they say, and break lower ones.
+#[test]
+fn played_files_are_proven_between_their_points() {
+    let folder = played();
+    let proven = "proven, between samples too: position of q1 and of q2, velocity of q1 and of q2, acceleration of q1 and of q2, effort";
+    for file in ["motion.csv", "ros.yaml", "ros.json"] {
+        let found = check(folder, file, &[]);
+        holds(&found, 0, &[proven, " points over 5.", "quintic between them", "jerk of q1, q2: not looked at"]);
+    }
+    let found = check(folder, "motion.csv", &["--interpolation", "cubic"]);
+    holds(&found, 0, &[proven, "cubic between them", "limit of jerk of q1, q2: not looked at"]);
+    let found = check(folder, "motion.csv", &["--interpolation", "linear"]);
+    holds(
+        &found,
+        0,
+        &[
+            "position of q1 and of q2, velocity of q1 and of q2;",
+            "its velocity jumps at each",
+            "effort of q1 and of q2",
+        ],
+    );
+    std::fs::write(folder.join("slow.yaml"), "all: {velocity: 0.5}\n").unwrap();
+    holds(&check(folder, "ros.json", &["--limits", "slow.yaml"]), 1, &["velocity of q1: ", " is beyond "]);
+    std::fs::write(folder.join("weak.yaml"), "coordinates: {q1: {effort: 5}}\n").unwrap();
+    holds(&check(folder, "motion.csv", &["--limits", "weak.yaml"]), 1, &["effort of q1: ", " is beyond "]);
+    // What the user asks for may not be passed over because it jumps.
+    std::fs::write(folder.join("jerk.yaml"), "all: {jerk: 1000}\n").unwrap();
+    let found = check(folder, "motion.csv", &["--limits", "jerk.yaml", "--interpolation", "cubic"]);
+    holds(&found, 1, &["its acceleration jumps at each"]);
+    holds(&check(folder, "motion.csv", &["--limits", "jerk.yaml"]), 0, &["jerk of q1 and of q2"]);
+}
+
+/// A peak between two points is seen, and a file of MoveIt that does not move all joints says which.
+#[test]
+fn peaks_between_points_and_files_of_moveit() {
+    let folder = played();
+    let file = |name: &str, text: &str| std::fs::write(folder.join(name), text).unwrap();
+    // From rest to rest by 0.1 rad, with velocities at both ends that carry it beyond 2 rad in between.
+    file("peak.csv", "t,q_q1,q_q2,dq_q1,dq_q2\n0,1.9,0,2,0\n1,1.9,0,-2,0\n");
+    let found = check(folder, "peak.csv", &[]);
+    // 1.9 + 2 t - 2 t^2 is 2.4 at half a second.
+    holds(&found, 1, &["position of q1: 2.400000 at 0.5000 s is beyond 2.000000", "does not begin and end at rest"]);
+    holds(&check(folder, "peak.csv", &["--interpolation", "linear"]), 0, &["linear between them"]);
+    holds(&check(folder, "peak.csv", &["--interpolation", "quintic"]), 2, &["needs accelerations at the points"]);
+    let moveit = r#"{"joint_trajectory": {"header": {"frame_id": "base"}, "joint_names": ["q2"], "points": [
+        {"positions": [0.0], "velocities": [0.0], "accelerations": [0.0], "effort": [], "time_from_start": {"secs": 0, "nsecs": 0}},
+        {"positions": [0.5], "velocities": [0.0], "accelerations": [0.0], "effort": [], "time_from_start": {"secs": 1, "nsecs": 0}}]},
+        "multi_dof_joint_trajectory": {"joint_names": [], "points": []}}"#;
+    file("moveit.json", moveit);
+    holds(&check(folder, "moveit.json", &[]), 2, &["it does not say where q1 stands", "{locked: POSITION}"]);
+    file("stands.yaml", "coordinates: {q1: {locked: 0.3}}\n");
+    holds(&check(folder, "moveit.json", &["--limits", "stands.yaml"]), 0, &["2 points over 1.000 s, quintic"]);
+    file("back.csv", "t,q_q1,q_q2\n0,0,0\n0,1,0\n");
+    holds(&check(folder, "back.csv", &[]), 2, &["time does not go on from point 1"]);
+    file("text.csv", "t,q_q1,q_q2\n0,0,0\n1,a,0\n");
+    holds(&check(folder, "text.csv", &[]), 2, &["positions of q1 at point 2"]);
+    file("short.csv", "t,q_q1\n0,0\n1,1\n");
+    holds(&check(folder, "short.csv", &[]), 2, &["q2"]);
+}
+
+/// Each experiment of a plan is held to limits, and what its proof is worth is found again.
+#[test]
+fn a_plan_and_its_proof_are_checked() {
+    let folder = played();
+    let plan = [
+        "plan",
+        "arm.yaml",
+        "-n",
+        "6",
+        "--starts",
+        "2",
+        "--nodes",
+        "60",
+        "--configurations",
+        "8",
+        "--out",
+        "plan.yaml",
+    ];
+    let made = rist(folder, &plan);
+    assert_eq!(made.code, Some(0), "{}{}", made.out, made.err);
+    let found = check(folder, "plan.yaml", &[]);
+    holds(&found, 0, &["e01: proven", "e06: proven", "proven again: D-efficiency at least 0."]);
+    file_with(folder, "better.yaml", "d_efficiency_at_least: 0.", "d_efficiency_at_least: 0.99999");
+    let better = check(folder, "better.yaml", &[]);
+    holds(&better, 1, &["BROKEN: the file says D-efficiency at least 1.0000; its proof is worth 0."]);
+    std::fs::write(folder.join("weak_plan.yaml"), "all: {effort: 0.5}\n").unwrap();
+    holds(&check(folder, "plan.yaml", &["--limits", "weak_plan.yaml"]), 1, &["e01: effort of "]);
+    std::fs::write(folder.join("slow_plan.yaml"), "all: {acceleration: 0.5}\n").unwrap();
+    holds(&check(folder, "plan.yaml", &["--limits", "slow_plan.yaml"]), 1, &["acceleration of "]);
+    let short = ["plan", "arm.yaml", "-n", "4", "--starts", "1", "--configurations", "4", "--out", "short.yaml"];
+    assert_eq!(rist(folder, &short).code, Some(0));
+    let found = check(folder, "short.yaml", &[]);
+    assert!(found.out.contains("it has no proof that could be found again"), "{}", found.out);
+}
+
+fn file_with(folder: &Path, name: &str, from: &str, to: &str) {
+    let text = std::fs::read_to_string(folder.join("plan.yaml")).unwrap();
+    assert!(text.contains(from));
+    std::fs::write(folder.join(name), text.replacen(from, to, 1)).unwrap();
+}
