@@ -1,0 +1,165 @@
+//! What passes `rist check` keeps the limits of the description, whatever somebody wrote into the motion's file.
+//!
+//! Files are changed at random, in one process: numbers, lines, whole keys. Those that are read and pass the check are
+//! evaluated by the formulas of docs/motion-and-plan.md and by Newton and Euler's recursion, which know nothing of the check.
+//! `MUTANTS=10000 INSTANTS=10000` in the environment asks for more than a test takes time for.
+
+use experiments::excitation::artefact::ExcitingMotion;
+use random::Random;
+use rist::Model;
+use rist::request::{CheckRequest, ExciteRequest};
+use robot::StandardParameter;
+use tests::program::LIMITED_ARM;
+use tests::random::State;
+use tests::recursion;
+
+fn asked(name: &str, otherwise: usize) -> usize {
+    std::env::var(name).ok().and_then(|text| text.parse().ok()).unwrap_or(otherwise)
+}
+
+/// Position, velocity and acceleration of a joint's series, s seconds after a period's start.
+fn series(centre: f64, amplitudes: (&[f64], &[f64]), w: f64, s: f64) -> [f64; 3] {
+    let mut found = [centre, 0.0, 0.0];
+    for (l, (a, b)) in amplitudes.0.iter().zip(amplitudes.1).enumerate() {
+        let lw = w * (l + 1) as f64;
+        let (sine, cosine) = (lw * s).sin_cos();
+        found[0] += a / lw * sine - b / lw * cosine;
+        found[1] += a * cosine + b * sine;
+        found[2] += lw * (b * cosine - a * sine);
+    }
+    found
+}
+
+/// Position, velocity and acceleration of the Bezier polynomial of degree 4 with these control points, over d seconds.
+fn bezier(p: [f64; 5], u: f64, d: f64) -> [f64; 3] {
+    let sum = |points: &[f64]| {
+        let n = points.len() - 1;
+        let binomial = |k: usize| (0..k).fold(1.0, |c, i| c * (n - i) as f64 / (i + 1) as f64);
+        let term = |(k, x): (usize, &f64)| binomial(k) * u.powi(k as i32) * (1.0 - u).powi((n - k) as i32) * x;
+        points.iter().enumerate().map(term).sum::<f64>()
+    };
+    let slope: Vec<f64> = p.windows(2).map(|p| 4.0 / d * (p[1] - p[0])).collect();
+    let bend: Vec<f64> = slope.windows(2).map(|p| 3.0 / d * (p[1] - p[0])).collect();
+    [sum(&p), sum(&slope), sum(&bend)]
+}
+
+/// Position, velocity and acceleration of each joint at an instant of the first blend, one period, and the last blend.
+fn state(motion: &ExcitingMotion, share: f64) -> Vec<[f64; 3]> {
+    let (period, d) = (motion.period_s, motion.blend_s.expect("a series has a blend"));
+    let w = std::f64::consts::TAU / period;
+    let t = share * (period + 2.0 * d);
+    let of = |joint: &experiments::excitation::artefact::MotionJoint| {
+        let at = |s: f64| series(joint.centre, (&joint.cosine, &joint.sine), w, s);
+        let [q, v, a] = at(0.0);
+        let rest = |sign: f64| q + sign * d * v / 2.0 + d * d * a / 12.0;
+        let (start, end) = (rest(-1.0), rest(1.0));
+        if t < d {
+            bezier([start, start, start, q - d * v / 4.0, q], t / d, d)
+        } else if t > d + period {
+            bezier([q, q + d * v / 4.0, end, end, end], (t - d - period) / d, d)
+        } else {
+            at(t - d)
+        }
+    };
+    motion.joints.iter().map(of).collect()
+}
+
+/// The greatest share of a limit of the description that a motion uses; 1 is its end.
+fn used(model: &Model, motion: &ExcitingMotion, instants: usize) -> f64 {
+    let x: Vec<f64> =
+        StandardParameter::all(&model.robot).iter().map(|p| p.value(&model.robot).unwrap_or(0.0)).collect();
+    let mut greatest = 0.0_f64;
+    for i in 0..=instants {
+        let joints = state(motion, i as f64 / instants as f64);
+        let of = |d: usize| joints.iter().map(|x| x[d]).collect::<Vec<f64>>();
+        let tau = recursion::torque(&model.robot, &State { q: of(0), dq: of(1), ddq: of(2) }, &x);
+        for ((joint, tau), coordinate) in joints.iter().zip(&tau).zip(&model.robot.coordinates) {
+            let limits = &coordinate.limits;
+            let (low, high) = limits.position.expect("the arm has limits");
+            let middle = 0.5 * (low + high);
+            let shares = [
+                (joint[0] - middle).abs() / (high - middle),
+                joint[1].abs() / limits.velocity.expect("the arm has limits"),
+                tau.abs() / limits.effort.expect("the arm has limits"),
+            ];
+            greatest = shares.into_iter().fold(greatest, f64::max);
+        }
+    }
+    greatest
+}
+
+/// A number near the one of a text, or far from it.
+fn other_number(random: &mut Random, text: &str) -> String {
+    let x: f64 = text.parse().unwrap_or(1.0);
+    match random.index(10) {
+        0 => "0".into(),
+        1 => format!("{:?}", -x),
+        2 => [".nan", ".inf", "1e300", "-1e-300", "1e6"][random.index(5)].into(),
+        3 => format!("{:?}", x * 10.0_f64.powi(random.index(9) as i32 - 4)),
+        _ => format!("{:?}", x * (1.0 + 0.05 * random.between(-1.0, 1.0))),
+    }
+}
+
+/// The text with one to four changes.
+fn mutant(random: &mut Random, text: &str) -> String {
+    let mut lines: Vec<String> = text.lines().map(str::to_string).collect();
+    for _ in 0..=random.index(4) {
+        let at = random.index(lines.len());
+        match random.index(12) {
+            0 => drop(lines.remove(at)),
+            1 => {
+                let copy = lines[random.index(lines.len())].clone();
+                lines.insert(at, copy);
+            }
+            2 => {
+                let other = random.index(lines.len());
+                lines.swap(at, other);
+            }
+            _ => {
+                // The number at the end of a line from here on.
+                let is_number = |line: &String| line.rsplit(' ').next().is_some_and(|x| x.parse::<f64>().is_ok());
+                let Some(at) = (at..lines.len()).find(|&k| is_number(&lines[k])) else { continue };
+                let Some((before, number)) = lines[at].rsplit_once(' ') else { continue };
+                lines[at] = format!("{before} {}", other_number(random, number));
+            }
+        }
+    }
+    lines.join("\n") + "\n"
+}
+
+#[test]
+fn what_passes_a_check_keeps_the_limits_of_the_description() {
+    let model = Model::parse(LIMITED_ARM, "arm.yaml", &Default::default()).unwrap();
+    let request =
+        ExciteRequest { starts: 1, iterations: 20, repetitions: 1, period: Some(4.0), ..ExciteRequest::default() };
+    let motion = rist::excite(&model, &request, &|_, _, _| ()).unwrap();
+    let (instants, count) = (asked("INSTANTS", 400), asked("MUTANTS", 150));
+    let honest = used(&model, &motion, instants);
+    // The search uses what the limits leave: a mutant that is a little quicker would break them.
+    assert!(honest > 0.8 && honest <= 1.0, "{honest}");
+    let text = motion.to_yaml().unwrap();
+    let head = text.find("\neffort_share:").unwrap();
+    let (mut random, mut passed, mut broken, mut nearest) = (Random::new(39), 0, 0, 0.0_f64);
+    for k in 0..count {
+        // Most changes are to what makes the motion; the others are to all that stands below.
+        let changed = if k % 4 == 3 {
+            mutant(&mut random, &text)
+        } else {
+            mutant(&mut random, &text[..head]) + &text[head + 1..]
+        };
+        let Ok(read) = ExcitingMotion::from_yaml("motion.yaml", &changed) else { continue };
+        let checked = rist::check(&model, "motion.yaml".as_ref(), &read, &CheckRequest::default());
+        match checked.is_ok_and(|checked| checked.is_proven()) {
+            true => {
+                let share = used(&model, &read, instants);
+                // Rounding of a sum of ten terms.
+                assert!(share <= 1.0 + 1e-12, "mutant {k} uses {share} of a limit:\n{changed}");
+                (passed, nearest) = (passed + 1, nearest.max(share));
+            }
+            false => broken += 1,
+        }
+    }
+    println!("{count} mutants: {passed} pass, using at most {nearest} of a limit; {broken} are read and do not");
+    // Both kinds are there, so that the law was tried.
+    assert!(passed >= count / 10 && broken >= count / 20, "{passed} {broken}");
+}
