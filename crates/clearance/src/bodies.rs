@@ -105,6 +105,9 @@ fn carried(
     found
 }
 
+/// Largest coordinate of a vertex in its link's frame, m.
+const FARTHEST_POINT_M: f64 = 100.0;
+
 fn solid(collision: &Collision, directory: &Path) -> Result<Solid, String> {
     match &collision.shape {
         CollisionShape::Unread { reason } => Err(reason.clone()),
@@ -112,6 +115,13 @@ fn solid(collision: &Collision, directory: &Path) -> Result<Solid, String> {
             let path = mesh_path(file, directory).map_err(|what| format!("mesh {file}: {what}"))?;
             let points = vertices(&path).map_err(|what| format!("mesh {file}: {what}"))?;
             let points: Vec<Vector3> = points.iter().map(|p| [0, 1, 2].map(|k| scale[k] * p[k])).collect();
+            // Gaps to a body of kilometres take a proof without end, and are none of a robot.
+            if let Some(far) = points.iter().flatten().find(|x| x.abs() > FARTHEST_POINT_M) {
+                return Err(format!(
+                    "mesh {file}: a vertex is {far} m away, and no robot reaches {FARTHEST_POINT_M} m: of a mesh in millimetres \
+                     the scale is 0.001"
+                ));
+            }
             Solid::around(&points).ok_or_else(|| format!("mesh {file}: it has no vertex"))
         }
         shape => Solid::of_primitive(shape).ok_or_else(|| "its shape is not known".to_string()),

@@ -28,6 +28,11 @@ impl Budget {
         (self.all, self.left) = (self.all.saturating_add(more), self.left.saturating_add(more));
     }
 
+    /// Bytes that there were in all.
+    pub fn whole(&self) -> usize {
+        self.all
+    }
+
     /// Bytes that are left.
     pub fn left(&self) -> usize {
         self.left

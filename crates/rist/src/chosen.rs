@@ -11,12 +11,11 @@ use identification::estimate::delay::{Delay, estimate_delay};
 use identification::estimate::held_out::cross_validate;
 use identification::estimate::identify::Fit;
 use identification::estimate::options::Options;
+use identification::estimate::passport::Passport;
 use identification::estimate::passport::finding::Fault;
-use identification::estimate::passport::{Passport, TIMELY_S};
 use identification::estimate::rotors::WithRotors;
 use identification::rows::observation::{Beside, Observation};
 use identification::signals::records::SourceRecords;
-use identification::signals::signal_options::Velocity;
 use linear_model::description_options::{DescriptionOptions, RotorInertias};
 use logs::{Effort, LogSource};
 use robot::RotorInertia;
@@ -26,11 +25,10 @@ use crate::doctor::passport_of;
 use crate::error::Error;
 use crate::model::Model;
 use crate::request::SamplesRequest;
+use crate::signal_sources::sources;
 
 /// Error on parts left out over that without a choice, below which the choice is taken.
 pub(crate) const WORTHWHILE_ERROR_RATIO: f64 = 0.97;
-/// The same for rotor inertias: geared joints have them, and where they are left out they go into the bodies.
-const ROTORS_ERROR_RATIO: f64 = 0.995;
 /// With errors below this nothing is left to explain, and a difference is rounding.
 pub(crate) const NEGLIGIBLE_ERROR: f64 = 1e-3;
 
@@ -164,34 +162,6 @@ impl Chosen<'_> {
     }
 }
 
-/// Slopes instead of columns that are none.
-pub(crate) fn sources(seen: &Passport, options: &mut Options) -> Vec<String> {
-    let mut sentences = Vec::new();
-    let signal = &mut options.signal;
-    if signal.velocity == Velocity::Auto
-        && let Some(lag) = seen.velocity_lag()
-        && lag.abs() > TIMELY_S
-    {
-        signal.velocity = Velocity::Differentiated;
-        signal.acceleration = Velocity::Differentiated;
-        sentences.push(format!(
-            "the velocity columns lag the slopes of the positions by {:.1} ms: those slopes are taken \
-             ([options.signal.velocity=measured] takes the columns)",
-            1e3 * lag
-        ));
-    }
-    let wrong: Vec<&str> = seen.joints.iter().filter(|j| j.wrong_acceleration).map(|j| j.coordinate.as_str()).collect();
-    if signal.acceleration == Velocity::Auto && !wrong.is_empty() {
-        signal.acceleration = Velocity::Differentiated;
-        sentences.push(format!(
-            "the acceleration columns of {} are not the slopes of their velocities: those slopes are taken \
-             ([options.signal.acceleration=measured] takes the columns)",
-            wrong.join(", ")
-        ));
-    }
-    sentences
-}
-
 /// Whether rotor inertias are to be asked for: the model is of a URDF, which cannot say them, and nobody decided.
 fn may_lack_rotors(model: &Model) -> bool {
     let is_urdf = model.path.extension().is_some_and(|e| e.eq_ignore_ascii_case("urdf"));
@@ -212,7 +182,7 @@ fn rotors(model: &Model, looked: &mut Looked<'_>, options: &Options) -> Result<O
     };
     let Some(rows) = made else { return Ok(None) };
     let (without, with) = rows.errors(model.regressor(), options);
-    if without < NEGLIGIBLE_ERROR || with > ROTORS_ERROR_RATIO * without {
+    if without < NEGLIGIBLE_ERROR || with > WORTHWHILE_ERROR_RATIO * without {
         looked.rows = Some(rows.without(model.regressor(), options));
         return Ok(None);
     }

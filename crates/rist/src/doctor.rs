@@ -11,9 +11,9 @@ pub use identification::estimate::passport::Passport;
 
 pub use crate::request::DoctorRequest;
 
-use crate::chosen::sources;
 use crate::error::Error;
 use crate::model::Model;
+use crate::signal_sources::sources;
 
 /// Looks at logs as an identification with these options would read them.
 ///

@@ -22,7 +22,17 @@ use crate::chosen::{NEGLIGIBLE_ERROR, WORTHWHILE_ERROR_RATIO};
 use crate::error::Error;
 use crate::model::Model;
 use crate::request::SamplesRequest;
-use crate::samples::Kept;
+
+/// Which parameters are kept.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Kept {
+    /// All.
+    All,
+    /// Those that the data need; the others are zero.
+    Essential,
+    /// All, of bodies that can exist. Where the logs do not determine them, the description does.
+    Consistent,
+}
 
 /// What was chosen.
 #[derive(Default)]

@@ -69,6 +69,7 @@ pub mod planning;
 mod proved_motion;
 pub mod request;
 pub mod samples;
+mod signal_sources;
 pub mod simulation;
 pub mod source;
 pub mod states_file;

@@ -26,7 +26,7 @@ use crate::Estimate;
 use crate::chosen::{Looked, choose, found_delay};
 use crate::drive_gains::{drive_gains, gain_remark, widen};
 use crate::error::Error;
-use crate::friction::{choose_friction, worthwhile_joint_terms};
+use crate::friction::{Kept, choose_friction, worthwhile_joint_terms};
 use crate::load::{Load, load};
 use crate::model::Model;
 use crate::motion_range::{allowed, seen};
@@ -104,17 +104,6 @@ pub struct Bodies {
     pub armatures: Vec<f64>,
     /// Why they must not be used. Nothing is written into a simulator's file while there is a reason.
     pub refusal: Option<String>,
-}
-
-/// Which parameters are kept.
-#[derive(Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Kept {
-    /// All.
-    All,
-    /// Those that the data need; the others are zero.
-    Essential,
-    /// All, of bodies that can exist. Where the logs do not determine them, the description does.
-    Consistent,
 }
 
 /// Identifies the base parameters and the friction of a robot from its logs.

@@ -14,3 +14,4 @@ pub mod settings;
 pub mod solution;
 pub mod state_cells;
 pub mod tri_file;
+mod tri_words;

@@ -15,6 +15,8 @@ use mcap::sans_io::linear_reader::{LinearReadEvent, LinearReader, LinearReaderOp
 use crate::formats::compression::{Compression, MAX_UNPACKED_BYTES};
 use crate::formats::rosbag::message::{Channel, Message, Outcome, Receiver};
 
+/// Of what a file may take, a record of a chunk may take one part in so many.
+const RECORD_BUDGET_SHARE: usize = 4;
 /// Bytes handed over at a time.
 const BYTES_PER_PIECE: usize = 1 << 16;
 
@@ -28,7 +30,7 @@ pub(crate) fn read(source: impl Read, length: u64, work: &mut Budget, each: &mut
     let mut reader = Reader { schemas: BTreeMap::new(), channels: BTreeMap::new(), work, each };
     let options = LinearReaderOptions::default().with_emit_chunks(true).with_skip_end_magic(true);
     let mut at = mcap::MAGIC.len() as u64;
-    let whole = records(source, length, options, &mut |opcode, content| {
+    let whole = records(source, length, options, MAX_UNPACKED_BYTES, &mut |opcode, content| {
         let start = at;
         at += 9 + content.len() as u64;
         reader.record(opcode, content).map_err(|e| format!("record at byte {start}: {e}"))
@@ -38,14 +40,16 @@ pub(crate) fn read(source: impl Read, length: u64, work: &mut Budget, each: &mut
     Ok(Outcome { channels: reader.channels.into_values().collect(), cut: (!whole).then_some(cut) })
 }
 
-/// Hands over the records in `length` bytes up to the record that ends the data; `false` when the bytes end before it.
+/// Hands over the records in `length` bytes, each of at most `longest`, up to the record that ends the data; `false` when
+/// the bytes end before it.
 fn records(
     mut source: impl Read,
     length: u64,
     options: LinearReaderOptions,
+    longest: usize,
     each: &mut RecordReceiver,
 ) -> Result<bool, String> {
-    let mut reader = LinearReader::new_with_options(options.with_record_length_limit(MAX_UNPACKED_BYTES));
+    let mut reader = LinearReader::new_with_options(options.with_record_length_limit(longest));
     let mut left = length;
     while let Some(event) = reader.next_event() {
         match event {
@@ -64,7 +68,10 @@ fn records(
             }
             Ok(LinearReadEvent::Record { opcode: op::DATA_END, .. }) => return Ok(true),
             Ok(LinearReadEvent::Record { opcode, data }) => each(opcode, data)?,
-            Err(McapError::RecordTooLarge { len, .. }) if len > left => return Ok(false),
+            Err(McapError::RecordTooLarge { len, .. }) if len > length => return Ok(false),
+            Err(McapError::RecordTooLarge { len, .. }) => {
+                return Err(format!("a record unfolds to {len} bytes, and of a file of this size {longest} are read"));
+            }
             Err(e) => return Err(format!("{e}: the record is damaged")),
         }
     }
@@ -167,7 +174,9 @@ impl Reader<'_, '_> {
         let mut unpacked = Summed { source: unpacked, sum: flate2::Crc::new() };
         let options = LinearReaderOptions::default().with_emit_chunks(true).with_skip_end_magic(true);
         let mut taken = 0;
-        let read = records(&mut unpacked, size as u64, options.with_skip_start_magic(true), &mut |opcode, content| {
+        // A record grows in a buffer that is copied as it doubles.
+        let longest = self.work.whole() / RECORD_BUDGET_SHARE;
+        let mut take = |opcode: u8, content: &[u8]| {
             taken += 9 + content.len();
             match opcode {
                 // No record has this number: what is unpacked is filled with zeros.
@@ -175,7 +184,8 @@ impl Reader<'_, '_> {
                 op::CHUNK => Ok(()),
                 _ => self.record(opcode, content),
             }
-        });
+        };
+        let read = records(&mut unpacked, size as u64, options.with_skip_start_magic(true), longest, &mut take);
         // Where the bytes are damaged, that is the reason and not what their records seem to be.
         let rest = std::io::copy(&mut unpacked.by_ref().take(1 + size as u64), &mut std::io::sink());
         let (found, claimed) = (&unpacked.sum, header.uncompressed_crc);

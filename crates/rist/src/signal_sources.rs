@@ -1,0 +1,33 @@
+//! Where velocities and accelerations are taken from, where nobody says it: the columns of a log, or the slopes beside them.
+
+use identification::estimate::options::Options;
+use identification::estimate::passport::{Passport, TIMELY_S};
+use identification::signals::signal_options::Velocity;
+
+/// Slopes instead of columns that are none.
+pub(crate) fn sources(seen: &Passport, options: &mut Options) -> Vec<String> {
+    let mut sentences = Vec::new();
+    let signal = &mut options.signal;
+    if signal.velocity == Velocity::Auto
+        && let Some(lag) = seen.velocity_lag()
+        && lag.abs() > TIMELY_S
+    {
+        signal.velocity = Velocity::Differentiated;
+        signal.acceleration = Velocity::Differentiated;
+        sentences.push(format!(
+            "the velocity columns lag the slopes of the positions by {:.1} ms: those slopes are taken \
+             ([options.signal.velocity=measured] takes the columns)",
+            1e3 * lag
+        ));
+    }
+    let wrong: Vec<&str> = seen.joints.iter().filter(|j| j.wrong_acceleration).map(|j| j.coordinate.as_str()).collect();
+    if signal.acceleration == Velocity::Auto && !wrong.is_empty() {
+        signal.acceleration = Velocity::Differentiated;
+        sentences.push(format!(
+            "the acceleration columns of {} are not the slopes of their velocities: those slopes are taken \
+             ([options.signal.acceleration=measured] takes the columns)",
+            wrong.join(", ")
+        ));
+    }
+    sentences
+}
