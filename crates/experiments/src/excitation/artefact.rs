@@ -298,7 +298,8 @@ pub fn certificate_text(rows: &[CertificateRow]) -> String {
 /// Seconds without the digits that rounding left: 38.8, not 38.800000000000004.
 fn seconds(x: f64) -> f64 {
     let micros = (x * 1e6).round();
-    if micros.abs() < 1e15 { micros / 1e6 } else { x }
+    // What is less than a microsecond is no digit of rounding.
+    if micros != 0.0 && micros.abs() < 1e15 { micros / 1e6 } else { x }
 }
 
 /// `1 period`, `3 periods`.
