@@ -114,16 +114,36 @@ fn solid(collision: &Collision, directory: &Path) -> Result<Solid, String> {
         CollisionShape::Mesh { file, scale } => {
             let path = mesh_path(file, directory).map_err(|what| format!("mesh {file}: {what}"))?;
             let points = vertices(&path).map_err(|what| format!("mesh {file}: {what}"))?;
-            let points: Vec<Vector3> = points.iter().map(|p| [0, 1, 2].map(|k| scale[k] * p[k])).collect();
-            // Gaps to a body of kilometres take a proof without end, and are none of a robot.
-            if let Some(far) = points.iter().flatten().find(|x| x.abs() > FARTHEST_POINT_M) {
-                return Err(format!(
-                    "mesh {file}: a vertex is {far} m away, and no robot reaches {FARTHEST_POINT_M} m: of a mesh in millimetres \
-                     the scale is 0.001"
-                ));
-            }
+            let points = scaled(&points, scale).map_err(|what| format!("mesh {file}: {what}"))?;
             Solid::around(&points).ok_or_else(|| format!("mesh {file}: it has no vertex"))
         }
         shape => Solid::of_primitive(shape).ok_or_else(|| "its shape is not known".to_string()),
+    }
+}
+
+/// The vertices of a mesh in the link's frame, m.
+///
+/// Fails where one is beyond `FARTHEST_POINT_M`: gaps to such a body take a proof without end, and are none of a robot.
+fn scaled(points: &[Vector3], scale: &Vector3) -> Result<Vec<Vector3>, String> {
+    let points: Vec<Vector3> = points.iter().map(|p| [0, 1, 2].map(|k| scale[k] * p[k])).collect();
+    match points.iter().flatten().find(|x| x.abs() > FARTHEST_POINT_M) {
+        None => Ok(points),
+        Some(far) => Err(format!(
+            "a vertex is {far} m away, and no robot reaches {FARTHEST_POINT_M} m: of a mesh in millimetres the scale is 0.001"
+        )),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A mesh in millimetres is taken with its scale, and refused without it, with the scale that mends it.
+    #[test]
+    fn a_mesh_is_of_a_robots_size() {
+        let arm = [[0.0, 0.0, 850.0], [60.0, -60.0, 0.0]];
+        assert_eq!(scaled(&arm, &[1e-3; 3]).unwrap()[1], [0.06, -0.06, 0.0]);
+        let refused = scaled(&arm, &[1.0; 3]).unwrap_err();
+        assert!(refused.contains("850 m away") && refused.contains("scale is 0.001"), "{refused}");
     }
 }

@@ -10,8 +10,8 @@
 //! ```
 //! W is taken out of h and of tau by one triangle: what is left of both tells u, its deviation, and how large u must be to
 //! be found. A fault is found where u is above `FOUND_FAULT_SIGMAS` deviations and parts of the record that were left out are
-//! predicted with an error below `WORTHWHILE_ERROR_RATIO` of what it is without, by `SMALLEST_SHARE` of the torque at least. The deviation is the scatter of u while tenths of
-//! the record are left out (jackknife), at least that of white noise.
+//! predicted with an error below `WORTHWHILE_ERROR_RATIO` of what it is without, by `SMALLEST_SHARE` of the torque at least.
+//! The deviation is the scatter of u while tenths of the record are left out (jackknife), at least that of white noise.
 //!
 //! A fault that is told by its deviations, and explains too little to be named, moves the parameters all the same. By how
 //! much is part of their deviation (`widen_by_faults`):
