@@ -81,7 +81,7 @@ fn the_description_is_the_machine() {
         machine.described = Some(machine.chain.joints.iter().map(|j| j.body).collect());
         let situation = Situation::with(seed, machine, Vec::new());
         let model: Model = situation.model();
-        let truth = truth(&situation.machine.chain, model.regressor());
+        let truth = truth(&situation.machine.chain, model.regressor(), &[]);
         // Angles of the text have sixteen digits; the condition of the columns is some thousand at most.
         assert!(truth.left < 1e-9, "seed {seed}: {:e}", truth.left);
         let described = model.described_parameters().unwrap_or_default();

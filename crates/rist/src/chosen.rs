@@ -3,13 +3,15 @@
 //! | what | is decided by |
 //! |---|---|
 //! | source of velocity and acceleration | whether the columns of the log are the slopes of positions and velocities |
-//! | rotor inertia of a URDF, which cannot say | the error on parts of the logs, each predicted from the others |
-//! | delay of the torques | the same, where the passport sees one |
+//! | rotor inertia of a URDF, which cannot say | the error on parts of the logs, each predicted from the others; or its own deviation |
+//! | delay of the torques | that error, where the passport sees one |
 //! | friction of single joints | the same ([`crate::friction`]) |
 
 use identification::estimate::delay::{Delay, estimate_delay};
+use identification::estimate::digits::significant;
 use identification::estimate::held_out::cross_validate;
 use identification::estimate::identify::Fit;
+use identification::estimate::ledger::hypotheses::Tested;
 use identification::estimate::options::Options;
 use identification::estimate::passport::Passport;
 use identification::estimate::passport::finding::Fault;
@@ -17,8 +19,10 @@ use identification::estimate::rotors::WithRotors;
 use identification::rows::observation::{Beside, Observation};
 use identification::signals::records::SourceRecords;
 use linear_model::description_options::{DescriptionOptions, RotorInertias};
+use linear_model::unit::Unit;
 use logs::{Effort, LogSource};
 use robot::RotorInertia;
+use robot::value::CoordinateId;
 
 use crate::description::set_rotor_inertias;
 use crate::doctor::passport_of;
@@ -186,17 +190,46 @@ fn rotors(model: &Model, looked: &mut Looked<'_>, options: &Options) -> Result<O
         looked.rows = Some(rows.without(model.regressor(), options));
         return Ok(None);
     }
+    let rotating = rotating(model)?;
+    let sentence = format!(
+        "rotor inertias are among the parameters, which a URDF cannot say: parts left out are predicted with an error of \
+         {with:.4} instead of {without:.4} ([rotor_inertia=none] leaves them out)"
+    );
+    Ok(Some((rotating, sentence)))
+}
+
+/// The model with rotor inertias of its actuated joints.
+fn rotating(model: &Model) -> Result<Model, Error> {
     let mut robot = model.robot.clone();
     set_rotor_inertias(&mut robot, RotorInertias::Actuated);
     let description = model.description.clone().unwrap_or_default();
     let description = DescriptionOptions { rotor_inertia: Some(RotorInertias::Actuated), ..description };
     let mut rotating = Model::of(robot, &model.path, true)?;
     rotating.description = Some(description);
+    Ok(rotating)
+}
+
+/// The coordinates whose motor may have a rotor of which nobody spoke.
+pub(crate) fn open_rotors(model: &Model) -> Vec<usize> {
+    let is_actuated = |k: &usize| model.robot.joint_of(CoordinateId(*k)).is_some();
+    let count = if may_lack_rotors(model) { model.robot.n_coordinates() } else { 0 };
+    (0..count).filter(is_actuated).collect()
+}
+
+/// The model with rotor inertias where these faults of a fit tell one, too small for the error to tell it by far; and a
+/// sentence on it.
+pub(crate) fn told_rotors(model: &Model, fit: &Fit, faults: &[Tested]) -> Result<Option<(Model, String)>, Error> {
+    let told = faults.iter().filter_map(|f| Some((f.told_rotor()?, f)));
+    let Some((k, rotor)) = told.max_by(|a, b| a.1.value.total_cmp(&b.1.value)) else { return Ok(None) };
+    let joint = &fit.estimate.joints[k];
+    let unit = if joint.unit == Unit::TORQUE { "kg m^2" } else { "kg" };
+    let (value, deviation) = (significant(rotor.value), significant(rotor.deviation));
     let sentence = format!(
-        "rotor inertias are among the parameters, which a URDF cannot say: parts left out are predicted with an error of \
-         {with:.4} instead of {without:.4} ([rotor_inertia=none] leaves them out)"
+        "rotor inertias are among the parameters, which a URDF cannot say: that of {} is told with {value} +- {deviation} \
+         {unit} ([rotor_inertia=none] leaves them out)",
+        joint.coordinate
     );
-    Ok(Some((rotating, sentence)))
+    Ok(Some((rotating(model)?, sentence)))
 }
 
 /// The delay that the passport sees, where parts left out are predicted better with it.

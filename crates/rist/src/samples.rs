@@ -7,7 +7,7 @@ use identification::estimate::essential::keep_essential;
 use identification::estimate::identified::{Identified, Status};
 use identification::estimate::identify::{Fit, with_deviations};
 use identification::estimate::joint_terms::JointTerms;
-use identification::estimate::ledger::hypotheses::{Tested, Tilt as TiltTorque, hypotheses};
+use identification::estimate::ledger::hypotheses::{Open, Tested, Tilt as TiltTorque, hypotheses};
 use identification::estimate::ledger::torque_error::{MotionRange, TorqueError, torque_errors};
 use identification::estimate::ledger::widen_by_faults;
 use identification::estimate::options::Options;
@@ -23,7 +23,7 @@ use nalgebra::DMatrix;
 use robot::{Inertial, LinkId};
 
 use crate::Estimate;
-use crate::chosen::{Looked, choose, found_delay};
+use crate::chosen::{Looked, choose, found_delay, open_rotors, told_rotors};
 use crate::drive_gains::{drive_gains, gain_remark, widen};
 use crate::error::Error;
 use crate::friction::{Kept, choose_friction, worthwhile_joint_terms};
@@ -165,6 +165,11 @@ fn identify_kept(
     let friction = choose_friction(model, logs, kept, request, &mut options)?;
     let is_open = request.leaves_friction_open();
     let Fitted { passport, mut fit, faults, sentence } = fitted(model, logs, chosen.looked, is_open, &mut options)?;
+    if let Some((rotating, sentence)) = told_rotors(model, &fit, &faults)? {
+        let mut identified = identify_kept(&rotating, logs, loaded, request, kept)?;
+        identified.estimate.remarks.insert(0, sentence);
+        return Ok(Identification { model: Some(rotating), ..identified });
+    }
     let load = match loaded {
         [] => None,
         loaded => Some(load(model, request.loaded_link.as_deref(), &fit, loaded, &options)?),
@@ -253,7 +258,8 @@ fn faults(model: &Model, options: &Options, records: &SourceRecords<'_>, fit: &F
     let tilts = Tilt::both(&model.robot);
     let torques: Vec<_> = tilts.iter().map(|tilt| |q: &[f64]| tilt.torques(q)).collect();
     let torques: Vec<TiltTorque> = torques.iter().map(|torque| torque as TiltTorque).collect();
-    Ok(hypotheses(&linear, records, &fit.solution.x, &fit.weights, &torques)?)
+    let open = Open { tilts: &torques, rotors: &open_rotors(model) };
+    Ok(hypotheses(&linear, records, &fit.solution.x, &fit.weights, open)?)
 }
 
 /// How unsure torques are, by use; nothing where a parameter is open, of which no covariance tells. `inverse`: any multiple

@@ -1,6 +1,8 @@
 //! What `rist identify` says of a situation, and whether it is so.
 
+use claims::{Claim, Standing, Subject};
 use identification::estimate::artefact::Estimate;
+use identification::estimate::ledger::topics::ROTOR;
 use linear_model::friction::terms::FrictionTerm;
 use linear_model::linear_model::Model as LinearModel;
 use linear_model::parameter::{FrictionParameter, ParameterId};
@@ -16,7 +18,7 @@ use super::chain::Chain;
 use super::defects::Kind;
 use super::sensors::zero;
 use super::torque::{FINE, series, standing};
-use super::truth::truth;
+use super::truth::{Truth, truth};
 
 /// A size with the name of what it is of.
 pub type Worst = (String, f64);
@@ -84,6 +86,16 @@ fn beyond(error: f64, bound: f64) -> bool {
     error.is_nan() || error > bound
 }
 
+/// The rotors that a claim says to be part of parameters.
+fn said_within(verdict: &Verdict, n: usize) -> Vec<usize> {
+    let is_said = |k: &usize| {
+        let rotor = Subject::of(ROTOR, [format!("joint_{}", k + 1)]);
+        let is_open = |claim: &&Claim| claim.subject().touches(&rotor) && claim.standing() == Standing::Open;
+        verdict.claims.iter().any(|claim| is_open(&claim))
+    };
+    (0..n).filter(is_said).collect()
+}
+
 impl Situation {
     /// What the program says of the situation, by its defaults, and what the truth is.
     pub fn outcome(&self) -> Outcome {
@@ -113,13 +125,14 @@ impl Situation {
             said += &format!("\n{log}, not fitted:\n{residuals}");
         }
         said += &format!("\n{}", judged.verdict);
-        let judgement = self.judgement(found.used(model), &found.estimate);
+        let within = said_within(&judged.verdict, self.machine.chain.len());
+        let judgement = self.judgement(found.used(model), &found.estimate, &within);
         let trust = Some(judged.verdict.trust);
         Ok(Outcome { trust, verdict: Some(judged.verdict), said, judgement: Some(judgement) })
     }
 
-    /// The estimate beside the truth.
-    pub fn judgement(&self, model: &Model, estimate: &Estimate) -> Judgement {
+    /// The estimate beside the truth. `within`: rotors that parameters contain, as the program says.
+    pub fn judgement(&self, model: &Model, estimate: &Estimate, within: &[usize]) -> Judgement {
         let options = estimate.options.clone().unwrap_or_default();
         let couplings = options.transmission.coupled();
         let linear = LinearModel::new(model.regressor(), &options.friction, &couplings);
@@ -127,8 +140,8 @@ impl Situation {
         let chain = standing(&self.machine, &self.defects, self.is_loaded(0));
         let (torque, rigid, worst_joint) = self.torque_errors(&linear, &chain, &x, &options.friction_load);
         let upright = Chain { gravity: self.machine.chain.gravity, ..chain };
-        let true_base = truth(&upright, model.regressor());
-        let true_value = |id: &ParameterId| self.true_value(id, model, &true_base.base, &options.friction);
+        let true_base = truth(&upright, model.regressor(), within);
+        let true_value = |id: &ParameterId| self.true_value(id, model, &true_base, &options.friction);
         let one = |p: &identification::estimate::identified::Identified| {
             Some((p.id.to_string(), p.value?, p.sigma?, true_value(&p.id)?))
         };
@@ -193,12 +206,12 @@ impl Situation {
     }
 
     /// The true value of a parameter; `None` where it has none, as FS of a machine whose friction is of another law.
-    fn true_value(&self, id: &ParameterId, model: &Model, base: &[f64], terms: &[FrictionTerm]) -> Option<f64> {
+    fn true_value(&self, id: &ParameterId, model: &Model, truth: &Truth, terms: &[FrictionTerm]) -> Option<f64> {
         let has = |kind: Kind| self.defects.iter().any(|d| d.kind == kind);
         match id {
             ParameterId::Base(name) => {
                 let column = model.regressor().parameters().iter().position(|p| p.name == *name)?;
-                Some(base[column])
+                Some(truth.base[column])
             }
             ParameterId::Friction(parameter, _) => {
                 let is_other =
@@ -214,7 +227,7 @@ impl Situation {
                 match parameter {
                     FrictionParameter::Viscous => Some(friction.viscous),
                     FrictionParameter::Coulomb => Some(friction.coulomb),
-                    FrictionParameter::Offset if !has(Kind::Spring) => Some(friction.offset),
+                    FrictionParameter::Offset if !has(Kind::Spring) => Some(friction.offset + truth.offsets[k]),
                     _ => None,
                 }
             }

@@ -1,10 +1,11 @@
-//! The faults that a fit tells by itself, as claims: the one that explains most, and what the others would have shown.
+//! What a fit tells beside its parameters, as claims: the fault that explains most, and what the others would have shown.
 
 use claims::{Claim, Figure, Outcome, Remedy, Subject, Topic, Trial};
 
 use crate::estimate::digits::significant;
+use crate::estimate::identified::Identified;
 use crate::estimate::ledger::hypotheses::{Hypothesis, Tested};
-use crate::estimate::ledger::topics::{MOUNT, SCALE, SPRING, ZERO};
+use crate::estimate::ledger::topics::{DRIFT, MOUNT, ROTOR, SCALE, SPRING, ZERO};
 use crate::estimate::ledger::topics::{at, cannot_tell};
 use crate::estimate::residuals::JointResidual;
 use linear_model::unit::Unit;
@@ -13,16 +14,18 @@ use linear_model::unit::Unit;
 const USELESS_ANGLE_RAD: f64 = std::f64::consts::FRAC_PI_4;
 const USELESS_SCALE: f64 = 0.5;
 
-/// The claims of tested hypotheses; `joints`: one per coordinate.
-pub(crate) fn claims_of_faults(tested: &[Tested], joints: &[JointResidual]) -> Vec<Claim> {
+/// The claims of tested hypotheses; `joints`: one per coordinate, `parameters`: those that they were tested beside.
+pub(crate) fn claims_of_faults(tested: &[Tested], joints: &[JointResidual], parameters: &[Identified]) -> Vec<Claim> {
     let found = tested.iter().filter_map(|t| Some((t.gain()?, t)));
     let strongest = found.min_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, t)| t);
     let mut claims: Vec<Claim> = strongest.map(|t| contradicted(t, joints)).into_iter().collect();
-    let kinds: [fn(&Hypothesis) -> bool; 4] = [
+    let kinds: [fn(&Hypothesis) -> bool; 6] = [
         |h| matches!(h, Hypothesis::Mount(_)),
         |h| matches!(h, Hypothesis::Zero(_)),
         |h| matches!(h, Hypothesis::Scale(_)),
         |h| matches!(h, Hypothesis::Spring(_)),
+        |h| matches!(h, Hypothesis::Rotor(_)),
+        |h| matches!(h, Hypothesis::Drift(_)),
     ];
     for is_kind in kinds {
         let of_kind: Vec<&Tested> = tested.iter().filter(|t| is_kind(&t.of)).collect();
@@ -30,6 +33,8 @@ pub(crate) fn claims_of_faults(tested: &[Tested], joints: &[JointResidual]) -> V
         let is_free = |t: &&&Tested| strongest.is_none() || (!t.is_found() && Some(**t) != strongest);
         let told: Vec<&Tested> = told.into_iter().filter(|t| is_free(&t)).collect();
         claims.extend(agree(&told, joints));
+        claims.extend(untold.iter().filter_map(|t| hidden_rotor(t, joints, parameters)));
+        let untold: Vec<&Tested> = untold.into_iter().filter(|t| !matches!(t.of, Hypothesis::Rotor(_))).collect();
         let names: Vec<&String> = untold.iter().filter_map(|t| Some(&joints[t.of.joint()?].coordinate)).collect();
         if let (Some(first), false) = (untold.first(), names.is_empty()) {
             let why = "other bodies explain it as well";
@@ -43,34 +48,50 @@ pub(crate) fn claims_of_faults(tested: &[Tested], joints: &[JointResidual]) -> V
     claims
 }
 
+/// That a rotor cannot be told from parameters that explain it as well.
+fn hidden_rotor(tested: &Tested, joints: &[JointResidual], parameters: &[Identified]) -> Option<Claim> {
+    let Hypothesis::Rotor(k) = tested.of else { return None };
+    let names: Vec<String> = tested.within.iter().filter_map(|&c| Some(parameters.get(c)?.id.to_string())).collect();
+    let why = format!("where there is one, it is part of {}", names.join(", "));
+    let claim = cannot_tell(at(ROTOR, [&joints[k].coordinate]), why, "the data sheet of the motor");
+    (!names.is_empty()).then_some(claim)
+}
+
 fn topic(of: &Hypothesis) -> Topic {
     match of {
         Hypothesis::Zero(_) => ZERO,
         Hypothesis::Scale(_) => SCALE,
         Hypothesis::Spring(_) => SPRING,
         Hypothesis::Mount(_) => MOUNT,
+        Hypothesis::Rotor(_) => ROTOR,
+        Hypothesis::Drift(_) => DRIFT,
     }
 }
 
 fn is_useful(tested: &Tested) -> bool {
     match tested.of {
         Hypothesis::Zero(_) | Hypothesis::Mount(_) => tested.power < USELESS_ANGLE_RAD,
-        Hypothesis::Scale(_) => tested.power < USELESS_SCALE,
-        Hypothesis::Spring(_) => tested.power.is_finite(),
+        Hypothesis::Scale(_) | Hypothesis::Drift(_) => tested.power < USELESS_SCALE,
+        Hypothesis::Spring(_) | Hypothesis::Rotor(_) => tested.power.is_finite(),
     }
 }
 
 fn subject(of: &Hypothesis, joints: &[JointResidual]) -> Subject {
     match *of {
         Hypothesis::Mount(axis) => Subject::of(MOUNT, [if axis == 0 { "x" } else { "y" }]),
-        Hypothesis::Zero(k) | Hypothesis::Scale(k) | Hypothesis::Spring(k) => at(topic(of), [&joints[k].coordinate]),
+        Hypothesis::Zero(k)
+        | Hypothesis::Scale(k)
+        | Hypothesis::Spring(k)
+        | Hypothesis::Rotor(k)
+        | Hypothesis::Drift(k) => at(topic(of), [&joints[k].coordinate]),
     }
 }
 
 fn figure(of: &Hypothesis, x: f64, joints: &[JointResidual]) -> Figure {
     match *of {
         Hypothesis::Zero(_) | Hypothesis::Mount(_) => Figure::new(x.to_degrees(), "deg"),
-        Hypothesis::Scale(_) => Figure::new(100.0 * x, "%"),
+        Hypothesis::Scale(_) | Hypothesis::Drift(_) => Figure::new(100.0 * x, "%"),
+        Hypothesis::Rotor(k) => Figure::new(x, if joints[k].unit == Unit::TORQUE { "kg m^2" } else { "kg" }),
         Hypothesis::Spring(k) => Figure::new(x, if joints[k].unit == Unit::TORQUE { "N m/rad" } else { "N/m" }),
     }
 }
@@ -107,6 +128,8 @@ pub(super) fn statement(tested: &Tested, joints: &[JointResidual]) -> String {
         Hypothesis::Scale(k) => format!("the torque of {} is off by {off} beside those of the other joints", at(k)),
         Hypothesis::Spring(k) => format!("a spring of {off} acts on {}", at(k)),
         Hypothesis::Mount(axis) => format!("gravity is tilted by {off} about {} of the base", ["x", "y"][axis]),
+        Hypothesis::Rotor(k) => format!("a rotor of {off} that the model lacks stands behind {}", at(k)),
+        Hypothesis::Drift(k) => format!("the torque of {} grows by {off} from the first sample to the last", at(k)),
     }
 }
 
@@ -125,6 +148,8 @@ fn contradicted(tested: &Tested, joints: &[JointResidual]) -> Claim {
                 at(k)
             )
         }
+        Hypothesis::Rotor(_) => "take rotor inertias among the parameters: [rotor_inertia=actuated]".into(),
+        Hypothesis::Drift(k) => format!("log {} again when its drive is warm and its gain is known", at(k)),
         Hypothesis::Mount(_) => "give the description the direction of gravity that the mount has".into(),
     };
     // Tried means: parts of the record were left out and predicted without the fault and with it.
@@ -137,5 +162,9 @@ fn contradicted(tested: &Tested, joints: &[JointResidual]) -> Claim {
         None => Trial::NotTried { why: "it is too small".into() },
     };
     let fault = statement(tested, joints);
+    // A drive that warms up is no wrong log, and what it hides is open.
+    if matches!(of, Hypothesis::Drift(_)) {
+        return cannot_tell(subject(of, joints), fault, remedy);
+    }
     Claim::new(subject(of, joints), Outcome::Contradicted { fault, remedy: Remedy::new("identify", remedy), trial })
 }

@@ -1,4 +1,4 @@
-//! Faults of a log that a fit tells by itself, each as one unknown more: zeros, scales, springs, the mount.
+//! Faults of a log, and rotors that a model lacks, each told by a fit as one unknown more.
 //!
 //! The parameters X stay free, so a description with other bodies makes no fault. With x the fit and one unknown u,
 //!
@@ -6,6 +6,8 @@
 //! tau = W X + h u        zero of k     h_j = d(Y_j x)/dq_k
 //!                        scale of k    h_k = Y_k x, without friction
 //!                        spring of k   h_k = q_k
+//!                        rotor of k    h_k = ddq_k
+//!                        drift of k    h_k = s tau_k, s from -1/2 at the first sample of a record to 1/2 at its last
 //!                        mount         h   = the torques per angle of a tilted gravity
 //! ```
 //! W is taken out of h and of tau by one triangle: what is left of both tells u, its deviation, and how large u must be to
@@ -20,6 +22,7 @@
 //! sigma_i^2 + max_u (x_i with u - x_i without)^2
 //! ```
 //!
+//! A rotor whose column the others contain is told by nothing: the parameters that contain it are named ([`Tested::within`]).
 //! Not told: a common scale of all torques, and the zero of a joint whose bodies may lie as they like.
 
 use linear_model::linear_model::Model;
@@ -41,14 +44,22 @@ pub enum Hypothesis {
     Spring(usize),
     /// Gravity is tilted about an axis of the base, 0 for x and 1 for y, rad.
     Mount(usize),
+    /// The rotor of a coordinate has an inertia that the model lacks, kg m^2 (kg).
+    Rotor(usize),
+    /// The torque of a coordinate grows by this share of itself between the first and the last sample.
+    Drift(usize),
 }
 
 impl Hypothesis {
     /// The coordinate; `None` for the mount.
     pub fn joint(&self) -> Option<usize> {
         match *self {
-            Hypothesis::Zero(k) | Hypothesis::Scale(k) | Hypothesis::Spring(k) => Some(k),
             Hypothesis::Mount(_) => None,
+            Hypothesis::Zero(k)
+            | Hypothesis::Scale(k)
+            | Hypothesis::Spring(k)
+            | Hypothesis::Rotor(k)
+            | Hypothesis::Drift(k) => Some(k),
         }
     }
 }
@@ -68,6 +79,8 @@ pub struct Tested {
     pub held_out: Option<(f64, f64)>,
     /// By how much the parameters change with it; empty where nothing tells it.
     pub effect: Vec<f64>,
+    /// The parameters that explain it as well, where nothing tells it.
+    pub within: Vec<usize>,
 }
 
 impl Tested {
@@ -91,14 +104,30 @@ impl Tested {
         self.value.abs() > FOUND_FAULT_SIGMAS * self.deviation
     }
 
+    /// The coordinate of a rotor that is told, and without which parts left out are predicted worse.
+    pub fn told_rotor(&self) -> Option<usize> {
+        let Hypothesis::Rotor(k) = self.of else { return None };
+        let is_better = self.held_out.is_some_and(|(without, with)| with < without);
+        (self.is_told() && self.value > 0.0 && is_better).then_some(k)
+    }
+
     /// The least size that matters.
     fn least(&self) -> f64 {
         match self.of {
             Hypothesis::Zero(_) | Hypothesis::Mount(_) => LEAST_ANGLE_RAD,
-            Hypothesis::Scale(_) => LEAST_SCALE,
-            Hypothesis::Spring(_) => 0.0,
+            Hypothesis::Scale(_) | Hypothesis::Drift(_) => LEAST_SCALE,
+            Hypothesis::Spring(_) | Hypothesis::Rotor(_) => 0.0,
         }
     }
+}
+
+/// What the mechanics of a robot leave open beside the parameters.
+#[derive(Clone, Copy, Default)]
+pub struct Open<'a> {
+    /// The torques per radian of tilt about each axis of the base.
+    pub tilts: &'a [Tilt<'a>],
+    /// The coordinates of which nobody said whether a rotor stands behind them.
+    pub rotors: &'a [usize],
 }
 
 /// Torques at a position q per radian of tilt about one axis of the base, n numbers.
@@ -121,6 +150,8 @@ const LEFT_OUT_PARTS: usize = 10;
 const HELD_COLUMN_SHARE: f64 = 1e-4;
 /// A column that the parameters explain but for this share of its norm tells nothing.
 const EXPLAINED_COLUMN_SHARE: f64 = 1e-3;
+/// A parameter explains such a column where its own column is this share of it at least.
+const WITHIN_COLUMN_SHARE: f64 = 0.01;
 /// Step of the derivative by a position, rad (m).
 const POSITION_STEP: f64 = 1e-4;
 /// Robots of more coordinates take too long.
@@ -140,13 +171,13 @@ pub fn hypotheses<R: Records + ?Sized>(
     records: &R,
     x: &[f64],
     weights: &[f64],
-    tilts: &[Tilt],
+    open: Open,
 ) -> Result<Vec<Tested>, Error> {
     let n = model.n();
     if n > MOST_COORDINATES || model.regressor.parameters().is_empty() {
         return Ok(Vec::new());
     }
-    let all = all(model, tilts.len());
+    let all = all(model, open);
     // Every m-th sample only: each sample costs several calls of the regressor.
     let thinned = records.thinned(MOST_THINNED_SAMPLES)?;
     let (count, every) = (thinned.count, thinned.every);
@@ -154,7 +185,7 @@ pub fn hypotheses<R: Records + ?Sized>(
     // One triangle per tenth of the record, of the rows [W | h] and tau, weighted by joint.
     let mut parts: Vec<TriangleBuilder> = (0..LEFT_OUT_PARTS).map(|_| TriangleBuilder::new(width)).collect();
     for (first, kept) in &thinned.records {
-        let columns = columns(model, kept, x, &all, tilts);
+        let columns = columns(model, kept, x, &all, open.tilts);
         let mut row = vec![0.0; width];
         model.rows(kept, 0..kept.len(), |r, w| {
             let part = (first + r * every) * LEFT_OUT_PARTS / count.max(1);
@@ -174,11 +205,14 @@ pub fn hypotheses<R: Records + ?Sized>(
     Ok(tested(&parts, x, &all))
 }
 
-fn all(model: &Model, tilts: usize) -> Vec<Hypothesis> {
+fn all(model: &Model, open: Open) -> Vec<Hypothesis> {
     let n = model.n();
     let turning = (0..n).filter(|&k| !model.regressor.is_prismatic(k)).map(Hypothesis::Zero);
     let scales = (0..n).filter(|_| n > 1).map(Hypothesis::Scale);
-    turning.chain(scales).chain((0..n).map(Hypothesis::Spring)).chain((0..tilts).map(Hypothesis::Mount)).collect()
+    let springs = (0..n).map(Hypothesis::Spring);
+    let mounts = (0..open.tilts.len()).map(Hypothesis::Mount);
+    let rotors = open.rotors.iter().copied().map(Hypothesis::Rotor);
+    turning.chain(scales).chain(springs).chain(mounts).chain(rotors).chain((0..n).map(Hypothesis::Drift)).collect()
 }
 
 /// The columns of the hypotheses, sample by sample, n each.
@@ -192,7 +226,10 @@ fn columns(model: &Model, states: &States, x: &[f64], all: &[Hypothesis], tilts:
     };
     let mut columns = vec![Vec::with_capacity(states.len() * n); all.len()];
     let mut y = vec![0.0; n * base];
+    let first = states.t.first().copied().unwrap_or(0.0);
+    let seconds = states.t.last().map_or(0.0, |last| last - first).max(f64::MIN_POSITIVE);
     for r in 0..states.len() {
+        let along = (states.t[r] - first) / seconds - 0.5;
         let mut q = states.q[r * n..(r + 1) * n].to_vec();
         let here = torques(&q, r, &mut y);
         for (column, hypothesis) in columns.iter_mut().zip(all) {
@@ -212,6 +249,8 @@ fn columns(model: &Model, states: &States, x: &[f64], all: &[Hypothesis], tilts:
                 Hypothesis::Scale(k) => column.extend(only(k, here[k])),
                 Hypothesis::Spring(k) => column.extend(only(k, q[k])),
                 Hypothesis::Mount(axis) => column.extend(tilts[axis](&q)),
+                Hypothesis::Rotor(k) => column.extend(only(k, states.ddq[r * n + k])),
+                Hypothesis::Drift(k) => column.extend(only(k, along * states.tau[r * n + k])),
             }
         }
     }
@@ -243,7 +282,8 @@ fn tested(parts: &[Triangle], x: &[f64], all: &[Hypothesis]) -> Vec<Tested> {
         let is_told = norm > EXPLAINED_COLUMN_SHARE * whole.column_norm(p + e) && norm > 0.0;
         if !is_told {
             let (of, none) = (hypothesis.clone(), f64::INFINITY);
-            return Tested { of, value: 0.0, deviation: none, power: none, held_out: None, effect: Vec::new() };
+            let within = explaining(&all_rows, p, p + e);
+            return Tested { of, value: 0.0, deviation: none, power: none, held_out: None, effect: Vec::new(), within };
         }
         // The jackknife over the tenths, and at least the deviation of white noise.
         let others: Vec<f64> = leaving.iter().map(|left| left.unknown(e).0).collect();
@@ -253,7 +293,8 @@ fn tested(parts: &[Triangle], x: &[f64], all: &[Hypothesis]) -> Vec<Tested> {
         let deviation = scatter.sqrt().max(noise / norm);
         let with = select(&all_rows, &columns(e)).solution();
         let effect = with.iter().zip(&without).map(|(with, without)| with - without).take(p).collect();
-        let mut one = Tested { of: hypothesis.clone(), value, deviation, power: f64::INFINITY, held_out: None, effect };
+        let (of, power, within) = (hypothesis.clone(), f64::INFINITY, Vec::new());
+        let mut one = Tested { of, value, deviation, power, held_out: None, effect, within };
         // The least u that would be found: it lowers the error enough, and is beyond its deviation.
         let by_ratio = (1.0 / (WORTHWHILE_ERROR_RATIO * WORTHWHILE_ERROR_RATIO) - 1.0).sqrt() * all_in.square().sqrt();
         let by_error = by_ratio.max(least_share(hypothesis) * whole.column_norm(whole.columns())) / norm;
@@ -264,6 +305,19 @@ fn tested(parts: &[Triangle], x: &[f64], all: &[Hypothesis]) -> Vec<Tested> {
         one
     };
     all.iter().enumerate().map(test).collect()
+}
+
+/// The columns among the first p of which column c is made, by back substitution in the triangle.
+fn explaining(triangle: &Triangle, p: usize, c: usize) -> Vec<usize> {
+    let mut left: Vec<f64> = (0..p).map(|i| triangle.at(i, c)).collect();
+    let mut share = vec![0.0; p];
+    for i in (0..p).rev().filter(|&i| triangle.at(i, i) != 0.0) {
+        let coefficient = left[i] / triangle.at(i, i);
+        (0..i).for_each(|k| left[k] -= coefficient * triangle.at(k, i));
+        share[i] = (coefficient * triangle.column_norm(i)).abs();
+    }
+    let least = WITHIN_COLUMN_SHARE * triangle.column_norm(c);
+    (0..p).filter(|&i| share[i] > least).collect()
 }
 
 /// Relative error on parts left out, with the first p of these columns and with all.

@@ -16,6 +16,10 @@ pub const ZERO: Topic = Topic("zero");
 pub const MOUNT: Topic = Topic("mount");
 /// A spring at a joint.
 pub const SPRING: Topic = Topic("spring");
+/// The inertia of the rotor behind a joint.
+pub const ROTOR: Topic = Topic("rotor inertia");
+/// Torque that grows while a log is made.
+pub const DRIFT: Topic = Topic("drift of the torque");
 /// By how much torques lag positions.
 pub(crate) const DELAY: Topic = Topic("delay");
 /// The column of velocities.

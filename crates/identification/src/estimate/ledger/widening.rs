@@ -1,22 +1,30 @@
-//! Deviations that allow for faults which are told and explain too little to be named.
+//! Deviations that allow for faults which are told and explain too little to be named, and for rotors that are not told.
 //!
 //! With x the fit and u one unknown more (`hypotheses`), of those beyond `FOUND_FAULT_SIGMAS` of their deviations,
 //!
 //! ```text
 //! sigma_i^2 + max_u (x_i with u - x_i without)^2
 //! ```
-//! The largest counts and not the sum: faults of one log explain each other.
+//! The largest counts and not the sum: faults of one log explain each other. Rotors that nobody spoke of are no fault. Each
+//! may be there as large as its value and deviation say, and they are taken together:
+//!
+//! ```text
+//! sigma_i^2 + .. + sum_u (x_i with u - x_i without)^2 (1 + (deviation of u / u)^2)
+//! ```
 
 use crate::estimate::artefact::Estimate;
 use crate::estimate::identified::Identified;
 use crate::estimate::ledger::claims_of_faults::statement;
-use crate::estimate::ledger::hypotheses::Tested;
+use crate::estimate::ledger::hypotheses::{Hypothesis, Tested};
 
 /// Widens deviations and covariance so, and says it of the fault that changes most. An estimate of other parameters than
 /// the faults were tested with stays as it is.
 pub fn widen_by_faults(estimate: &mut Estimate, faults: &[Tested]) {
-    let told: Vec<&Tested> = faults.iter().filter(|f| f.is_told()).collect();
-    if told.is_empty() || told.iter().any(|f| f.effect.len() != estimate.parameters.len()) {
+    let is_of_these = |f: &&Tested| f.effect.len() == estimate.parameters.len();
+    let (rotors, faults): (Vec<&Tested>, Vec<&Tested>) =
+        faults.iter().filter(is_of_these).partition(|f| matches!(f.of, Hypothesis::Rotor(_)));
+    let told: Vec<&Tested> = faults.into_iter().filter(|f| f.is_told()).collect();
+    if told.is_empty() && rotors.is_empty() {
         return;
     }
     let strength = |f: &Tested| {
@@ -31,7 +39,9 @@ pub fn widen_by_faults(estimate: &mut Estimate, faults: &[Tested]) {
     });
     let mut ratios = Vec::new();
     for (c, parameter) in estimate.parameters.iter_mut().enumerate() {
-        let shift = told.iter().map(|f| f.effect[c].abs()).fold(0.0, f64::max);
+        let fault = told.iter().map(|f| f.effect[c].abs()).fold(0.0, f64::max);
+        let rotor = |f: &&Tested| (f.effect[c] * (f.deviation / f.value).hypot(1.0)).powi(2);
+        let shift = rotors.iter().map(rotor).filter(|x| x.is_finite()).fold(fault * fault, |sum, x| sum + x).sqrt();
         let sigma = parameter.sigma.unwrap_or(0.0);
         *parameter = parameter.clone().widened(sigma.hypot(shift));
         ratios.push(if sigma > 0.0 { sigma.hypot(shift) / sigma } else { 1.0 });
@@ -46,7 +56,6 @@ pub fn widen_by_faults(estimate: &mut Estimate, faults: &[Tested]) {
 mod tests {
     use super::*;
     use crate::estimate::identified::Deviations;
-    use crate::estimate::ledger::hypotheses::Hypothesis;
     use crate::estimate::residuals::{Residuals, Squares};
     use crate::test_arm::Pendulum;
     use linear_model::unit::Unit;
@@ -66,7 +75,15 @@ mod tests {
 
     fn scale(value: f64, effect: f64) -> Tested {
         let of = Hypothesis::Scale(0);
-        Tested { of, value, deviation: 0.001, power: 0.1, held_out: Some((0.1, 0.099)), effect: vec![effect, 0.0] }
+        Tested {
+            of,
+            value,
+            deviation: 0.001,
+            power: 0.1,
+            held_out: Some((0.1, 0.099)),
+            effect: vec![effect, 0.0],
+            within: Vec::new(),
+        }
     }
 
     /// A fault of twenty deviations widens what it moves, and its row and column of the covariance; the correlation stays.
@@ -80,6 +97,17 @@ mod tests {
         assert!((wide.covariance[0][0] - 25e-4).abs() < 1e-15 && wide.covariance[0][1] == wide.covariance[1][0]);
         assert!((rho(&wide.covariance) - rho(&estimate().covariance)).abs() < 1e-12);
         assert!(wide.remarks.len() == 1 && wide.remarks[0].contains("q1") && wide.remarks[0].contains("allow for it"));
+    }
+
+    /// A rotor widens what it moves by its value and its deviation, be it told or not.
+    #[test]
+    fn a_rotor_that_may_be_there_is_part_of_the_deviation() {
+        let mut wide = estimate();
+        let rotor = Tested { of: Hypothesis::Rotor(0), deviation: 0.02, ..scale(0.01, 0.04) };
+        widen_by_faults(&mut wide, &[rotor]);
+        // sqrt(0.03^2 + 0.04^2 (1 + 2^2))
+        assert!((wide.parameters[0].sigma.unwrap() - 0.0089f64.sqrt()).abs() < 1e-15, "{:?}", wide.parameters[0]);
+        assert!(wide.parameters[1].sigma == Some(0.01) && wide.remarks.is_empty());
     }
 
     /// A fault that is not told widens nothing and says nothing, and neither does one of another fit.
