@@ -109,6 +109,7 @@ pub(crate) fn flag(field: &Field) -> Arg {
         Flag::Switch => return flag.action(ArgAction::SetTrue),
         Flag::One => flag,
         Flag::Number => flag.allow_negative_numbers(true),
+        Flag::Numbers => flag.allow_hyphen_values(true),
         Flag::List => flag.action(ArgAction::Append).value_delimiter(','),
         Flag::Repeated => flag.action(ArgAction::Append),
     };

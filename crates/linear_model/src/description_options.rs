@@ -20,6 +20,9 @@ pub struct DescriptionOptions {
     /// Which joints have a rotor inertia among their parameters; `None`: as the file says.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub rotor_inertia: Option<RotorInertias>,
+    /// How the base is mounted, rad: roll, pitch and yaw of its frame in a frame in which gravity is as the file says.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub base: Option<[f64; 3]>,
     /// Whether the base is a link with parameters of its own, behind six coordinates.
     #[serde(skip_serializing_if = "is_false")]
     pub floating_base: bool,

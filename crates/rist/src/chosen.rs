@@ -18,7 +18,7 @@ use identification::estimate::passport::finding::Fault;
 use identification::estimate::rotors::WithRotors;
 use identification::rows::observation::{Beside, Observation};
 use identification::signals::records::SourceRecords;
-use linear_model::description_options::{DescriptionOptions, RotorInertias};
+use linear_model::description_options::RotorInertias;
 use linear_model::unit::Unit;
 use logs::{Effort, LogSource};
 use robot::RotorInertia;
@@ -200,13 +200,10 @@ fn rotors(model: &Model, looked: &mut Looked<'_>, options: &Options) -> Result<O
 
 /// The model with rotor inertias of its actuated joints.
 fn rotating(model: &Model) -> Result<Model, Error> {
-    let mut robot = model.robot.clone();
-    set_rotor_inertias(&mut robot, RotorInertias::Actuated);
-    let description = model.description.clone().unwrap_or_default();
-    let description = DescriptionOptions { rotor_inertia: Some(RotorInertias::Actuated), ..description };
-    let mut rotating = Model::of(robot, &model.path, true)?;
-    rotating.description = Some(description);
-    Ok(rotating)
+    model.changed(
+        |robot| set_rotor_inertias(robot, RotorInertias::Actuated),
+        |description| description.rotor_inertia = Some(RotorInertias::Actuated),
+    )
 }
 
 /// The coordinates whose motor may have a rotor of which nobody spoke.

@@ -4,7 +4,9 @@ use std::path::Path;
 
 pub use linear_model::description_options::RotorInertias;
 use modeling::Size;
+use nalgebra::{Rotation3, Vector3};
 use robot::format::{Angles, ReadOptions};
+use robot::value::Value;
 use robot::{Drive, JointKind, Robot, RotorInertia};
 
 use crate::error::Error;
@@ -25,7 +27,26 @@ pub fn parse_robot(text: &str, path: &Path, options: &ModelOptions) -> Result<Ro
     if let Some(rotors) = options.rotor_inertia {
         set_rotor_inertias(&mut robot, rotors);
     }
+    if let Some(base) = options.base {
+        if options.floating_base {
+            return Err(Error::new(
+                "[base] says how a fixed base is mounted, and [floating_base] that it is not: give one",
+            ));
+        }
+        turn_base(&mut robot, &turn_of_rpy(base));
+    }
     Ok(if options.floating_base { robot.floating() } else { robot })
+}
+
+/// R = Rz(yaw) Ry(pitch) Rx(roll), as a URDF has it.
+pub(crate) fn turn_of_rpy([roll, pitch, yaw]: [f64; 3]) -> Rotation3<f64> {
+    Rotation3::from_euler_angles(roll, pitch, yaw)
+}
+
+/// Turns the base: gravity, which stands still, is seen from a frame that is turned by R.
+pub(crate) fn turn_base(robot: &mut Robot, turn: &Rotation3<f64>) {
+    let gravity = turn.inverse() * Vector3::from(robot.gravity_number());
+    robot.gravity = [0, 1, 2].map(|i| Value::Number(gravity[i]));
 }
 
 /// A sentence on the angles and axes that the reader took for other values, and on how much this changes the torque;

@@ -76,6 +76,7 @@ pub mod states_file;
 mod symbols;
 mod tape;
 pub mod torque_difference;
+mod unknowns;
 pub mod validation;
 pub mod verdict;
 pub mod write_back;

@@ -103,6 +103,20 @@ impl Model {
         })
     }
 
+    /// The model of the robot after a change that its description does not have, and that its options say from now on.
+    ///
+    /// Fails where the rank of the base parameters is not clear-cut.
+    pub(crate) fn changed(
+        &self,
+        robot: impl FnOnce(&mut Robot),
+        options: impl FnOnce(&mut DescriptionOptions),
+    ) -> Result<Model, Error> {
+        let (mut changed, mut description) = (self.robot.clone(), self.description.clone().unwrap_or_default());
+        robot(&mut changed);
+        options(&mut description);
+        Ok(Model { description: Some(description), ..Model::of(changed, &self.path, true)? })
+    }
+
     /// The base regressor: compiled in where this robot is, a tape otherwise.
     pub fn regressor(&self) -> &dyn Regressor {
         self.regressor.as_ref()
@@ -243,7 +257,7 @@ impl Model {
         }
         Err(Error::new(format_args!(
             "{}: made with `{}` ({}), but this model is `{}` ({}): its geometry or joints have changed, or it was read with \
-             other options ([rotor_inertia], [value], [mimic], [floating_base]), or by another version of rist",
+             other options ([rotor_inertia], [value], [mimic], [base], [floating_base]), or by another version of rist",
             file.display(),
             made_with.name,
             made_with.fingerprint,

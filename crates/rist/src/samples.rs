@@ -9,7 +9,8 @@ use identification::estimate::identify::{Fit, with_deviations};
 use identification::estimate::joint_terms::JointTerms;
 use identification::estimate::ledger::hypotheses::{Open, Tested, Tilt as TiltTorque, hypotheses};
 use identification::estimate::ledger::torque_error::{MotionRange, TorqueError, torque_errors};
-use identification::estimate::ledger::widen_by_faults;
+use identification::estimate::ledger::unknowns::Step;
+use identification::estimate::ledger::{widen_by_faults, widen_by_rotors};
 use identification::estimate::options::Options;
 use identification::estimate::passport::Passport;
 use identification::estimate::remarks::outgrown;
@@ -33,6 +34,7 @@ use crate::motion_range::{allowed, seen};
 use crate::mount::Tilt;
 use crate::request::Request;
 pub use crate::request::{IdentifyRequest, SamplesRequest};
+use crate::unknowns::with_unknowns;
 
 /// The outcome of an identification.
 pub struct Identification {
@@ -62,6 +64,8 @@ pub struct Identification {
     pub torque_errors: Vec<TorqueError>,
     /// Faults of the logs, each tested as one unknown more.
     pub faults: Vec<Tested>,
+    /// The last step of the unknowns that were asked for; what they are stands in the options and the description.
+    pub unknowns: Vec<Step>,
     /// The base parameters of the description; `None` where it has no inertials.
     pub described_parameters: Option<Vec<f64>>,
 }
@@ -151,6 +155,9 @@ fn identify_kept(
 ) -> Result<Identification, Error> {
     let mut options = Options { model: model.robot.name.clone(), ..request.options() };
 
+    if !request.unknowns.is_empty() {
+        return with_unknowns(model, logs, request, |model, request| identify_kept(model, logs, loaded, request, kept));
+    }
     // Convert currents to torques, decide what is left open, and correct the delay of the torques.
     let gains = drive_gains(model, logs, &request.gain, &mut options)?;
     let chosen = choose(model, logs, request, &mut options)?;
@@ -197,6 +204,7 @@ fn identify_kept(
     }
     widen_by_faults(&mut estimate, &faults);
     let torque_errors = errors_of_torques(model, &linear, &estimate, &inverse, &range);
+    widen_by_rotors(&mut estimate, &faults);
     estimate.remarks.splice(..0, chosen.sentences.into_iter().chain(sentence));
     estimate.remarks.extend(found.outgrown);
     Ok(Identification {
@@ -213,6 +221,7 @@ fn identify_kept(
         bodies_evidence: found.evidence,
         torque_errors,
         faults,
+        unknowns: Vec::new(),
         described_parameters,
     })
 }
@@ -255,11 +264,15 @@ fn fitted<'a>(
 /// The faults that unknowns more would explain, the tilt of the mount among them.
 fn faults(model: &Model, options: &Options, records: &SourceRecords<'_>, fit: &Fit) -> Result<Vec<Tested>, Error> {
     let linear = options.linear_model(model.regressor());
+    with_open(model, |open| Ok(hypotheses(&linear, records, &fit.solution.x, &fit.weights, open)?))
+}
+
+/// With the torques by which a tilt of the mount shows, and the rotors of which nobody spoke.
+pub(crate) fn with_open<T>(model: &Model, look: impl FnOnce(Open) -> T) -> T {
     let tilts = Tilt::both(&model.robot);
     let torques: Vec<_> = tilts.iter().map(|tilt| |q: &[f64]| tilt.torques(q)).collect();
     let torques: Vec<TiltTorque> = torques.iter().map(|torque| torque as TiltTorque).collect();
-    let open = Open { tilts: &torques, rotors: &open_rotors(model) };
-    Ok(hypotheses(&linear, records, &fit.solution.x, &fit.weights, open)?)
+    look(Open { tilts: &torques, rotors: &open_rotors(model) })
 }
 
 /// How unsure torques are, by use; nothing where a parameter is open, of which no covariance tells. `inverse`: any multiple

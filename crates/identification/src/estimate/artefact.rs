@@ -93,6 +93,20 @@ impl Estimate {
         Some(ModelReference { name: self.model.clone(), fingerprint: self.fingerprint.clone()? })
     }
 
+    /// Widens the deviation of parameter c to the root of its square and that of `shift(c)`. Its row and column of the
+    /// covariance grow by the same factor: correlations stay.
+    pub(crate) fn widen(&mut self, shift: impl Fn(usize) -> f64) {
+        let mut ratios = Vec::new();
+        for (c, parameter) in self.parameters.iter_mut().enumerate() {
+            let (sigma, shift) = (parameter.sigma.unwrap_or(0.0), shift(c));
+            *parameter = parameter.clone().widened(sigma.hypot(shift));
+            ratios.push(if sigma > 0.0 { sigma.hypot(shift) / sigma } else { 1.0 });
+        }
+        for (i, row) in self.covariance.iter_mut().enumerate() {
+            row.iter_mut().zip(&ratios).for_each(|(entry, ratio)| *entry *= ratio * ratios[i]);
+        }
+    }
+
     /// The value of a parameter; `None` where it is not identifiable or not there.
     pub fn value(&self, id: &ParameterId) -> Option<f64> {
         self.parameters.iter().find(|p| p.id == *id)?.value

@@ -1,6 +1,7 @@
 //! From motors to joints.
 //!
-//! q = R^-1 q_m + q_0, tau = R' tau_m (power is the same on both sides), tau_m = K i for currents. R holds gear ratios
+//! q = R^-1 q_m + q_0, tau = R' tau_m / s - k q (power is the same on both sides of R), tau_m = K i for currents; s and k are
+//! a scale and a spring of each joint. R holds gear ratios
 //! and signs on its diagonal and couplings beside it. The wrist of a Staubli TX40 has q_m6 = 32 (q_5 + q_6).
 //!
 //! A motor m that also turns with joint k (c = R_mk / R_mm) brings its own inertia and friction to
@@ -32,6 +33,12 @@ pub struct Transmission {
     pub offsets: Option<Vec<f64>>,
     /// N m/A at the motor (at the joint without ratios).
     pub drive_gains: Option<Vec<f64>>,
+    /// Torque in the log over that of the joint, joint by joint.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub scales: Option<Vec<f64>>,
+    /// Springs at the joints, N m/rad (N/m): their torque, stiffness times position in the model, is taken out.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub springs: Option<Vec<f64>>,
 }
 
 impl Transmission {
@@ -46,7 +53,13 @@ impl Transmission {
     }
 
     fn check(&self, n: usize) -> Result<(), Error> {
-        let lists = [("ratios", &self.ratios), ("offsets", &self.offsets), ("drive_gains", &self.drive_gains)];
+        let lists = [
+            ("ratios", &self.ratios),
+            ("offsets", &self.offsets),
+            ("drive_gains", &self.drive_gains),
+            ("scales", &self.scales),
+            ("springs", &self.springs),
+        ];
         for (name, list) in lists {
             let Some(list) = list else { continue };
             if list.len() != n || list.iter().any(|x| !x.is_finite()) {
@@ -54,7 +67,7 @@ impl Transmission {
                     "transmission: {name} needs {n} finite numbers, one per joint; it has {list:?}"
                 )));
             }
-            if name != "offsets" && list.contains(&0.0) {
+            if !["offsets", "springs"].contains(&name) && list.contains(&0.0) {
                 return Err(Error::new(format!("transmission: {name} holds a zero: {list:?}")));
             }
         }
@@ -91,6 +104,17 @@ impl Transmission {
         q
     }
 
+    /// The torques without scales and springs.
+    fn of_bodies(&self, mut tau: Vec<Vec<f64>>, q: &[Vec<f64>]) -> Vec<Vec<f64>> {
+        for (tau, scale) in tau.iter_mut().zip(self.scales.iter().flatten()) {
+            tau.iter_mut().for_each(|x| *x /= scale);
+        }
+        for ((tau, q), stiffness) in tau.iter_mut().zip(q).zip(self.springs.iter().flatten()) {
+            tau.iter_mut().zip(q).for_each(|(x, q)| *x -= stiffness * q);
+        }
+        tau
+    }
+
     /// The positions of a log on the joint side.
     ///
     /// Fails when a list is not n long, or R is singular.
@@ -119,11 +143,12 @@ impl Transmission {
             }
             (_, Effort::Torque) => {}
         }
+        let q = self.shifted(joint_angles(to_joint.as_ref(), std::mem::take(&mut log.q)));
         Ok(JointSignals {
-            q: self.shifted(joint_angles(to_joint.as_ref(), std::mem::take(&mut log.q))),
             dq: log.dq.take().map(positions),
             ddq: log.ddq.take().map(positions),
-            tau: product(&matrix.transpose(), motor),
+            tau: self.of_bodies(product(&matrix.transpose(), motor), &q),
+            q,
             couplings: self.coupled(),
             log,
         })
@@ -207,6 +232,19 @@ mod tests {
                 assert!(found.iter().zip(expected).all(|(a, b)| (a - b).abs() < 1e-9));
             }
         }
+    }
+
+    /// tau_log = s (tau + k q), with q of the model: what is left is the torque of the bodies.
+    #[test]
+    fn scales_and_springs_are_taken_out() {
+        let transmission = Transmission {
+            offsets: Some(vec![0.5]),
+            scales: Some(vec![1.1]),
+            springs: Some(vec![20.0]),
+            ..Transmission::default()
+        };
+        let log = log(vec![vec![0.3]], vec![vec![1.1 * (7.0 + 20.0 * 0.8)]], Effort::Torque);
+        assert!((transmission.apply(log).unwrap().tau[0][0] - 7.0).abs() < 1e-12);
     }
 
     #[test]

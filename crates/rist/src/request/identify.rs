@@ -20,6 +20,7 @@ use linear_model::known_load::KnownLoad;
 use logs::ColumnNames;
 
 use super::effect::{Delay, Whose};
+use super::unknowns::Unknown;
 use super::{FrictionChoice, Range, request};
 use crate::error::Error;
 
@@ -67,6 +68,9 @@ request! {
         /// Torque per unit of current of a drive, N m/A [default: as the file says]. Where only some drives are given, the
         /// others are estimated; q5=11+-2 expects a gain near 11.
         gain: Vec<(String, Gain)> = Vec::new(), range(Range::Positive), value_name("COORDINATE=GAIN"), heading(METHOD);
+        /// What is unknown beside the parameters, of all joints: mount, zeros, scales, springs. The estimate says each with its
+        /// deviation, and the option or line of the URDF that mends it.
+        unknowns: Vec<Unknown> = Vec::new(), value_name("KINDS"), heading(METHOD);
         /// Keep the covariance of the parameters in the estimate.
         covariance: bool = false, heading(METHOD);
         /// The link that carries the load of the logs with a load [default: the last].

@@ -43,6 +43,7 @@ mod simulate;
 pub mod spelling;
 mod table;
 mod types;
+mod unknowns;
 mod words;
 
 pub use derive::DeriveRequest;
@@ -68,6 +69,7 @@ pub use simulate::SimulateRequest;
 pub use table::{Request, of_values, unknown};
 pub(crate) use table::{has, in_range, request, value_of};
 pub use types::FieldType;
+pub use unknowns::Unknown;
 pub use words::Words;
 
 /// The requests by name: `excite`; `identify-rist-mh` for each method.

@@ -17,6 +17,9 @@ request! {
         /// Which joints have a rotor inertia (IA) among their parameters [default: as the file says; a YAML file that does
         /// not say: actuated; a URDF, which cannot say: none].
         rotor_inertia: Option<RotorInertias> = None, value_name("JOINTS");
+        /// How the base is mounted, rad: roll, pitch and yaw of its frame in one in which gravity is as the file says.
+        /// 3.1416,0,0 is a robot on a ceiling [default: as the file says].
+        base: Option<[f64; 3]> = None, value_name("ROLL,PITCH,YAW");
         /// Let the base float: six coordinates come first (base_x, base_y, base_z, base_yaw, base_pitch, base_roll), and
         /// the base becomes a link with its own parameters.
         floating_base: bool = false;
@@ -33,6 +36,7 @@ impl ModelOptions {
             mimic: if description.independent_mimic { Mimic::Independent } else { Mimic::Constraint },
             angles: if description.angles_as_given { Angles::AsGiven } else { Angles::Meant },
             rotor_inertia: description.rotor_inertia,
+            base: description.base,
             floating_base: description.floating_base,
             any_size: false,
         }
@@ -45,6 +49,7 @@ impl ModelOptions {
             independent_mimic: self.mimic == Mimic::Independent,
             angles_as_given: self.angles == Angles::AsGiven,
             rotor_inertia: self.rotor_inertia,
+            base: self.base,
             floating_base: self.floating_base,
         };
         (description != DescriptionOptions::default()).then_some(description)

@@ -30,6 +30,8 @@ pub enum Flag {
     One,
     /// With a number, which may be negative.
     Number,
+    /// With numbers that commas divide; the first may be negative.
+    Numbers,
     /// With texts that commas divide; it may be repeated.
     List,
     /// With one text each time; it may be repeated.

@@ -16,11 +16,7 @@
 //! The deviation is the scatter of u while tenths of the record are left out (jackknife), at least that of white noise.
 //!
 //! A fault that is told by its deviations, and explains too little to be named, moves the parameters all the same. By how
-//! much is part of their deviation (`widen_by_faults`):
-//!
-//! ```text
-//! sigma_i^2 + max_u (x_i with u - x_i without)^2
-//! ```
+//! much is part of their deviation (`widening`).
 //!
 //! A rotor whose column the others contain is told by nothing: the parameters that contain it are named ([`Tested::within`]).
 //! Not told: a common scale of all torques, and the zero of a joint whose bodies may lie as they like.
@@ -149,13 +145,13 @@ const LEFT_OUT_PARTS: usize = 10;
 /// Share of a column's norm with which its parameter is held at the fit, for parameters that the data leave open.
 const HELD_COLUMN_SHARE: f64 = 1e-4;
 /// A column that the parameters explain but for this share of its norm tells nothing.
-const EXPLAINED_COLUMN_SHARE: f64 = 1e-3;
+pub(super) const EXPLAINED_COLUMN_SHARE: f64 = 1e-3;
 /// A parameter explains such a column where its own column is this share of it at least.
 const WITHIN_COLUMN_SHARE: f64 = 0.01;
 /// Step of the derivative by a position, rad (m).
 const POSITION_STEP: f64 = 1e-4;
 /// Robots of more coordinates take too long.
-const MOST_COORDINATES: usize = 12;
+pub(super) const MOST_COORDINATES: usize = 12;
 
 /// The share of the torque that a fault explains at least.
 fn least_share(of: &Hypothesis) -> f64 {
@@ -173,19 +169,33 @@ pub fn hypotheses<R: Records + ?Sized>(
     weights: &[f64],
     open: Open,
 ) -> Result<Vec<Tested>, Error> {
-    let n = model.n();
-    if n > MOST_COORDINATES || model.regressor.parameters().is_empty() {
+    if model.n() > MOST_COORDINATES || model.regressor.parameters().is_empty() {
         return Ok(Vec::new());
     }
     let all = all(model, open);
+    let parts = triangles(model, records, x, weights, open, &all)?;
+    Ok(tested(&parts, x, &all))
+}
+
+/// One triangle per tenth of the records, of the rows [W | h] and tau, weighted by joint.
+///
+/// Fails when a record cannot be read.
+pub(super) fn triangles<R: Records + ?Sized>(
+    model: &Model,
+    records: &R,
+    x: &[f64],
+    weights: &[f64],
+    open: Open,
+    all: &[Hypothesis],
+) -> Result<Vec<Triangle>, Error> {
+    let n = model.n();
     // Every m-th sample only: each sample costs several calls of the regressor.
     let thinned = records.thinned(MOST_THINNED_SAMPLES)?;
     let (count, every) = (thinned.count, thinned.every);
     let (p, width) = (model.p(), model.p() + all.len());
-    // One triangle per tenth of the record, of the rows [W | h] and tau, weighted by joint.
     let mut parts: Vec<TriangleBuilder> = (0..LEFT_OUT_PARTS).map(|_| TriangleBuilder::new(width)).collect();
     for (first, kept) in &thinned.records {
-        let columns = columns(model, kept, x, &all, open.tilts);
+        let columns = columns(model, kept, x, all, open.tilts);
         let mut row = vec![0.0; width];
         model.rows(kept, 0..kept.len(), |r, w| {
             let part = (first + r * every) * LEFT_OUT_PARTS / count.max(1);
@@ -201,11 +211,10 @@ pub fn hypotheses<R: Records + ?Sized>(
             }
         });
     }
-    let parts: Vec<Triangle> = parts.into_iter().map(TriangleBuilder::finish).collect();
-    Ok(tested(&parts, x, &all))
+    Ok(parts.into_iter().map(TriangleBuilder::finish).collect())
 }
 
-fn all(model: &Model, open: Open) -> Vec<Hypothesis> {
+pub(super) fn all(model: &Model, open: Open) -> Vec<Hypothesis> {
     let n = model.n();
     let turning = (0..n).filter(|&k| !model.regressor.is_prismatic(k)).map(Hypothesis::Zero);
     let scales = (0..n).filter(|_| n > 1).map(Hypothesis::Scale);
@@ -336,14 +345,14 @@ fn held_out(parts: &[Triangle], held: &Triangle, columns: &[usize], p: usize) ->
     ((without / whole).sqrt(), (with / whole).sqrt())
 }
 
-fn merged(parts: &[Triangle], out: Option<usize>) -> Triangle {
+pub(super) fn merged(parts: &[Triangle], out: Option<usize>) -> Triangle {
     let mut sum = Triangle::new(parts[0].columns());
     parts.iter().enumerate().filter(|(k, _)| Some(*k) != out).for_each(|(_, part)| sum.merge(part, 1.0));
     sum
 }
 
 /// Rows that hold each parameter at the fit by a share of its column.
-fn held(rows: &Triangle, x: &[f64]) -> Triangle {
+pub(super) fn held(rows: &Triangle, x: &[f64]) -> Triangle {
     let mut block = TriangleBuilder::new(rows.columns());
     for (c, x) in x.iter().enumerate() {
         let mut row = vec![0.0; rows.columns()];

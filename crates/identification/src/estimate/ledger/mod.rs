@@ -7,6 +7,7 @@
 //! | `claims_of_fit` | what the fit leaves open, and what it predicts |
 //! | `claims_of_faults` | what unknowns more explain ([`hypotheses`]) |
 //! | `widening` | by how much those that explain too little to be named widen deviations |
+//! | `unknowns` | the same unknowns all at once, where they are asked for |
 //! | `torque_error` | how wrong torques may be, by the covariance |
 //! | `purposes` | what each use needs of all these |
 
@@ -18,10 +19,12 @@ pub mod hypotheses;
 pub mod purposes;
 pub mod topics;
 pub mod torque_error;
+pub mod unknowns;
 mod widening;
 
 pub(crate) use claims_of_faults::claims_of_faults;
 pub use claims_of_fit::Prediction;
 pub(crate) use claims_of_fit::{LACKING_MODEL_CHI_SQUARE, NOISE_CHI_SQUARE, claims_of_fit, not_noise};
 pub use claims_of_log::{FreeFit, claims_of_log};
-pub use widening::widen_by_faults;
+pub use unknowns::widen_by_unknowns;
+pub use widening::{widen_by_faults, widen_by_rotors};

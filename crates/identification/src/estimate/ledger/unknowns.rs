@@ -1,0 +1,121 @@
+//! Unknowns beside the parameters, all at once: what a user who suspects a mount, zeros, scales or springs asks for.
+//!
+//! One step of Gauss-Newton from a guess that the records were made with. With H the columns of [`hypotheses`]
+//! (all of the wanted kinds side by side) and x the fit without them,
+//!
+//! ```text
+//! min |W X + H u - tau|      u: by how much the guess is wrong
+//! ```
+//! A column that W and the columns before it explain tells nothing; its unknown stays at the guess. The deviation is the
+//! scatter of u while tenths of the record are left out (jackknife), at least that of white noise.
+//!
+//! [`hypotheses`]: crate::estimate::ledger::hypotheses
+
+use linear_model::linear_model::Model;
+use logs::Error;
+use numerics::triangle::Triangle;
+
+use crate::estimate::artefact::Estimate;
+use crate::estimate::ledger::hypotheses::{
+    EXPLAINED_COLUMN_SHARE, Hypothesis, MOST_COORDINATES, Open, all, held, merged, triangles,
+};
+use crate::signals::records::Records;
+
+/// One unknown of a step.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Step {
+    /// What it is.
+    pub of: Hypothesis,
+    /// By how much it is beside the guess, and the deviation of that; `None` where nothing tells it.
+    pub told: Option<(f64, f64)>,
+    /// By how much each parameter changes per unit of it.
+    pub effect: Vec<f64>,
+}
+
+/// One step for the hypotheses that `is_wanted` takes, beside the parameters `x` with the weights of the joints.
+///
+/// Fails for a robot of more than 12 coordinates, and when a record cannot be read.
+pub fn step<R: Records + ?Sized>(
+    model: &Model,
+    records: &R,
+    x: &[f64],
+    weights: &[f64],
+    open: Open,
+    is_wanted: impl Fn(&Hypothesis) -> bool,
+) -> Result<Vec<Step>, Error> {
+    if model.n() > MOST_COORDINATES {
+        let n = model.n();
+        let message = format!(
+            "unknowns beside the parameters are for robots of at most {MOST_COORDINATES} coordinates; this one has {n}"
+        );
+        return Err(Error::new(message));
+    }
+    let wanted: Vec<Hypothesis> = all(model, open).into_iter().filter(is_wanted).collect();
+    let parts = triangles(model, records, x, weights, open, &wanted)?;
+    Ok(solved(&parts, x, &wanted))
+}
+
+fn solved(parts: &[Triangle], x: &[f64], wanted: &[Hypothesis]) -> Vec<Step> {
+    let p = x.len();
+    let whole = merged(parts, None);
+    let held = held(&whole, x);
+    let rows = |out: Option<usize>| {
+        let mut sum = merged(parts, out);
+        sum.merge(&held, 1.0);
+        sum
+    };
+    let all_rows = rows(None);
+    let is_told: Vec<bool> = (0..wanted.len())
+        .map(|e| all_rows.at(p + e, p + e).abs() > EXPLAINED_COLUMN_SHARE * whole.column_norm(p + e))
+        .collect();
+    let unknowns = |triangle: &Triangle| substituted(triangle, p, &is_told);
+    let values = unknowns(&all_rows);
+    let leaving: Vec<Vec<f64>> = (0..parts.len()).map(|part| unknowns(&rows(Some(part)))).collect();
+    let free = whole.rows.saturating_sub(p + wanted.len()).max(1) as f64;
+    let width = all_rows.columns();
+    let noise = all_rows.at(width, width).abs() / free.sqrt();
+    let inverse = all_rows.inverse_products(p..width);
+    let one = |(e, of): (usize, &Hypothesis)| {
+        if !is_told[e] {
+            return Step { of: of.clone(), told: None, effect: Vec::new() };
+        }
+        let m = leaving.len() as f64;
+        let mean = leaving.iter().map(|u| u[e]).sum::<f64>() / m;
+        let scatter = leaving.iter().map(|u| (u[e] - mean).powi(2)).sum::<f64>() * (m - 1.0) / m;
+        let deviation = scatter.sqrt().max(noise * inverse[e].sqrt());
+        Step { of: of.clone(), told: Some((values[e], deviation)), effect: per_unit(&all_rows, p, p + e) }
+    };
+    wanted.iter().enumerate().map(one).collect()
+}
+
+/// The unknowns behind the first p columns by back substitution; those that are not told are zero.
+fn substituted(triangle: &Triangle, p: usize, is_told: &[bool]) -> Vec<f64> {
+    let width = triangle.columns();
+    let mut left: Vec<f64> = (p..width).map(|i| triangle.at(i, width)).collect();
+    let mut u = vec![0.0; width - p];
+    for e in (0..u.len()).rev().filter(|&e| is_told[e] && triangle.at(p + e, p + e) != 0.0) {
+        u[e] = left[e] / triangle.at(p + e, p + e);
+        (0..e).for_each(|i| left[i] -= u[e] * triangle.at(p + i, p + e));
+    }
+    u
+}
+
+/// By how much the first p parameters change per unit of column c: -R^-1 times that column.
+fn per_unit(triangle: &Triangle, p: usize, c: usize) -> Vec<f64> {
+    let mut left: Vec<f64> = (0..p).map(|i| triangle.at(i, c)).collect();
+    let mut change = vec![0.0; p];
+    for i in (0..p).rev().filter(|&i| triangle.at(i, i) != 0.0) {
+        change[i] = -left[i] / triangle.at(i, i);
+        (0..i).for_each(|k| left[k] += change[i] * triangle.at(k, i));
+    }
+    change
+}
+
+/// Widens deviations and covariance by those of unknowns that the parameters were found with: sigma^2 + sum (effect
+/// deviation)^2. An estimate of other parameters stays as it is.
+pub fn widen_by_unknowns(estimate: &mut Estimate, steps: &[Step]) {
+    let of_these = |s: &&Step| s.effect.len() == estimate.parameters.len();
+    let told: Vec<(f64, &[f64])> =
+        steps.iter().filter(of_these).filter_map(|s| Some((s.told?.1, s.effect.as_slice()))).collect();
+    estimate.widen(|c| told.iter().map(|(deviation, effect)| (deviation * effect[c]).powi(2)).sum::<f64>().sqrt());
+}

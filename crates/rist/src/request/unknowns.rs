@@ -1,0 +1,100 @@
+//! The unknowns of a fit beside its parameters, and how a base is mounted: values of fields.
+
+use serde_json::{Value, json};
+
+use super::shape::{Flag, Shape};
+use super::types::{FieldType, last};
+use super::words::{Words, words};
+use crate::error::Error;
+
+/// What is unknown beside the parameters, of all joints.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Unknown {
+    /// How the base is mounted.
+    Mount,
+    /// Where each joint is at zero.
+    Zeros,
+    /// The torque of each joint beside that of the others.
+    Scales,
+    /// A spring at each joint.
+    Springs,
+}
+
+words! { Unknown:
+    Mount = "mount" "",
+    Zeros = "zeros" "",
+    Scales = "scales" "",
+    Springs = "springs" "",
+}
+
+fn unknown(text: &str) -> Result<Unknown, String> {
+    Unknown::of_word(text).ok_or_else(|| format!("`{text}`: expected is one of mount, zeros, scales, springs"))
+}
+
+impl FieldType for Vec<Unknown> {
+    fn shape() -> Shape {
+        let json = json!({"type": "array", "items": <Unknown as FieldType>::shape().json});
+        let python = "Sequence[Literal[\"mount\", \"zeros\", \"scales\", \"springs\"]]";
+        let expected = "some of mount, zeros, scales, springs";
+        Shape::plain(expected, python, json, Flag::List, |text| unknown(text).map(drop))
+    }
+
+    fn of_texts(texts: &[String]) -> Result<Self, Error> {
+        texts.iter().map(|text| unknown(text).map_err(Error::new)).collect()
+    }
+
+    fn of_value(value: &Value) -> Result<Option<Self>, Error> {
+        let one = |x: &Value| x.as_str().and_then(Unknown::of_word);
+        Ok(value.as_array().and_then(|list| list.iter().map(one).collect()))
+    }
+
+    fn to_value(&self) -> Value {
+        json!(self.iter().map(|unknown| unknown.word()).collect::<Vec<_>>())
+    }
+}
+
+/// `0.1,0,-0.2`.
+fn three(text: &str) -> Result<[f64; 3], String> {
+    let numbers: Option<Vec<f64>> =
+        text.split(',').map(|x| x.trim().parse().ok().filter(|x: &f64| x.is_finite())).collect();
+    numbers.and_then(|x| x.try_into().ok()).ok_or_else(|| format!("`{text}`: expected are three numbers, as 0,0.1,0"))
+}
+
+impl FieldType for [f64; 3] {
+    fn shape() -> Shape {
+        let json = json!({"type": "array", "items": {"type": "number"}, "minItems": 3, "maxItems": 3});
+        Shape::plain("three numbers", "Sequence[float]", json, Flag::Numbers, |text| three(text).map(drop))
+    }
+
+    fn of_texts(texts: &[String]) -> Result<[f64; 3], Error> {
+        three(last(texts)).map_err(Error::new)
+    }
+
+    fn of_value(value: &Value) -> Result<Option<[f64; 3]>, Error> {
+        let numbers = value.as_array().and_then(|list| list.iter().map(Value::as_f64).collect::<Option<Vec<f64>>>());
+        Ok(numbers.and_then(|x| x.try_into().ok()))
+    }
+
+    fn to_value(&self) -> Value {
+        json!(self)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn three_numbers_and_nothing_else() {
+        assert_eq!(three("-0.1, 0,3.14").unwrap(), [-0.1, 0.0, 3.14]);
+        for text in ["", "1,2", "1,2,3,4", "1,2,x", "1,2,nan", "1,2,inf"] {
+            assert!(three(text).unwrap_err().contains("three numbers"), "{text}");
+        }
+    }
+
+    #[test]
+    fn a_word_that_is_none_is_named_with_those_that_are() {
+        let said = Vec::<Unknown>::of_texts(&["zeros".into(), "offsets".into()]).unwrap_err().to_string();
+        assert!(said.contains("`offsets`") && said.contains("mount, zeros, scales, springs"), "{said}");
+    }
+}
