@@ -13,8 +13,8 @@ pub struct RowLayout {
     pub base: usize,
     /// The entries of each joint's row.
     pub joints: Vec<JointEntries>,
-    /// For each coupling the first of its places in the row of the joint, and in that of the motor.
-    pub couplings: Vec<[usize; 2]>,
+    /// For each coupling the first of its places in each of its rows.
+    pub couplings: Vec<Vec<usize>>,
     /// Number of all entries.
     pub entries: usize,
 }
@@ -60,15 +60,16 @@ impl RowLayout {
             entries = take(joint, first..first + columns_of(friction, j), entries);
         }
         let width = CouplingParameter::ALL.len();
-        // A coupling acts on its joint and on its motor, with the same columns.
+        // A coupling acts on its joints and on its motor, with the same columns.
         let mut of_couplings = Vec::new();
         for (i, coupling) in couplings.iter().enumerate() {
             let first = p + columns_before(friction, n) + i * width;
-            of_couplings.push([coupling.joint, coupling.motor].map(|j| {
-                let place = entries;
-                entries = take(&mut joints[j], first..first + width, place);
-                place
-            }));
+            let mut places = Vec::new();
+            for j in coupling.rows() {
+                places.push(entries);
+                entries = take(&mut joints[j], first..first + width, entries);
+            }
+            of_couplings.push(places);
         }
         for joint in &mut joints {
             joint.places.push(entries);

@@ -30,7 +30,7 @@ impl HarmonicRequest {
         Ok(options)
     }
 
-    /// Ripple, springs and backlash, each once.
+    /// Ripple, springs, eccentric encoders and backlash, each once.
     fn joint_effects(&self, model: &Model) -> Result<Vec<Effect>, Error> {
         let n = model.regressor().coordinates().len();
         let joints = |whose: &Whose| match whose {
@@ -46,6 +46,12 @@ impl HarmonicRequest {
                 )));
             }
             found.extend(of("ripple", whose)?.map(|joint| Effect::Ripple { joint, periods: *periods }));
+        }
+        for whose in &self.spring {
+            found.extend(of("spring", whose)?.map(|joint| Effect::Spring { joint }));
+        }
+        for whose in &self.eccentric {
+            found.extend(of("eccentric", whose)?.map(|joint| Effect::Eccentric { joint }));
         }
         for whose in &self.elastic {
             found.extend(of("elastic", whose)?.map(|joint| Effect::Elastic { joint }));

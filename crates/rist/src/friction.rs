@@ -68,8 +68,7 @@ pub(crate) fn choose_friction(
 }
 
 /// Terms of single joints beside those of a fit, put into the options where they predict parts left out better by far, and
-/// far better than any fault of the log does; and a sentence on them. A log that is not held in memory would have to be read
-/// once more, and gets none.
+/// far better than any fault of the log does; and a sentence on them.
 ///
 /// Fails where a log cannot be read.
 pub(crate) fn worthwhile_joint_terms(
@@ -79,9 +78,6 @@ pub(crate) fn worthwhile_joint_terms(
     faults: &[Tested],
     options: &mut Options,
 ) -> Result<Option<String>, Error> {
-    if logs.iter().any(|log| matches!(log, LogSource::Streamed(_))) {
-        return Ok(None);
-    }
     let mut tried = options.clone();
     let load = fit.solution.x[..model.regressor().parameters().len()].to_vec();
     let found = found_joint_terms(model, logs, load, &fit.observation.speed, &mut tried)?;
@@ -101,6 +97,15 @@ pub(crate) fn worthwhile_joint_terms(
         ratio * found.error,
         found.error
     )))
+}
+
+/// That friction of single joints was not looked for; `None` where the logs are held in memory. Others would have to be read
+/// once more.
+pub(crate) fn not_looked_for(logs: &[LogSource]) -> Option<String> {
+    let is_streamed = logs.iter().any(|log| matches!(log, LogSource::Streamed(_)));
+    let sentence = "friction of single joints was not looked for, since the logs are too long to be held in memory \
+                    ([friction=auto] looks for it)";
+    is_streamed.then(|| sentence.into())
 }
 
 /// A term of a single joint, for a sentence.

@@ -27,7 +27,7 @@ use crate::Estimate;
 use crate::chosen::{Looked, choose, found_delay, open_rotors, told_rotors};
 use crate::drive_gains::{drive_gains, gain_remark, widen};
 use crate::error::Error;
-use crate::friction::{Kept, choose_friction, worthwhile_joint_terms};
+use crate::friction::{Kept, choose_friction, not_looked_for, worthwhile_joint_terms};
 use crate::load::{Load, load};
 use crate::model::Model;
 use crate::motion_range::{allowed, seen};
@@ -253,6 +253,9 @@ fn fitted<'a>(
     let plain = one(Looked::again(looked, model, logs, options)?, options)?;
     if !is_open {
         return Ok(plain);
+    }
+    if let Some(sentence) = not_looked_for(logs) {
+        return Ok(Fitted { sentence: Some(sentence), ..plain });
     }
     let sentence = worthwhile_joint_terms(model, logs, &plain.fit, &plain.faults, options)?;
     match sentence.is_some() {

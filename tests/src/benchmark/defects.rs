@@ -1,4 +1,5 @@
-//! Defects that the models of R3G and its like lack: drives that ripple, joints that bend or have play, late torques.
+//! Defects that the models of R3G and its like lack: drives that ripple, springs, eccentric encoders, joints that bend or
+//! have play, late torques.
 //!
 //! Joints that bend are simulated in closed loop as two masses each,
 //!   J theta'' = kt I - G(theta') - tau,   M(q) q'' + h(q, q') = tau,   tau = K s + D s',
@@ -27,6 +28,10 @@ pub enum Defect {
     GainRipple(f64, f64),
     /// A torque of this share of the greatest torque is added, which varies this many times a turn.
     Ripple(f64, f64),
+    /// A spring of so many N m/rad beside the motor.
+    Spring(f64),
+    /// The encoder reads so many rad times the cosine of the joint too much.
+    Eccentric(f64),
     /// The links swing at so many Hz when the motors are held.
     Elastic(f64),
     /// A gap of so many rad, before a spring of `STIFF` Hz.
@@ -122,8 +127,12 @@ impl Defect {
                 Defect::Ripple(share, periods) => {
                     current[i] + share * arm.drives.greatest_torque[k] / arm.drives.gain[k] * wave(periods)
                 }
-                Defect::Elastic(_) | Defect::Play(_) => current[i],
+                Defect::Spring(stiffness) => current[i] + stiffness * experiment.q[k][i] / arm.drives.gain[k],
+                Defect::Elastic(_) | Defect::Play(_) | Defect::Eccentric(_) => current[i],
             };
+        }
+        if let Defect::Eccentric(off) = self {
+            experiment.q[k].iter_mut().for_each(|q| *q += off * q.cos());
         }
     }
 

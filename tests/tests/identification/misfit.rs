@@ -1,4 +1,5 @@
-//! What RIST-MH says of effects that its model does not have: late torques, ripple of a drive, joints that bend or have play.
+//! What RIST-MH says of effects that its model does not have: late torques, ripple of a drive, springs, eccentric encoders,
+//! joints that bend or have play.
 //! Never of the friction and the noise that it has.
 //!
 //! Its thresholds were chosen on other draws (`tests/benches/misfit.rs`, seed 1000) than those that are looked at here.
@@ -62,7 +63,7 @@ fn looked_at(defect: Defect, kind: &(dyn Fn(usize) -> Effect + Sync), most: f64)
     let found = each_draw(DRAWS, 2, |draw| {
         let experiments = measured(&exact, &arm, &arm.sensing, SEED, draw);
         let without = estimate(&arm, &experiments, &[]);
-        assert!(without.misfit.is_lacking(), "{defect:?}: {:?}", without.misfit.joints);
+        assert!(without.misfit.is_beyond_noise(), "{defect:?}: {:?}", without.misfit.joints);
         let is_kind = |e: &Effect| std::mem::discriminant(e) == std::mem::discriminant(&kind(0));
         let named = without.cause.as_ref().is_some_and(|cause| cause.effects.iter().all(|e| is_kind(&e.effect)));
         let sentence = without.cause.as_ref().map(|cause| cause_sentence(cause, arm.regressor));
@@ -90,6 +91,32 @@ fn ripple_is_named() {
     let kind = |joint: usize| Effect::Ripple { joint, periods: 12.0 };
     looked_at(Defect::GainRipple(0.02, 12.0), &kind, 0.3);
     looked_at(Defect::Ripple(0.02, 12.0), &kind, 0.3);
+}
+
+#[test]
+fn springs_are_named() {
+    looked_at(Defect::Spring(6.0), &|joint| Effect::Spring { joint }, 0.3);
+}
+
+#[test]
+fn eccentric_encoders_are_named() {
+    looked_at(Defect::Eccentric(6e-3), &|joint| Effect::Eccentric { joint }, 0.3);
+}
+
+/// Two milliradians are within the noise of R3G: nothing is named, and the intervals hold.
+#[test]
+fn an_encoder_within_the_noise_is_not_named() {
+    let robot = r3(true);
+    let arm = r3_arm("R3G", &robot);
+    let exact = Defect::Eccentric(2e-3).experiments(&arm, &golden_plan(), None).unwrap();
+    let held = mean((0..DRAWS as u64).map(|draw| {
+        let found = estimate(&arm, &measured(&exact, &arm, &arm.sensing, SEED, draw), &[]);
+        assert!(found.cause.is_none() && !found.misfit.is_beyond_noise(), "{:?}", found.misfit.joints);
+        let white = found.deviations();
+        let is_held = |&i: &usize| (found.values()[i] - arm.truth[i]).abs() <= 1.96 * found.lacked(i).max(white[i]);
+        (0..arm.truth.len()).filter(is_held).count() as f64 / arm.truth.len() as f64
+    }));
+    assert!(held >= 0.9, "{held}");
 }
 
 #[test]
@@ -121,6 +148,11 @@ fn the_joint_is_named() {
     };
     let ripple = sentence(Defect::Ripple(0.02, 12.0));
     assert!(ripple.starts_with("q2 has ripple of 0.") && ripple.contains("[ripple=q2=12] "), "{ripple}");
+    let spring = sentence(Defect::Spring(6.0));
+    assert!(
+        spring.starts_with("a spring of ") && spring.contains("acts on q2") && spring.contains("[spring=q2]"),
+        "{spring}"
+    );
     let elastic = sentence(Defect::Elastic(15.0));
     assert!(elastic.starts_with("q2 bends: 2") && elastic.contains("[elastic=q2] "), "{elastic}");
 }

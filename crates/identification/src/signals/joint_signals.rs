@@ -279,8 +279,8 @@ impl Filtering<'_> {
     /// Directions and friction columns of a lightly filtered velocity, passed through the filter of the torques.
     fn directions(&self, wide: Vec<Vec<f64>>, couplings: &[Coupling]) -> Directions {
         let motor = |c: &Coupling| {
-            let speeds = wide[c.motor].iter().zip(&wide[c.joint]);
-            directions(&speeds.map(|(&m, &k)| c.speed(m, k)).collect::<Vec<f64>>())
+            let speed = |r: usize| c.speed(|k| wide[k][r]);
+            directions(&(0..wide[c.motor].len()).map(speed).collect::<Vec<f64>>())
         };
         let none = Vec::new();
         let of_term = |&term: &FrictionTerm| {
@@ -308,7 +308,7 @@ struct Directions {
 
 /// The signs of the velocities of n joints at the samples.
 fn signs(dq: &[f64], couplings: &[Coupling], n: usize) -> Directions {
-    let motors = |dq: &[f64]| couplings.iter().map(|c| sign(c.speed(dq[c.motor], dq[c.joint]))).collect::<Vec<f64>>();
+    let motors = |dq: &[f64]| couplings.iter().map(|c| sign(c.speed(|k| dq[k]))).collect::<Vec<f64>>();
     Directions {
         direction: dq.iter().map(|&v| sign(v)).collect(),
         motor_direction: dq.chunks(n.max(1)).flat_map(motors).collect(),

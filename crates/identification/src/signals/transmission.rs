@@ -4,11 +4,8 @@
 //! a scale and a spring of each joint. R holds gear ratios
 //! and signs on its diagonal and couplings beside it. The wrist of a Staubli TX40 has q_m6 = 32 (q_5 + q_6).
 //!
-//! A motor m that also turns with joint k (c = R_mk / R_mm) brings its own inertia and friction to
-//! both joints. The columns to be added to those of the joints are
-//!   tau_k += c (IAM ddq_m + FVM dq_m + FSM sign(dq_m + c dq_k))
-//!   tau_m += c (IAM ddq_k + FVM dq_k) + FSM sign(dq_m + c dq_k)
-//! [Gautier 1997; Janot, Vandanjon, Gautier 2014, for the TX40]
+//! A motor that also turns with other joints brings its own inertia and friction to all of them
+//! ([`linear_model::coupling`]).
 
 use linear_model::coupling::Coupling;
 use logs::{Effort, Error, Log, unwrap_angle};
@@ -42,14 +39,19 @@ pub struct Transmission {
 }
 
 impl Transmission {
-    /// The coupled motors, for the columns of the model.
+    /// The coupled motors, for the columns of the model; each once, with all joints that turn it.
     pub fn coupled(&self) -> Vec<Coupling> {
         let ratio = |m: usize| self.ratios.as_ref().and_then(|r| r.get(m)).copied().unwrap_or(1.0);
-        let coupling = |&(m, k, r): &(usize, usize, f64)| {
-            let (motor, joint) = (m.checked_sub(1)?, k.checked_sub(1)?);
-            Some(Coupling { motor, joint, ratio: r / ratio(motor) })
-        };
-        self.couplings.iter().filter(|_| !self.rigid_couplings).filter_map(coupling).collect()
+        let mut motors: Vec<Coupling> = Vec::new();
+        for &(m, k, r) in self.couplings.iter().filter(|_| !self.rigid_couplings) {
+            let (Some(motor), Some(joint)) = (m.checked_sub(1), k.checked_sub(1)) else { continue };
+            let turned = (joint, r / ratio(motor));
+            match motors.iter_mut().find(|known| known.motor == motor) {
+                Some(known) => known.joints.push(turned),
+                None => motors.push(Coupling { motor, joints: vec![turned] }),
+            }
+        }
+        motors
     }
 
     fn check(&self, n: usize) -> Result<(), Error> {
@@ -215,7 +217,10 @@ mod tests {
         assert!((joint - (0.7 * 2.0 + 0.2 * -3.0)).abs() < 1e-12);
         assert!((45.0 * joints.q[0][0] - 2.0).abs() < 1e-12);
         assert!((-48.0 * joints.q[1][0] + 32.0 * joints.q[0][0] + 3.0).abs() < 1e-12);
-        assert_eq!(transmission.coupled(), [Coupling { motor: 1, joint: 0, ratio: 32.0 / -48.0 }]);
+        assert_eq!(transmission.coupled(), [Coupling { motor: 1, joints: vec![(0, 32.0 / -48.0)] }]);
+        // A motor that two joints turn has one inertia and one friction.
+        let two = Transmission { couplings: vec![(3, 1, 2.0), (3, 2, -1.0)], ..Transmission::default() };
+        assert_eq!(two.coupled(), [Coupling { motor: 2, joints: vec![(0, 2.0), (1, -1.0)] }]);
     }
 
     /// A joint of many turns whose angle is wrapped before the gear is counted, and one whose motor goes fast.

@@ -201,6 +201,11 @@ impl JointSpectrum {
         rows
     }
 
+    /// Rows of the torque of a spring of 1 N m/rad.
+    pub(crate) fn position_rows(&self) -> Vec<Vec<f64>> {
+        self.rows_of(std::slice::from_ref(&self.q), 1)
+    }
+
     /// Rows of the friction columns, in the order of `rows`. `gain`: N m per unit of current.
     pub(crate) fn friction_rows(&self, shape: &FrictionShape, gain: f64) -> Vec<Vec<f64>> {
         self.rows_of(&self.friction_series(shape, gain), 2)

@@ -224,6 +224,13 @@ fn judge(estimate: &mut Estimate, regressor: &dyn Regressor, found: &HarmonicEst
     }
     estimate.chi_square_per_freedom = Some(misfit.total);
     if !misfit.is_lacking() {
+        estimate.remarks.extend(found.cause.iter().map(|cause| {
+            let cause = cause_sentence(cause, regressor);
+            format!(
+                "chi^2 per freedom is {:.1} where noise alone gives up to {NOISE_CHI_SQUARE}; {cause}",
+                misfit.total
+            )
+        }));
         return;
     }
     let named = |(name, x): (&String, &f64)| (*x > LACKING_MODEL_CHI_SQUARE).then(|| format!("{name} {x:.1}"));
@@ -237,7 +244,8 @@ fn judge(estimate: &mut Estimate, regressor: &dyn Regressor, found: &HarmonicEst
     estimate.remarks.push(match &found.cause {
         Some(cause) => cause_sentence(cause, regressor),
         None => {
-            "the cause is not told: late torques, ripple, joints that bend and backlash each explain less than half of it"
+            "the cause is not told: late torques, ripple, springs, eccentric encoders, joints that bend and backlash each \
+             explain less than half of it"
                 .into()
         }
     });

@@ -35,6 +35,17 @@ pub(crate) fn size_words(
             significant(value(0).hypot(value(1))),
             unit(joint, "N", "N m")
         ),
+        Effect::Spring { joint } => {
+            let unit = unit(joint, "N/m", "N m/rad");
+            let spread = if with_deviation { format!(" +- {}", significant(deviation)) } else { String::new() };
+            format!("a spring of {}{spread} {unit} acts on {}", significant(value(0)), name(joint))
+        }
+        Effect::Eccentric { joint } => format!(
+            "the encoder of {} is off by {} {} once a turn",
+            name(joint),
+            significant(1e3 * value(0).hypot(value(1))),
+            unit(joint, "mm", "mrad")
+        ),
         Effect::Elastic { joint } => {
             let at = frequency.map_or(String::new(), |hz| format!(", {hz:.0} Hz with the motor held"));
             let stiffness = 1.0 / value(0);
@@ -67,6 +78,8 @@ fn remedy(cause: &Cause, regressor: &dyn Regressor) -> String {
         let (field, word) = match size.effect {
             Effect::Delay => ("delay", "auto".to_string()),
             Effect::Ripple { joint, periods } => ("ripple", format!("{}={periods}", name(joint))),
+            Effect::Spring { joint } => ("spring", name(joint).to_string()),
+            Effect::Eccentric { joint } => ("eccentric", name(joint).to_string()),
             Effect::Elastic { joint } => ("elastic", name(joint).to_string()),
             Effect::Play { joint } => ("backlash", name(joint).to_string()),
         };

@@ -144,6 +144,10 @@ request! {
         delay: Option<Delay> = None, value_name("SECONDS"), heading(SIGNALS);
         /// Estimate ripple of torque and gain with so many periods a turn, of a coordinate or of all.
         ripple: Vec<(Whose, f64)> = Vec::new(), value_name("[COORDINATE=]PERIODS"), heading(METHOD);
+        /// Estimate a spring beside the motor of these coordinates, or of all, as one that balances gravity.
+        spring: Vec<Whose> = Vec::new(), value_name("COORDINATE|all"), heading(METHOD);
+        /// Estimate by how much the encoders of these coordinates, or of all, are off once a turn.
+        eccentric: Vec<Whose> = Vec::new(), value_name("COORDINATE|all"), heading(METHOD);
         /// Estimate the springs of these coordinates, or of all; the encoders are at the motors. The equations end at 10 Hz
         /// then, unless [cutoff] says otherwise.
         elastic: Vec<Whose> = Vec::new(), value_name("COORDINATE|all"), heading(METHOD);

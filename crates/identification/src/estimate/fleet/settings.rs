@@ -166,7 +166,7 @@ impl Settings {
         };
         // The numbers in a file may point beyond its coordinates.
         let is_inside = |c: &Column| c.moves_with.iter().all(|&k| k < n);
-        let is_motor = couplings.iter().all(|c| c.motor < n && c.joint < n);
+        let is_motor = couplings.iter().all(|c| c.rows().all(|k| k < n));
         if !is_motor || !self.columns.iter().all(is_inside) {
             return Err(unlike());
         }

@@ -5,7 +5,7 @@ use claims::{Claim, Figure, Outcome, Remedy, Subject, Topic, Trial};
 use crate::estimate::digits::significant;
 use crate::estimate::identified::Identified;
 use crate::estimate::ledger::hypotheses::{Hypothesis, Tested};
-use crate::estimate::ledger::topics::{DRIFT, MOUNT, ROTOR, SCALE, SPRING, ZERO};
+use crate::estimate::ledger::topics::{DRIFT, MOUNT, RESIDUAL, ROTOR, SCALE, SPRING, ZERO};
 use crate::estimate::ledger::topics::{at, cannot_tell};
 use crate::estimate::residuals::JointResidual;
 use linear_model::unit::Unit;
@@ -37,12 +37,11 @@ pub(crate) fn claims_of_faults(tested: &[Tested], joints: &[JointResidual], para
         let untold: Vec<&Tested> = untold.into_iter().filter(|t| !matches!(t.of, Hypothesis::Rotor(_))).collect();
         let names: Vec<&String> = untold.iter().filter_map(|t| Some(&joints[t.of.joint()?].coordinate)).collect();
         if let (Some(first), false) = (untold.first(), names.is_empty()) {
-            let why = "other bodies explain it as well";
-            claims.push(cannot_tell(
-                at(topic(&first.of), names),
-                why,
-                "the description, as far as its bodies are right",
-            ));
+            let (why, would_tell) = match first.of {
+                Hypothesis::Drift(_) => ("what the fit leaves is larger", "a longer log"),
+                _ => ("other bodies explain it as well", "the description, as far as its bodies are right"),
+            };
+            claims.push(cannot_tell(at(topic(&first.of), names), why, would_tell));
         }
     }
     claims
@@ -162,9 +161,60 @@ fn contradicted(tested: &Tested, joints: &[JointResidual]) -> Claim {
         None => Trial::NotTried { why: "it is too small".into() },
     };
     let fault = statement(tested, joints);
-    // A drive that warms up is no wrong log, and what it hides is open.
-    if matches!(of, Hypothesis::Drift(_)) {
-        return cannot_tell(subject(of, joints), fault, remedy);
+    // A drive that warms up is no wrong log: it is part of what the fit leaves.
+    if let Hypothesis::Drift(k) = *of {
+        return cannot_tell(Subject::of(RESIDUAL, [joints[k].coordinate.clone()]), fault, remedy);
     }
     Claim::new(subject(of, joints), Outcome::Contradicted { fault, remedy: Remedy::new("identify", remedy), trial })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::estimate::identified::Deviations;
+    use crate::estimate::ledger::purposes::torque_purpose;
+    use crate::estimate::ledger::torque_error::Use;
+    use crate::estimate::residuals::{Residuals, Squares};
+    use crate::test_arm::Pendulum;
+    use claims::{Standing, worst};
+
+    fn claims(tested: Tested) -> Vec<Claim> {
+        let joints = Residuals::new(&Pendulum::new(), vec![Squares::default()]).joints;
+        let deviations = Deviations { sigma: 0.1, white: Some(0.1), weak: false };
+        let parameter = Identified::new("ZZR1".parse().unwrap(), Unit::INERTIA, 1.0, deviations);
+        claims_of_faults(&[tested], &joints, &[parameter])
+    }
+
+    fn tested(of: Hypothesis, value: f64, power: f64, within: Vec<usize>) -> Tested {
+        let held_out = Some((0.1, 0.08));
+        Tested { of, value, deviation: 0.01, power, held_out, effect: vec![0.1], within }
+    }
+
+    /// Whether a use of torques is lowered by the claims, beside another motion that is predicted.
+    fn lowers(mut claims: Vec<Claim>) -> bool {
+        let other = Subject::whole(crate::estimate::ledger::topics::OTHER_MOTION);
+        claims.push(Claim::new(other, Outcome::Agrees { smallest: Figure::new(1.0, "%") }));
+        worst(&claims, &torque_purpose(Use::Gravity)) < Standing::Agreed
+    }
+
+    /// A torque that grows by a fifth is open with its size; one that cannot be told lowers nothing.
+    #[test]
+    fn a_drift_that_is_there_lowers_and_one_that_may_be_does_not() {
+        let found = claims(tested(Hypothesis::Drift(0), 0.2, 0.1, Vec::new()));
+        assert!(found[0].to_string().contains("grows by 20 %"), "{}", found[0]);
+        assert!(found[0].standing() == Standing::Open && lowers(found));
+        for power in [f64::INFINITY, 0.1] {
+            let none = claims(tested(Hypothesis::Drift(0), 0.0, power, Vec::new()));
+            assert!(none.len() == 1 && !none[0].to_string().contains("grows"), "{none:?}");
+            assert!(!lowers(none));
+        }
+    }
+
+    /// A rotor that a parameter contains is named with it and lowers nothing.
+    #[test]
+    fn a_hidden_rotor_is_part_of_a_parameter() {
+        let hidden = claims(tested(Hypothesis::Rotor(0), 0.0, f64::INFINITY, vec![0]));
+        assert!(hidden[0].to_string().contains("it is part of ZZR1"), "{}", hidden[0]);
+        assert!(!lowers(hidden));
+    }
 }

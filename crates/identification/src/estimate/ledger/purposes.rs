@@ -1,7 +1,6 @@
 //! What each use of an estimate needs.
 //!
-//! Every use needs another motion predicted, and nothing said against log, residual, parameters and a torque that does not
-//! drift. Its torque must be
+//! Every use needs another motion predicted, and nothing said against log, residual and parameters. Its torque must be
 //! sure to `SURE_TORQUE` where the covariance is known. Signs, scales, zeros, mount and springs must not be
 //! contradicted; where they cannot be told they lower nothing, since the torques of the log are predicted all the same.
 //! Bodies need what can exist and what the description does not contradict.
@@ -45,7 +44,7 @@ pub(crate) fn bodies_purpose() -> Purpose {
 }
 
 fn common(name: &'static str) -> Purpose {
-    let told = [LOG, RESIDUAL, PARAMETERS, DRIFT].map(|t| Need::where_told(Subject::whole(t)));
+    let told = [LOG, RESIDUAL, PARAMETERS].map(|t| Need::where_told(Subject::whole(t)));
     let uncontradicted =
         [SIGN, COMMON_SCALE, SCALE, ZERO, MOUNT, SPRING].map(|t| Need::uncontradicted(Subject::whole(t)));
     let purpose = Purpose::new(name, Need::new(Subject::whole(OTHER_MOTION)));

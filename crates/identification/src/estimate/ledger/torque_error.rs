@@ -166,7 +166,9 @@ fn random_states(model: &Model, range: &MotionRange, count: usize, moves: bool) 
             states.used.push(true);
         }
         let dq = &states.dq[r * n..];
-        states.motor_direction.extend(model.couplings.iter().map(|c| if dq[c.motor] < 0.0 { -1.0 } else { 1.0 }));
+        states
+            .motor_direction
+            .extend(model.couplings.iter().map(|c| if c.speed(|k| dq[k]) < 0.0 { -1.0 } else { 1.0 }));
     }
     states
 }

@@ -1,4 +1,5 @@
-//! Which effect the model lacks, where it lacks something: late torques, ripple, joints that bend, play.
+//! Which effect the model lacks, where it lacks something: late torques, ripple, springs, eccentric encoders, joints that
+//! bend, play.
 //!
 //! Each candidate joins the fit with the columns of `effects`, all joints at once, and everything else is chosen again.
 //! Two figures judge it, both against the noise that was measured: the share of chi^2 per freedom that it takes away,
@@ -65,6 +66,8 @@ impl HarmonicData<'_> {
         let mut candidates: Vec<Vec<Effect>> = vec![
             vec![Effect::Delay],
             self.ripples(&fit.shape, options),
+            joints.clone().map(|joint| Effect::Spring { joint }).collect(),
+            joints.clone().map(|joint| Effect::Eccentric { joint }).collect(),
             joints.clone().map(|joint| Effect::Elastic { joint }).collect(),
             joints.map(|joint| Effect::Play { joint }).collect(),
         ];
@@ -96,12 +99,12 @@ impl HarmonicData<'_> {
         let carried: Vec<f64> = sizes.iter().map(|size| data.carried(&with, size)).collect();
         let most = carried.iter().copied().fold(0.0, f64::max);
         let is_told = |(size, carried): (&EffectSize, &f64)| {
-            // The yielding of a spring and the width of a gap are positive. Another sign is something else, and damping
-            // alone is no spring.
-            let is_yielding = size.effect.yielding().is_some();
-            let told = if is_yielding { 1 } else { size.values.len() };
+            // What a joint yields, the width of a gap and the stiffness of a spring are positive. Another sign is something
+            // else, and damping alone is no spring.
+            let is_positive = size.effect.is_positive();
+            let told = if is_positive { 1 } else { size.values.len() };
             let beyond = |(x, s): (&f64, &f64)| {
-                if is_yielding { *x > NAMED_JOINT_SIGMAS * s } else { x.abs() > NAMED_JOINT_SIGMAS * s }
+                if is_positive { *x > NAMED_JOINT_SIGMAS * s } else { x.abs() > NAMED_JOINT_SIGMAS * s }
             };
             *carried >= TRACE_CARRIED_SHARE * most && size.values.iter().zip(&size.deviations).take(told).any(beyond)
         };

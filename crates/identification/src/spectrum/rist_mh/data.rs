@@ -86,6 +86,8 @@ pub struct HarmonicData<'a> {
     pub(crate) spectra: Vec<JointSpectrum>,
     /// The gravity rows of each sweep, in the unit of the currents.
     pub(crate) sweeps: Vec<EquationBlock>,
+    /// Of each sweep what these rows make of a spring of 1 N m/rad.
+    pub(crate) swept_springs: Vec<Vec<f64>>,
     pub(crate) noise: NoiseLevels,
     /// The noise of the harmonics that give equations.
     pub(crate) noise_of_band: NoiseLevels,

@@ -10,6 +10,7 @@ use numerics::triangle::{Triangle, TriangleBuilder};
 use crate::estimators::drive_gains::likelihood::Gain;
 use crate::spectrum::harmonics::JointSpectrum;
 use crate::spectrum::rist_mh::data::{HarmonicData, HarmonicOptions};
+use crate::spectrum::rist_mh::effects::Effect;
 use crate::spectrum::rist_mh::layout::Layout;
 
 /// Steps of the evidence iteration, which contracts by about half each time. The last steps change nothing.
@@ -237,6 +238,11 @@ impl Fit {
                 let (joint, gain) = (sweep.joint[i], data.gain[sweep.joint[i]]);
                 let w = 1.0 / (gain * sweep.deviation[i]);
                 row[at.parameters()].iter_mut().zip(d).for_each(|(x, d)| *x = w * d);
+                let of_joint = data.effects.iter().position(|e| *e == Effect::Spring { joint });
+                if let Some(place) = of_joint {
+                    let first: usize = data.effects[..place].iter().map(|e| e.columns()).sum();
+                    row[at.effects().start + first] = w * data.swept_springs[k][i];
+                }
                 let owner = Owner { joint, cluster: data.spectra.len() + k };
                 push(owner, &mut row, w * sweep.known[i], w * gain * sweep.right[i]);
             }

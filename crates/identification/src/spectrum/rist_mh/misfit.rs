@@ -52,6 +52,11 @@ impl Misfit {
         self.total.is_finite() && self.total > LACKING_MODEL_CHI_SQUARE
     }
 
+    /// Whether the experiments show more than noise explains.
+    pub fn is_beyond_noise(&self) -> bool {
+        self.total.is_finite() && self.total > NOISE_CHI_SQUARE
+    }
+
     /// a: 0 where noise explains all, 1 where the model lacks something.
     fn beyond_noise(&self) -> f64 {
         let most = self.joints.iter().copied().fold(self.total, f64::max);

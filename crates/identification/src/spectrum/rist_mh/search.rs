@@ -114,7 +114,10 @@ impl<'a> HarmonicData<'a> {
         };
         let spectra = experiments.iter().zip(&motions).enumerate().flat_map(of).collect();
         let one = vec![1.0; gain.len()];
-        let sweeps = experiments.iter().filter(|e| e.period().is_none());
+        let sweeps = || experiments.iter().filter(|e| e.period().is_none());
+        // The rows are linear in the torque: of positions in its place they make the column of a spring.
+        let springs = |e: &SpectralExperiment| SpectralExperiment { current: e.q.clone(), ..e.clone() };
+        let rows = |e: &SpectralExperiment| paper_rows(e, regressor, &one, &noise.current);
         HarmonicData {
             p: regressor.parameters().len(),
             n: gain.len(),
@@ -123,7 +126,8 @@ impl<'a> HarmonicData<'a> {
             effects: vec![],
             effect_rows: vec![],
             spectra,
-            sweeps: sweeps.map(|e| paper_rows(e, regressor, &one, &noise.current)).collect(),
+            sweeps: sweeps().map(rows).collect(),
+            swept_springs: sweeps().map(|e| rows(&springs(e)).right).collect(),
             noise: noise.clone(),
             noise_of_band: NoiseLevels::of_band(experiments, band.equations).unwrap_or_else(|| noise.clone()),
             gain: gain.to_vec(),
@@ -150,9 +154,9 @@ impl<'a> HarmonicData<'a> {
         Some(found)
     }
 
-    /// Looks for the cause where the model lacks something.
+    /// Looks for the cause where noise does not explain all: one that is named takes half of it, be it small.
     pub(crate) fn explain(&self, found: &mut HarmonicEstimate, fit: &Fit, options: &HarmonicOptions) {
-        if found.misfit.is_lacking() {
+        if found.misfit.is_beyond_noise() {
             found.cause = self.cause(fit, &found.misfit, options);
         }
     }

@@ -1,6 +1,6 @@
-//! The columns of the effects beside friction, and the motion of links behind springs and gaps.
+//! The columns of the effects beside friction, and the motion of links behind springs, gaps and eccentric encoders.
 //!
-//! Delay and ripple are linear. Behind springs and gaps Y(q) X is linearised about the present size u of each,
+//! Delay, ripple and springs beside the motor are linear. Elsewhere Y(q) X is linearised about the present size u of each,
 //!   Y(theta - u e) X = Y(q) X + C (u' - u),   C_j = [Y_j(q - s e_k) - Y_j(q)] X / s,
 //! where e_k is what the joint yields a unit of u. A spring has two: its torque, and the rate of its torque for its
 //! damping. s is a small step. The fit is repeated until u' is u (`search`). tau_k is the torque behind the motor's
@@ -29,9 +29,9 @@ impl HarmonicData<'_> {
         self.effects.iter().map(|e| e.columns()).sum()
     }
 
-    /// Whether links move otherwise than the motors.
+    /// Whether links move otherwise than the encoders say.
     pub(crate) fn has_yielding(&self) -> bool {
-        self.effects.iter().any(|e| e.yielding().is_some())
+        self.effects.iter().any(|e| e.moved().is_some())
     }
 
     /// Takes up the effects with their columns of the record. Those of springs and gaps stay zero until
@@ -60,6 +60,9 @@ impl HarmonicData<'_> {
                 Effect::Delay => rows.iter_mut().zip(s.delay_column()).for_each(|(row, d)| row.push(-gain * d)),
                 Effect::Ripple { joint, periods } if joint == s.joint => {
                     rows.iter_mut().zip(s.ripple_rows(periods, gain)).for_each(|(row, c)| row.extend(c));
+                }
+                Effect::Spring { joint } if joint == s.joint => {
+                    rows.iter_mut().zip(s.position_rows()).for_each(|(row, q)| row.extend(q));
                 }
                 other => rows.iter_mut().for_each(|row| row.resize(row.len() + other.columns(), 0.0)),
             }
@@ -136,7 +139,11 @@ impl HarmonicData<'_> {
         let mut column = 0;
         let mut rigid = None;
         for effect in &self.effects {
-            if let Some(joint) = effect.yielding() {
+            if let Effect::Eccentric { joint } = *effect {
+                let (sin, cos) = motor.q[joint].iter().map(|q| q.sin_cos()).unzip();
+                found.push((column, joint, cos));
+                found.push((column + 1, joint, sin));
+            } else if let Some(joint) = effect.moved() {
                 let spectrum = self.spectra.iter().position(|s| s.experiment == experiment && s.joint == joint);
                 // tau_k: of the drive less its friction where the joint moves, of the model where it is held.
                 let torque = match spectrum {
