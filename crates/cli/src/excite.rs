@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 use rist::request::ExciteRequest;
-use rist::{ExcitingMotion, Model, TrajectoryFormat, servo_script, trajectory_file};
+use rist::{ExcitingMotion, Player};
 
 use crate::artefact::check_outputs;
 use crate::failure::Failure;
@@ -55,17 +55,11 @@ pub(crate) struct Arguments {
     unproven: bool,
 }
 
-/// What is written for a controller.
-#[derive(Clone, Copy, PartialEq, Eq)]
-enum Player {
-    Trajectory(TrajectoryFormat),
-    ServoScript,
-}
-
 pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let model = arguments.model.derive()?;
     // Before the search: nobody wants to lose one to a name.
-    let players: Vec<Player> = arguments.play.iter().map(|file| player(file, &model)).collect::<Result<_, _>>()?;
+    let players: Vec<Player> =
+        arguments.play.iter().map(|file| Player::of_file(file, &model)).collect::<Result<_, _>>()?;
     let inputs: Vec<&Path> = [arguments.model.model.as_path()].into_iter().chain(arguments.request.files()).collect();
     check_outputs(arguments.play.iter().chain(&arguments.out).chain(&arguments.report), &inputs)?;
     let request = arguments.request.read()?;
@@ -81,12 +75,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
     }
     let reference = found.motion("the motion")?.reference();
     for (file, player) in arguments.play.iter().zip(players) {
-        let text = match player {
-            Player::Trajectory(format) => {
-                trajectory_file(&reference, model.regressor().coordinates(), found.rate_hz, format)
-            }
-            Player::ServoScript => servo_script(&reference),
-        };
+        let text = player.text(&reference, model.regressor().coordinates(), found.rate_hz);
         write_file(file, &text, &inputs)?;
     }
     if let Some(out) = &arguments.out {
@@ -96,25 +85,4 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
         write_file(out, page_of_motion(&model, &found, arguments.date.as_deref())?, &inputs)?;
     }
     Ok(())
-}
-
-fn player(file: &Path, model: &Model) -> Result<Player, Failure> {
-    let end = file.extension().and_then(|e| e.to_str()).unwrap_or_default().to_ascii_lowercase();
-    let regressor = model.regressor();
-    let n = regressor.coordinates().len();
-    match end.as_str() {
-        "csv" => Ok(Player::Trajectory(TrajectoryFormat::Csv)),
-        "yaml" | "yml" => Ok(Player::Trajectory(TrajectoryFormat::RosYaml)),
-        "json" => Ok(Player::Trajectory(TrajectoryFormat::RosJson)),
-        "script" if n == 6 && !(0..n).any(|k| regressor.is_prismatic(k)) => Ok(Player::ServoScript),
-        "script" => Err(Failure::new(format_args!(
-            "{}: URScript plays robots with six joints that turn; {} has {n} coordinates",
-            file.display(),
-            model.robot.name
-        ))),
-        _ => Err(Failure::new(format_args!(
-            "{}: the end of the name chooses the format: .csv, .yaml or .json (ROS JointTrajectory), .script (URScript)",
-            file.display()
-        ))),
-    }
 }

@@ -2,10 +2,12 @@
 
 use std::fmt;
 use std::path::Path;
-use std::process::ExitCode;
 
 use rist::Place;
 use rist::request::spelling::{Reader, spelled};
+
+/// The exit code for input that cannot be used.
+pub(crate) const UNUSABLE: u8 = 2;
 
 /// A message for the user and an exit code: 2 for input that cannot be used, 1 for a verdict against input that was used.
 pub(crate) struct Failure {
@@ -16,7 +18,7 @@ pub(crate) struct Failure {
 
 impl Failure {
     pub(crate) fn new(message: impl fmt::Display) -> Failure {
-        Failure { message: message.to_string(), code: 2, place: None }
+        Failure { message: message.to_string(), code: UNUSABLE, place: None }
     }
 
     /// A failure whose work is done and printed: the outcome is a no.
@@ -31,8 +33,8 @@ impl Failure {
     }
 
     /// How the program exits.
-    pub(crate) fn exit_code(&self) -> ExitCode {
-        ExitCode::from(self.code)
+    pub(crate) fn exit_code(&self) -> u8 {
+        self.code
     }
 }
 
@@ -46,7 +48,7 @@ impl fmt::Display for Failure {
 impl<E: Into<rist::Error>> From<E> for Failure {
     fn from(e: E) -> Failure {
         let e: rist::Error = e.into();
-        let code = if e.is_verdict() { 1 } else { 2 };
+        let code = if e.is_verdict() { 1 } else { UNUSABLE };
         Failure { message: e.to_string(), code, place: e.place().cloned() }
     }
 }

@@ -1,6 +1,8 @@
 //! `rist report`: artefacts, and logs where an estimate was made from some -> one page and its pictures.
 
+use std::ffi::OsString;
 use std::path::{Path, PathBuf};
+use std::sync::OnceLock;
 
 use clap::Args;
 use rist::exciting::ExcitingMotion;
@@ -155,6 +157,15 @@ fn origin<'a>(date: Option<&'a str>, command: &'a str) -> Origin<'a> {
     Origin { date, version: env!("CARGO_PKG_VERSION"), command, model: None }
 }
 
+/// The words of the command line, set once.
+static COMMAND: OnceLock<Vec<OsString>> = OnceLock::new();
+
+/// Keeps the words of the command line, of which the first is the program's name, for pages.
+pub(crate) fn set_command(words: &[OsString]) {
+    // A second call would change nothing; there is one, when the program starts.
+    let _ = COMMAND.set(words.to_vec());
+}
+
 /// The command as it was typed, for the page.
 fn command() -> String {
     let quoted =
@@ -162,7 +173,7 @@ fn command() -> String {
             true => format!("'{}'", word.replace('\'', "'\\''")),
             false => word,
         };
-    let words = std::env::args_os().skip(1).map(|word| quoted(word.to_string_lossy().into_owned()));
+    let words = COMMAND.get().into_iter().flatten().skip(1).map(|word| quoted(word.to_string_lossy().into_owned()));
     ["rist".to_string()].into_iter().chain(words).collect::<Vec<_>>().join(" ")
 }
 

@@ -66,7 +66,7 @@ pub use plan::PlanRequest;
 pub use range::{Range, number};
 pub use shape::{Flag, Shape};
 pub use simulate::SimulateRequest;
-pub use table::{Request, of_values, unknown};
+pub use table::{Request, nearest, of_values, unknown};
 pub(crate) use table::{has, in_range, request, value_of};
 pub use types::FieldType;
 pub use unknowns::Unknown;

@@ -40,12 +40,14 @@ pub fn of_values<'a, R: Request>(values: impl IntoIterator<Item = (&'a str, &'a 
 /// The error that there is no option of this name, with the one that was meant, and all that there are.
 pub fn unknown<'a>(name: &str, known: impl IntoIterator<Item = &'a str>) -> Error {
     let known: Vec<&str> = known.into_iter().collect();
-    let nearest = known.iter().map(|known| (distance(name, known), known)).min();
-    let meant = match nearest {
-        Some((steps, known)) if steps <= 1 + name.chars().count() / 4 => format!("is [{known}] meant? "),
-        _ => String::new(),
-    };
+    let meant = nearest(name, known.iter().copied()).map_or(String::new(), |known| format!("is [{known}] meant? "));
     Error::new(format_args!("there is no option `{name}`; {meant}there are {}", known.join(", ")))
+}
+
+/// The one that was meant by a name which is none of these, where one is near enough.
+pub fn nearest<'a>(name: &str, known: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
+    let (steps, nearest) = known.into_iter().map(|known| (distance(name, known), known)).min()?;
+    (steps <= 1 + name.chars().count() / 4).then_some(nearest)
 }
 
 /// Letters to put in, take out or exchange until the words are the same.

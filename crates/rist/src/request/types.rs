@@ -216,7 +216,8 @@ impl<T: FieldType> FieldType for Option<T> {
     fn shape() -> Shape {
         let shape = T::shape();
         let json = json!({"anyOf": [shape.json, {"type": "null"}]});
-        Shape { python: format!("{} | None", shape.python), json, ..shape }
+        let python = format!("{} | None", shape.python.trim_end_matches(" | None"));
+        Shape { python, json, ..shape }
     }
 
     fn of_texts(texts: &[String]) -> Result<Option<T>, Error> {

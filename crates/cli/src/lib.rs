@@ -1,4 +1,9 @@
 //! The program `rist`: reads the command line, calls the crates, prints.
+//!
+//! It is a library, so that the package for Python brings the same program along: `bin/rist.rs` and the command `rist` of
+//! that package call [`run_program`].
+
+#![warn(missing_docs)]
 
 mod accumulate;
 mod artefact;
@@ -8,6 +13,7 @@ mod convert;
 mod derive;
 mod doctor;
 mod evaluate;
+mod example;
 mod excite;
 mod failure;
 mod flags;
@@ -28,10 +34,11 @@ mod terminal;
 mod validate;
 mod verdict;
 
-use std::process::ExitCode;
+use std::ffi::OsString;
+use std::io::{self, Write};
 
 use clap::{CommandFactory, Parser, Subcommand};
-use failure::Failure;
+use failure::{Failure, UNUSABLE};
 use terminal::TerminalArguments;
 
 /// From a robot description to an exact symbolic model, generated Rust code, and inertial parameters
@@ -66,6 +73,7 @@ enum Command {
     Merge(merge::Arguments),
     Solve(solve::Arguments),
     Compare(compare::Arguments),
+    Example(example::Arguments),
     Schema(schema::Arguments),
     Completions(shell::CompletionArguments),
     Man(shell::ManualArguments),
@@ -84,6 +92,7 @@ impl Command {
             Command::Report(_) => Some("report writes a page"),
             Command::Completions(_) => Some("completions are for a shell"),
             Command::Man(_) => Some("man writes pages of the manual"),
+            Command::Example(_) => Some("example writes files"),
             Command::Notices => Some("notices prints licences"),
             _ => None,
         }
@@ -99,9 +108,26 @@ fn keep_freed_memory() {
     drop(std::hint::black_box(Vec::<u8>::with_capacity(LARGEST_KEPT_BYTES)));
 }
 
-fn main() -> ExitCode {
+/// Runs the program with the words of a command line, of which the first is its own name. Returns its exit code: 0, 1 for a
+/// verdict against what was given, 2 for what cannot be used. Once in a process: how it speaks is set for good.
+pub fn run_program(words: Vec<OsString>) -> u8 {
     keep_freed_memory();
-    let Arguments { command, terminal } = Arguments::parse();
+    let code = match Arguments::try_parse_from(&words) {
+        Ok(arguments) => run_command(arguments, &words),
+        Err(e) => {
+            // Help and version too. Where nobody reads, nobody has to be told.
+            let _ = e.print();
+            if e.use_stderr() { UNUSABLE } else { 0 }
+        }
+    };
+    // Within Python nobody else does it.
+    let _ = io::stdout().flush();
+    code
+}
+
+/// Runs a command and says how it ended.
+fn run_command(Arguments { command, terminal }: Arguments, words: &[OsString]) -> u8 {
+    report::set_command(words);
     terminal::set(terminal);
     let outcome = match command.other_than_json() {
         Some(text) if terminal.json => Err(Failure::new(format_args!("--json: rist {text}; leave the flag out"))),
@@ -109,7 +135,7 @@ fn main() -> ExitCode {
     };
     terminal::rest();
     match outcome {
-        Ok(()) => ExitCode::SUCCESS,
+        Ok(()) => 0,
         Err(failure) => {
             terminal::complain(&failure.text());
             failure.exit_code()
@@ -137,6 +163,7 @@ fn run(command: Command) -> Result<(), Failure> {
         Command::Merge(arguments) => merge::run(&arguments),
         Command::Solve(arguments) => solve::run(&arguments),
         Command::Compare(arguments) => compare::run(&arguments),
+        Command::Example(arguments) => example::run(&arguments),
         Command::Schema(arguments) => schema::run(&arguments),
         Command::Completions(arguments) => shell::completions(&arguments, Arguments::command()),
         Command::Man(arguments) => shell::manual(&arguments, Arguments::command()),

@@ -1,0 +1,30 @@
+//! `rist example`: a robot and two logs of it, to try the program with.
+
+use std::path::PathBuf;
+
+use clap::Args;
+use rist::example::write_example;
+
+use crate::failure::Failure;
+use crate::terminal::print;
+
+/// Write a robot and two logs of it, to try the program with
+///
+/// The robot is a UR5 as its URDF has it; the logs are simulated, with a gripper of 2 kg that the URDF does not have.
+#[derive(Args)]
+pub(crate) struct Arguments {
+    /// Directory of the files; it is made where there is none
+    #[arg(default_value = "ur5")]
+    directory: PathBuf,
+}
+
+pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
+    let paths: Vec<String> =
+        write_example(&arguments.directory)?.iter().map(|path| path.display().to_string()).collect();
+    let [robot, log, other] = paths.as_slice() else {
+        return Err(Failure::new("the example has lost a file: please report it"));
+    };
+    print(&format!(
+        "wrote {robot}, {log} and {other}\nnext: rist identify {robot} {log} --validate {other} --report ur5.html\n"
+    ))
+}

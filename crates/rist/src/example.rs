@@ -1,0 +1,33 @@
+//! A robot and two logs of it that come along, for who has none at hand: the UR5 of docs/ur5.
+
+use std::path::{Path, PathBuf};
+
+use crate::error::Error;
+use crate::output::{check_output, write_file};
+
+/// Name and content of each file: a description, a log to identify from, and a log to validate with.
+pub const FILES: [(&str, &str); 3] = [
+    ("ur5.urdf", include_str!("../../../models/ur5.urdf")),
+    ("log.csv", include_str!("../../../docs/ur5/log.csv")),
+    ("other.csv", include_str!("../../../docs/ur5/other.csv")),
+];
+
+/// Writes the files into a directory, which is made where there is none, and returns their paths.
+///
+/// Fails where a file of another content has one of the names.
+pub fn write_example(directory: &Path) -> Result<Vec<PathBuf>, Error> {
+    let failed = |e| Error::new(format_args!("{}: {e}", directory.display()));
+    std::fs::create_dir_all(directory).map_err(failed)?;
+    let paths: Vec<PathBuf> = FILES.iter().map(|(name, _)| directory.join(name)).collect();
+    for (path, (_, text)) in paths.iter().zip(FILES) {
+        let is_there = std::fs::symlink_metadata(path).is_ok();
+        if is_there && std::fs::read(path).ok().as_deref() != Some(text.as_bytes()) {
+            return Err(Error::new(format_args!("{}: another file of this name, which is kept", path.display())));
+        }
+        check_output(path, &[])?;
+    }
+    for (path, (_, text)) in paths.iter().zip(FILES) {
+        write_file(path, text, &[])?;
+    }
+    Ok(paths)
+}

@@ -1,0 +1,53 @@
+//! A motion as a file that a controller plays.
+
+use std::path::Path;
+
+use experiments::motion::reference_motion::Reference;
+use experiments::motion::servo_script::servo_script;
+use experiments::motion::trajectory_file::{TrajectoryFormat, trajectory_file};
+
+use crate::error::Error;
+use crate::model::Model;
+
+/// What plays it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Player {
+    /// A controller that takes points.
+    Trajectory(TrajectoryFormat),
+    /// URScript, by servoj.
+    ServoScript,
+}
+
+impl Player {
+    /// The player that a file is for, by the end of its name: .csv, .yaml or .json (ROS JointTrajectory), .script (URScript).
+    ///
+    /// Fails on other names, and where URScript is asked for with another robot than one of six joints that turn.
+    pub fn of_file(file: &Path, model: &Model) -> Result<Player, Error> {
+        let end = file.extension().and_then(|e| e.to_str()).unwrap_or_default().to_ascii_lowercase();
+        let regressor = model.regressor();
+        let n = regressor.coordinates().len();
+        match end.as_str() {
+            "csv" => Ok(Player::Trajectory(TrajectoryFormat::Csv)),
+            "yaml" | "yml" => Ok(Player::Trajectory(TrajectoryFormat::RosYaml)),
+            "json" => Ok(Player::Trajectory(TrajectoryFormat::RosJson)),
+            "script" if n == 6 && !(0..n).any(|k| regressor.is_prismatic(k)) => Ok(Player::ServoScript),
+            "script" => Err(Error::new(format_args!(
+                "{}: URScript plays robots with six joints that turn; {} has {n} coordinates",
+                file.display(),
+                model.robot.name
+            ))),
+            _ => Err(Error::new(format_args!(
+                "{}: the end of the name chooses the format: .csv, .yaml or .json (ROS JointTrajectory), .script (URScript)",
+                file.display()
+            ))),
+        }
+    }
+
+    /// The text of the file: points at `rate` Hz, or the samples of the reference.
+    pub fn text(self, reference: &Reference, coordinates: &[String], rate: f64) -> String {
+        match self {
+            Player::Trajectory(format) => trajectory_file(reference, coordinates, rate, format),
+            Player::ServoScript => servo_script(reference),
+        }
+    }
+}
