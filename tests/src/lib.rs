@@ -7,6 +7,7 @@
 
 pub mod benchmark;
 pub mod dense_samples;
+pub mod docstrings;
 pub mod faults;
 pub mod formula_text;
 pub mod hostile;

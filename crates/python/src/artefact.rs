@@ -1,11 +1,13 @@
-//! Methods that all artefacts have in Python: `read`, `to_yaml`, `save`, a repr that is their table, pickles that are
-//! their text.
+//! Methods that all artefacts have in Python: `read`, `to_yaml`, `to_dict`, `save`, equality, a repr that is their table, a
+//! page for notebooks, pickles that are their text.
 
+use std::hash::{DefaultHasher, Hash, Hasher};
 use std::path::Path;
 
+use pyo3::exceptions::{PyIndexError, PyKeyError, PyTypeError};
 use pyo3::prelude::*;
 
-use crate::error::OrError;
+use crate::error::{OrError, error};
 
 /// The text of a file.
 pub fn read_text(path: &Path) -> PyResult<String> {
@@ -17,6 +19,41 @@ pub fn save(path: &Path, text: &str, inputs: &[&Path]) -> PyResult<()> {
     rist::output::write_file(path, text, inputs).or_error()
 }
 
+/// Makes a directory, and those it stands in.
+pub fn make_directory(path: &Path) -> PyResult<()> {
+    std::fs::create_dir_all(path).map_err(|e| error(format_args!("{}: {e}", path.display())))
+}
+
+/// A hash of a text, the same in every process.
+pub fn hash(text: &str) -> u64 {
+    let mut hasher = DefaultHasher::new();
+    text.hash(&mut hasher);
+    hasher.finish()
+}
+
+/// The place of a name, or of a number as of a list. KeyError with the name that was meant, IndexError, TypeError.
+pub fn place(given: &Bound<'_, PyAny>, names: &[String]) -> PyResult<usize> {
+    if let Ok(index) = given.extract::<isize>() {
+        let count = names.len();
+        let from_end = if index < 0 { index.checked_add_unsigned(count) } else { Some(index) };
+        let found = from_end.and_then(|index| usize::try_from(index).ok()).filter(|index| *index < count);
+        return found
+            .ok_or_else(|| PyIndexError::new_err(format!("there are {count} parameters, and none at {index}")));
+    }
+    let Ok(name) = given.extract::<String>() else {
+        let found = given.get_type().qualname()?;
+        return Err(PyTypeError::new_err(format!("a parameter is asked for by its name or its place, not by {found}")));
+    };
+    names.iter().position(|known| *known == name).ok_or_else(|| {
+        let all: Vec<&str> = names.iter().map(String::as_str).collect();
+        let meant = match rist::request::nearest(&name, all.iter().copied()) {
+            Some(meant) => format!("is {meant} meant? "),
+            None => String::new(),
+        };
+        PyKeyError::new_err(format!("there is no parameter {name}; {meant}there are {}", all.join(", ")))
+    })
+}
+
 /// A class that holds one artefact of the library.
 macro_rules! artefact {
     ($name:ident, $inner:ty, $doc:literal, $($more:tt)*) => {
@@ -24,6 +61,8 @@ macro_rules! artefact {
         #[pyclass(frozen, module = "rist")]
         pub struct $name {
             pub inner: $inner,
+            /// The model that it was made with, where it is known.
+            pub model: Option<Py<$crate::model::Model>>,
         }
 
         #[pymethods]
@@ -33,13 +72,13 @@ macro_rules! artefact {
             fn read(path: std::path::PathBuf) -> PyResult<$name> {
                 let text = $crate::artefact::read_text(&path)?;
                 let inner = <$inner>::from_yaml(&path.display().to_string(), &text).or_error()?;
-                Ok($name { inner })
+                Ok($name { inner, model: None })
             }
 
             /// From the text of `to_yaml`.
             #[staticmethod]
             fn from_yaml(text: &str) -> PyResult<$name> {
-                Ok($name { inner: <$inner>::from_yaml("text", text).or_error()? })
+                Ok($name { inner: <$inner>::from_yaml("text", text).or_error()?, model: None })
             }
 
             /// The text of the file, that of the program byte for byte.
@@ -57,12 +96,38 @@ macro_rules! artefact {
             }
 
             fn _repr_html_(&self) -> String {
-                $crate::html::text(&self.inner.to_string())
+                let page = self.page(None).and_then(|page| $crate::html::frame(&page));
+                page.unwrap_or_else(|| $crate::html::text(&self.inner.to_string()))
             }
 
-            fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyAny>, (String,))> {
+            /// What the file holds, as dicts, lists, texts and numbers.
+            fn to_dict<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+                let values = serde_json::to_value(&self.inner).map_err($crate::error::error)?;
+                $crate::call::object(py, &values)
+            }
+
+            /// Equal are those whose files are the same.
+            fn __eq__(&self, other: &Bound<'_, $name>) -> PyResult<bool> {
+                Ok(self.to_yaml()? == other.get().to_yaml()?)
+            }
+
+            fn __hash__(&self) -> PyResult<u64> {
+                Ok($crate::artefact::hash(&self.to_yaml()?))
+            }
+
+            /// From the text of a pickle and its model.
+            #[staticmethod]
+            fn _of(text: &str, model: Option<Py<$crate::model::Model>>) -> PyResult<$name> {
+                Ok($name { model, ..$name::from_yaml(text)? })
+            }
+
+            fn __reduce__<'py>(
+                &self,
+                py: Python<'py>,
+            ) -> PyResult<(Bound<'py, PyAny>, (String, Option<Py<$crate::model::Model>>))> {
                 let class = py.get_type::<$name>();
-                Ok((class.getattr("from_yaml")?, (self.to_yaml()?,)))
+                let model = self.model.as_ref().map(|model| model.clone_ref(py));
+                Ok((class.getattr("_of")?, (self.to_yaml()?, model)))
             }
 
             $($more)*

@@ -2,9 +2,11 @@
 
 use numpy::PyArrayDyn;
 use pyo3::prelude::*;
+use pyo3::types::{PyDict, PyIterator, PyList};
 use rist::Parameter;
 
 use crate::arrays::array;
+use crate::artefact::{hash, place};
 use crate::model::Model;
 
 /// Names of the standard parameters, in the order of their columns.
@@ -65,6 +67,37 @@ impl BaseParameters {
             b.terms.iter().for_each(|t| numbers[k * columns + t.parameter] = t.coefficient);
         }
         array(py, &[base.len(), columns], &numbers)
+    }
+
+    /// The rule of a parameter by its name: base["ZZR1"]; or by its place, as of a list.
+    fn __getitem__(&self, name: &Bound<'_, PyAny>) -> PyResult<String> {
+        let (names, mut rules) = (self.names(), self.rules());
+        Ok(rules.swap_remove(place(name, &names)?))
+    }
+
+    fn __contains__(&self, name: &str) -> bool {
+        self.names().iter().any(|known| known == name)
+    }
+
+    /// The names.
+    fn __iter__<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyIterator>> {
+        PyList::new(py, self.names())?.try_iter()
+    }
+
+    /// Rules by name.
+    fn to_dict<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        let dict = PyDict::new(py);
+        self.names().iter().zip(self.rules()).try_for_each(|(name, rule)| dict.set_item(name, rule))?;
+        Ok(dict)
+    }
+
+    fn __eq__(&self, other: &Bound<'_, BaseParameters>) -> bool {
+        let other = other.get();
+        self.names() == other.names() && self.rules() == other.rules()
+    }
+
+    fn __hash__(&self) -> u64 {
+        hash(&self.rules().join("\n"))
     }
 
     fn __len__(&self) -> usize {

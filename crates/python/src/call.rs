@@ -52,6 +52,9 @@ impl<'py> Call<'py> {
         for name in others {
             let mut fields = Method::all().flat_map(|method| [method.fields(), method.files()].concat());
             if fields.all(|field| field.name != name) {
+                if self.own.contains(&name) {
+                    continue;
+                }
                 let known = Method::all().flat_map(|method| method.fields()).map(|field| field.name);
                 let known: BTreeSet<&str> = known.chain(self.own.iter().copied()).collect();
                 return Err(self.refused(unknown(name, known)));

@@ -1,8 +1,9 @@
 //! `rist.Error`: a `ValueError` with the message of the program.
 
-use pyo3::exceptions::PyValueError;
+use pyo3::exceptions::{PyUserWarning, PyValueError};
 use pyo3::prelude::*;
 use rist::request::spelling::{Reader, spelled};
+use rist::verdict::{Trust, Verdict};
 
 pyo3::create_exception!(
     rist,
@@ -11,6 +12,28 @@ pyo3::create_exception!(
     "Input that cannot be used, or data that speak against what was asked. The message says where, what was found, what was \
      expected and what to do."
 );
+
+pyo3::create_exception!(
+    rist,
+    TrustWarning,
+    PyUserWarning,
+    "A result that is not to be trusted: its verdict says no. The message says why, and what to do now."
+);
+
+/// Warns where the verdict is no; nobody should overlook that in a notebook.
+pub fn warn_of(py: Python<'_>, verdict: &Verdict) -> PyResult<()> {
+    if verdict.trust != Trust::No {
+        return Ok(());
+    }
+    let text = format!("not to be trusted: {}; next: {}", verdict.reasons.join("; "), verdict.next);
+    warn(py, &text, py.get_type::<TrustWarning>().as_any())
+}
+
+/// A warning of this category at the line of Python that called.
+pub fn warn(py: Python<'_>, text: &str, category: &Bound<'_, PyAny>) -> PyResult<()> {
+    py.import("warnings")?.call_method1("warn", (spelled(text, Reader::Python), category))?;
+    Ok(())
+}
 
 /// The exception with a message, whose fields are spelled as keywords.
 pub fn error(message: impl std::fmt::Display) -> PyErr {

@@ -5,21 +5,23 @@ use std::sync::Arc;
 
 use numpy::PyArrayDyn;
 use pyo3::prelude::*;
-use pyo3::types::{PyCapsule, PyDict, PyTuple};
+use pyo3::types::{PyCapsule, PyDict, PyIterator, PyList, PyTuple};
 use rist::page::{Origin, PageRequest};
 use rist::request::spelling::{Reader, spelled};
 use rist::samples::Bodies;
+use rist::validation::Portrait;
 use rist::verdict::Trust;
 use rist::{Identified, LinkId, Status};
 
 use crate::arrays::array;
 use crate::arrow_export::{Content, stream};
-use crate::artefact::{read_text, save};
+use crate::artefact::{hash, place, read_text, save};
+use crate::call::object;
 use crate::error::{OrError, all_spelled, error};
-use crate::experiments::ExperimentPlan;
 use crate::html;
-use crate::logs::{logs, open};
+use crate::logs::{Given, logs, open};
 use crate::model::Model;
+use crate::motions::ExperimentPlan;
 use crate::validation::Validation;
 use crate::verdict::{Said, Verdict};
 use crate::work::work;
@@ -41,7 +43,16 @@ pub struct Estimate {
     pub findings: Vec<String>,
     /// Whether it comes out of estimate.yaml, which holds no bodies.
     pub is_read: bool,
+    /// The logs as they were given, which are read once more where torques are drawn.
+    pub logs: Option<Py<PyAny>>,
+    /// What it predicts for logs that were not fitted.
+    pub validation: Option<rist::Validation>,
+    /// What a simulation assumed, in sentences.
+    pub notes: Vec<String>,
 }
+
+/// A log of more rows is not read once more for a notebook, which asks for a page whenever an estimate is shown.
+const MOST_DRAWN_ROWS: usize = 1 << 20;
 
 /// Bodies as a pickle holds them: XX .. M by the number of the link, rotor inertias, and why they are not to be used.
 type BodyState = (Vec<(usize, [f64; 10])>, Vec<f64>, Option<String>);
@@ -50,7 +61,9 @@ impl Estimate {
     /// An estimate out of a file or a simulation.
     pub fn plain(inner: rist::Estimate, model: Option<Py<Model>>) -> Estimate {
         let verdict = rist::verdict::estimate_verdict(&inner).into();
-        Estimate { inner, model, verdict, bodies: None, load: None, findings: Vec::new(), is_read: false }
+        let (findings, notes) = (Vec::new(), Vec::new());
+        let (bodies, load, logs, validation) = (None, None, None, None);
+        Estimate { inner, model, verdict, bodies, load, findings, is_read: false, logs, validation, notes }
     }
 
     fn numbers<'py>(
@@ -67,6 +80,50 @@ impl Estimate {
             .as_ref()
             .map(Py::get)
             .ok_or_else(|| error("this estimate was read without its model: Estimate.read(path, model)"))
+    }
+
+    /// The logs given, or else those that it was made from.
+    fn logs_or<'py>(&self, given: Option<&Bound<'py, PyAny>>, py: Python<'py>) -> PyResult<Vec<Given>> {
+        if let Some(given) = given.or(self.logs.as_ref().map(|logs| logs.bind(py))) {
+            return logs(given);
+        }
+        let paths: Vec<PathBuf> = self.inner.logs.iter().map(PathBuf::from).collect();
+        match paths.iter().find(|path| !path.exists()) {
+            None if !paths.is_empty() => Ok(paths.into_iter().map(Given::Path).collect()),
+            missing => Err(error(format_args!(
+                "the log that it was made from is not here{}: give one, log=",
+                missing.map_or(String::new(), |path| format!(" ({})", path.display()))
+            ))),
+        }
+    }
+
+    /// What is drawn of logs; None for an estimate of experiments.
+    fn portrait<'py>(&self, py: Python<'py>, log: Option<&Bound<'py, PyAny>>) -> PyResult<Option<Portrait>> {
+        let Some(options) = &self.inner.options else { return Ok(None) };
+        let (model, given) = (&self.the_model()?.inner, self.logs_or(log, py)?);
+        work(py, None, |_| rist::validation::portrait(model, &self.inner, &open(given, model, &options.columns)?))
+    }
+
+    /// What a page is made of.
+    fn page_request<'a>(&'a self, portrait: Option<&'a Portrait>, date: Option<&'a str>) -> PageRequest<'a> {
+        PageRequest {
+            model: self.model.as_ref().map(|model| model.get().inner.as_ref()),
+            estimate: Some(&self.inner),
+            portrait,
+            validation: self.validation.as_ref(),
+            verdict: Some(&self.verdict.inner),
+            origin: Origin { date, version: env!("CARGO_PKG_VERSION"), command: "rist.Estimate.report", model: None },
+            reader: Reader::Python,
+            ..PageRequest::default()
+        }
+    }
+
+    /// The page for a notebook, with torques where the logs are still there and not too long; None where it is too large.
+    fn framed_page(&self, py: Python<'_>) -> Option<String> {
+        let is_drawn = self.inner.rows <= MOST_DRAWN_ROWS;
+        let portrait = is_drawn.then(|| self.portrait(py, None).ok().flatten()).flatten();
+        let of = |portrait: Option<&Portrait>| html::frame(&rist::page::page(&self.page_request(portrait, None)).0);
+        portrait.as_ref().and_then(|portrait| of(Some(portrait))).or_else(|| of(None))
     }
 
     /// The bodies. Fails if the verdict is no, unless `anyway`.
@@ -99,8 +156,31 @@ impl Estimate {
     /// Reads estimate.yaml; with its model it can predict other logs. Raises rist.Error where it was made with another.
     #[staticmethod]
     #[pyo3(signature = (path, model=None))]
-    fn read(path: PathBuf, model: Option<Py<Model>>) -> PyResult<Estimate> {
-        Estimate::of_text(&read_text(&path)?, &path, model)
+    fn read(path: PathBuf, model: Option<&Bound<'_, PyAny>>) -> PyResult<Estimate> {
+        let plain = Estimate::of_text(&read_text(&path)?, &path, None)?;
+        let Some(model) = model else { return Ok(plain) };
+        let model = Model::for_estimate(model, &plain)?;
+        model.get().inner.check_estimate(&path, &plain.inner).or_error()?;
+        Ok(Estimate { model: Some(model.unbind()), ..plain })
+    }
+
+    /// The model it was made with, which may have rotor inertias that a URDF cannot say; None where it was read without.
+    #[getter]
+    fn model(&self, py: Python<'_>) -> Option<Py<Model>> {
+        self.model.as_ref().map(|model| model.clone_ref(py))
+    }
+
+    /// How well it predicts the logs of validate=; None without them.
+    #[getter]
+    fn validation(&self, py: Python<'_>) -> Option<Validation> {
+        let model = self.model.as_ref().map(|model| model.clone_ref(py));
+        self.validation.clone().map(|inner| Validation { inner, model })
+    }
+
+    /// What a simulation assumed where the description says nothing, in sentences.
+    #[getter]
+    fn notes(&self) -> Vec<String> {
+        all_spelled(&self.notes)
     }
 
     /// Names of the parameters: base parameters, then friction, couplings and drive gains.
@@ -272,9 +352,10 @@ impl Estimate {
 
     /// Torques of a log (or of several, a list then) as the estimate predicts them, filtered as it was made: a dict of
     /// t (N,) in s, measured and predicted (N, n) in N m (N). Rows that do not count, at standstill, are not numbers.
-    #[pyo3(signature = (log))]
-    fn predict<'py>(&self, log: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyAny>> {
-        let (py, model, given) = (log.py(), &self.the_model()?.inner, logs(log)?);
+    /// Without a log: of those that it was made from.
+    #[pyo3(signature = (log=None))]
+    fn predict<'py>(&self, py: Python<'py>, log: Option<&Bound<'py, PyAny>>) -> PyResult<Bound<'py, PyAny>> {
+        let (model, given) = (&self.the_model()?.inner, self.logs_or(log, py)?);
         let is_one = given.len() == 1;
         let columns = self.inner.options.as_ref().map(|o| o.columns.clone()).unwrap_or_default();
         let series = work(py, None, |_| {
@@ -294,7 +375,7 @@ impl Estimate {
             (true, Some(one)) => Ok(one.into_any()),
             (_, last) => {
                 found.extend(last);
-                Ok(pyo3::types::PyList::new(py, found)?.into_any())
+                Ok(PyList::new(py, found)?.into_any())
             }
         }
     }
@@ -310,27 +391,44 @@ impl Estimate {
         save(&path, &self.to_yaml()?, &inputs)
     }
 
-    /// Writes one self-contained HTML page: the verdict, the parameters with their rules and meanings, the plan and the
-    /// validation where they are given. `rist report --log` draws torques too.
-    #[pyo3(signature = (path, plan=None, validation=None, date=None))]
-    fn report(
+    /// Writes one self-contained HTML page: the verdict, torques and residuals of the log (or of those that it was made from,
+    /// where they are still there), the parameters with their rules and meanings, the plan and the validation where they are
+    /// given.
+    #[pyo3(signature = (path, plan=None, validation=None, date=None, log=None))]
+    fn report<'py>(
         &self,
+        py: Python<'py>,
         path: PathBuf,
         plan: Option<&ExperimentPlan>,
         validation: Option<&Validation>,
         date: Option<&str>,
+        log: Option<&Bound<'py, PyAny>>,
     ) -> PyResult<()> {
+        let portrait = match self.portrait(py, log) {
+            Err(e) if log.is_some() => return Err(e),
+            portrait => portrait.ok().flatten(),
+        };
+        let request = self.page_request(portrait.as_ref(), date);
         let request = PageRequest {
-            model: self.model.as_ref().map(|model| model.get().inner.as_ref()),
             plan: plan.map(|p| &p.inner),
-            estimate: Some(&self.inner),
-            validation: validation.map(|v| &v.inner),
-            verdict: Some(&self.verdict.inner),
-            origin: Origin { date, version: env!("CARGO_PKG_VERSION"), command: "rist.Estimate.report", model: None },
-            reader: Reader::Python,
-            ..PageRequest::default()
+            validation: validation.map(|v| &v.inner).or(request.validation),
+            ..request
         };
         save(&path, &rist::page::page(&request).0, &[])
+    }
+
+    /// Draws measured and identified torques of a log, or of those that it was made from, joint by joint, and what is left;
+    /// of an estimate of experiments its parameters. Axes of matplotlib, or a rist.Picture of the page where that is not there.
+    #[pyo3(signature = (log=None))]
+    fn plot<'py>(slf: &Bound<'py, Self>, log: Option<&Bound<'py, PyAny>>) -> PyResult<Bound<'py, PyAny>> {
+        slf.py().import("rist._plot")?.call_method1("estimate", (slf, log))
+    }
+
+    /// The charts of the page, name and SVG.
+    #[pyo3(signature = (log=None))]
+    fn _pictures<'py>(&self, py: Python<'py>, log: Option<&Bound<'py, PyAny>>) -> PyResult<Vec<(String, String)>> {
+        let portrait = self.portrait(py, log)?;
+        Ok(rist::page::page(&self.page_request(portrait.as_ref(), None)).1)
     }
 
     /// Writes the URDF of the model with the identified bodies, joint damping and friction; needs consistent=True.
@@ -356,7 +454,10 @@ impl Estimate {
         spelled(&format!("{}\n{}", self.inner, self.verdict.text), Reader::Python)
     }
 
-    fn _repr_html_(&self) -> String {
+    fn _repr_html_(&self, py: Python<'_>) -> String {
+        if let Some(page) = self.framed_page(py) {
+            return page;
+        }
         let row = |(p, status): (&Identified, &str)| {
             let number = |x: Option<f64>| x.map_or(String::new(), |x| format!("{x:.5}"));
             vec![
@@ -371,7 +472,41 @@ impl Estimate {
         let rows = self.inner.parameters.iter().zip(self.status()).map(row);
         let head = ["parameter", "value", "sigma", "white", "unit", "status"];
         let title = format!("{}: {}", self.inner.model, self.inner.method);
-        html::table(&title, &head, rows) + &html::text(&self.verdict.text)
+        let verdict = spelled(&self.verdict.text, Reader::Python);
+        html::table(&title, &head, rows) + &html::text(&verdict)
+    }
+
+    /// A value by its name, estimate["ZZR1"]; None where the data do not tell. KeyError says which name was meant. Or by its
+    /// place, as of a list.
+    fn __getitem__(&self, name: &Bound<'_, PyAny>) -> PyResult<Option<f64>> {
+        Ok(self.inner.parameters[place(name, &self.names())?].value)
+    }
+
+    fn __contains__(&self, name: &str) -> bool {
+        self.inner.parameters.iter().any(|p| p.id.to_string() == name)
+    }
+
+    fn __len__(&self) -> usize {
+        self.inner.parameters.len()
+    }
+
+    /// The names.
+    fn __iter__<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyIterator>> {
+        PyList::new(py, self.names())?.try_iter()
+    }
+
+    /// What estimate.yaml holds, as dicts, lists, texts and numbers.
+    fn to_dict<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        object(py, &serde_json::to_value(&self.inner).map_err(error)?)
+    }
+
+    /// Equal are estimates whose files are the same.
+    fn __eq__(&self, other: &Bound<'_, Estimate>) -> PyResult<bool> {
+        Ok(self.to_yaml()? == other.get().to_yaml()?)
+    }
+
+    fn __hash__(&self) -> PyResult<u64> {
+        Ok(hash(&self.to_yaml()?))
     }
 
     fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyTuple>)> {
@@ -380,7 +515,8 @@ impl Estimate {
             (links, bodies.armatures.clone(), bodies.refusal.clone())
         });
         let model = self.model.as_ref().map(|m| m.clone_ref(py));
-        let more = (self.findings.clone(), self.load.clone(), bodies, self.is_read);
+        let validation = self.validation.as_ref().map(|v| v.to_yaml().or_error()).transpose()?;
+        let more = (self.findings.clone(), self.load.clone(), bodies, self.is_read, validation, self.notes.clone());
         let state = (self.to_yaml()?, model, self.verdict(), more);
         Ok((py.import("rist")?.getattr("_estimate")?, state.into_pyobject(py)?))
     }
@@ -396,20 +532,20 @@ impl Estimate {
     }
 }
 
-/// What a pickle of an estimate calls; `more`: findings, load, bodies, and whether it was read from a file.
+/// What a pickle of an estimate holds beside its text: findings, load, bodies, whether it was read from a file, validation
+/// and notes.
+type More = (Vec<String>, Option<String>, Option<BodyState>, bool, Option<String>, Vec<String>);
+
+/// What a pickle of an estimate calls.
 #[pyfunction]
-pub fn _estimate(
-    text: &str,
-    model: Option<Py<Model>>,
-    verdict: &Verdict,
-    more: (Vec<String>, Option<String>, Option<BodyState>, bool),
-) -> PyResult<Estimate> {
-    let (findings, load, bodies, is_read) = more;
+pub fn _estimate(text: &str, model: Option<Py<Model>>, verdict: &Verdict, more: More) -> PyResult<Estimate> {
+    let (findings, load, bodies, is_read, validation, notes) = more;
+    let validation = validation.map(|text| rist::Validation::from_yaml("pickle", &text).or_error()).transpose()?;
     let bodies = bodies.map(|(links, armatures, refusal)| Bodies {
         links: links.into_iter().map(|(link, body)| (LinkId(link), body)).collect(),
         armatures,
         refusal,
     });
     let read = Estimate::of_text(text, Path::new("pickle"), model)?;
-    Ok(Estimate { verdict: verdict.said.clone(), findings, load, bodies, is_read, ..read })
+    Ok(Estimate { verdict: verdict.said.clone(), findings, load, bodies, is_read, validation, notes, ..read })
 }

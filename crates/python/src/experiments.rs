@@ -3,101 +3,26 @@
 use std::path::{Path, PathBuf};
 
 use numpy::PyArrayDyn;
+use pyo3::exceptions::PyUserWarning;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use rist::request::{CheckRequest, ExciteRequest, PlanRequest};
 use rist::simulation::{Motions, SimulateRequest};
-use rist::{Effort, Record, TrajectoryFormat, trajectory_file};
+use rist::{Effort, Record};
 
 use crate::arrays::array;
-use crate::artefact::{artefact, read_text, save};
+use crate::artefact::{make_directory, read_text, save};
 use crate::call::Call;
-use crate::error::{OrError, all_spelled, error};
+use crate::error::{OrError, error, warn};
 use crate::estimate::Estimate;
 use crate::model::Model;
+use crate::motions::{ExcitingMotion, ExperimentPlan};
 use crate::work::{alone, work};
 
-artefact! {
-    ExperimentPlan,
-    rist::planning::ExperimentPlan,
-    "Experiments to run for identification by spectrum analysis, with what they promise.",
-    /// Names of the experiments: their logs are e01.csv, ..
-    #[getter]
-    fn names(&self) -> Vec<String> {
-        self.inner.experiments.iter().map(|e| e.name.clone()).collect()
-    }
-    /// Writes each motion for a controller to play into a directory, as CSV sampled at `rate` Hz.
-    fn write_trajectories(&self, directory: PathBuf, rate: f64) -> PyResult<()> {
-        if !(rate.is_finite() && rate > 0.0) {
-            return Err(error(format_args!("write_trajectories: rate={rate}: a positive number of Hz is expected")));
-        }
-        make_directory(&directory)?;
-        for (e, t) in self.inner.experiments.iter().zip(self.inner.trajectories("plan").or_error()?) {
-            let text = trajectory_file(&t.reference(), &self.inner.coordinates, rate, TrajectoryFormat::Csv);
-            save(&directory.join(format!("{}.csv", e.name)), &text, &[])?;
-        }
-        Ok(())
-    }
-}
-
-impl ExperimentPlan {
-    /// A plan, or the path of one; refused where it was made with another model.
-    pub fn of(given: &Bound<'_, PyAny>, model: &rist::Model) -> PyResult<rist::planning::ExperimentPlan> {
-        let (plan, path) = match given.cast::<ExperimentPlan>() {
-            Ok(plan) => (plan.get().inner.clone(), PathBuf::from("plan")),
-            Err(_) => {
-                let path: PathBuf =
-                    given.extract().map_err(|_| error("a plan is an ExperimentPlan or the path of plan.yaml"))?;
-                (
-                    rist::planning::ExperimentPlan::from_yaml(&path.display().to_string(), &read_text(&path)?)
-                        .or_error()?,
-                    path,
-                )
-            }
-        };
-        model.check(&path, &plan.model).or_error()?;
-        Ok(plan)
-    }
-}
-
-artefact! {
-    ExcitingMotion,
-    rist::exciting::ExcitingMotion,
-    "One motion of all joints that makes the parameters visible, with the proof that it keeps its limits.",
-    /// Whether all that is looked at is proven, between samples too, and all that was asked for is looked at.
-    #[getter]
-    fn proven(&self) -> bool {
-        self.inner.proven
-    }
-    /// Sentences on what the description does not say and was assumed.
-    #[getter]
-    fn notes(&self) -> Vec<String> {
-        self.inner.notes.clone()
-    }
-    /// Condition number of the scaled columns that the motion makes visible.
-    #[getter]
-    fn condition_number(&self) -> f64 {
-        self.inner.condition_number
-    }
-    /// Positions to play at `rate_hz`: a text of CSV.
-    fn trajectory(&self) -> PyResult<String> {
-        let names: Vec<String> = self.inner.joints.iter().map(|j| j.coordinate.clone()).collect();
-        let reference = self.inner.motion("the motion").or_error()?.reference();
-        Ok(trajectory_file(&reference, &names, self.inner.rate_hz, TrajectoryFormat::Csv))
-    }
-}
-
-fn make_directory(path: &Path) -> PyResult<()> {
-    std::fs::create_dir_all(path).map_err(|e| error(format_args!("{}: {e}", path.display())))
-}
-
-/// Sentences as warnings.
-fn warn(py: Python<'_>, notes: &[String]) -> PyResult<()> {
-    let warnings = py.import("warnings")?;
-    all_spelled(notes).iter().try_for_each(|note| warnings.call_method1("warn", (note,)).map(drop))
-}
-
-/// Chooses the experiments that identify a robot best by spectrum analysis. What the description does not say is a warning.
+/// Chooses the experiments that identify a robot best by spectrum analysis. What was assumed where the description says
+/// nothing is one warning.
+///
+/// model: a Model, or the path of a description.
 ///
 /// Options:
 /// - experiments: Number of experiments [default: 8]
@@ -115,17 +40,24 @@ fn warn(py: Python<'_>, notes: &[String]) -> PyResult<()> {
 /// - progress: Called with (done, all, text) as work goes on
 #[pyfunction]
 #[pyo3(signature = (model, **options), text_signature = "(model, *, experiments=8, criterion='determinant', profile='bang-bang', steps=5, configurations=60, duration=4.0, rate=1000.0, starts=12, seed=1, nodes=0, progress=None)")]
-pub fn plan(py: Python<'_>, model: &Model, options: Option<&Bound<'_, PyDict>>) -> PyResult<ExperimentPlan> {
+pub fn plan(py: Python<'_>, model: &Bound<'_, PyAny>, options: Option<&Bound<'_, PyDict>>) -> PyResult<ExperimentPlan> {
+    let model = Model::of(model)?;
+    let inner = &model.get().inner;
     let call = Call::new("plan", &["progress"], options)?;
     let request: PlanRequest = call.request()?;
     let planned = work(py, call.own("progress"), |reporter| {
-        rist::plan(&model.inner, &request, &|done, all, best| reporter.tell(done, all, &format!("best {best:.3}")))
+        rist::plan(inner, &request, &|done, all, best| reporter.tell(done, all, &format!("best {best:.3}")))
     })?;
-    warn(py, &planned.notes)?;
-    Ok(ExperimentPlan { inner: planned.plan })
+    if !planned.notes.is_empty() {
+        warn(py, &planned.notes.join("; "), py.get_type::<PyUserWarning>().as_any())?;
+    }
+    Ok(ExperimentPlan { inner: planned.plan, model: Some(model.unbind()) })
 }
 
-/// Simulates the experiments of a plan, or an ExcitingMotion, in closed loop, with friction, noise and drive gains.
+/// Simulates the experiments of a plan, or an ExcitingMotion, in closed loop, with friction, noise and drive gains. What it
+/// assumes where the description says nothing stands in `.notes` of the estimate that it returns.
+///
+/// model: a Model, or the path of a description. plan: a plan or a motion, or the path of one.
 ///
 /// With out="DIRECTORY" it writes a log an experiment (e01.csv, .. or motion.csv, v01.csv, .. of motions for validation, e01_loaded.csv,
 /// ..), truth.yaml, and truth_loaded.yaml with a load, as `rist simulate` does. Returns the parameters behind the logs, an
@@ -146,11 +78,12 @@ pub fn plan(py: Python<'_>, model: &Model, options: Option<&Bound<'_, PyDict>>) 
 #[pyo3(signature = (model, plan, **options), text_signature = "(model, plan, *, validation=10, gain=None, load=None, feedforward=None, seed=1, noise_free=False, out=None, progress=None)")]
 pub fn simulate<'py>(
     py: Python<'py>,
-    model: &Bound<'py, Model>,
+    model: &Bound<'py, PyAny>,
     plan: &Bound<'py, PyAny>,
     options: Option<&Bound<'py, PyDict>>,
 ) -> PyResult<(Estimate, Bound<'py, PyDict>)> {
     let call = Call::new("simulate", &["out", "feedforward", "progress"], options)?;
+    let model = Model::of(model)?;
     let inner = &model.get().inner;
     let motions = Played::of(plan, inner)?;
     let mut request: SimulateRequest = call.request()?;
@@ -177,7 +110,6 @@ pub fn simulate<'py>(
         let simulated = rist::simulate(inner, motions.motions(), &request, take)?;
         Ok((simulated, records))
     })?;
-    warn(py, &simulated.notes)?;
     if let Some(out) = &out {
         save(&out.join("truth.yaml"), &simulated.truth.to_yaml().or_error()?, &[&inner.path])?;
         if let Some(loaded) = &simulated.loaded_truth {
@@ -185,7 +117,8 @@ pub fn simulate<'py>(
         }
     }
     let logs = logs_of(py, &records, effort)?;
-    Ok((Estimate::plain(simulated.truth, Some(model.clone().unbind())), logs))
+    let truth = Estimate::plain(simulated.truth, Some(model.unbind()));
+    Ok((Estimate { notes: simulated.notes, ..truth }, logs))
 }
 
 /// What is simulated.
@@ -195,12 +128,17 @@ enum Played {
 }
 
 impl Played {
-    /// A motion, a plan, or the path of a plan; refused where it was made with another model.
+    /// A motion, a plan, or the path of one; refused where it was made with another model.
     fn of(given: &Bound<'_, PyAny>, model: &rist::Model) -> PyResult<Played> {
-        let Ok(motion) = given.cast::<ExcitingMotion>() else {
-            return Ok(Played::Plan(ExperimentPlan::of(given, model)?));
+        let file = given.extract::<PathBuf>().ok();
+        let is_motion = match &file {
+            Some(path) => rist::Kind::of(&read_text(path)?) == Some(rist::Kind::Motion),
+            None => given.is_instance_of::<ExcitingMotion>(),
         };
-        let motion = motion.get().inner.clone();
+        if !is_motion {
+            return Ok(Played::Plan(ExperimentPlan::of(given, model)?));
+        }
+        let motion = ExcitingMotion::of(given)?;
         model.check(Path::new("motion"), &motion.model).or_error()?;
         Ok(Played::Motion(motion))
     }
@@ -260,6 +198,8 @@ fn samples<'py>(py: Python<'py>, n: usize, series: &[Vec<f64>]) -> PyResult<Boun
 /// Searches one motion of all joints that makes the parameters visible, and proves that it keeps its limits. A motion that
 /// is not proven says so: look at `.proven` before it is played.
 ///
+/// model: a Model, or the path of a description.
+///
 /// Options:
 /// - motion: The form of the motion [default: 'fourier']
 /// - period: Seconds of a period, of a spline from rest to rest [default: by the limits, 5 to 20]
@@ -285,35 +225,44 @@ fn samples<'py>(py: Python<'py>, n: usize, series: &[Vec<f64>]) -> PyResult<Boun
 /// - progress: Called with (done, all, text) as work goes on
 #[pyfunction]
 #[pyo3(signature = (model, **options), text_signature = "(model, *, motion='fourier', period=None, frequency=None, harmonics=None, spans=None, repetitions=3, blend=None, rate=200.0, limits=None, effort_share=0.9, friction=None, criterion='determinant', noise=0.01, starts=12, iterations=100, seed=1, after=None, progress=None)")]
-pub fn excite(py: Python<'_>, model: &Model, options: Option<&Bound<'_, PyDict>>) -> PyResult<ExcitingMotion> {
+pub fn excite(
+    py: Python<'_>,
+    model: &Bound<'_, PyAny>,
+    options: Option<&Bound<'_, PyDict>>,
+) -> PyResult<ExcitingMotion> {
+    let model = Model::of(model)?;
+    let known = &model.get().inner;
     let call = Call::new("excite", &["after", "progress"], options)?;
     let request = ExciteRequest { after: estimate_of(&call, "after")?, ..call.request()? };
     let inner = work(py, call.own("progress"), |reporter| {
-        rist::excite(&model.inner, &request, &|done, all, text| reporter.tell(done, all, text))
+        rist::excite(known, &request, &|done, all, text| reporter.tell(done, all, text))
     })?;
-    Ok(ExcitingMotion { inner })
+    Ok(ExcitingMotion { inner, model: Some(model.unbind()) })
 }
 
 /// Proves anew that a motion keeps its limits, and those of `limits`, a path to YAML or its content as a dict, too; torques
 /// are those of the description, or of the estimate `after`. Returns what speaks against the motion: nothing where all that
 /// is looked at is proven, and where all that `limits` asks for is looked at.
 ///
+/// model: a Model, or the path of a description. motion: an ExcitingMotion, or the path of one.
+///
 /// Options:
 /// - limits: Limits of your own that the motion must keep too, as for `rist excite limits=`; those that the file
 ///   lacks are not assumed. What a motion may leave out, `space: {floor: none, accept: ..}`, counts in this file
 ///   alone
-/// - after: An estimate of this model: efforts and powers are proved with its torques instead of the
-///   description's
+/// - after: Efforts and powers are proved with its torques instead of the description's
 #[pyfunction]
 #[pyo3(signature = (model, motion, **options), text_signature = "(model, motion, *, limits=None, after=None)")]
 pub fn check(
     py: Python<'_>,
-    model: &Model,
-    motion: &ExcitingMotion,
+    model: &Bound<'_, PyAny>,
+    motion: &Bound<'_, PyAny>,
     options: Option<&Bound<'_, PyDict>>,
 ) -> PyResult<Vec<String>> {
+    let (model, motion) = (Model::of(model)?, ExcitingMotion::of(motion)?);
+    let model = model.get();
     let call = Call::new("check", &["after"], options)?;
     let asked = CheckRequest { after: estimate_of(&call, "after")?, ..call.request()? };
-    let check = || rist::check(&model.inner, Path::new("motion"), &motion.inner, &asked);
+    let check = || rist::check(&model.inner, Path::new("motion"), &motion, &asked);
     Ok(alone(py, check)?.or_error()?.faults())
 }

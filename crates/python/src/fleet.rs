@@ -61,7 +61,8 @@ impl Accumulator {
 impl Accumulator {
     #[new]
     #[pyo3(signature = (model, **options), text_signature = "(model, *, gain=None, friction=None, weights=None, cutoff=None, order=None, decimate=None, delay=None, options=None)")]
-    fn new(model: &Bound<'_, Model>, options: Option<&Bound<'_, PyDict>>) -> PyResult<Accumulator> {
+    fn new(model: &Bound<'_, PyAny>, options: Option<&Bound<'_, PyDict>>) -> PyResult<Accumulator> {
+        let model = Model::of(model)?;
         let request: SumsRequest = Call::new("Accumulator", &[], options)?.request()?;
         let inner = &model.get().inner;
         let signal = request.rows.options().signal;
@@ -71,7 +72,7 @@ impl Accumulator {
             ));
         }
         let sums = rist::fleet::accumulator(inner, &request).or_error()?;
-        Ok(Accumulator { model: model.clone().unbind(), sums: Mutex::new(sums) })
+        Ok(Accumulator { model: model.unbind(), sums: Mutex::new(sums) })
     }
 
     /// Adds a log, or a list of them, as `identify` takes them; returns itself.
@@ -146,9 +147,9 @@ impl Accumulator {
 
     /// Reads a .tri file. Raises rist.Error where it is none, was cut short, or is of another model.
     #[staticmethod]
-    fn read(path: PathBuf, model: Py<Model>) -> PyResult<Accumulator> {
+    fn read(path: PathBuf, model: &Bound<'_, PyAny>) -> PyResult<Accumulator> {
         let sums = rist::Accumulator::read(&path).or_error()?;
-        Accumulator::of_sums(sums, model)
+        Accumulator::of_sums(sums, Model::of(model)?.unbind())
     }
 
     fn __len__(&self) -> usize {
@@ -209,6 +210,13 @@ artefact! {
     }
 }
 
+impl Comparison {
+    /// It has no page.
+    fn page(&self, _date: Option<&str>) -> Option<String> {
+        None
+    }
+}
+
 /// Compares sums with those of a reference: robots by name, {"r07": Accumulator, ..}.
 ///
 /// Options:
@@ -235,5 +243,5 @@ pub fn compare(
         let named: Vec<(&str, &rist::Accumulator)> = named.iter().map(|(name, sums)| (name.as_str(), sums)).collect();
         Ok(rist::compare(("reference", &reference), &named, asked.of, asked.fdr)?)
     })?;
-    Ok(Comparison { inner })
+    Ok(Comparison { inner, model: None })
 }

@@ -11,6 +11,24 @@ pub fn table(title: &str, head: &[&str], rows: impl Iterator<Item = Vec<String>>
     format!("<table><caption>{}</caption>{head}{rows}</table>", escaped(title))
 }
 
+/// A page larger than this is not put into a notebook, which keeps it for good.
+const LARGEST_PAGE_BYTES: usize = 2 << 20;
+
+/// A whole page in a frame of its own, whose style and script touch nothing of the notebook; `None` where it is too large.
+pub fn frame(page: &str) -> Option<String> {
+    let page = (page.len() <= LARGEST_PAGE_BYTES).then(|| page.replace('&', "&amp;").replace('"', "&quot;"))?;
+    Some(format!(
+        "<iframe srcdoc=\"{page}\" sandbox=\"allow-scripts allow-downloads\" title=\"rist\" \
+         style=\"width: 100%; height: 640px; border: 1px solid #8884\"></iframe>"
+    ))
+}
+
+/// Sentences, one below the other.
+pub fn list(texts: &[String]) -> String {
+    let items: String = texts.iter().map(|text| format!("<li>{}</li>", escaped(text))).collect();
+    format!("<ul>{items}</ul>")
+}
+
 /// A text as it stands.
 pub fn text(text: &str) -> String {
     format!("<pre>{}</pre>", escaped(text))

@@ -6,24 +6,26 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use rist::ClosedLoop;
 use rist::closed_loop::identify_experiments_in_loop;
-use rist::doctor::DoctorRequest;
+use rist::doctor::{DoctorRequest, claims_of_log};
 use rist::experiments::{ExperimentLogs, identify_gains_of_rows, identify_paper_rows};
 use rist::request::spelling::{Reader, spelled};
 use rist::request::{IdentifyRequest, Method, MethodRequest, Words};
 use rist::samples::{identify_essential, identify_loaded};
+use rist::verdict::claim_line;
 
+use crate::artefact::hash;
 use crate::call::Call;
-use crate::error::{OrError, all_spelled, error};
+use crate::error::{OrError, all_spelled, error, warn_of};
 use crate::estimate::Estimate;
-use crate::experiments::ExperimentPlan;
 use crate::html;
 use crate::logs::{logs, open};
 use crate::model::Model;
+use crate::motions::ExperimentPlan;
 use crate::work::work;
 
-/// Identifies the base parameters and the friction of a robot from logs of it.
+/// Identifies the base parameters and the friction of a robot from logs of it. rist.TrustWarning where the verdict says no.
 ///
-/// logs: one or a list; each a path (CSV, .npz, Parquet, MCAP, a rosbag2 directory), a dict of arrays ({"t": (N,),
+/// model: a Model, or the path of a description. logs: one or a list; each a path (CSV, .npz, Parquet, MCAP, a rosbag2 directory), a dict of arrays ({"t": (N,),
 /// "q": (N, n), "tau": (N, n)}; SI), or a table with __arrow_c_stream__ (pandas, polars, pyarrow). With method="rist",
 /// "rist-mh", "iv" or "didim": the directory of the logs of `plan`.
 ///
@@ -55,6 +57,8 @@ use crate::work::work;
 /// - loaded: Logs with a load on the last link, which is identified too
 /// - validate: Logs that are predicted, not fitted, for the verdict
 /// - plan: The plan behind the logs
+/// - rotor_inertia: Which joints have a rotor inertia (IA) among their parameters [default: as the file says; a
+///   YAML file that does not say: actuated; a URDF, which cannot say: none]
 ///
 /// With method="rist-mh" it also estimates, where asked: ripple (periods a turn of all joints, or {"q2": 12}, or
 /// {"q2": [6, 12]}), elastic and backlash (True for all joints, or ["q2", "q3"]: springs and gaps behind the motors, which have
@@ -63,23 +67,29 @@ use crate::work::work;
 ///
 /// Ctrl-C ends it. Raises rist.Error with the message of the program.
 #[pyfunction]
-#[pyo3(signature = (model, logs, **options), text_signature = "(model, logs, *, consistent=False, gain=None, covariance=False, loaded_link=None, friction=None, weights=None, cutoff=None, order=None, decimate=None, delay=None, options=None, load=None, ripple=None, elastic=False, backlash=False, method='ls', loaded=(), validate=(), plan=None)")]
+#[pyo3(signature = (model, logs, **options), text_signature = "(model, logs, *, consistent=False, gain=None, covariance=False, loaded_link=None, friction=None, weights=None, cutoff=None, order=None, decimate=None, delay=None, options=None, load=None, ripple=None, elastic=False, backlash=False, method='ls', loaded=(), validate=(), plan=None, rotor_inertia=None)")]
 pub fn identify(
     py: Python<'_>,
-    model: &Bound<'_, Model>,
+    model: &Bound<'_, PyAny>,
     logs: &Bound<'_, PyAny>,
     options: Option<&Bound<'_, PyDict>>,
 ) -> PyResult<Estimate> {
-    let own = &["method", "plan", "loaded", "validate"];
+    let own = &["method", "plan", "loaded", "validate", "rotor_inertia"];
     let call = Call::new("identify", own, options)?;
     let MethodRequest { method } = Call::only("identify", "method", options)?.request()?;
     call.check_method(method)?;
-    match method {
-        Method::Ls | Method::Essential => identify_samples(py, model, logs, &call, method),
-        Method::Rist | Method::Tls | Method::RistMh | Method::Iv | Method::Didim => {
-            identify_plan(py, model, logs, &call, method)
-        }
+    let mut model = Model::of(model)?;
+    if let Some(rotors) = call.own("rotor_inertia") {
+        model = Model::with_rotors(&model, rotors)?;
     }
+    let estimate = match method {
+        Method::Ls | Method::Essential => identify_samples(py, &model, logs, &call, method),
+        Method::Rist | Method::Tls | Method::RistMh | Method::Iv | Method::Didim => {
+            identify_plan(py, &model, logs, &call, method)
+        }
+    }?;
+    warn_of(py, &estimate.verdict.inner)?;
+    Ok(estimate)
 }
 
 fn identify_samples(
@@ -96,6 +106,7 @@ fn identify_samples(
     };
     let empty = pyo3::types::PyList::empty(py).into_any();
     let of = |name: &str| logs(call.own(name).unwrap_or(&empty));
+    let given = fitted.clone().unbind();
     let (fitted, loaded, others) = (logs(fitted)?, of("loaded")?, of("validate")?);
     if fitted.is_empty() {
         return Err(error("identify: no log is given"));
@@ -126,13 +137,13 @@ fn identify_samples(
         None => model.clone().unbind(),
     };
     Ok(Estimate {
-        inner: found.estimate,
-        model: Some(used),
         verdict: judged.verdict.into(),
         bodies: found.bodies,
         load: found.load.map(|load| load.to_string().trim().to_string()),
         findings: found.passport.findings.iter().map(ToString::to_string).collect(),
-        is_read: false,
+        logs: Some(given),
+        validation: judged.validation,
+        ..Estimate::plain(found.estimate, Some(used))
     })
 }
 
@@ -176,21 +187,29 @@ fn identify_plan(
 /// What logs and a description have to do with each other.
 #[pyclass(frozen, module = "rist")]
 pub struct Passport {
-    /// One line a joint.
-    table: String,
-    findings: Vec<String>,
-    untold: Vec<String>,
-    is_gross: bool,
+    state: PassportState,
 }
+
+/// A joint: its coordinate, slope, share, explained share, and range, rad (m).
+type JointState = (String, Option<f64>, Option<f64>, Option<f64>, f64);
+
+/// A passport as it is shown, and as a pickle holds it: one line a joint, findings, what is untold, whether a finding is gross,
+/// the joints, all claims.
+type PassportState = (String, Vec<String>, Vec<String>, bool, Vec<JointState>, Vec<String>);
 
 impl Passport {
     fn of(passport: &rist::doctor::Passport) -> Passport {
-        Passport {
-            table: spelled(&passport.to_string(), Reader::Python),
-            findings: passport.findings.iter().map(|finding| spelled(&finding.to_string(), Reader::Python)).collect(),
-            untold: all_spelled(&passport.untold),
-            is_gross: passport.is_gross(),
-        }
+        let joints = passport.joints.iter().map(|j| (j.coordinate.clone(), j.slope, j.share, j.explained, j.range));
+        let claims: Vec<String> = claims_of_log(passport, None).iter().map(claim_line).collect();
+        let state = (
+            spelled(&passport.to_string(), Reader::Python),
+            passport.findings.iter().map(|finding| spelled(&finding.to_string(), Reader::Python)).collect(),
+            all_spelled(&passport.untold),
+            passport.is_gross(),
+            joints.collect(),
+            all_spelled(&claims),
+        );
+        Passport { state }
     }
 }
 
@@ -199,48 +218,94 @@ impl Passport {
     /// What is wrong, the worst first: a sentence each with what mends it.
     #[getter]
     fn findings(&self) -> Vec<String> {
-        self.findings.clone()
+        self.state.1.clone()
     }
 
     /// What could not be looked at.
     #[getter]
     fn untold(&self) -> Vec<String> {
-        self.untold.clone()
+        self.state.2.clone()
     }
 
     /// Whether a finding forbids to use an estimate from these logs.
     #[getter]
     fn is_gross(&self) -> bool {
-        self.is_gross
+        self.state.3
+    }
+
+    /// All that was claimed: what is contradicted, what agrees and what fault would have shown, what cannot be told.
+    #[getter]
+    fn claims(&self) -> Vec<String> {
+        self.state.5.clone()
+    }
+
+    /// How each joint agrees with the description, a dict of columns: coordinate; slope, measured torque per torque of the
+    /// description; share of the torque that the slope rests on; explained, the share with rotor, friction and offset; range
+    /// of its motion, rad (m).
+    #[getter]
+    fn joints<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        let (joints, table) = (&self.state.4, PyDict::new(py));
+        table.set_item("coordinate", joints.iter().map(|j| j.0.as_str()).collect::<Vec<_>>())?;
+        table.set_item("slope", joints.iter().map(|j| j.1).collect::<Vec<_>>())?;
+        table.set_item("share", joints.iter().map(|j| j.2).collect::<Vec<_>>())?;
+        table.set_item("explained", joints.iter().map(|j| j.3).collect::<Vec<_>>())?;
+        table.set_item("range", joints.iter().map(|j| j.4).collect::<Vec<_>>())?;
+        Ok(table)
+    }
+
+    /// findings, untold, is_gross, joints and claims by their names.
+    fn to_dict<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        let dict = PyDict::new(py);
+        dict.set_item("findings", self.findings())?;
+        dict.set_item("untold", self.untold())?;
+        dict.set_item("is_gross", self.is_gross())?;
+        dict.set_item("joints", self.joints(py)?)?;
+        dict.set_item("claims", self.claims())?;
+        Ok(dict)
+    }
+
+    /// Draws the slope of each joint, which is 1 where log and description agree. Axes of matplotlib, or a rist.Picture where
+    /// that is not there.
+    fn plot<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
+        slf.py().import("rist._plot")?.call_method1("passport", (slf,))
+    }
+
+    fn __eq__(&self, other: &Bound<'_, Passport>) -> bool {
+        self.state == other.get().state
+    }
+
+    fn __hash__(&self) -> u64 {
+        hash(&self.__repr__())
     }
 
     fn __repr__(&self) -> String {
         let lines = [self.findings(), self.untold()].concat().join("\n");
-        format!("{}\n{lines}", self.table)
+        format!("{}\n{lines}", self.state.0)
     }
 
     fn _repr_html_(&self) -> String {
-        html::text(&self.__repr__())
+        let number = |x: Option<f64>| x.map_or("-".to_string(), |x| format!("{x:.2}"));
+        let of = |j: &JointState| vec![j.0.clone(), number(j.1), number(j.2), number(j.3), number(Some(j.4))];
+        let head = ["joint", "slope", "share", "explained", "range, rad (m)"];
+        let said = [self.findings(), self.untold()].concat();
+        let said = if self.state.1.is_empty() { [vec!["nothing is contradicted".into()], said].concat() } else { said };
+        html::table("log and description", &head, self.state.4.iter().map(of)) + &html::list(&said)
     }
 
-    fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyAny>, PassportState)> {
-        let state = (self.table.clone(), self.findings(), self.untold(), self.is_gross);
-        Ok((py.import("rist")?.getattr("_passport")?, state))
+    fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyAny>, (PassportState,))> {
+        Ok((py.import("rist")?.getattr("_passport")?, (self.state.clone(),)))
     }
 }
 
-/// A passport as a pickle holds it.
-type PassportState = (String, Vec<String>, Vec<String>, bool);
-
 /// What a pickle of a passport calls.
 #[pyfunction]
-pub fn _passport(table: String, findings: Vec<String>, untold: Vec<String>, is_gross: bool) -> Passport {
-    Passport { table, findings, untold, is_gross }
+pub fn _passport(state: PassportState) -> Passport {
+    Passport { state }
 }
 
 /// Looks for what is wrong with logs before anything is fitted: units, signs, zeros, swapped columns, another robot.
 ///
-/// logs as of `identify`; options: a path to YAML with any option of an identification, its text, or its content as a
+/// model and logs as of `identify`; options: a path to YAML with any option of an identification, its text, or its content as a
 /// dict; gain: {"q1": 2.393}, N m/A.
 ///
 /// Options:
@@ -250,10 +315,12 @@ pub fn _passport(table: String, findings: Vec<String>, untold: Vec<String>, is_g
 #[pyo3(signature = (model, logs, **options), text_signature = "(model, logs, *, options=None, gain=None)")]
 pub fn doctor(
     py: Python<'_>,
-    model: &Model,
+    model: &Bound<'_, PyAny>,
     logs: &Bound<'_, PyAny>,
     options: Option<&Bound<'_, PyDict>>,
 ) -> PyResult<Passport> {
+    let model = Model::of(model)?;
+    let model = model.get();
     let request: DoctorRequest = Call::new("doctor", &[], options)?.request()?;
     let options = request.options(&model.inner).or_error()?;
     let given = crate::logs::logs(logs)?;

@@ -20,6 +20,8 @@ mod html;
 mod identify;
 mod logs;
 mod model;
+mod motions;
+mod program;
 mod validation;
 mod verdict;
 mod work;
@@ -28,25 +30,29 @@ use pyo3::prelude::*;
 
 /// From a robot description to an exact symbolic model, generated code, and inertial parameters identified on the machine.
 ///
-/// >>> model = rist.Model.read("arm.urdf")
-/// >>> estimate = rist.identify(model, "log.csv", friction="auto")
-/// >>> estimate.table
+/// >>> estimate = rist.identify("arm.urdf", "log.csv")
+/// >>> estimate.verdict, estimate["ZZR_elbow"]
+/// >>> estimate.plot()
 #[pymodule(name = "_rist")]
 mod module {
     #[pymodule_export]
     use crate::base_parameters::{_base_parameters, BaseParameters};
     #[pymodule_export]
-    use crate::error::Error;
+    use crate::error::{Error, TrustWarning};
     #[pymodule_export]
     use crate::estimate::{_estimate, Estimate};
     #[pymodule_export]
-    use crate::experiments::{ExcitingMotion, ExperimentPlan, check, excite, plan, simulate};
+    use crate::experiments::{check, excite, plan, simulate};
     #[pymodule_export]
     use crate::fleet::{_accumulator, Accumulator, Comparison, compare};
     #[pymodule_export]
     use crate::identify::{_passport, Passport, doctor, identify};
     #[pymodule_export]
     use crate::model::{_model, Model};
+    #[pymodule_export]
+    use crate::motions::{ExcitingMotion, ExperimentPlan};
+    #[pymodule_export]
+    use crate::program::{_run_program, example};
     #[pymodule_export]
     use crate::validation::{Validation, validate};
     #[pymodule_export]

@@ -8,10 +8,11 @@ use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyTuple};
 use rist::ModelOptions;
 use rist::request::spelling::{Reader, flags, spelled};
-use rist::request::{GenerateRequest, Request, SourceLanguage};
+use rist::request::{GenerateRequest, InspectRequest, Request, SourceLanguage};
 use rist::source::Language;
 
 use crate::arrays::array;
+use crate::artefact::{hash, save};
 use crate::base_parameters::{BaseParameters, standard_names};
 use crate::call::{Call, object};
 use crate::error::{OrError, error};
@@ -22,14 +23,27 @@ use crate::work::alone;
 
 /// A robot and what follows from it: base parameters, regressors, torques, source.
 ///
-/// `Model.read(path)` reads a description (.yaml, .urdf, .par) and derives its dynamics. Functions of the state take arrays
+/// `Model(path)` reads a description (.yaml, .urdf, .par) and derives its dynamics; `Model.read` is the same. Functions of the state take arrays
 /// of shape (N, n), one state per row and one column per coordinate, or (n,) for one state: q in rad (m of a joint that slides),
 /// dq in rad/s, ddq in rad/s^2; absent rates are zero. They release the interpreter lock. float64 arrays row by row are not
 /// copied.
 ///
-/// >>> model = rist.Model.read("models/panda.yaml")
+/// >>> model = rist.Model("models/panda.yaml")
 /// >>> y = model.base_regressor(q, dq, ddq)     # (N, n, p)
 /// >>> w = y.reshape(-1, y.shape[-1])           # the observation matrix, (N n, p), without a copy
+///
+/// Options:
+/// - value: Value of a symbol of the description, m or rad: D3=0.45 (symbols of a .par file may have no value)
+/// - mimic: How the mimic joints of a URDF are read: as following the joint they mimic, or as coordinates of
+///   their own [default: 'constraint']
+/// - angles: How rounded angles are read: as the angles that were meant (1.5707 and 1.5708 as pi/2), or as given
+///   [default: 'meant']
+/// - rotor_inertia: Which joints have a rotor inertia (IA) among their parameters [default: as the file says; a
+///   YAML file that does not say: actuated; a URDF, which cannot say: none]
+/// - floating_base: Let the base float: six coordinates come first (base_x, base_y, base_z, base_yaw, base_pitch,
+///   base_roll), and the base becomes a link with its own parameters [default: False]
+/// - any_size: Derive the model even where that takes more than about 10 s or 1 GiB, which is refused with the
+///   figures otherwise [default: False]
 #[pyclass(frozen, module = "rist")]
 pub struct Model {
     pub inner: Arc<rist::Model>,
@@ -45,6 +59,56 @@ impl Model {
     pub fn read_as(&self, inner: rist::Model) -> Model {
         let options = inner.description.as_ref().map(ModelOptions::of_description).unwrap_or_default();
         Model { inner: Arc::new(inner), text: self.text.clone(), options, evaluations: Default::default() }
+    }
+
+    /// A model, or the path of its description, which is read as it stands.
+    pub fn of<'py>(given: &Bound<'py, PyAny>) -> PyResult<Bound<'py, Model>> {
+        Model::read_with(given, ModelOptions::default())
+    }
+
+    /// The model with which an estimate predicts: that of the estimate where the description is the same, since the estimate
+    /// may have rotor inertias that a URDF cannot say.
+    pub fn for_estimate<'py>(given: &Bound<'py, PyAny>, estimate: &Estimate) -> PyResult<Bound<'py, Model>> {
+        let py = given.py();
+        let described = estimate.inner.description.as_ref();
+        let model = Model::read_with(given, described.map(ModelOptions::of_description).unwrap_or_default())?;
+        match &estimate.model {
+            Some(used) if used.get().text == model.get().text => Ok(used.bind(py).clone()),
+            _ => Ok(model),
+        }
+    }
+
+    /// A model as it is, or a description read with these options.
+    fn read_with<'py>(given: &Bound<'py, PyAny>, options: ModelOptions) -> PyResult<Bound<'py, Model>> {
+        if let Ok(model) = given.cast::<Model>() {
+            return Ok(model.clone());
+        }
+        let path: PathBuf = given.extract().map_err(|_| {
+            let found = given.get_type().qualname().map_or(String::new(), |name| format!(", not {name}"));
+            error(format_args!("a model is a rist.Model or the path of its description (.urdf, .yaml, .par){found}"))
+        })?;
+        let text = rist::text_of(&path).or_error()?;
+        Bound::new(given.py(), Model::derive(given.py(), text, path, options)?)
+    }
+
+    /// The same description with another choice of joints that have a rotor inertia.
+    pub fn with_rotors<'py>(this: &Bound<'py, Model>, given: &Bound<'py, PyAny>) -> PyResult<Bound<'py, Model>> {
+        let (py, model) = (this.py(), this.get());
+        let asked = PyDict::new(py);
+        asked.set_item("rotor_inertia", given)?;
+        let rotor_inertia = options("identify", Some(&asked))?.rotor_inertia;
+        if model.options.rotor_inertia == rotor_inertia {
+            return Ok(this.clone());
+        }
+        let options = ModelOptions { rotor_inertia, ..model.options.clone() };
+        Bound::new(py, Model::derive(py, model.text.clone(), model.inner.path.clone(), options)?)
+    }
+
+    /// The page of `rist inspect`.
+    fn page(&self) -> Result<String, rist::Error> {
+        let path = &self.inner.path;
+        let robot = rist::parse_robot(&self.text, path, &self.options)?;
+        Ok(rist::inspect(robot, path, &self.options, &InspectRequest::default())?.html())
     }
 
     fn derive(py: Python<'_>, text: String, path: PathBuf, options: ModelOptions) -> PyResult<Model> {
@@ -82,6 +146,12 @@ fn options(function: &'static str, given: Option<&Bound<'_, PyDict>>) -> PyResul
 
 #[pymethods]
 impl Model {
+    #[new]
+    #[pyo3(signature = (path, **options), text_signature = "(path, *, value=None, mimic='constraint', angles='meant', rotor_inertia=None, floating_base=False, any_size=False)")]
+    fn new(py: Python<'_>, path: PathBuf, options: Option<&Bound<'_, PyDict>>) -> PyResult<Model> {
+        Model::read(py, path, options)
+    }
+
     /// Reads a description (.yaml, .urdf, .par) and derives its dynamics. Angles that are taken for others are a warning.
     /// Raises rist.Error with the place of what cannot be read.
     ///
@@ -100,7 +170,7 @@ impl Model {
     #[staticmethod]
     #[pyo3(signature = (path, **options), text_signature = "(path, *, value=None, mimic='constraint', angles='meant', rotor_inertia=None, floating_base=False, any_size=False)")]
     fn read(py: Python<'_>, path: PathBuf, options: Option<&Bound<'_, PyDict>>) -> PyResult<Model> {
-        let options = self::options("Model.read", options)?;
+        let options = self::options("Model", options)?;
         let text = rist::text_of(&path).or_error()?;
         Model::derive(py, text, path, options)
     }
@@ -374,8 +444,34 @@ impl Model {
         format!("<rist.Model {name}: {n} coordinates, {p} base parameters, {how}>\n  {lines}")
     }
 
-    fn _repr_html_(&self) -> String {
-        self.rules_table()
+    fn _repr_html_(&self, py: Python<'_>) -> String {
+        let page = alone(py, || self.page()).ok().and_then(Result::ok);
+        page.and_then(|page| html::frame(&page)).unwrap_or_else(|| self.rules_table())
+    }
+
+    /// Writes the page of `rist inspect`: the robot with its frames, its base parameters, their meanings and rules.
+    fn report(&self, py: Python<'_>, path: PathBuf) -> PyResult<()> {
+        save(&path, &alone(py, || self.page())?.or_error()?, &[&self.inner.path])
+    }
+
+    /// What `rist inspect --format json` prints, as dicts, lists, texts and numbers.
+    fn to_dict<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        let path = &self.inner.path;
+        let found = || {
+            let robot = rist::parse_robot(&self.text, path, &self.options)?;
+            Ok(rist::inspect(robot, path, &self.options, &InspectRequest::default())?.to_json())
+        };
+        object(py, &alone(py, found)?.map_err(|e: rist::Error| error(e))?)
+    }
+
+    /// Models are equal whose description is the same text, read with the same options.
+    fn __eq__(&self, other: &Bound<'_, Model>) -> bool {
+        let other = other.get();
+        self.text == other.text && self.options.given() == other.options.given()
+    }
+
+    fn __hash__(&self) -> u64 {
+        hash(&self.text)
     }
 
     fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyAny>, (String, String, Bound<'py, PyDict>))> {

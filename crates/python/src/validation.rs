@@ -4,12 +4,14 @@ use std::path::PathBuf;
 
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
+use rist::page::{Origin, PageRequest};
 use rist::request::Request;
+use rist::request::spelling::Reader;
 use rist::validation::{ValidateRequest, is_fitted};
 
-use crate::artefact::artefact;
+use crate::artefact::{artefact, save};
 use crate::call::Call;
-use crate::error::{OrError, error};
+use crate::error::{OrError, error, warn_of};
 use crate::estimate::Estimate;
 use crate::logs::{logs, open};
 use crate::model::Model;
@@ -35,6 +37,23 @@ artefact! {
         table.set_item("unit", joints.iter().map(|j| j.unit.to_string()).collect::<Vec<_>>())?;
         Ok(table)
     }
+    /// Draws the relative errors by joint and by log. Axes of matplotlib, or a rist.Picture where
+    /// that is not there.
+    fn plot<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
+        slf.py().import("rist._plot")?.call_method1("validation", (slf,))
+    }
+
+    /// The charts of the page, name and SVG.
+    fn _pictures(&self) -> Vec<(String, String)> {
+        rist::page::page(&PageRequest { validation: Some(&self.inner), ..PageRequest::default() }).1
+    }
+
+    /// Writes one self-contained HTML page.
+    #[pyo3(signature = (path, date=None))]
+    fn report(&self, path: PathBuf, date: Option<&str>) -> PyResult<()> {
+        save(&path, &self.page(date).unwrap_or_default(), &[])
+    }
+
     /// Relative errors by log.
     #[getter]
     fn logs<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
@@ -44,9 +63,23 @@ artefact! {
     }
 }
 
-/// Predicts logs with an estimate and compares: a Validation and a Verdict.
+impl Validation {
+    /// Its page.
+    fn page(&self, date: Option<&str>) -> Option<String> {
+        let request = PageRequest {
+            model: self.model.as_ref().map(|model| model.get().inner.as_ref()),
+            validation: Some(&self.inner),
+            origin: Origin { date, version: env!("CARGO_PKG_VERSION"), command: "rist.Validation.report", model: None },
+            reader: Reader::Python,
+            ..PageRequest::default()
+        };
+        Some(rist::page::page(&request).0)
+    }
+}
+
+/// Predicts logs with an estimate and compares: a Validation and a Verdict. rist.TrustWarning where that says no.
 ///
-/// logs as of `identify`. For an estimate of experiments, logs are the paths of motions, and gain={"q1": 2.4} (N m/A) and
+/// model: the one of the estimate, a path too. logs as of `identify`. For an estimate of experiments, logs are the paths of motions, and gain={"q1": 2.4} (N m/A) and
 /// cutoff (Hz, 20) can be given.
 ///
 /// Options:
@@ -56,14 +89,16 @@ artefact! {
 #[pyo3(signature = (model, estimate, logs, **options), text_signature = "(model, estimate, logs, *, gain=None, cutoff=None)")]
 pub fn validate(
     py: Python<'_>,
-    model: &Model,
+    model: &Bound<'_, PyAny>,
     estimate: &Estimate,
     logs: &Bound<'_, PyAny>,
     options: Option<&Bound<'_, PyDict>>,
 ) -> PyResult<(Validation, Verdict)> {
     let call = Call::new("validate", &[], options)?;
     let request: ValidateRequest = call.request()?;
-    let (model, estimate, logs) = (&model.inner, &estimate.inner, self::logs(logs)?);
+    let used = Model::for_estimate(model, estimate)?;
+    let (model, estimate, logs) = (&used.get().inner, &estimate.inner, self::logs(logs)?);
+    model.check_estimate("the estimate".as_ref(), estimate).or_error()?;
     // A log that the estimate was made from proves nothing.
     let are_new = !logs.iter().filter_map(|log| log.path()).any(|path| is_fitted(estimate, path.as_ref()));
     let (inner, verdict) = match &estimate.options {
@@ -91,5 +126,6 @@ pub fn validate(
             })?
         }
     };
-    Ok((Validation { inner }, Verdict { said: verdict.into() }))
+    warn_of(py, &verdict)?;
+    Ok((Validation { inner, model: Some(used.clone().unbind()) }, Verdict { said: verdict.into() }))
 }

@@ -3,8 +3,10 @@
 use std::collections::BTreeMap;
 
 use pyo3::prelude::*;
+use pyo3::types::PyDict;
 use rist::request::spelling::{Reader, spelled};
 
+use crate::artefact::hash;
 use crate::error::all_spelled;
 use rist::verdict::{Trust, UseVerdict};
 
@@ -82,7 +84,28 @@ impl Verdict {
     }
 
     fn _repr_html_(&self) -> String {
-        html::text(&self.said.text)
+        html::text(&self.__repr__())
+    }
+
+    /// trust, found, reasons, next, uses, torque_errors and claims by their names.
+    fn to_dict<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        let dict = PyDict::new(py);
+        dict.set_item("trust", self.trust())?;
+        dict.set_item("found", self.found())?;
+        dict.set_item("reasons", self.reasons())?;
+        dict.set_item("next", self.next())?;
+        dict.set_item("uses", self.uses())?;
+        dict.set_item("torque_errors", self.torque_errors())?;
+        dict.set_item("claims", self.claims())?;
+        Ok(dict)
+    }
+
+    fn __eq__(&self, other: &Bound<'_, Verdict>) -> bool {
+        self.said.text == other.get().said.text && self.said.claims == other.get().said.claims
+    }
+
+    fn __hash__(&self) -> u64 {
+        hash(&self.said.text)
     }
 
     fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyAny>, Parts)> {

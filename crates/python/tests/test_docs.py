@@ -54,6 +54,25 @@ def defaults_of(stub):
     return {argument.arg: ast.literal_eval(default) for argument, default in pairs if default is not None}
 
 
+def test_an_editor_shows_what_help_says():
+    """Docstrings in the stub, which editors show, are those of the package, on every function, method and property."""
+    stubs = ast.parse((ROOT / "crates/python/python/rist/__init__.pyi").read_text()).body
+    told = 0
+    for node in stubs:
+        if isinstance(node, ast.FunctionDef):
+            assert ast.get_docstring(node) == inspect.getdoc(getattr(rist, node.name)), node.name
+            told += 1
+        elif isinstance(node, ast.ClassDef) and node.name != "Frame":
+            for member in node.body:
+                is_overload = isinstance(member, ast.FunctionDef) and any(getattr(d, "id", "") == "overload" for d in member.decorator_list)
+                if not isinstance(member, ast.FunctionDef) or member.name.startswith("_") or is_overload:
+                    continue
+                said = inspect.getdoc(getattr(getattr(rist, node.name), member.name))
+                assert said and ast.get_docstring(member) == said, f"{node.name}.{member.name}"
+                told += 1
+    assert told > 110
+
+
 def test_every_name_has_its_stub():
     """What the stubs say is there, with these arguments and defaults, and what is there has its stub."""
     stubs = ast.parse((ROOT / "crates/python/python/rist/__init__.pyi").read_text()).body

@@ -13,6 +13,7 @@ use rist::request::{
     PlanRequest, Range, Request, SimulateRequest, SumsRequest, ValidateRequest, number, requests,
 };
 use serde_json::Value;
+use tests::docstrings::Docstrings;
 
 const STUB: &str = "crates/python/python/rist/__init__.pyi";
 const PAGE: &str = "docs/files.md";
@@ -91,13 +92,17 @@ fn functions() -> Vec<Function> {
         Keyword::own("validate", "Logs", "()", "Logs that are predicted, not fitted, for the verdict"),
         Keyword::own("plan", "ExperimentPlan | Path | None", "None", "The plan behind the logs"),
     ];
+    let rotors = ModelOptions::fields().into_iter().find(|field| field.name == "rotor_inertia");
+    let of_identify = of_identify.into_iter().chain(rotors.as_ref().map(Keyword::of_field)).collect();
     let of_simulate = vec![
         Keyword::own("out", "Path | None", "None", "The directory that the logs are written to"),
         estimate("feedforward", "Of which the controller computes its torques"),
         progress(),
     ];
     let after = estimate("after", "The motion shows what this estimate leaves open");
+    let proved_after = estimate("after", "Efforts and powers are proved with its torques instead of the description's");
     vec![
+        Function::new("Model.__init__", "model.rs", &ModelOptions::fields(), Vec::new()),
         Function::new("Model.read", "model.rs", &ModelOptions::fields(), Vec::new()),
         Function::new("Model.parse", "model.rs", &ModelOptions::fields(), Vec::new()),
         Function::new("Accumulator.__init__", "fleet.rs", &SumsRequest::fields(), Vec::new()),
@@ -108,7 +113,7 @@ fn functions() -> Vec<Function> {
         Function::new("plan", "experiments.rs", &PlanRequest::fields(), vec![progress()]),
         Function::new("simulate", "experiments.rs", &SimulateRequest::fields(), of_simulate),
         Function::new("excite", "experiments.rs", &ExciteRequest::fields(), vec![after, progress()]),
-        Function::new("check", "experiments.rs", &CheckRequest::fields(), Vec::new()),
+        Function::new("check", "experiments.rs", &CheckRequest::fields(), vec![proved_after]),
     ]
 }
 
@@ -266,6 +271,15 @@ fn read(path: &Path) -> Result<String, String> {
     std::fs::read_to_string(path).map_err(|e| format!("{}: {e}", path.display()))
 }
 
+/// The sources of the package for Python.
+fn sources(root: &Path) -> Result<Vec<PathBuf>, String> {
+    let folder = Path::new("crates/python/src");
+    let entries = std::fs::read_dir(root.join(folder)).map_err(|e| format!("{}: {e}", folder.display()))?;
+    let mut found: Vec<PathBuf> = entries.filter_map(|entry| Some(folder.join(entry.ok()?.file_name()))).collect();
+    found.sort();
+    Ok(found)
+}
+
 fn run(is_check: bool) -> Result<(), String> {
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
     let mut files: BTreeMap<PathBuf, String> = BTreeMap::new();
@@ -277,7 +291,11 @@ fn run(is_check: bool) -> Result<(), String> {
         stub = in_stub(&stub, &function, &doc)?;
         files.insert(path, text);
     }
-    files.insert(STUB.into(), stub);
+    let mut docs = Docstrings::default();
+    for source in sources(&root)? {
+        docs.add(files.get(&source).unwrap_or(&read(&root.join(&source))?));
+    }
+    files.insert(STUB.into(), docs.in_stub(&stub));
     files.insert(PAGE.into(), in_page(&read(&root.join(PAGE))?)?);
     for (path, text) in files {
         let file = root.join(&path);

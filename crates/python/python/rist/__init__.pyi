@@ -1,7 +1,7 @@
 """From a robot description to an exact symbolic model, generated code, and inertial parameters identified on the machine."""
 
 from os import PathLike
-from typing import Any, Callable, Literal, Mapping, Protocol, Sequence, TypeAlias, overload
+from typing import Any, Callable, Iterator, Literal, Mapping, Protocol, Sequence, TypeAlias, overload
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -23,25 +23,83 @@ Logs: TypeAlias = Log | Sequence[Log]
 class Error(ValueError):
     """Input that cannot be used, or data that speak against what was asked."""
 
+class TrustWarning(UserWarning):
+    """A result that is not to be trusted: its verdict says no."""
+
+class Picture:
+    """Charts as SVG, for where matplotlib is not: a notebook shows them, `save` writes them."""
+
+    charts: dict[str, str]
+    def __init__(self, charts: Mapping[str, str]) -> None: ...
+    def save(self, path: Path) -> None:
+        """Writes one chart to a file, or several into a directory, which is made where there is none."""
+    def _repr_html_(self) -> str: ...
+
 class BaseParameters:
     """The least set of parameters on which the torques depend."""
 
     @property
-    def names(self) -> list[str]: ...
+    def names(self) -> list[str]:
+        """p names, in the order of the columns of `base_regressor`."""
     @property
-    def units(self) -> list[str]: ...
+    def units(self) -> list[str]:
+        """SI units, one per parameter."""
     @property
-    def rules(self) -> list[str]: ...
+    def rules(self) -> list[str]:
+        """How each follows from the standard parameters, exact in the symbols of the description: "ZZR1 = ZZ1 + IA1 + .."."""
     @property
-    def no_effect(self) -> list[str]: ...
+    def no_effect(self) -> list[str]:
+        """Standard parameters without effect on the torques, by name."""
     @property
     def matrix(self) -> Numbers:
-        """K, (p, p_s): X_base = K X_standard."""
+        """K, shape (p, p_s): X_base = K X_standard."""
     def __len__(self) -> int: ...
+    def __getitem__(self, name: str | int) -> str:
+        """The rule of a parameter by its name: base["ZZR1"]; or by its place, as of a list."""
+    def __contains__(self, name: object) -> bool: ...
+    def __iter__(self) -> Iterator[str]:
+        """The names."""
+    def to_dict(self) -> dict[str, str]:
+        """Rules by name."""
+    def _repr_html_(self) -> str: ...
 
 class Model:
     """A robot and what follows from it; functions of the state take (N, n) or (n,) arrays: rad (m), rad/s, rad/s^2."""
 
+    def __init__(
+        self,
+        path: Path,
+        *,
+        value: Mapping[str, float] | None = None,
+        mimic: Literal["constraint", "independent"] = "constraint",
+        angles: Literal["meant", "as-given"] = "meant",
+        rotor_inertia: Literal["none", "actuated", "all"] | None = None,
+        floating_base: bool = False,
+        any_size: bool = False,
+    ) -> None:
+        """A robot and what follows from it: base parameters, regressors, torques, source.
+
+        `Model(path)` reads a description (.yaml, .urdf, .par) and derives its dynamics; `Model.read` is the same. Functions of the state take arrays
+        of shape (N, n), one state per row and one column per coordinate, or (n,) for one state: q in rad (m of a joint that slides),
+        dq in rad/s, ddq in rad/s^2; absent rates are zero. They release the interpreter lock. float64 arrays row by row are not
+        copied.
+
+        >>> model = rist.Model("models/panda.yaml")
+        >>> y = model.base_regressor(q, dq, ddq)     # (N, n, p)
+        >>> w = y.reshape(-1, y.shape[-1])           # the observation matrix, (N n, p), without a copy
+
+        Options:
+        - value: Value of a symbol of the description, m or rad: D3=0.45 (symbols of a .par file may have no value)
+        - mimic: How the mimic joints of a URDF are read: as following the joint they mimic, or as coordinates of
+          their own [default: 'constraint']
+        - angles: How rounded angles are read: as the angles that were meant (1.5707 and 1.5708 as pi/2), or as given
+          [default: 'meant']
+        - rotor_inertia: Which joints have a rotor inertia (IA) among their parameters [default: as the file says; a
+          YAML file that does not say: actuated; a URDF, which cannot say: none]
+        - floating_base: Let the base float: six coordinates come first (base_x, base_y, base_z, base_yaw, base_pitch,
+          base_roll), and the base becomes a link with its own parameters [default: False]
+        - any_size: Derive the model even where that takes more than about 10 s or 1 GiB, which is refused with the
+          figures otherwise [default: False]"""
     @staticmethod
     def read(
         path: Path,
@@ -95,23 +153,38 @@ class Model:
         - any_size: Derive the model even where that takes more than about 10 s or 1 GiB, which is refused with the
           figures otherwise [default: False]"""
     @property
-    def name(self) -> str: ...
+    def name(self) -> str:
+        """The name of the robot."""
     @property
-    def path(self) -> PathLike[str]: ...
+    def path(self) -> PathLike[str]:
+        """The file it was read from."""
     @property
-    def coordinates(self) -> list[str]: ...
+    def coordinates(self) -> list[str]:
+        """Names of the n coordinates, in the order of the columns of q."""
     @property
-    def base_parameters(self) -> BaseParameters: ...
+    def base_parameters(self) -> BaseParameters:
+        """The p base parameters, with names, rules and matrix."""
     @property
-    def standard_parameters(self) -> list[str]: ...
+    def standard_parameters(self) -> list[str]:
+        """Names of the standard parameters, in the order of the columns of `regressor`: XX XY XZ YY YZ ZZ MX MY MZ M of each
+        link about its frame (kg m^2, kg m, kg), IA where a joint has a rotor."""
     @property
-    def described_parameters(self) -> Numbers | None: ...
+    def described_parameters(self) -> Numbers | None:
+        """The base parameters of the description's inertial parameters, (p,); None where it has none."""
     @property
-    def is_compiled(self) -> bool: ...
+    def is_compiled(self) -> bool:
+        """Whether the base regressor is compiled into this package; other robots are evaluated by tape."""
+    def report(self, path: Path) -> None:
+        """Writes the page of `rist inspect`: the robot with its frames, its base parameters, their meanings and rules."""
+    def to_dict(self) -> dict[str, Any]:
+        """What `rist inspect --format json` prints, as dicts, lists, texts and numbers."""
+    def _repr_html_(self) -> str: ...
     def regressor(self, q: ArrayLike, dq: ArrayLike | None = None, ddq: ArrayLike | None = None) -> Numbers:
-        """(N, n, p_s), N m (N) per unit of each standard parameter."""
+        """Y(q, dq, ddq) of the standard parameters, tau = Y X: shape (N, n, p_s), N m (N) per unit of the parameter."""
     def base_regressor(self, q: ArrayLike, dq: ArrayLike | None = None, ddq: ArrayLike | None = None) -> Numbers:
-        """(N, n, p), N m (N) per unit of each base parameter."""
+        """Y(q, dq, ddq) of the base parameters, tau = Y X: shape (N, n, p), N m (N) per unit of the parameter.
+
+        reshape(-1, p) makes the observation matrix of it without a copy."""
     def torque(
         self,
         q: ArrayLike,
@@ -119,21 +192,24 @@ class Model:
         ddq: ArrayLike | None = None,
         parameters: ArrayLike | Estimate | None = None,
     ) -> Numbers:
-        """(N, n), N m (N)."""
+        """The joint torques without friction, shape (N, n), N m (N of a joint that slides).
+
+        parameters: p base or p_s standard ones, or an Estimate; without them those of the description."""
     def inertia_matrix(self, q: ArrayLike, parameters: ArrayLike | Estimate | None = None) -> Numbers:
-        """(N, n, n), kg m^2."""
+        """The inertia matrix A(q), shape (N, n, n), kg m^2; parameters as of `torque`."""
     def bias(self, q: ArrayLike, dq: ArrayLike | None = None, parameters: ArrayLike | Estimate | None = None) -> Numbers:
-        """(N, n), N m (N)."""
+        """Coriolis, centrifugal and gravity torques, shape (N, n), N m (N); parameters as of `torque`."""
     def gravity(self, q: ArrayLike, parameters: ArrayLike | Estimate | None = None) -> Numbers:
-        """(N, n), N m (N)."""
+        """Gravity torques, shape (N, n), N m (N); parameters as of `torque`."""
     def energy(
         self, q: ArrayLike, dq: ArrayLike | None = None, parameters: ArrayLike | Estimate | None = None
     ) -> Numbers:
-        """(N, 2), J: kinetic and potential energy, of base parameters the potential one up to a constant."""
+        """Kinetic and potential energy, shape (N, 2), J; parameters as of `torque`. With base parameters the potential one is
+        determined up to a constant."""
     def forward_dynamics(
         self, q: ArrayLike, dq: ArrayLike | None, tau: ArrayLike, parameters: ArrayLike | Estimate | None = None
     ) -> Numbers:
-        """(N, n), rad/s^2 (m/s^2)."""
+        """The accelerations that torques give, without friction, shape (N, n), rad/s^2 (m/s^2); parameters as of `torque`."""
     def torque_derivatives(
         self,
         q: ArrayLike,
@@ -141,15 +217,16 @@ class Model:
         ddq: ArrayLike | None = None,
         parameters: ArrayLike | Estimate | None = None,
     ) -> tuple[Numbers, Numbers]:
-        """By q and dq, each (N, n, n)."""
+        """Derivatives of the torques by q and dq, each (N, n, n), N m per rad and per rad/s; that by ddq is the inertia matrix."""
     def forward_dynamics_derivatives(
         self, q: ArrayLike, dq: ArrayLike | None, tau: ArrayLike, parameters: ArrayLike | Estimate | None = None
     ) -> tuple[Numbers, Numbers, Numbers]:
-        """By q, dq and tau, each (N, n, n)."""
+        """Derivatives of the accelerations by q, dq and tau, each (N, n, n)."""
     def pose(self, link: str, q: ArrayLike, frame: str | None = None) -> Numbers:
-        """(N, 3, 4): orientation and position of a link in the base frame, or in that of another link."""
+        """Orientation and position of a link, (N, 3, 4), in the base frame or in that of another link."""
     def jacobian(self, link: str, q: ArrayLike, frame: str | None = None) -> Numbers:
-        """(N, 6, n): velocity of a link's origin, then angular velocity, in its axes, or in those of another link or "base"."""
+        """Jacobian of a link, (N, 6, n): velocity of its origin, then angular velocity, in its own axes, or in those of another
+        link or of "base"."""
     def evaluate(
         self,
         function: str,
@@ -159,7 +236,9 @@ class Model:
         parameters: ArrayLike | Estimate | None = None,
         **others: ArrayLike,
     ) -> Numbers | dict[str, Numbers]:
-        """Any function of `rist generate` by its name: its output, or a dict of them by name."""
+        """Any function of `rist generate` by its name ("coriolis-matrix", "velocity=LINK", "inverse-geometry=LINK", ..): its
+        output, or a dict of them by name. What it needs beside q, dq, ddq and parameters is given by keyword, a row per
+        state: tau=, wrench=, point=, t=, dq_r=, ddq_r=."""
     @overload
     def generate(
         self,
@@ -187,142 +266,275 @@ class Verdict:
     """Whether to trust a result."""
 
     @property
-    def trust(self) -> Literal["yes", "with care", "no"]: ...
+    def trust(self) -> Literal["yes", "with care", "no"]:
+        """"yes", "with care" or "no"."""
     @property
-    def found(self) -> str: ...
+    def found(self) -> str:
+        """What was found."""
     @property
-    def reasons(self) -> list[str]: ...
+    def reasons(self) -> list[str]:
+        """Why, the weightiest reason first."""
     @property
-    def next(self) -> str: ...
+    def next(self) -> str:
+        """What to do now."""
     @property
-    def uses(self) -> dict[str, Literal["yes", "with care", "no"]]: ...
+    def uses(self) -> dict[str, Literal["yes", "with care", "no"]]:
+        """The answer for each use, by its name."""
     @property
-    def torque_errors(self) -> dict[str, float | None]: ...
+    def torque_errors(self) -> dict[str, float | None]:
+        """How unsure the torque is for each use, relative, by its name; None where that is not known."""
     @property
-    def claims(self) -> list[str]: ...
+    def claims(self) -> list[str]:
+        """All that was claimed, each with its evidence."""
+    def to_dict(self) -> dict[str, Any]:
+        """trust, found, reasons, next, uses, torque_errors and claims by their names."""
+    def _repr_html_(self) -> str: ...
 
 class Estimate:
     """Identified parameters with their deviations, the residuals they leave, and what the data cannot tell."""
 
     @staticmethod
-    def read(path: Path, model: Model | None = None) -> Estimate: ...
+    def read(path: Path, model: Model | Path | None = None) -> Estimate:
+        """Reads estimate.yaml; with its model it can predict other logs. Raises rist.Error where it was made with another."""
     @property
-    def names(self) -> list[str]: ...
+    def model(self) -> Model | None:
+        """The model it was made with, which may have rotor inertias that a URDF cannot say; None where it was read without."""
     @property
-    def units(self) -> list[str]: ...
+    def validation(self) -> Validation | None:
+        """How well it predicts the logs of validate=; None without them."""
     @property
-    def parameters(self) -> dict[str, float | None]: ...
+    def notes(self) -> list[str]:
+        """What a simulation assumed where the description says nothing, in sentences."""
+    def __getitem__(self, name: str | int) -> float | None:
+        """A value by its name, estimate["ZZR1"]; None where the data do not tell. KeyError says which name was meant. Or by its
+        place, as of a list."""
+    def __contains__(self, name: object) -> bool: ...
+    def __len__(self) -> int: ...
+    def __iter__(self) -> Iterator[str]:
+        """The names."""
+    def to_dict(self) -> dict[str, Any]:
+        """What estimate.yaml holds, as dicts, lists, texts and numbers."""
+    def plot(self, log: Logs | None = None) -> Any:
+        """Draws measured and identified torques of a log, or of those that it was made from, joint by joint, and what is left;
+        of an estimate of experiments its parameters. Axes of matplotlib, or a rist.Picture of the page where that is not there."""
+    def _repr_html_(self) -> str: ...
     @property
-    def values(self) -> Numbers: ...
+    def names(self) -> list[str]:
+        """Names of the parameters: base parameters, then friction, couplings and drive gains."""
     @property
-    def sigma(self) -> Numbers: ...
+    def units(self) -> list[str]:
+        """SI units, one per parameter."""
     @property
-    def white_sigma(self) -> Numbers: ...
+    def parameters(self) -> dict[str, float | None]:
+        """Values by name; None where the data do not tell."""
     @property
-    def status(self) -> list[str]: ...
+    def values(self) -> Numbers:
+        """Values, not a number where the data do not tell."""
     @property
-    def table(self) -> dict[str, Any]: ...
-    def __arrow_c_stream__(self, requested_schema: object | None = None) -> object: ...
+    def sigma(self) -> Numbers:
+        """Standard deviations, in the units of the values: those to believe."""
     @property
-    def covariance(self) -> Numbers | None: ...
+    def white_sigma(self) -> Numbers:
+        """What the standard deviations would be if the model were exact and the noise white."""
     @property
-    def remarks(self) -> list[str]: ...
+    def status(self) -> list[str]:
+        """What each value is worth: "identified", "not_significant", "weak" or "not_identifiable"."""
     @property
-    def findings(self) -> list[str]: ...
+    def table(self) -> dict[str, Any]:
+        """A dict of columns (name, value, sigma, white_sigma, unit, status), as pandas.DataFrame and polars.DataFrame take it;
+        a value that the data do not tell is not a number there, and null in the Arrow table."""
+    def __arrow_c_stream__(self, requested_schema: object | None = None) -> object:
+        """The table as an Arrow stream, for pyarrow.table(estimate) and polars.DataFrame(estimate)."""
     @property
-    def load(self) -> str | None: ...
+    def covariance(self) -> Numbers | None:
+        """The covariance of the values, (P, P), for white noise; None unless identify was called with covariance=True."""
     @property
-    def verdict(self) -> Verdict: ...
+    def remarks(self) -> list[str]:
+        """Sentences on what the data cannot tell."""
     @property
-    def total(self) -> float | None: ...
+    def findings(self) -> list[str]:
+        """What the logs have against the description (units, signs, columns), the worst first."""
     @property
-    def cross_validation(self) -> float | None: ...
+    def load(self) -> str | None:
+        """The load on the last link, as the program prints it; None without loaded logs."""
     @property
-    def cutoff(self) -> float | None: ...
+    def verdict(self) -> Verdict:
+        """Whether to trust it, and why."""
     @property
-    def condition_number(self) -> float | None: ...
+    def total(self) -> float | None:
+        """|tau - W X| / |tau| over all joints; None where no torques were fitted."""
     @property
-    def rank(self) -> int: ...
+    def cross_validation(self) -> float | None:
+        """The same on tenths of the log, each predicted from the others; None for estimates of experiments."""
     @property
-    def rows(self) -> int: ...
+    def cutoff(self) -> float | None:
+        """Cut-off of the low-pass, Hz; None where nothing was filtered."""
     @property
-    def joints(self) -> dict[str, list[Any]]: ...
-    def predict(self, log: Logs) -> Any:
-        """A dict of t (N,), measured and predicted (N, n); a list of them for a list of logs."""
-    def to_yaml(self) -> str: ...
-    def save(self, path: Path) -> None: ...
+    def condition_number(self) -> float | None:
+        """Condition number of the columns scaled to unit norm; None where there was no such matrix."""
+    @property
+    def rank(self) -> int:
+        """Number of parameters, or combinations of them, that the data determine."""
+    @property
+    def rows(self) -> int:
+        """Number of rows of all joints."""
+    @property
+    def joints(self) -> dict[str, list[Any]]:
+        """Residuals of the joints: a dict of columns (coordinate, rms, unit, relative, held_out)."""
+    def predict(self, log: Logs | None = None) -> Any:
+        """Torques of a log (or of several, a list then) as the estimate predicts them, filtered as it was made: a dict of
+        t (N,) in s, measured and predicted (N, n) in N m (N). Rows that do not count, at standstill, are not numbers.
+        Without a log: of those that it was made from."""
+    def to_yaml(self) -> str:
+        """The text of estimate.yaml, that of the program byte for byte."""
+    def save(self, path: Path) -> None:
+        """Writes estimate.yaml."""
     def report(
         self,
         path: Path,
         plan: ExperimentPlan | None = None,
         validation: Validation | None = None,
         date: str | None = None,
-    ) -> None: ...
-    def write_urdf(self, path: Path, anyway: bool = False) -> list[str]: ...
-    def write_mjcf(self, path: Path, anyway: bool = False) -> None: ...
+        log: Logs | None = None,
+    ) -> None:
+        """Writes one self-contained HTML page: the verdict, torques and residuals of the log (or of those that it was made from,
+        where they are still there), the parameters with their rules and meanings, the plan and the validation where they are
+        given."""
+    def write_urdf(self, path: Path, anyway: bool = False) -> list[str]:
+        """Writes the URDF of the model with the identified bodies, joint damping and friction; needs consistent=True.
+
+        Returns sentences on what a URDF has no place for. Raises rist.Error where the verdict is no, unless anyway=True."""
+    def write_mjcf(self, path: Path, anyway: bool = False) -> None:
+        """Writes a MuJoCo model with the identified inertials, damping, friction loss and armature; needs consistent=True."""
 
 class Validation:
     """How well an estimate predicts logs it was not made from."""
 
     @staticmethod
-    def read(path: Path) -> Validation: ...
+    def read(path: Path) -> Validation:
+        """Reads the YAML file that `save` writes."""
     @staticmethod
-    def from_yaml(text: str) -> Validation: ...
-    def to_yaml(self) -> str: ...
-    def save(self, path: Path) -> None: ...
+    def from_yaml(text: str) -> Validation:
+        """From the text of `to_yaml`."""
+    def to_yaml(self) -> str:
+        """The text of the file, that of the program byte for byte."""
+    def to_dict(self) -> dict[str, Any]:
+        """What the file holds, as dicts, lists, texts and numbers."""
+    def _repr_html_(self) -> str: ...
+    def save(self, path: Path) -> None:
+        """Writes the YAML file."""
+    def report(self, path: Path, date: str | None = None) -> None:
+        """Writes one self-contained HTML page."""
+    def plot(self) -> Any:
+        """Draws the relative errors by joint and by log. Axes of matplotlib, or a rist.Picture where
+        that is not there."""
     @property
-    def total(self) -> float: ...
+    def total(self) -> float:
+        """|tau - tau_predicted| / |tau| over all joints and logs."""
     @property
-    def joints(self) -> dict[str, list[Any]]: ...
+    def joints(self) -> dict[str, list[Any]]:
+        """One joint a row: a dict of columns (coordinate, relative, rms, unit)."""
     @property
-    def logs(self) -> dict[str, float]: ...
+    def logs(self) -> dict[str, float]:
+        """Relative errors by log."""
 
 class ExperimentPlan:
     """Experiments to run for identification by spectrum analysis, with what they promise."""
 
     @staticmethod
-    def read(path: Path) -> ExperimentPlan: ...
+    def read(path: Path) -> ExperimentPlan:
+        """Reads the YAML file that `save` writes."""
     @staticmethod
-    def from_yaml(text: str) -> ExperimentPlan: ...
-    def to_yaml(self) -> str: ...
-    def save(self, path: Path) -> None: ...
+    def from_yaml(text: str) -> ExperimentPlan:
+        """From the text of `to_yaml`."""
+    def to_yaml(self) -> str:
+        """The text of the file, that of the program byte for byte."""
+    def to_dict(self) -> dict[str, Any]:
+        """What the file holds, as dicts, lists, texts and numbers."""
+    def _repr_html_(self) -> str: ...
+    def save(self, path: Path) -> None:
+        """Writes the YAML file."""
     @property
-    def names(self) -> list[str]: ...
-    def write_trajectories(self, directory: Path, rate: float) -> None: ...
+    def names(self) -> list[str]:
+        """Names of the experiments: their logs are e01.csv, .."""
+    def write_trajectories(
+        self, directory: Path, rate: float, format: Literal["csv", "yaml", "json"] = "csv"
+    ) -> None:
+        """Writes each motion for a controller to play into a directory, sampled at `rate` Hz: "csv", or a JointTrajectory of ROS
+        as "yaml" or "json"."""
+    def report(self, path: Path, date: str | None = None) -> None:
+        """Writes one self-contained HTML page."""
 
 class ExcitingMotion:
     """One motion of all joints that makes the parameters visible, with the proof that it keeps its limits."""
 
     @staticmethod
-    def read(path: Path) -> ExcitingMotion: ...
+    def read(path: Path) -> ExcitingMotion:
+        """Reads the YAML file that `save` writes."""
     @staticmethod
-    def from_yaml(text: str) -> ExcitingMotion: ...
-    def to_yaml(self) -> str: ...
-    def save(self, path: Path) -> None: ...
+    def from_yaml(text: str) -> ExcitingMotion:
+        """From the text of `to_yaml`."""
+    def to_yaml(self) -> str:
+        """The text of the file, that of the program byte for byte."""
+    def to_dict(self) -> dict[str, Any]:
+        """What the file holds, as dicts, lists, texts and numbers."""
+    def _repr_html_(self) -> str: ...
+    def save(self, path: Path) -> None:
+        """Writes the YAML file."""
     @property
-    def proven(self) -> bool: ...
+    def proven(self) -> bool:
+        """Whether all that is looked at is proven, between samples too, and all that was asked for is looked at."""
     @property
-    def notes(self) -> list[str]: ...
+    def notes(self) -> list[str]:
+        """Sentences on what the description does not say and was assumed."""
     @property
-    def condition_number(self) -> float: ...
-    def trajectory(self) -> str: ...
+    def condition_number(self) -> float:
+        """Condition number of the scaled columns that the motion makes visible."""
+    def trajectory(self) -> str:
+        """Positions to play at `rate_hz`: a text of CSV."""
+    def report(self, path: Path, date: str | None = None, model: Model | Path | None = None) -> None:
+        """Writes one self-contained HTML page: the motion within its limits, the path of the tip, what it makes visible. A motion
+        out of a file is drawn in full with its model, or the path of its description."""
+    def write_play(self, path: Path, unproven: bool = False, model: Model | Path | None = None) -> None:
+        """Writes the motion for a controller to play; the end of the name chooses the format: .csv, .yaml or .json (ROS
+        JointTrajectory), .script (URScript servoj). Raises rist.Error where its limits are not proven, unless unproven=True."""
+    def plot(self) -> Any:
+        """Draws positions and velocities over time, with the limits of the positions. Axes of matplotlib, or a rist.Picture of
+        the page where that is not there."""
 
 class Passport:
     """What logs and a description have to do with each other."""
 
     @property
-    def findings(self) -> list[str]: ...
+    def findings(self) -> list[str]:
+        """What is wrong, the worst first: a sentence each with what mends it."""
     @property
-    def untold(self) -> list[str]: ...
+    def untold(self) -> list[str]:
+        """What could not be looked at."""
     @property
-    def is_gross(self) -> bool: ...
+    def is_gross(self) -> bool:
+        """Whether a finding forbids to use an estimate from these logs."""
+    @property
+    def joints(self) -> dict[str, list[Any]]:
+        """How each joint agrees with the description, a dict of columns: coordinate; slope, measured torque per torque of the
+        description; share of the torque that the slope rests on; explained, the share with rotor, friction and offset; range
+        of its motion, rad (m)."""
+    @property
+    def claims(self) -> list[str]:
+        """All that was claimed: what is contradicted, what agrees and what fault would have shown, what cannot be told."""
+    def to_dict(self) -> dict[str, Any]:
+        """findings, untold, is_gross, joints and claims by their names."""
+    def plot(self) -> Any:
+        """Draws the slope of each joint, which is 1 where log and description agree. Axes of matplotlib, or a rist.Picture where
+        that is not there."""
+    def _repr_html_(self) -> str: ...
 
 class Accumulator:
     """Sums over logs of one robot."""
 
     def __init__(
         self,
-        model: Model,
+        model: Model | Path,
         *,
         gain: Mapping[str, float] | None = None,
         friction: str | Sequence[str] | None = None,
@@ -331,7 +543,7 @@ class Accumulator:
         order: int | None = None,
         decimate: int | None = None,
         delay: float | Literal["auto"] | None = None,
-        options: Path | Mapping[str, Any] | None | None = None,
+        options: Path | Mapping[str, Any] | None = None,
     ) -> None:
         """Sums over logs of one robot: `update` with a log where it lies, `merge` with those of others, `solve` without the logs.
 
@@ -356,38 +568,60 @@ class Accumulator:
           auto: the delay, up to a quarter of a second to both sides, with the smallest residual on rows away from
           reversals of their joint. The residual of all rows may be larger with it than without
         - options: YAML with any option of an identification; other options override it"""
-    def update(self, log: Logs, anyway: bool = False) -> Accumulator: ...
-    def merge(self, other: Accumulator) -> Accumulator: ...
-    def fail(self, log: str, reason: str) -> None: ...
-    def solve(self) -> Estimate: ...
+    def update(self, log: Logs, anyway: bool = False) -> Accumulator:
+        """Adds a log, or a list of them, as `identify` takes them; returns itself.
+
+        Raises rist.Error, and adds nothing of that log, where it cannot be used, is in the sums already, or does not belong
+        to the model (anyway=True takes it in)."""
+    def merge(self, other: Accumulator) -> Accumulator:
+        """Adds the logs of another; returns itself. Raises rist.Error with what differs, and where a log is in both."""
+    def fail(self, log: str, reason: str) -> None:
+        """Notes a log that could not be used, so that every estimate of the sums says it."""
+    def solve(self) -> Estimate:
+        """The estimate of all logs."""
     @property
-    def logs(self) -> list[str]: ...
+    def logs(self) -> list[str]:
+        """Names of the logs in the sums."""
     @property
-    def samples(self) -> int: ...
+    def samples(self) -> int:
+        """Samples in the sums, after the filter."""
     @property
-    def failed(self) -> list[tuple[str, str]]: ...
-    def to_bytes(self) -> bytes: ...
-    def save(self, path: Path) -> None: ...
+    def failed(self) -> list[tuple[str, str]]:
+        """Logs that could not be used, each with the reason."""
+    def to_bytes(self) -> bytes:
+        """The content of the .tri file of the program."""
+    def save(self, path: Path) -> None:
+        """Writes the .tri file of the program."""
     @staticmethod
-    def read(path: Path, model: Model) -> Accumulator: ...
+    def read(path: Path, model: Model | Path) -> Accumulator:
+        """Reads a .tri file. Raises rist.Error where it is none, was cut short, or is of another model."""
     def __len__(self) -> int: ...
 
 class Comparison:
     """What changed between sums."""
 
     @staticmethod
-    def read(path: Path) -> Comparison: ...
+    def read(path: Path) -> Comparison:
+        """Reads the YAML file that `save` writes."""
     @staticmethod
-    def from_yaml(text: str) -> Comparison: ...
-    def to_yaml(self) -> str: ...
-    def save(self, path: Path) -> None: ...
+    def from_yaml(text: str) -> Comparison:
+        """From the text of `to_yaml`."""
+    def to_yaml(self) -> str:
+        """The text of the file, that of the program byte for byte."""
+    def to_dict(self) -> dict[str, Any]:
+        """What the file holds, as dicts, lists, texts and numbers."""
+    def _repr_html_(self) -> str: ...
+    def save(self, path: Path) -> None:
+        """Writes the YAML file."""
     @property
-    def changed(self) -> list[str]: ...
+    def changed(self) -> list[str]:
+        """Names of those that changed."""
     @property
-    def moved(self) -> dict[str, dict[str, tuple[float, float]]]: ...
+    def moved(self) -> dict[str, dict[str, tuple[float, float]]]:
+        """Parameters that moved, by name of the robot: dicts of name -> (difference, sigma), in the unit of the parameter."""
 
 def identify(
-    model: Model,
+    model: Model | Path,
     logs: Logs,
     *,
     consistent: bool = False,
@@ -400,8 +634,8 @@ def identify(
     order: int | None = None,
     decimate: int | None = None,
     delay: float | Literal["auto"] | None = None,
-    options: Path | Mapping[str, Any] | None | None = None,
-    load: Path | Mapping[str, Any] | None | None = None,
+    options: Path | Mapping[str, Any] | None = None,
+    load: Path | Mapping[str, Any] | None = None,
     ripple: float | Sequence[float] | Mapping[str, float | Sequence[float]] | None = None,
     elastic: bool | str | Sequence[str] = False,
     backlash: bool | str | Sequence[str] = False,
@@ -409,10 +643,11 @@ def identify(
     loaded: Logs = (),
     validate: Logs = (),
     plan: ExperimentPlan | Path | None = None,
+    rotor_inertia: Literal["none", "actuated", "all"] | None = None,
 ) -> Estimate:
-    """Identifies the base parameters and the friction of a robot from logs of it.
+    """Identifies the base parameters and the friction of a robot from logs of it. rist.TrustWarning where the verdict says no.
 
-    logs: one or a list; each a path (CSV, .npz, Parquet, MCAP, a rosbag2 directory), a dict of arrays ({"t": (N,),
+    model: a Model, or the path of a description. logs: one or a list; each a path (CSV, .npz, Parquet, MCAP, a rosbag2 directory), a dict of arrays ({"t": (N,),
     "q": (N, n), "tau": (N, n)}; SI), or a table with __arrow_c_stream__ (pandas, polars, pyarrow). With method="rist",
     "rist-mh", "iv" or "didim": the directory of the logs of `plan`.
 
@@ -444,6 +679,8 @@ def identify(
     - loaded: Logs with a load on the last link, which is identified too
     - validate: Logs that are predicted, not fitted, for the verdict
     - plan: The plan behind the logs
+    - rotor_inertia: Which joints have a rotor inertia (IA) among their parameters [default: as the file says; a
+      YAML file that does not say: actuated; a URDF, which cannot say: none]
 
     With method="rist-mh" it also estimates, where asked: ripple (periods a turn of all joints, or {"q2": 12}, or
     {"q2": [6, 12]}), elastic and backlash (True for all joints, or ["q2", "q3"]: springs and gaps behind the motors, which have
@@ -452,38 +689,38 @@ def identify(
 
     Ctrl-C ends it. Raises rist.Error with the message of the program."""
 def validate(
-    model: Model,
+    model: Model | Path,
     estimate: Estimate,
     logs: Logs,
     *,
     gain: Mapping[str, float] | None = None,
     cutoff: float | None = None,
 ) -> tuple[Validation, Verdict]:
-    """Predicts logs with an estimate and compares: a Validation and a Verdict.
+    """Predicts logs with an estimate and compares: a Validation and a Verdict. rist.TrustWarning where that says no.
 
-    logs as of `identify`. For an estimate of experiments, logs are the paths of motions, and gain={"q1": 2.4} (N m/A) and
+    model: the one of the estimate, a path too. logs as of `identify`. For an estimate of experiments, logs are the paths of motions, and gain={"q1": 2.4} (N m/A) and
     cutoff (Hz, 20) can be given.
 
     Options:
     - gain: Torque per unit of current of a drive, N m/A [default: that of the estimate, that of the file, or 1]
     - cutoff: Cut-off of the low-pass on position and torque, Hz [default: 20, or that of the estimate]"""
 def doctor(
-    model: Model,
+    model: Model | Path,
     logs: Logs,
     *,
-    options: Path | Mapping[str, Any] | None | None = None,
+    options: Path | Mapping[str, Any] | None = None,
     gain: Mapping[str, float] | None = None,
 ) -> Passport:
     """Looks for what is wrong with logs before anything is fitted: units, signs, zeros, swapped columns, another robot.
 
-    logs as of `identify`; options: a path to YAML with any option of an identification, its text, or its content as a
+    model and logs as of `identify`; options: a path to YAML with any option of an identification, its text, or its content as a
     dict; gain: {"q1": 2.393}, N m/A.
 
     Options:
     - options: YAML with any option of an identification
     - gain: Torque per unit of current of a drive, N m/A [default: as the file says]"""
 def plan(
-    model: Model,
+    model: Model | Path,
     *,
     experiments: int = 8,
     criterion: Literal["determinant", "condition"] = "determinant",
@@ -497,7 +734,10 @@ def plan(
     nodes: int = 0,
     progress: Progress | None = None,
 ) -> ExperimentPlan:
-    """Chooses the experiments that identify a robot best by spectrum analysis. What the description does not say is a warning.
+    """Chooses the experiments that identify a robot best by spectrum analysis. What was assumed where the description says
+    nothing is one warning.
+
+    model: a Model, or the path of a description.
 
     Options:
     - experiments: Number of experiments [default: 8]
@@ -514,19 +754,22 @@ def plan(
       into the plan [default: 0]
     - progress: Called with (done, all, text) as work goes on"""
 def simulate(
-    model: Model,
+    model: Model | Path,
     plan: ExperimentPlan | ExcitingMotion | Path,
     *,
     validation: int = 10,
     gain: Mapping[str, float] | None = None,
-    load: Path | Mapping[str, Any] | None | None = None,
+    load: Path | Mapping[str, Any] | None = None,
     feedforward: Estimate | None = None,
     seed: int = 1,
     noise_free: bool = False,
     out: Path | None = None,
     progress: Progress | None = None,
 ) -> tuple[Estimate, dict[str, dict[str, Numbers]]]:
-    """Simulates the experiments of a plan, or an ExcitingMotion, in closed loop, with friction, noise and drive gains.
+    """Simulates the experiments of a plan, or an ExcitingMotion, in closed loop, with friction, noise and drive gains. What it
+    assumes where the description says nothing stands in `.notes` of the estimate that it returns.
+
+    model: a Model, or the path of a description. plan: a plan or a motion, or the path of one.
 
     With out="DIRECTORY" it writes a log an experiment (e01.csv, .. or motion.csv, v01.csv, .. of motions for validation, e01_loaded.csv,
     ..), truth.yaml, and truth_loaded.yaml with a load, as `rist simulate` does. Returns the parameters behind the logs, an
@@ -544,7 +787,7 @@ def simulate(
     - out: The directory that the logs are written to
     - progress: Called with (done, all, text) as work goes on"""
 def excite(
-    model: Model,
+    model: Model | Path,
     *,
     motion: Literal["fourier", "spline"] = "fourier",
     period: float | None = None,
@@ -554,7 +797,7 @@ def excite(
     repetitions: int = 3,
     blend: float | None = None,
     rate: float = 200.0,
-    limits: Path | Mapping[str, Any] | None | None = None,
+    limits: Path | Mapping[str, Any] | None = None,
     effort_share: float = 0.9,
     friction: str | Sequence[str] | None = None,
     criterion: Literal["determinant", "condition"] = "determinant",
@@ -567,6 +810,8 @@ def excite(
 ) -> ExcitingMotion:
     """Searches one motion of all joints that makes the parameters visible, and proves that it keeps its limits. A motion that
     is not proven says so: look at `.proven` before it is played.
+
+    model: a Model, or the path of a description.
 
     Options:
     - motion: The form of the motion [default: 'fourier']
@@ -592,22 +837,23 @@ def excite(
     - after: The motion shows what this estimate leaves open
     - progress: Called with (done, all, text) as work goes on"""
 def check(
-    model: Model,
-    motion: ExcitingMotion,
+    model: Model | Path,
+    motion: ExcitingMotion | Path,
     *,
-    limits: Path | Mapping[str, Any] | None | None = None,
-    after: Path | Mapping[str, Any] | None | None = None,
+    limits: Path | Mapping[str, Any] | None = None,
+    after: Estimate | None = None,
 ) -> list[str]:
     """Proves anew that a motion keeps its limits, and those of `limits`, a path to YAML or its content as a dict, too; torques
     are those of the description, or of the estimate `after`. Returns what speaks against the motion: nothing where all that
     is looked at is proven, and where all that `limits` asks for is looked at.
 
+    model: a Model, or the path of a description. motion: an ExcitingMotion, or the path of one.
+
     Options:
     - limits: Limits of your own that the motion must keep too, as for `rist excite limits=`; those that the file
       lacks are not assumed. What a motion may leave out, `space: {floor: none, accept: ..}`, counts in this file
       alone
-    - after: An estimate of this model: efforts and powers are proved with its torques instead of the
-      description's"""
+    - after: Efforts and powers are proved with its torques instead of the description's"""
 def compare(
     reference: Accumulator,
     robots: Mapping[str,
@@ -622,3 +868,8 @@ def compare(
     - of: The parameters that are asked about [default: 'all']
     - fdr: False discovery rate: the expected share of unchanged robots among those reported as changed, and of
       unchanged parameters among those reported [default: 0.05]"""
+def example(directory: Path = "ur5") -> list[PathLike[str]]:
+    """Writes a robot and two logs of it into a directory, to try rist with: ur5.urdf, log.csv and other.csv. Returns their paths.
+
+    >>> robot, log, other = rist.example()
+    >>> rist.identify(robot, log, validate=other)"""

@@ -1,0 +1,178 @@
+//! `rist.ExperimentPlan` and `rist.ExcitingMotion`.
+
+use std::path::{Path, PathBuf};
+
+use pyo3::prelude::*;
+use rist::motion_portrait::{ShownMotion, found_motion, motion_of_file};
+use rist::page::{Origin, PageRequest};
+use rist::request::spelling::Reader;
+use rist::{Player, TrajectoryFormat, trajectory_file};
+
+use crate::artefact::{artefact, make_directory, read_text, save};
+use crate::error::{OrError, error};
+use crate::model::Model;
+
+artefact! {
+    ExperimentPlan,
+    rist::planning::ExperimentPlan,
+    "Experiments to run for identification by spectrum analysis, with what they promise.",
+    /// Names of the experiments: their logs are e01.csv, ..
+    #[getter]
+    fn names(&self) -> Vec<String> {
+        self.inner.experiments.iter().map(|e| e.name.clone()).collect()
+    }
+    /// Writes each motion for a controller to play into a directory, sampled at `rate` Hz: "csv", or a JointTrajectory of ROS
+    /// as "yaml" or "json".
+    #[pyo3(signature = (directory, rate, format="csv"))]
+    fn write_trajectories(&self, directory: PathBuf, rate: f64, format: &str) -> PyResult<()> {
+        let formats = [TrajectoryFormat::Csv, TrajectoryFormat::RosYaml, TrajectoryFormat::RosJson];
+        let Some(format) = formats.into_iter().find(|known| known.extension() == format) else {
+            return Err(error(format_args!("write_trajectories: format={format:?}: one of csv, yaml, json is expected")));
+        };
+        if !(rate.is_finite() && rate > 0.0) {
+            return Err(error(format_args!("write_trajectories: rate={rate}: a positive number of Hz is expected")));
+        }
+        make_directory(&directory)?;
+        for (e, t) in self.inner.experiments.iter().zip(self.inner.trajectories("plan").or_error()?) {
+            let text = trajectory_file(&t.reference(), &self.inner.coordinates, rate, format);
+            save(&directory.join(format!("{}.{}", e.name, format.extension())), &text, &[])?;
+        }
+        Ok(())
+    }
+    /// Writes one self-contained HTML page.
+    #[pyo3(signature = (path, date=None))]
+    fn report(&self, path: PathBuf, date: Option<&str>) -> PyResult<()> {
+        save(&path, &self.page(date).unwrap_or_default(), &[])
+    }
+}
+
+impl ExperimentPlan {
+    /// Its page.
+    fn page(&self, date: Option<&str>) -> Option<String> {
+        let command = "rist.ExperimentPlan.report";
+        let origin = Origin { date, version: env!("CARGO_PKG_VERSION"), command, model: None };
+        let model = self.model.as_ref().map(|model| model.get().inner.as_ref());
+        let (plan, reader) = (Some(&self.inner), Reader::Python);
+        Some(rist::page::page(&PageRequest { model, plan, origin, reader, ..PageRequest::default() }).0)
+    }
+
+    /// A plan, or the path of one; refused where it was made with another model.
+    pub fn of(given: &Bound<'_, PyAny>, model: &rist::Model) -> PyResult<rist::planning::ExperimentPlan> {
+        let (plan, path) = match given.cast::<ExperimentPlan>() {
+            Ok(plan) => (plan.get().inner.clone(), PathBuf::from("plan")),
+            Err(_) => {
+                let path: PathBuf =
+                    given.extract().map_err(|_| error("a plan is an ExperimentPlan or the path of plan.yaml"))?;
+                (
+                    rist::planning::ExperimentPlan::from_yaml(&path.display().to_string(), &read_text(&path)?)
+                        .or_error()?,
+                    path,
+                )
+            }
+        };
+        model.check(&path, &plan.model).or_error()?;
+        Ok(plan)
+    }
+}
+
+artefact! {
+    ExcitingMotion,
+    rist::exciting::ExcitingMotion,
+    "One motion of all joints that makes the parameters visible, with the proof that it keeps its limits.",
+    /// Whether all that is looked at is proven, between samples too, and all that was asked for is looked at.
+    #[getter]
+    fn proven(&self) -> bool {
+        self.inner.proven
+    }
+    /// Sentences on what the description does not say and was assumed.
+    #[getter]
+    fn notes(&self) -> Vec<String> {
+        self.inner.notes.clone()
+    }
+    /// Condition number of the scaled columns that the motion makes visible.
+    #[getter]
+    fn condition_number(&self) -> f64 {
+        self.inner.condition_number
+    }
+    /// Writes one self-contained HTML page: the motion within its limits, the path of the tip, what it makes visible. A motion
+    /// out of a file is drawn in full with its model, or the path of its description.
+    #[pyo3(signature = (path, date=None, model=None))]
+    fn report(&self, path: PathBuf, date: Option<&str>, model: Option<&Bound<'_, PyAny>>) -> PyResult<()> {
+        let model = model.map(Model::of).transpose()?;
+        let model = model.as_ref().map(Bound::get).or(self.model.as_ref().map(Py::get));
+        save(&path, &self.page_with(date, model.map(|model| model.inner.as_ref())).or_error()?.0, &[])
+    }
+    /// Writes the motion for a controller to play; the end of the name chooses the format: .csv, .yaml or .json (ROS
+    /// JointTrajectory), .script (URScript servoj). Raises rist.Error where its limits are not proven, unless unproven=True.
+    #[pyo3(signature = (path, unproven=false, model=None))]
+    fn write_play(&self, path: PathBuf, unproven: bool, model: Option<&Bound<'_, PyAny>>) -> PyResult<()> {
+        let model = model.map(Model::of).transpose()?;
+        let Some(model) = model.as_ref().map(Bound::get).or(self.model.as_ref().map(Py::get)) else {
+            return Err(error("write_play: a motion out of a file is played with its model: give model="));
+        };
+        let model = &model.inner;
+        model.check(Path::new("the motion"), &self.inner.model).or_error()?;
+        if !self.inner.proven && !unproven {
+            let faults = self.inner.ledger().faults().join("; ");
+            return Err(error(format_args!("its limits are not proven: {faults} (unproven=True writes it anyway)")));
+        }
+        let player = Player::of_file(&path, model).or_error()?;
+        let reference = self.inner.motion("the motion").or_error()?.reference();
+        save(&path, &player.text(&reference, model.regressor().coordinates(), self.inner.rate_hz), &[&model.path])
+    }
+    /// Draws positions and velocities over time, with the limits of the positions. Axes of matplotlib, or a rist.Picture of
+    /// the page where that is not there.
+    fn plot<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
+        slf.py().import("rist._plot")?.call_method1("motion", (slf,))
+    }
+    /// The charts of the page, name and SVG.
+    fn _pictures(&self) -> PyResult<Vec<(String, String)>> {
+        let model = self.model.as_ref().map(|model| model.get().inner.as_ref());
+        Ok(self.page_with(None, model).or_error()?.1)
+    }
+    /// Positions to play at `rate_hz`: a text of CSV.
+    fn trajectory(&self) -> PyResult<String> {
+        let names: Vec<String> = self.inner.joints.iter().map(|j| j.coordinate.clone()).collect();
+        let reference = self.inner.motion("the motion").or_error()?.reference();
+        Ok(trajectory_file(&reference, &names, self.inner.rate_hz, TrajectoryFormat::Csv))
+    }
+}
+
+impl ExcitingMotion {
+    /// Its page and the charts of it, drawn in full where the model is there.
+    fn page_with(
+        &self,
+        date: Option<&str>,
+        model: Option<&rist::Model>,
+    ) -> Result<(String, Vec<(String, String)>), rist::Error> {
+        let (artefact, file) = (&self.inner, Path::new("motion"));
+        let portrait = match model {
+            Some(model) => {
+                model.check(file, &artefact.model)?;
+                found_motion(model, artefact)?
+            }
+            None => motion_of_file(file, artefact)?,
+        };
+        let command = "rist.ExcitingMotion.report";
+        let origin = Origin { date, version: env!("CARGO_PKG_VERSION"), command, model: None };
+        let motion = Some(ShownMotion { artefact, portrait: &portrait });
+        let request = PageRequest { model, motion, origin, reader: Reader::Python, ..PageRequest::default() };
+        Ok(rist::page::page(&request))
+    }
+
+    /// Its page, where it can be drawn.
+    fn page(&self, date: Option<&str>) -> Option<String> {
+        let model = self.model.as_ref().map(|model| model.get().inner.as_ref());
+        Some(self.page_with(date, model).ok()?.0)
+    }
+
+    /// A motion, or the path of one.
+    pub fn of(given: &Bound<'_, PyAny>) -> PyResult<rist::exciting::ExcitingMotion> {
+        if let Ok(motion) = given.cast::<ExcitingMotion>() {
+            return Ok(motion.get().inner.clone());
+        }
+        let path: PathBuf =
+            given.extract().map_err(|_| error("a motion is an ExcitingMotion or the path of motion.yaml"))?;
+        rist::exciting::ExcitingMotion::from_yaml(&path.display().to_string(), &read_text(&path)?).or_error()
+    }
+}

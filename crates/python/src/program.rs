@@ -1,0 +1,29 @@
+//! The program `rist`, which the package brings along: rist/_program.py calls it.
+
+use std::ffi::OsString;
+use std::panic::catch_unwind;
+use std::path::PathBuf;
+
+use pyo3::prelude::*;
+
+use crate::error::OrError;
+
+/// What a program of Rust ends with where it panics.
+const DEFECT: u8 = 101;
+
+/// Runs the program with the words of a command line, and returns its exit code. Without the interpreter lock.
+#[pyfunction]
+pub fn _run_program(py: Python<'_>, words: Vec<OsString>) -> u8 {
+    // What a panic says stands on standard error already.
+    py.detach(|| catch_unwind(|| cli::run_program(words)).unwrap_or(DEFECT))
+}
+
+/// Writes a robot and two logs of it into a directory, to try rist with: ur5.urdf, log.csv and other.csv. Returns their paths.
+///
+/// >>> robot, log, other = rist.example()
+/// >>> rist.identify(robot, log, validate=other)
+#[pyfunction]
+#[pyo3(signature = (directory=None), text_signature = "(directory='ur5')")]
+pub fn example(directory: Option<PathBuf>) -> PyResult<Vec<PathBuf>> {
+    rist::example::write_example(&directory.unwrap_or("ur5".into())).or_error()
+}
