@@ -31,18 +31,45 @@ pub fn warn_of(py: Python<'_>, verdict: &Verdict) -> PyResult<()> {
 
 /// A warning of this category at the line of Python that called.
 pub fn warn(py: Python<'_>, text: &str, category: &Bound<'_, PyAny>) -> PyResult<()> {
-    py.import("warnings")?.call_method1("warn", (spelled(text, Reader::Python), category))?;
+    py.import("warnings")?.call_method1("warn", (for_python(text), category))?;
     Ok(())
+}
+
+/// What a text of the library calls a command of the program, and how Python has it; the longer ones first.
+const COMMANDS: [(&str, &str); 13] = [
+    (
+        "rist identify write_urdf= or write_mjcf= for simulators, rist generate estimate= for code",
+        "identify(.., consistent=True) and estimate.write_urdf or write_mjcf for simulators, model.generate(estimate=estimate) \
+         for code",
+    ),
+    ("rist report draws it", "estimate.report draws it"),
+    ("rist simulate feedforward=", "rist.simulate(.., feedforward=estimate)"),
+    ("rist validate MODEL ESTIMATE LOG", "rist.validate(model, estimate, log)"),
+    ("rist excite after=", "rist.excite(.., after=estimate)"),
+    ("rist doctor", "rist.doctor"),
+    ("rist plan", "rist.plan"),
+    ("rist excite", "rist.excite"),
+    ("rist simulate", "rist.simulate"),
+    ("rist identify", "rist.identify"),
+    ("rist validate", "rist.validate"),
+    ("rist check", "rist.check"),
+    ("rist accumulate", "rist.Accumulator"),
+];
+
+/// A text with its fields spelled as keywords, and commands as functions.
+pub fn for_python(text: &str) -> String {
+    let text = spelled(text, Reader::Python);
+    COMMANDS.iter().fold(text, |text, (command, function)| text.replace(command, function))
 }
 
 /// The exception with a message, whose fields are spelled as keywords.
 pub fn error(message: impl std::fmt::Display) -> PyErr {
-    Error::new_err(spelled(&message.to_string(), Reader::Python))
+    Error::new_err(for_python(&message.to_string()))
 }
 
 /// Sentences whose fields are spelled as keywords.
 pub fn all_spelled(texts: &[String]) -> Vec<String> {
-    texts.iter().map(|text| spelled(text, Reader::Python)).collect()
+    texts.iter().map(|text| for_python(text)).collect()
 }
 
 /// Turns the errors of the library into the exception.

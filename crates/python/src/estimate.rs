@@ -7,7 +7,7 @@ use numpy::PyArrayDyn;
 use pyo3::prelude::*;
 use pyo3::types::{PyCapsule, PyDict, PyIterator, PyList, PyTuple};
 use rist::page::{Origin, PageRequest};
-use rist::request::spelling::{Reader, spelled};
+use rist::request::spelling::Reader;
 use rist::samples::Bodies;
 use rist::validation::Portrait;
 use rist::verdict::Trust;
@@ -17,7 +17,7 @@ use crate::arrays::array;
 use crate::arrow_export::{Content, stream};
 use crate::artefact::{hash, place, read_text, save};
 use crate::call::object;
-use crate::error::{OrError, all_spelled, error};
+use crate::error::{OrError, all_spelled, error, for_python};
 use crate::html;
 use crate::logs::{Given, logs, open};
 use crate::model::Model;
@@ -451,7 +451,7 @@ impl Estimate {
     }
 
     fn __repr__(&self) -> String {
-        spelled(&format!("{}\n{}", self.inner, self.verdict.text), Reader::Python)
+        for_python(&format!("{}\n{}", self.inner, self.verdict.text))
     }
 
     fn _repr_html_(&self, py: Python<'_>) -> String {
@@ -472,7 +472,7 @@ impl Estimate {
         let rows = self.inner.parameters.iter().zip(self.status()).map(row);
         let head = ["parameter", "value", "sigma", "white", "unit", "status"];
         let title = format!("{}: {}", self.inner.model, self.inner.method);
-        let verdict = spelled(&self.verdict.text, Reader::Python);
+        let verdict = for_python(&self.verdict.text);
         html::table(&title, &head, rows) + &html::text(&verdict)
     }
 

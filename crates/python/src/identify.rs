@@ -8,14 +8,13 @@ use rist::ClosedLoop;
 use rist::closed_loop::identify_experiments_in_loop;
 use rist::doctor::{DoctorRequest, claims_of_log};
 use rist::experiments::{ExperimentLogs, identify_gains_of_rows, identify_paper_rows};
-use rist::request::spelling::{Reader, spelled};
 use rist::request::{IdentifyRequest, Method, MethodRequest, Words};
 use rist::samples::{identify_essential, identify_loaded};
 use rist::verdict::claim_line;
 
 use crate::artefact::hash;
 use crate::call::Call;
-use crate::error::{OrError, all_spelled, error, warn_of};
+use crate::error::{OrError, all_spelled, error, for_python, warn_of};
 use crate::estimate::Estimate;
 use crate::html;
 use crate::logs::{logs, open};
@@ -202,8 +201,8 @@ impl Passport {
         let joints = passport.joints.iter().map(|j| (j.coordinate.clone(), j.slope, j.share, j.explained, j.range));
         let claims: Vec<String> = claims_of_log(passport, None).iter().map(claim_line).collect();
         let state = (
-            spelled(&passport.to_string(), Reader::Python),
-            passport.findings.iter().map(|finding| spelled(&finding.to_string(), Reader::Python)).collect(),
+            for_python(&passport.to_string()),
+            passport.findings.iter().map(|finding| for_python(&finding.to_string())).collect(),
             all_spelled(&passport.untold),
             passport.is_gross(),
             joints.collect(),

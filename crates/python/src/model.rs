@@ -7,7 +7,7 @@ use numpy::PyArrayDyn;
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyTuple};
 use rist::ModelOptions;
-use rist::request::spelling::{Reader, flags, spelled};
+use rist::request::spelling::flags;
 use rist::request::{GenerateRequest, InspectRequest, Request, SourceLanguage};
 use rist::source::Language;
 
@@ -15,7 +15,7 @@ use crate::arrays::array;
 use crate::artefact::{hash, save};
 use crate::base_parameters::{BaseParameters, standard_names};
 use crate::call::{Call, object};
-use crate::error::{OrError, error};
+use crate::error::{OrError, error, for_python};
 use crate::estimate::Estimate;
 use crate::evaluate::{Argument, Evaluations, by_keyword, evaluate, of_link};
 use crate::html;
@@ -116,7 +116,7 @@ impl Model {
         let model = alone(py, derived)?.or_error()?;
         let snapped = rist::description::snapping(&model.robot, &text, &path, &options);
         if let Some(sentence) = snapped {
-            py.import("warnings")?.call_method1("warn", (spelled(&sentence, Reader::Python),))?;
+            py.import("warnings")?.call_method1("warn", (for_python(&sentence),))?;
         }
         Ok(Model { inner: Arc::new(model), text, options, evaluations: Default::default() })
     }

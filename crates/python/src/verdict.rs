@@ -4,10 +4,9 @@ use std::collections::BTreeMap;
 
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
-use rist::request::spelling::{Reader, spelled};
 
 use crate::artefact::hash;
-use crate::error::all_spelled;
+use crate::error::{all_spelled, for_python};
 use rist::verdict::{Trust, UseVerdict};
 
 use crate::html;
@@ -76,11 +75,11 @@ impl Verdict {
     /// What to do now.
     #[getter]
     fn next(&self) -> String {
-        spelled(&self.said.inner.next, Reader::Python)
+        for_python(&self.said.inner.next)
     }
 
     fn __repr__(&self) -> String {
-        spelled(&self.said.text, Reader::Python)
+        for_python(&self.said.text)
     }
 
     fn _repr_html_(&self) -> String {

@@ -299,3 +299,5 @@ def test_no_message_speaks_in_flags(ur5, tmp_path):
         said.append(str(raised.value))
     flags = [flag for text in said for flag in re.findall(r"(?<!\S)--[a-z][a-z-]+[^\n]{0,40}", text)]
     assert not flags, flags
+    commands = [command for text in said for command in re.findall(r"rist (?:doctor|plan|excite|identify|validate|generate)[^\n]{0,30}", text)]
+    assert not commands, commands

@@ -231,7 +231,7 @@ def test_the_lock_is_released(panda):
 
 def test_reprs_say_something(panda, ur5):
     assert "43 base parameters, compiled" in repr(panda) and "ZZR1 = ZZ1 + YY2" in repr(panda)
-    assert panda._repr_html_().startswith("<table>") and "&" not in panda.name
+    assert panda._repr_html_().startswith("<iframe") and panda.base_parameters._repr_html_().startswith("<table>")
     for thing in (rist.Model, rist.identify, rist.plan, rist.Model.base_regressor):
         assert thing.__doc__ and len(thing.__doc__) > 60
     assert "cutoff=None" in rist.identify.__text_signature__

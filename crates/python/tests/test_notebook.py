@@ -31,6 +31,9 @@ def test_the_cells_run(tmp_path, monkeypatch, recwarn, has_matplotlib):
     if has_matplotlib:
         pytest.importorskip("matplotlib", reason="matplotlib is not installed: its plots are not drawn")
         monkeypatch.setenv("MPLBACKEND", "agg")
+        import matplotlib.pyplot as pyplot
+
+        pyplot.close("all")
     else:
         monkeypatch.setattr(rist._plot, "_pyplot", lambda: None)
     monkeypatch.chdir(tmp_path)
@@ -50,8 +53,6 @@ def test_the_cells_run(tmp_path, monkeypatch, recwarn, has_matplotlib):
     assert len(pictures) == (0 if has_matplotlib else 4)
     assert all(svg.startswith("<svg") for picture in pictures for svg in picture.charts.values())
     if has_matplotlib:
-        import matplotlib.pyplot as pyplot
-
         assert len(pyplot.get_fignums()) == 4
         pyplot.close("all")
     assert not [str(w.message) for w in recwarn if issubclass(w.category, rist.TrustWarning)]
