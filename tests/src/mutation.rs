@@ -29,6 +29,8 @@ pub struct Seed {
     pub name: String,
     pub bytes: Vec<u8>,
     pub commands: Vec<Vec<String>>,
+    /// How often in a thousand a command is run when it is drawn: those that take long more seldom ([`by_time`]).
+    pub odds: Vec<usize>,
 }
 
 /// Whoever breaks the law.
@@ -66,7 +68,31 @@ fn seed(folder: &Path, file: &str, commands: &[&[&str]]) -> Seed {
         name: file.rsplit('/').next().unwrap_or(file).into(),
         bytes: std::fs::read(folder.join(file)).unwrap_or_else(|e| panic!("{file}: {e}")),
         commands: commands.iter().map(words).collect(),
+        odds: vec![1000; commands.len()],
     }
+}
+
+/// A run that takes no longer counts as cheap, s: a process has to be started in any case.
+const CHEAP_SECONDS: f64 = 0.015;
+
+/// Gives each command odds by the time of its run on the file as it is. So each has the same share of the time and not of
+/// the runs, and the many small files are not kept waiting by the few that take a second.
+pub fn by_time(program: &Path, folder: &Path, seeds: &mut [Seed]) {
+    for seed in seeds {
+        std::fs::write(folder.join(mutant(&seed.name)), &seed.bytes).expect("a folder of ours is writable");
+        for (command, odds) in seed.commands.iter().zip(&mut seed.odds) {
+            let start = std::time::Instant::now();
+            attempt(program, folder, seed.bytes.len(), &mutant(&seed.name), command);
+            let share = CHEAP_SECONDS / start.elapsed().as_secs_f64().max(CHEAP_SECONDS);
+            *odds = (1000.0 * share).ceil() as usize;
+        }
+    }
+}
+
+/// A run of a command on a file.
+fn attempt(program: &Path, folder: &Path, bytes: usize, file: &str, command: &[String]) -> Run {
+    let arguments: Vec<&str> = command.iter().map(|word| if word == "{}" { file } else { word }).collect();
+    bounded(program, folder, bytes, &arguments)
 }
 
 /// The artefacts of a walk from a description to sums, as the program writes them in `folder`, the corpora of `fuzz`, and
@@ -82,7 +108,10 @@ pub fn seeds(program: &Path, folder: &Path) -> Vec<Seed> {
 }
 
 /// The artefacts of a walk from a description to sums.
-fn written(program: &Path, folder: &Path) -> Vec<Seed> {
+///
+/// # Panics
+/// Where the program fails on the way.
+pub fn written(program: &Path, folder: &Path) -> Vec<Seed> {
     let write = |name: &str, text: &str| std::fs::write(folder.join(name), text).expect("a folder of ours is writable");
     write("arm.yaml", LIMITED_ARM);
     write("limits.yaml", "all: {velocity: 3, acceleration: 20}\nspace: {floor: -2}\n");
@@ -94,13 +123,14 @@ fn written(program: &Path, folder: &Path) -> Vec<Seed> {
     for file in ["arm.urdf", "arm.xml"] {
         write(file, &std::fs::read_to_string(corpus.join(file)).expect("the corpora are there"));
     }
-    let steps: [&[&str]; 8] = [
+    let steps: [&[&str]; 9] = [
         &["excite", "arm.yaml", "--limits", "limits.yaml", "--starts", "1", "--rate", "100", "--out", "motion.yaml"],
         &["simulate", "arm.yaml", "motion.yaml", "--out", "logs"],
         &["identify", "arm.yaml", "logs/motion.csv", "--out", "estimate.yaml"],
         &["validate", "arm.yaml", "estimate.yaml", "logs/motion.csv", "--out", "validation.yaml"],
         &["plan", "arm.yaml", "-n", "2", "--duration", "1", "--rate", "100", "--out", "plan.yaml"],
         &["accumulate", "arm.yaml", "logs/motion.csv", "--out", "sums.tri"],
+        &["compare", "sums.tri", "sums.tri", "--out", "comparison.yaml"],
         &["excite", "arm.urdf", "--starts", "1", "--rate", "100", "--out", "urdf_motion.yaml"],
         &["simulate", "arm.urdf", "urdf_motion.yaml", "--out", "urdf_logs"],
     ];
@@ -110,17 +140,30 @@ fn written(program: &Path, folder: &Path) -> Vec<Seed> {
     }
     let log = "logs/motion.csv";
     let identify = ["identify", "arm.urdf", "urdf_logs/motion.csv", "--anyway", "--write-mjcf", "z", "--into", "{}"];
-    let estimate: [&[&str]; 4] = [
+    let estimate: [&[&str]; 6] = [
         &["validate", "arm.yaml", "{}", log],
         &["report", "--estimate", "{}", "--out", "x"],
         &["generate", "arm.yaml", "--estimate", "{}", "--out", "x"],
         &["check", "arm.yaml", "motion.yaml", "--after", "{}"],
+        &["excite", "arm.yaml", "--starts", "1", "--iterations", "1", "--rate", "50", "--after", "{}", "--out", "x"],
+        &["simulate", "arm.yaml", "motion.yaml", "--feedforward", "{}", "--validation", "0", "--out", "y"],
     ];
     let robot: [&[&str]; 4] = [
         &["inspect", "{}"],
         &["excite", "{}", "--starts", "1", "--iterations", "2", "--out", "x"],
         &["convert", "{}", "--to", "urdf"],
         &["lint", "{}"],
+    ];
+    let motion: [&[&str]; 4] = [
+        &["check", "arm.yaml", "{}"],
+        &["simulate", "arm.yaml", "{}", "--validation", "0", "--out", "y"],
+        &["report", "--motion", "{}", "--out", "x"],
+        &["report", "--motion", "{}", "--model", "arm.yaml", "--out", "x"],
+    ];
+    let plan: [&[&str]; 3] = [
+        &["check", "arm.yaml", "{}"],
+        &["simulate", "arm.yaml", "{}", "--validation", "0", "--out", "y"],
+        &["report", "--plan", "{}", "--out", "x"],
     ];
     let of = |file: &str, commands: &[&[&str]]| seed(folder, file, commands);
     vec![
@@ -130,8 +173,10 @@ fn written(program: &Path, folder: &Path) -> Vec<Seed> {
         of("limits.yaml", &[&["check", "arm.yaml", "motion.yaml", "--limits", "{}"]]),
         of("load.yaml", &[&["simulate", "arm.yaml", "motion.yaml", "--load", "{}", "--out", "y"]]),
         of("options.yaml", &[&["identify", "arm.yaml", log, "--options", "{}"]]),
-        of("motion.yaml", &[&["check", "arm.yaml", "{}"], &["simulate", "arm.yaml", "{}", "--out", "y"]]),
-        of("plan.yaml", &[&["simulate", "arm.yaml", "{}", "--out", "y"], &["report", "--plan", "{}", "--out", "x"]]),
+        of("motion.yaml", &motion),
+        of("plan.yaml", &plan),
+        // Read by the library alone.
+        of("comparison.yaml", &[]),
         of("estimate.yaml", &estimate),
         of("validation.yaml", &[&["report", "--validation", "{}", "--out", "x"]]),
         of("sums.tri", &[&["merge", "{}", "--out", "x"], &["solve", "{}"]]),
@@ -188,7 +233,7 @@ fn attacks(folder: &Path) -> Vec<Seed> {
         let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
         match command(&path, &String::from_utf8_lossy(&bytes), &robot, &motion) {
             Some(command) if bytes.len() <= MAX_ATTACK_BYTES => {
-                all.push(Seed { name, bytes, commands: vec![command] });
+                all.push(Seed { name, bytes, commands: vec![command], odds: vec![1000] });
             }
             // Meshes, beside the descriptions that name them.
             None if bytes.len() <= MAX_ATTACK_BYTES => {
@@ -277,12 +322,18 @@ pub fn hunt(
     let (mut count, mut found) = (0, Vec::new());
     while !is_enough(count) {
         let seed = &seeds[random.below(seeds.len())];
-        let command = &seed.commands[random.below(seed.commands.len())];
+        if seed.commands.is_empty() {
+            continue;
+        }
+        let drawn = random.below(seed.commands.len());
+        if random.below(1000) >= seed.odds[drawn] {
+            continue;
+        }
+        let command = &seed.commands[drawn];
         let bytes = mutated(&seed.bytes, random);
         let name = mutant(&seed.name);
         std::fs::write(folder.join(&name), &bytes).expect("a folder of ours is writable");
-        let arguments: Vec<&str> = command.iter().map(|word| if word == "{}" { name.as_str() } else { word }).collect();
-        let run = bounded(program, folder, bytes.len(), &arguments);
+        let run = attempt(program, folder, bytes.len(), &name, command);
         count += 1;
         if let Some(outcome) = broken(&run) {
             found.push(Finding { name, bytes, command: command.clone(), outcome });

@@ -140,10 +140,15 @@ fn print_plan(
     if let Some((_, first)) = experiments.first() {
         text += &format!("\nwhere the limits stand:\n{}", origins_text(&first.origins));
     }
-    print_result(format_args!("{text}\n{worth}\n"), || {
+    // What is said of the files; of the experiments' notes each stands with the first of them.
+    let of_first = experiments.first().map_or(&[][..], |(_, checked)| &checked.notes);
+    let notes: Vec<String> = plan.seal.note(file.display()).into_iter().chain(of_first.iter().cloned()).collect();
+    print_result(format_args!("{}{text}\n{worth}\n", terminal::notes(&notes)), || {
         let of = |(name, checked): &(String, Checked)| Ok::<_, serde_json::Error>((name.clone(), value(checked)?));
         let experiments = experiments.iter().map(of).collect::<Result<serde_json::Map<_, _>, _>>()?;
-        Ok(json!({"experiments": experiments, "d_efficiency_at_least": efficiency, "proven_again": is_worth}))
+        Ok(
+            json!({"notes": notes, "experiments": experiments, "d_efficiency_at_least": efficiency, "proven_again": is_worth}),
+        )
     })?;
     let of = |(name, checked): &(String, Checked)| {
         checked.faults().into_iter().map(move |fault| format!("{name}: {fault}")).collect::<Vec<_>>()

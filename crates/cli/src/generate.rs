@@ -31,7 +31,7 @@ pub(crate) struct Arguments {
 pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let path = arguments.model.model.display().to_string();
     let (options, request) = (arguments.model.options()?, arguments.request.read()?);
-    let made_by = format!("rist generate {path}{}{}", flags(&options.given()), flags(&request.given()));
+    let mut made_by = format!("rist generate {path}{}{}", flags(&options.given()), flags(&request.given()));
     // With an estimate, its numbers become constants, and the model is the one that it was made with.
     let (robot, values) = match &request.estimate {
         None if request.anyway => return Err(Failure::new("[anyway=true] is for an [estimate]: give one")),
@@ -40,6 +40,11 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
         Some(file) => {
             let (estimate, model) = read_estimate(file, &arguments.model)?;
             let values = request.values(&model, file, &estimate)?;
+            // Whoever has the source alone reads it in its head, as a comment of the shell.
+            if let Some(said) = estimate.seal.note(file.display()) {
+                note(format_args!("{said}"));
+                made_by += &format!(" # {said}");
+            }
             (model.robot, Some(values))
         }
     };

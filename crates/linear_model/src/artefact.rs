@@ -4,8 +4,8 @@
 //! rist: motion 1 8a41f00c5be7d913
 //! ```
 //! The digest of the lines below tells a file that was changed since; what it says is then told as what the file says.
-//! It is no signature: whoever wants to can make a new one. A file of an earlier version of rist lacks the line, and is
-//! read without it.
+//! It is no signature: whoever wants to can make a new one. A file of an earlier version of rist lacks the line. It is
+//! read, and told as what the file says too: nothing in it shows whether it is as it was written.
 
 use serde::Serialize;
 use serde::de::DeserializeOwned;
@@ -58,21 +58,56 @@ fn head(text: &str) -> Option<(&str, &str)> {
     Some(line.split_once(' ').unwrap_or((line, "")))
 }
 
-/// The text of an artefact.
-pub fn write<T: Serialize>(kind: Kind, artefact: &T) -> Result<String, String> {
+/// Whether an artefact is as rist wrote it.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Seal {
+    /// It is, or it was never in a file.
+    #[default]
+    Whole,
+    /// The digest in its first line is not that of the lines below.
+    Broken,
+    /// There is no first line: an earlier version wrote it, or somebody took the line away.
+    Absent,
+}
+
+impl Seal {
+    /// Of the text of an artefact.
+    pub fn of(text: &str) -> Seal {
+        if head(text).is_none() {
+            return Seal::Absent;
+        }
+        let (first, body) = text.split_once('\n').unwrap_or((text, ""));
+        let written = first.trim_end().rsplit(' ').next().and_then(|word| u64::from_str_radix(word, 16).ok());
+        if written == Some(digest(body)) { Seal::Whole } else { Seal::Broken }
+    }
+
+    /// What is said of an artefact that is not as rist wrote it, or cannot show that it is.
+    pub fn said(self) -> Option<&'static str> {
+        match self {
+            Seal::Whole => None,
+            Seal::Broken => Some("the file was changed after rist wrote it, so that this is what the file says"),
+            Seal::Absent => Some(
+                "the file lacks the first line, by which rist knows what it wrote, so that this is what the file says",
+            ),
+        }
+    }
+
+    /// The same as a note on a file.
+    pub fn note(self, file: impl std::fmt::Display) -> Option<String> {
+        self.said().map(|said| format!("{file}: {said}"))
+    }
+}
+
+/// Stands for the digest of an artefact that was read from a file with another one, so that it stays known as such.
+const NOT_WHOLE: &str = "changed";
+
+/// The text of an artefact; `seal`: of the file that it was read from.
+pub fn write<T: Serialize>(kind: Kind, seal: Seal, artefact: &T) -> Result<String, String> {
     let word = kind.word();
     let text = serde_yaml::to_string(artefact).map_err(|e| format!("the {word} cannot be written: {e}"))?;
-    Ok(format!("{KEY}{word} {VERSION} {:016x}\n{text}", digest(&text)))
+    let digest = if seal == Seal::Whole { format!("{:016x}", digest(&text)) } else { NOT_WHOLE.into() };
+    Ok(format!("{KEY}{word} {VERSION} {digest}\n{text}"))
 }
-
-/// Whether the text of an artefact was changed after it was written; a file without the first line cannot tell.
-pub fn is_edited(text: &str) -> bool {
-    let Some((first, body)) = text.split_once('\n').filter(|_| head(text).is_some()) else { return false };
-    first.trim_end().rsplit(' ').next().and_then(|word| u64::from_str_radix(word, 16).ok()) != Some(digest(body))
-}
-
-/// Said of an artefact that was changed.
-pub const EDITED: &str = "the file was changed after rist wrote it, so that this is what the file says";
 
 /// FNV-1a, 64 bits; an end of line counts as one character, however it is written.
 fn digest(text: &str) -> u64 {
@@ -113,14 +148,20 @@ mod tests {
 
     #[test]
     fn a_file_says_its_kind_and_is_read_without_it() {
-        let text = write(Kind::Motion, &vec![1.5, 2.0]).unwrap();
+        let text = write(Kind::Motion, Seal::Whole, &vec![1.5, 2.0]).unwrap();
         assert!(text.starts_with("rist: motion 1 "), "{text}");
-        assert!(!is_edited(&text) && !is_edited(&text.replace('\n', "\r\n")));
-        assert!(is_edited(&text.replace("1.5", "1.6")) && is_edited("rist: motion 1\n- 1.5\n"));
+        assert_eq!([&text, &text.replace('\n', "\r\n")].map(|text| Seal::of(text)), [Seal::Whole; 2]);
+        for changed in [text.replace("1.5", "1.6").as_str(), "rist: motion 1\n- 1.5\n", "rist: motion 1"] {
+            assert_eq!(Seal::of(changed), Seal::Broken, "{changed}");
+        }
+        // What was read from a changed file is written as what it is.
+        let again = write(Kind::Motion, Seal::Broken, &vec![1.5, 2.0]).unwrap();
+        assert_eq!(Seal::of(&again), Seal::Broken);
+        assert_eq!(read::<Vec<f64>>(Kind::Motion, &again).unwrap(), [1.5, 2.0]);
         assert_eq!(Kind::of(&text), Some(Kind::Motion));
         assert_eq!(read::<Vec<f64>>(Kind::Motion, &text).unwrap(), [1.5, 2.0]);
         let before = text.lines().skip(1).collect::<Vec<_>>().join("\n");
-        assert_eq!(Kind::of(&before), None);
+        assert_eq!((Kind::of(&before), Seal::of(&before)), (None, Seal::Absent));
         assert_eq!(read::<Vec<f64>>(Kind::Motion, &before).unwrap(), [1.5, 2.0]);
     }
 

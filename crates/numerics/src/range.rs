@@ -35,6 +35,9 @@ pub struct Subdivision {
     pub enclosures: usize,
 }
 
+/// The width that rounding leaves an enclosure of a short part, relative to the largest value: some thousand operations.
+const ENCLOSURE_ROUNDING: f64 = 1e-12;
+
 /// The ranges over `span` of the functions whose enclosures `enclose` gives, each to its tolerance.
 pub fn ranges(
     span: Interval,
@@ -67,6 +70,9 @@ pub fn ranges(
         let held = enclose(part);
         enclosures += 1;
         let settled = held.iter().zip(&found).zip(tolerance).all(|((held, range), tolerance)| {
+            // Nearer than rounding no division comes.
+            let largest = range.greatest.reached.abs().max(range.least.reached.abs());
+            let tolerance = tolerance.max(ENCLOSURE_ROUNDING * largest);
             held.high <= range.greatest.reached + tolerance && held.low >= range.least.reached - tolerance
         });
         let middle = part.middle();
@@ -109,6 +115,20 @@ mod tests {
         assert!(greatest.proved >= greatest.reached && greatest.proved < greatest.reached + 2e-9);
         assert!(least.proved <= least.reached && least.proved > least.reached - 2e-9);
         assert!((found[1].greatest.reached - 36.0).abs() < 1e-12 && found[1].least.reached < 1e-9);
+    }
+
+    /// A tolerance below the rounding of the values is no reason to divide until the budget ends.
+    #[test]
+    fn values_far_beyond_their_tolerance_end_soon() {
+        let mut count = 0;
+        let large = |part: Interval| {
+            count += 1;
+            enclose(part).into_iter().map(|x| x * Interval::point(1e15)).collect()
+        };
+        let subdivision = Subdivision { parts: 8, enclosures: 100_000 };
+        let found = ranges(Interval::new(-3.0, 6.0), subdivision, &[1e-9; 2], large);
+        assert!((found[0].greatest.proved / 1.819705741e15 - 1.0).abs() < 1e-8, "{found:?}");
+        assert!(count < 10_000, "{count}");
     }
 
     #[test]

@@ -4,7 +4,7 @@ use experiments::plan::exciting_trajectory::ExcitingTrajectory;
 use experiments::plan::experiment_plan::ExperimentPlan;
 use experiments::plan::planned_experiment::PlannedExperiment;
 use identification::estimate::validation::Validation;
-use linear_model::artefact::EDITED;
+use linear_model::artefact::Seal;
 use serde::Serialize;
 
 use crate::chart::Chart;
@@ -44,8 +44,7 @@ pub(crate) fn plan(plan: &ExperimentPlan) -> PlanPart {
     };
     // A plan that was edited says so first.
     let open: Vec<String> = plan.unidentifiable().iter().map(|id| id.to_string()).collect();
-    let origin =
-        if plan.is_edited { format!("{}{}: ", EDITED[..1].to_uppercase(), &EDITED[1..]) } else { String::new() };
+    let origin = origin(plan.seal);
     PlanPart {
         summary: format!(
             "{origin}{} experiments out of {} candidates show {} of {} parameters. The plan is at least {} as good as the best of its \
@@ -62,6 +61,11 @@ pub(crate) fn plan(plan: &ExperimentPlan) -> PlanPart {
         rows: plan.experiments.iter().map(row).collect(),
         motions: motions(plan),
     }
+}
+
+/// What the summary of a file begins with that is not as rist wrote it.
+fn origin(seal: Seal) -> String {
+    seal.said().map_or(String::new(), |said| format!("{}{}: ", said[..1].to_uppercase(), &said[1..]))
 }
 
 /// Points of a line that fills a small picture.
@@ -127,7 +131,8 @@ pub(crate) fn validation(validation: &Validation) -> ValidationPart {
     };
     ValidationPart {
         summary: format!(
-            "{} that the estimate was not made from {} predicted with an error of {}; {}.",
+            "{}{} that the estimate was not made from {} predicted with an error of {}; {}.",
+            origin(validation.seal),
             match validation.motions.len() {
                 1 => "1 motion".into(),
                 n => format!("{n} motions"),

@@ -106,9 +106,15 @@ pub fn check(model: &Model, file: &Path, artefact: &ExcitingMotion, request: &Ch
         left_out.extend(beyond_own_list(artefact, surroundings.gaps(), &mut certificate));
     }
     left_out.push(LeftOut::approach());
-    let notes = notes(artefact, torque.is_some(), &origins);
+    let seals = [artefact.seal.note(file.display()), after_note(request)];
+    let notes = seals.into_iter().flatten().chain(notes(artefact, torque.is_some(), &origins)).collect();
     let (floor, lowest) = (surroundings.floor(), surroundings.lowest(&motion));
     Ok(Checked { certificate, left_out, floor, lowest, notes, limits, origins })
+}
+
+/// Where the estimate that tells the torques is not as it was written.
+pub(crate) fn after_note(request: &CheckRequest) -> Option<String> {
+    request.after.as_ref()?.seal.note("[after]")
 }
 
 /// What the motion's own file says that proves nothing.

@@ -19,7 +19,7 @@ use experiments::plan::proof_again;
 use logs::{ColumnNames, Columns, Table};
 
 use crate::adapters::surroundings::RobotSurroundings;
-use crate::checking::Checked;
+use crate::checking::{Checked, after_note};
 use crate::described::torque_left_out;
 use crate::error::Error;
 use crate::exciting::{KnownTorque, identified_torque};
@@ -76,12 +76,13 @@ pub fn check_points(
     };
     let course = PolynomialCourse::through(&points, interpolation);
     let checked = check_course(model, &course, &asked, &jumps, request)?;
-    let mut notes = vec![format!(
+    let mut notes = checked.notes;
+    notes.push(format!(
         "{} points over {:.3} s, {} between them; efforts and powers are held to their whole limits",
         points.times().len(),
         points.times().last().zip(points.times().first()).map_or(0.0, |(last, first)| last - first),
         interpolation.word()
-    )];
+    ));
     if !points.rests_at_its_ends() {
         notes.push("it does not begin and end at rest: what the robot does before and after is not looked at".into());
     }
@@ -215,7 +216,15 @@ fn check_course(
     left_out.push(LeftOut::approach());
     let origins = origins(model, names, asked, &limits);
     let (floor, lowest) = (surroundings.floor(), surroundings.lowest_of(course));
-    Ok(Checked { certificate, left_out, floor, lowest, notes: vec![], limits, origins })
+    Ok(Checked {
+        certificate,
+        left_out,
+        floor,
+        lowest,
+        notes: after_note(request).into_iter().collect(),
+        limits,
+        origins,
+    })
 }
 
 /// The kinds that no row is about: nobody gives a limit, or they jump.

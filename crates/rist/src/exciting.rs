@@ -24,6 +24,7 @@ use experiments::simulate::dynamics::RegressorDynamics;
 use experiments::simulate::setup::SimulationSetup;
 use identification::estimate::artefact::Estimate;
 use identification::signals::encoder_torque::encoder_torque;
+use linear_model::artefact::Seal;
 use linear_model::linear_model::Model as LinearModel;
 use linear_model::regressor::Regressor;
 
@@ -56,6 +57,7 @@ pub fn excite(model: &Model, request: &ExciteRequest, progress: &ExciteProgress)
     let regressor = RegressorSlope::new(model)?;
     let names = regressor.coordinates().to_vec();
     let (limits, mut notes) = limits_and_notes(model, &regressor, request)?;
+    notes.extend(request.after.as_ref().and_then(|estimate| estimate.seal.note("[after]")));
     let (shape, samples) = timing(request, &limits)?;
     let identified = request.after.as_ref().map(|estimate| identified_torque(model, &names, estimate)).transpose()?;
     let noise = noise(model, request, &names, &mut notes);
@@ -155,6 +157,7 @@ fn artefact(
     seen: Visibility,
 ) -> ExcitingMotion {
     ExcitingMotion {
+        seal: Seal::Whole,
         model: model.reference.clone(),
         rate_hz: request.rate,
         period_s: shape.period(),

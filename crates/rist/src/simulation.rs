@@ -12,6 +12,7 @@ use experiments::simulate::closed_loop::Stop;
 use experiments::simulate::dynamics::{Dynamics, inverse_dynamics};
 use experiments::simulate::setup::{self, MAX_CONTROL_PERIOD_S, SimulationSetup};
 use identification::estimate::identified::Identified;
+use linear_model::artefact::Seal;
 use linear_model::parameter::{BaseParameter, FrictionParameter, Parameter, ParameterId};
 use logs::Effort;
 use numerics::in_order::in_order;
@@ -50,6 +51,14 @@ impl<'a> From<&'a ExcitingMotion> for Motions<'a> {
 }
 
 impl Motions<'_> {
+    /// Whether their file is as rist wrote it.
+    fn seal(&self) -> Seal {
+        match self {
+            Motions::Planned(plan) => plan.seal,
+            Motions::Exciting(motion) => motion.seal,
+        }
+    }
+
     /// Sample time, s.
     fn sample_time(&self) -> f64 {
         match self {
@@ -109,7 +118,7 @@ pub fn simulate<'a>(
 ) -> Result<Simulated, Error> {
     request.check()?;
     let motions = motions.into();
-    let (ways, sample_time) = (motions.ways()?, motions.sample_time());
+    let (ways, sample_time, seal) = (motions.ways()?, motions.sample_time(), motions.seal());
     let Some(truth) = model.described_parameters() else {
         return Err(Error::new(format_args!(
             "{}: no link has inertial parameters; give standard_parameters to simulate with",
@@ -155,7 +164,9 @@ pub fn simulate<'a>(
         take(&motions[index].name, &record?)
     })?;
     drop((run, loaded));
-    let notes = setup.notes.iter().cloned().chain(effort_notes(model, request)).collect();
+    let of_feedforward = request.feedforward.as_ref().and_then(|estimate| estimate.seal.note("[feedforward]"));
+    let seals = seal.note("the motion").into_iter().chain(of_feedforward);
+    let notes = seals.chain(setup.notes.iter().cloned()).chain(effort_notes(model, request)).collect();
     let of = |x: &[f64]| truth_of(model, &setup, x, request.effort(model));
     Ok(Simulated { truth: of(&truth), loaded_truth: with_load.as_deref().map(of), notes })
 }

@@ -5,7 +5,7 @@ use std::path::Path;
 use std::process::ExitCode;
 use std::time::{Duration, Instant};
 
-use tests::mutation::{hunt, seeds};
+use tests::mutation::{by_time, hunt, seeds};
 use tests::random::Random;
 
 fn main() -> ExitCode {
@@ -30,7 +30,8 @@ fn run(program: &Path, seconds: &str, found: &Path) -> Result<bool, String> {
     let time = Duration::from_secs(seconds.parse().map_err(|_| format!("{seconds} is no number of seconds"))?);
     let folder = std::env::temp_dir().join(format!("rist-mutations-{}", std::process::id()));
     std::fs::create_dir_all(&folder).map_err(|_| told(&folder))?;
-    let seeds = seeds(program, &folder);
+    let mut seeds = seeds(program, &folder);
+    by_time(program, &folder, &mut seeds);
     // A new seed each time, so that runs add up.
     let start = Instant::now();
     let since = std::time::UNIX_EPOCH.elapsed().map_or(0, |since| since.as_secs());

@@ -5,7 +5,7 @@
 
 use std::fmt;
 
-use linear_model::artefact::{self, Kind};
+use linear_model::artefact::{self, Kind, Seal};
 use linear_model::reference::ModelReference;
 use logs::Error;
 use serde::{Deserialize, Serialize};
@@ -26,6 +26,9 @@ use crate::motion::sample_count::check_samples;
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct ExcitingMotion {
+    /// Whether the file that it was read from is as rist wrote it.
+    #[serde(skip)]
+    pub seal: Seal,
     /// The robot it was made for.
     pub model: ModelReference,
     /// Hz, of the controller.
@@ -213,14 +216,14 @@ impl ExcitingMotion {
 
     /// The text of motion.yaml.
     pub fn to_yaml(&self) -> Result<String, Error> {
-        artefact::write(Kind::Motion, self).map_err(Error::new)
+        artefact::write(Kind::Motion, self.seal, self).map_err(Error::new)
     }
 
     /// Reads motion.yaml.
     pub fn from_yaml(file: &str, text: &str) -> Result<ExcitingMotion, Error> {
         let motion: ExcitingMotion = artefact::read(Kind::Motion, text).map_err(|e| Error::at(file, 0, e))?;
         motion.check_size().map_err(|e| Error::at(file, 0, e))?;
-        Ok(motion)
+        Ok(ExcitingMotion { seal: Seal::of(text), ..motion })
     }
 
     /// Fails where playing or proving it would take without end: no `rist excite` writes such a motion.

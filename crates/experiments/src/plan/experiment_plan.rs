@@ -5,7 +5,7 @@
 
 use std::fmt;
 
-use linear_model::artefact::{self, Kind};
+use linear_model::artefact::{self, Kind, Seal};
 use linear_model::parameter::{BaseParameter, Parameter, ParameterId};
 use linear_model::reference::ModelReference;
 use linear_model::regressor::Regressor;
@@ -35,9 +35,9 @@ pub struct ExperimentPlan {
     pub model: ModelReference,
     /// Names, in the order of q.
     pub coordinates: Vec<String>,
-    /// Whether the file that it was read from was changed after it was written.
+    /// Whether the file that it was read from is as rist wrote it.
     #[serde(skip)]
-    pub is_edited: bool,
+    pub seal: Seal,
     /// s between samples of the controller.
     pub sample_time_s: f64,
     /// Assumed deviation of one torque sample, N m, one per coordinate.
@@ -106,7 +106,7 @@ impl ExperimentPlan {
         ExperimentPlan {
             model,
             coordinates: regressor.coordinates().to_vec(),
-            is_edited: false,
+            seal: Seal::Whole,
             sample_time_s: candidates.first().map_or(0.0, |c| c.trajectory.sample_time),
             torque_noise: torque_noise.to_vec(),
             candidates: candidates.len(),
@@ -201,13 +201,13 @@ impl ExperimentPlan {
 
     /// The text of plan.yaml.
     pub fn to_yaml(&self) -> Result<String, Error> {
-        artefact::write(Kind::Plan, self).map_err(Error::new)
+        artefact::write(Kind::Plan, self.seal, self).map_err(Error::new)
     }
 
     /// Reads plan.yaml.
     pub fn from_yaml(file: &str, text: &str) -> Result<ExperimentPlan, Error> {
         let plan: ExperimentPlan = artefact::read(Kind::Plan, text).map_err(|e| Error::at(file, 0, e))?;
-        Ok(ExperimentPlan { is_edited: artefact::is_edited(text), ..plan })
+        Ok(ExperimentPlan { seal: Seal::of(text), ..plan })
     }
 }
 

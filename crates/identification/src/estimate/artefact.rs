@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 use std::fmt;
 
-use linear_model::artefact::{self, EDITED, Kind};
+use linear_model::artefact::{self, Kind, Seal};
 use linear_model::description_options::DescriptionOptions;
 use linear_model::parameter::ParameterId;
 use linear_model::reference::ModelReference;
@@ -78,9 +78,9 @@ pub struct Estimate {
     /// sigma_i sigma_j rho_ij, row by row, the parameters in their order; empty when not asked for.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub covariance: Vec<Vec<f64>>,
-    /// Whether the file that it was read from was changed after it was written.
+    /// Whether the file that it was read from is as rist wrote it.
     #[serde(skip)]
-    pub is_edited: bool,
+    pub seal: Seal,
     /// Number of parameters, on the last line of a file, so that a file without it is known to be cut short. `None` in
     /// memory.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -128,7 +128,7 @@ impl Estimate {
     /// The text of estimate.yaml.
     pub fn to_yaml(&self) -> Result<String, Error> {
         let whole = Estimate { parameter_count: Some(self.parameters.len()), ..self.clone() };
-        artefact::write(Kind::Estimate, &whole).map_err(Error::new)
+        artefact::write(Kind::Estimate, self.seal, &whole).map_err(Error::new)
     }
 
     /// Reads estimate.yaml.
@@ -148,7 +148,7 @@ impl Estimate {
                 return Err(at(message.into()));
             }
         }
-        estimate.is_edited = artefact::is_edited(text);
+        estimate.seal = Seal::of(text);
         // What the reading of YAML lets pass: names twice, negative deviations, numbers that are none.
         let mut seen = BTreeSet::new();
         if let Some(twice) =
@@ -226,8 +226,8 @@ impl fmt::Display for Estimate {
             self.rank,
             self.parameters.len()
         )?;
-        if self.is_edited {
-            writeln!(f, "{EDITED}")?;
+        if let Some(said) = self.seal.said() {
+            writeln!(f, "{said}")?;
         }
         self.remarks.iter().try_for_each(|remark| writeln!(f, "{remark}"))
     }

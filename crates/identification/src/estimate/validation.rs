@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use linear_model::artefact::{self, EDITED, Kind};
+use linear_model::artefact::{self, Kind, Seal};
 use linear_model::reference::ModelReference;
 use linear_model::regressor::Regressor;
 use linear_model::unit::Unit;
@@ -32,9 +32,9 @@ pub struct Validation {
     /// Torques over time of the first motion, one picture per joint.
     #[serde(default)]
     pub pictures: Vec<TorquePicture>,
-    /// Whether the file that it was read from was changed after it was written.
+    /// Whether the file that it was read from is as rist wrote it.
     #[serde(skip)]
-    pub is_edited: bool,
+    pub seal: Seal,
 }
 
 /// One joint over all motions.
@@ -121,26 +121,26 @@ impl Validation {
             total: whole.total,
             motions: logs.iter().map(motion).collect(),
             pictures: Vec::new(),
-            is_edited: false,
+            seal: Seal::Whole,
         }
     }
 
     /// The text of validation.yaml.
     pub fn to_yaml(&self) -> Result<String, Error> {
-        artefact::write(Kind::Validation, self).map_err(Error::new)
+        artefact::write(Kind::Validation, self.seal, self).map_err(Error::new)
     }
 
     /// Reads validation.yaml; fails with the line that is not that of a validation.
     pub fn from_yaml(file: &str, text: &str) -> Result<Validation, Error> {
         let validation: Validation = artefact::read(Kind::Validation, text).map_err(|e| Error::at(file, 0, e))?;
-        Ok(Validation { is_edited: artefact::is_edited(text), ..validation })
+        Ok(Validation { seal: Seal::of(text), ..validation })
     }
 }
 
 impl fmt::Display for Validation {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        if self.is_edited {
-            writeln!(f, "{EDITED}")?;
+        if let Some(said) = self.seal.said() {
+            writeln!(f, "{said}")?;
         }
         if self.motions.iter().any(|m| !m.joints.is_empty()) {
             for motion in &self.motions {

@@ -87,9 +87,10 @@ impl MotionPortrait {
     /// The same with the certificate that an artefact has.
     pub fn with_certificate_of(self, artefact: &ExcitingMotion) -> MotionPortrait {
         let ledger = artefact.ledger();
+        let said = artefact.seal.said().map(str::to_string).into_iter();
         MotionPortrait {
             certificate: artefact.certificate.clone(),
-            notes: artefact.notes.clone(),
+            notes: said.chain(artefact.notes.iter().cloned()).collect(),
             left_out: ledger.left_out.to_vec(),
             floor: ledger.floor,
             lowest: ledger.lowest.cloned(),

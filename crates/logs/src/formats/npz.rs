@@ -179,6 +179,10 @@ fn array(mut content: Box<dyn Read + '_>, budget: &mut Budget) -> Result<ArrayCo
         return Ok(ArrayContent::Nothing); // (0,), (0, 7), but also (10^12, 0)
     }
     if !NUMBER_TYPES.contains(&kind.as_str()) {
+        // A list of fields, each with a type of its own.
+        if kind.starts_with('[') || kind.contains('V') {
+            return Ok(ArrayContent::Unread("records".into()));
+        }
         // Texts and truth values are no signal.
         let is_number = kind.contains(['f', 'i', 'u', 'c', 'O', 'm', 'M']);
         return Ok(if is_number { ArrayContent::Unread(kind) } else { ArrayContent::Nothing });
@@ -325,6 +329,15 @@ mod tests {
         let table = Table::from_bytes("log.npz", &table).unwrap();
         assert_eq!(table.columns[1], [1.0, 2.5]);
         assert_eq!(table.notes, ["array `tau1` holds `<f2`, which is not read: save it as float64"]);
+        // Fields by name, as NumPy writes the type of a structured array: a list.
+        let fields = npy("", "(2,)", "False", &[0; 32]);
+        let text = String::from_utf8_lossy(&fields).replace("'',", "[('a', '<f8'), ('b', '<f8')],");
+        let head = text.find('{').unwrap();
+        let length = (text.rfind('\n').unwrap() + 1 - head) as u16;
+        let fields = [b"\x93NUMPY\x01\0", &length.to_le_bytes()[..], &text.as_bytes()[head..]].concat();
+        let q = npy("<f8", "(2,)", "False", &doubles(&[1.0, 2.0]));
+        let table = Table::from_bytes("log.npz", &zip(&[("q1.npy", q, false), ("tau.npy", fields, false)])).unwrap();
+        assert_eq!(table.notes, ["array `tau` holds `records`, which is not read: save it as float64"]);
     }
 
     #[test]

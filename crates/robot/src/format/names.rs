@@ -44,6 +44,25 @@ pub(super) fn shown(mut robot: Robot) -> Robot {
     robot
 }
 
+/// Most characters of a name. Names are keys of YAML, which have at most 1024, identifiers of generated source, and heads of
+/// columns.
+const MAX_NAME_CHARACTERS: usize = 256;
+
+/// What speaks against the first name that is too long.
+pub(super) fn too_long(robot: &Robot) -> Option<String> {
+    let symbols = robot.symbols.iter().map(|symbol| ("symbol", &symbol.name));
+    let coordinates = robot.coordinates.iter().map(|coordinate| ("coordinate", &coordinate.name));
+    let passive = robot.passive.iter().map(|passive| ("joint", &passive.name));
+    let links = robot
+        .links
+        .iter()
+        .flat_map(|link| [("joint", &link.joint.name), ("link", &link.name), ("the label of a link:", &link.label)]);
+    let mut all = symbols.chain(coordinates).chain(passive).chain(links);
+    let (what, name) = all.find(|(_, name)| name.chars().nth(MAX_NAME_CHARACTERS).is_some())?;
+    let start: String = name.chars().take(40).collect();
+    Some(format!("{what} `{start}..`: a name has at most {MAX_NAME_CHARACTERS} characters"))
+}
+
 #[cfg(test)]
 mod tests {
     use std::path::Path;
@@ -62,5 +81,27 @@ mod tests {
             ReadOptions::default(),
         );
         assert!(plain.unwrap().notes.iter().all(|note| note.subject != "names"));
+    }
+
+    /// What is read can be written: a key of YAML of more than 1024 characters is none.
+    #[test]
+    fn a_name_without_end_is_refused_in_every_format() {
+        let urdf = |name: &str| {
+            format!(
+                "<robot name=\"r\"><link name=\"b\"/><link name=\"l\"><inertial><mass value=\"1\"/>\
+                 <inertia ixx=\"1\" ixy=\"0\" ixz=\"0\" iyy=\"1\" iyz=\"0\" izz=\"1\"/></inertial></link>\
+                 <joint name=\"{name}\" type=\"continuous\"><parent link=\"b\"/><child link=\"l\"/></joint></robot>"
+            )
+        };
+        let read = |text: &str, file: &str| parse_with(text, Path::new(file), ReadOptions::default());
+        let longest = read(&urdf(&"é".repeat(256)), "r.urdf").unwrap();
+        let (written, _) = crate::format::write_yaml(&longest);
+        assert!(read(&written, "again.yaml").is_ok(), "{written}");
+        let yaml =
+            "convention: khalil-kleinfinger\nname: r\nlinks:\n  - {link: 1, name: NAME, antecedent: base, theta: q1}\n";
+        for (text, file) in [(urdf(&"j".repeat(257)), "r.urdf"), (yaml.replace("NAME", &"j".repeat(257)), "r.yaml")] {
+            let message = read(&text, file).unwrap_err().to_string();
+            assert!(message.contains("`jjj") && message.contains("at most 256 characters"), "{message}");
+        }
     }
 }

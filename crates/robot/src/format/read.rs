@@ -99,7 +99,11 @@ impl DescriptionFormat {
             DescriptionFormat::Urdf => read_urdf_with(text, &file_name, options),
             DescriptionFormat::Par => read_par_with(text, &file_name, options),
         };
-        robot.map(names::shown)
+        let robot = robot.map(names::shown)?;
+        match names::too_long(&robot) {
+            None => Ok(robot),
+            Some(message) => Err(whole_file(&file_name, message)),
+        }
     }
 }
 

@@ -8,7 +8,7 @@
 
 use std::fmt;
 
-use linear_model::artefact::{self, EDITED, Kind};
+use linear_model::artefact::{self, Kind, Seal};
 use linear_model::parameter::ParameterId;
 use linear_model::unit::Unit;
 use logs::Error;
@@ -52,9 +52,9 @@ pub struct Comparison {
     pub rate: f64,
     /// In the order given.
     pub robots: Vec<ComparedRobot>,
-    /// Whether the file that it was read from was changed after it was written.
+    /// Whether the file that it was read from is as rist wrote it.
     #[serde(skip)]
-    pub is_edited: bool,
+    pub seal: Seal,
 }
 
 /// One robot against the reference.
@@ -126,7 +126,7 @@ pub fn compare(
         robot.parameters.iter_mut().zip(family.found).for_each(|(d, found)| d.moved = found);
     }
     let model = reference.1.settings().model.name.clone();
-    Ok(Comparison { model, reference: reference.0.into(), of, rate, robots: compared, is_edited: false })
+    Ok(Comparison { model, reference: reference.0.into(), of, rate, robots: compared, seal: Seal::Whole })
 }
 
 /// A robot and its reference.
@@ -193,13 +193,13 @@ impl Comparison {
 
     /// The text of comparison.yaml.
     pub fn to_yaml(&self) -> Result<String, Error> {
-        artefact::write(Kind::Comparison, self).map_err(Error::new)
+        artefact::write(Kind::Comparison, self.seal, self).map_err(Error::new)
     }
 
     /// Reads comparison.yaml; fails with the line that is not that of a comparison.
     pub fn from_yaml(file: &str, text: &str) -> Result<Comparison, Error> {
         let comparison: Comparison = artefact::read(Kind::Comparison, text).map_err(|e| Error::at(file, 0, e))?;
-        Ok(Comparison { is_edited: artefact::is_edited(text), ..comparison })
+        Ok(Comparison { seal: Seal::of(text), ..comparison })
     }
 }
 
@@ -209,8 +209,8 @@ const MAX_NAMED_ROBOTS: usize = 8;
 impl fmt::Display for Comparison {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let (changed, all) = (self.changed(), self.robots.len());
-        if self.is_edited {
-            writeln!(f, "{EDITED}")?;
+        if let Some(said) = self.seal.said() {
+            writeln!(f, "{said}")?;
         }
         writeln!(
             f,

@@ -1,7 +1,6 @@
 //! What a fit leaves open, and what it predicts, as claims.
 
 use claims::{Claim, Figure, Outcome, Remedy, Subject, Trial};
-use linear_model::artefact::EDITED;
 use linear_model::label::Label;
 use linear_model::parameter::{FrictionParameter, ParameterId};
 
@@ -87,8 +86,8 @@ pub(crate) fn claims_of_fit(estimate: &Estimate, total: Option<f64>, prediction:
         });
     }
     claims.extend(estimate.doubts.iter().map(|why| cannot_tell(whole(RESIDUAL), why, "a model that has it")));
-    if estimate.is_edited {
-        claims.push(cannot_tell(whole(PARAMETERS), EDITED, "the file as it was written, or a new identification"));
+    if let Some(said) = estimate.seal.said() {
+        claims.push(cannot_tell(whole(PARAMETERS), said, "the file as it was written, or a new identification"));
     }
     if estimate.settled == Some(false) {
         let why = "the method did not settle: the values still change from round to round";
