@@ -123,14 +123,16 @@ pub fn written(program: &Path, folder: &Path) -> Vec<Seed> {
     for file in ["arm.urdf", "arm.xml"] {
         write(file, &std::fs::read_to_string(corpus.join(file)).expect("the corpora are there"));
     }
-    let steps: [&[&str]; 9] = [
+    let steps: [&[&str]; 11] = [
         &["excite", "arm.yaml", "--limits", "limits.yaml", "--starts", "1", "--rate", "100", "--out", "motion.yaml"],
         &["simulate", "arm.yaml", "motion.yaml", "--out", "logs"],
         &["identify", "arm.yaml", "logs/motion.csv", "--out", "estimate.yaml"],
         &["validate", "arm.yaml", "estimate.yaml", "logs/motion.csv", "--out", "validation.yaml"],
         &["plan", "arm.yaml", "-n", "2", "--duration", "1", "--rate", "100", "--out", "plan.yaml"],
         &["accumulate", "arm.yaml", "logs/motion.csv", "--out", "sums.tri"],
-        &["compare", "sums.tri", "sums.tri", "--out", "comparison.yaml"],
+        &["simulate", "arm.yaml", "motion.yaml", "--seed", "2", "--validation", "0", "--out", "other"],
+        &["accumulate", "arm.yaml", "other/motion.csv", "--like", "sums.tri", "--out", "other.tri"],
+        &["compare", "sums.tri", "other.tri", "--out", "comparison.yaml"],
         &["excite", "arm.urdf", "--starts", "1", "--rate", "100", "--out", "urdf_motion.yaml"],
         &["simulate", "arm.urdf", "urdf_motion.yaml", "--out", "urdf_logs"],
     ];
