@@ -107,22 +107,8 @@ pub fn seeds(program: &Path, folder: &Path) -> Vec<Seed> {
     all
 }
 
-/// The artefacts of a walk from a description to sums.
-///
-/// # Panics
-/// Where the program fails on the way.
-pub fn written(program: &Path, folder: &Path) -> Vec<Seed> {
-    let write = |name: &str, text: &str| std::fs::write(folder.join(name), text).expect("a folder of ours is writable");
-    write("arm.yaml", LIMITED_ARM);
-    write("limits.yaml", "all: {velocity: 3, acceleration: 20}\nspace: {floor: -2}\n");
-    write("load.yaml", "link: forearm\nmass: 0.5\ncentre_of_mass: [0.1, 0, 0]\n");
-    write("options.yaml", "friction: [viscous, coulomb, offset]\nsignal: {cutoff: 8}\nweights: huber\n");
-    write("states.csv", "q1,q2,dq1,dq2,ddq1,ddq2\n0.1,0.2,0.3,0.4,0.5,0.6\n-1,1,-1,1,-1,1\n");
-    // The robot whose bodies go into an MJCF, and a log of it.
-    let corpus = workspace().join("fuzz/corpus/write_back");
-    for file in ["arm.urdf", "arm.xml"] {
-        write(file, &std::fs::read_to_string(corpus.join(file)).expect("the corpora are there"));
-    }
+/// Makes the artefacts of the walk.
+fn make(program: &Path, folder: &Path) {
     let steps: [&[&str]; 11] = [
         &["excite", "arm.yaml", "--limits", "limits.yaml", "--starts", "1", "--rate", "100", "--out", "motion.yaml"],
         &["simulate", "arm.yaml", "motion.yaml", "--out", "logs"],
@@ -140,6 +126,25 @@ pub fn written(program: &Path, folder: &Path) -> Vec<Seed> {
         let run = run(Command::new(program).args(step).current_dir(folder));
         assert!(matches!(run.code, Some(0 | 1)), "{step:?}: {}", run.err);
     }
+}
+
+/// The artefacts of a walk from a description to sums.
+///
+/// # Panics
+/// Where the program fails on the way.
+pub fn written(program: &Path, folder: &Path) -> Vec<Seed> {
+    let write = |name: &str, text: &str| std::fs::write(folder.join(name), text).expect("a folder of ours is writable");
+    write("arm.yaml", LIMITED_ARM);
+    write("limits.yaml", "all: {velocity: 3, acceleration: 20}\nspace: {floor: -2}\n");
+    write("load.yaml", "link: forearm\nmass: 0.5\ncentre_of_mass: [0.1, 0, 0]\n");
+    write("options.yaml", "friction: [viscous, coulomb, offset]\nsignal: {cutoff: 8}\nweights: huber\n");
+    write("states.csv", "q1,q2,dq1,dq2,ddq1,ddq2\n0.1,0.2,0.3,0.4,0.5,0.6\n-1,1,-1,1,-1,1\n");
+    // The robot whose bodies go into an MJCF, and a log of it.
+    let corpus = workspace().join("fuzz/corpus/write_back");
+    for file in ["arm.urdf", "arm.xml"] {
+        write(file, &std::fs::read_to_string(corpus.join(file)).expect("the corpora are there"));
+    }
+    make(program, folder);
     let log = "logs/motion.csv";
     let identify = ["identify", "arm.urdf", "urdf_logs/motion.csv", "--anyway", "--write-mjcf", "z", "--into", "{}"];
     let estimate: [&[&str]; 6] = [

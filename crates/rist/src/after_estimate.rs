@@ -17,9 +17,9 @@ use linear_model::linear_model::Model as LinearModel;
 use linear_model::parameter::{FrictionParameter, ParameterId};
 use nalgebra::{Cholesky, DMatrix};
 
-/// The rows R over the columns of a model, row after row, and a note where the covariance is missing. Columns of
-/// parameters that the estimate lacks are zero.
-pub(crate) fn prior_rows(estimate: &Estimate, model: &LinearModel) -> (Vec<f64>, Option<String>) {
+/// The rows R over the columns of a model, row after row, and notes where the file is not as it was written and where the
+/// covariance is missing. Columns of parameters that the estimate lacks are zero.
+pub(crate) fn prior_rows(estimate: &Estimate, model: &LinearModel) -> (Vec<f64>, Vec<String>) {
     let p = model.p();
     let column = |id: &ParameterId| model.parameters.iter().position(|own| own.id == *id);
     // (place in the estimate, place in the model, sigma).
@@ -49,7 +49,7 @@ pub(crate) fn prior_rows(estimate: &Estimate, model: &LinearModel) -> (Vec<f64>,
             rows[a * p + c] = upper[(a, b)] / sigma;
         }
     }
-    (rows, note)
+    (rows, estimate.seal.note("[after]").into_iter().chain(note).collect())
 }
 
 /// Noise of a torque sample at `rate`, Hz, from the residuals; `None` for a joint that has none.
@@ -111,8 +111,8 @@ mod tests {
         for (covariance, has_note) in [(covariance.clone(), false), (vec![], true)] {
             let estimate =
                 Estimate { parameters: parameters.clone(), covariance: covariance.clone(), ..Estimate::default() };
-            let (rows, note) = prior_rows(&estimate, &linear);
-            assert_eq!(note.is_some(), has_note);
+            let (rows, notes) = prior_rows(&estimate, &linear);
+            assert_eq!(!notes.is_empty(), has_note);
             let r = DMatrix::from_row_slice(p, p, &rows);
             let independent = |i: usize, j: usize| if i == j { sigma(i) * sigma(j) } else { 0.0 };
             let known = |i, j| covariance.get(i).map_or(independent(i, j), |row: &Vec<f64>| row[j]);

@@ -57,7 +57,6 @@ pub fn excite(model: &Model, request: &ExciteRequest, progress: &ExciteProgress)
     let regressor = RegressorSlope::new(model)?;
     let names = regressor.coordinates().to_vec();
     let (limits, mut notes) = limits_and_notes(model, &regressor, request)?;
-    notes.extend(request.after.as_ref().and_then(|estimate| estimate.seal.note("[after]")));
     let (shape, samples) = timing(request, &limits)?;
     let identified = request.after.as_ref().map(|estimate| identified_torque(model, &names, estimate)).transpose()?;
     let noise = noise(model, request, &names, &mut notes);
@@ -80,8 +79,8 @@ pub fn excite(model: &Model, request: &ExciteRequest, progress: &ExciteProgress)
     // The search.
     let linear = LinearModel::new(&regressor, &friction, &[]);
     let columns = visible_columns(&linear, &limits);
-    let (prior, note) = request.after.as_ref().map_or((vec![], None), |estimate| prior_rows(estimate, &linear));
-    notes.extend(note);
+    let (prior, told) = request.after.as_ref().map_or((vec![], vec![]), |estimate| prior_rows(estimate, &linear));
+    notes.extend(told);
     let played = (shape.period() * request.rate).round() * request.repetitions as f64;
     let prior_of_a_sample: Vec<f64> = prior.iter().map(|x| x / played.sqrt()).collect();
     let problem = Problem {
