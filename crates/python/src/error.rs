@@ -58,7 +58,11 @@ const COMMANDS: [(&str, &str); 13] = [
 
 /// A text with its fields spelled as keywords, and commands as functions.
 pub fn for_python(text: &str) -> String {
-    let text = spelled(text, Reader::Python);
+    with_functions(spelled(text, Reader::Python))
+}
+
+/// A text whose fields are spelled already, with functions for commands.
+pub fn with_functions(text: String) -> String {
     COMMANDS.iter().fold(text, |text, (command, function)| text.replace(command, function))
 }
 

@@ -31,7 +31,7 @@ pub fn list(texts: &[String]) -> String {
 
 /// A text as it stands.
 pub fn text(text: &str) -> String {
-    format!("<pre>{}</pre>", escaped(text))
+    format!("<pre style=\"white-space: pre-wrap\">{}</pre>", escaped(text))
 }
 
 fn escaped(text: &str) -> String {

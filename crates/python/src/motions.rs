@@ -9,7 +9,7 @@ use rist::request::spelling::Reader;
 use rist::{Player, TrajectoryFormat, trajectory_file};
 
 use crate::artefact::{artefact, make_directory, read_text, save};
-use crate::error::{OrError, error};
+use crate::error::{OrError, error, with_functions};
 use crate::model::Model;
 
 artefact! {
@@ -53,7 +53,7 @@ impl ExperimentPlan {
         let origin = Origin { date, version: env!("CARGO_PKG_VERSION"), command, model: None };
         let model = self.model.as_ref().map(|model| model.get().inner.as_ref());
         let (plan, reader) = (Some(&self.inner), Reader::Python);
-        Some(rist::page::page(&PageRequest { model, plan, origin, reader, ..PageRequest::default() }).0)
+        Some(with_functions(rist::page::page(&PageRequest { model, plan, origin, reader, ..PageRequest::default() }).0))
     }
 
     /// A plan, or the path of one; refused where it was made with another model.
@@ -157,7 +157,8 @@ impl ExcitingMotion {
         let origin = Origin { date, version: env!("CARGO_PKG_VERSION"), command, model: None };
         let motion = Some(ShownMotion { artefact, portrait: &portrait });
         let request = PageRequest { model, motion, origin, reader: Reader::Python, ..PageRequest::default() };
-        Ok(rist::page::page(&request))
+        let (page, pictures) = rist::page::page(&request);
+        Ok((with_functions(page), pictures))
     }
 
     /// Its page, where it can be drawn.

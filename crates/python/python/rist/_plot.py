@@ -32,14 +32,16 @@ class Picture:
         # As images, so that a chart's style stays its own.
         def image(name, svg):
             data = base64.b64encode(svg.encode()).decode()
-            return f'<img alt="{html.escape(name)}" style="max-width: 100%" src="data:image/svg+xml;base64,{data}">'
+            words = html.escape(name.removesuffix(".svg").replace("_", " "))
+            shown = f'<img alt="{words}" style="width: 100%" src="data:image/svg+xml;base64,{data}">'
+            return f'<figure style="max-width: 640px; margin: 0 0 1em"><figcaption>{words}</figcaption>{shown}</figure>'
 
         return "\n".join(image(name, svg) for name, svg in self.charts.items())
 
 
 Picture.__module__ = "rist"
 
-MEASURED, PREDICTED, LEFT = "#888888", "#1f77b4", "#d62728"
+MEASURED, PREDICTED, LEFT = "#b4b4b4", "#1f77b4", "#d62728"
 
 
 def _pyplot():
@@ -52,7 +54,7 @@ def _pyplot():
 
 def _panels(pyplot, count, title, height=1.9):
     figure, axes = pyplot.subplots(count, 1, sharex=True, squeeze=False, layout="constrained", figsize=(8, 0.8 + height * count))
-    figure.suptitle(title)
+    figure.suptitle(title, x=0.02, ha="left")
     return axes[:, 0]
 
 
@@ -61,7 +63,7 @@ def estimate(found, log):
     has_series = found.joints["coordinate"] and found.to_dict().get("options") is not None
     pyplot = _pyplot()
     if pyplot is None:
-        return _charts(found._pictures(log) if has_series else {})
+        return _charts(found._pictures(log) if has_series else {}, "torque", "residual")
     if not has_series:
         return _parameters(pyplot, found)
     series = found.predict(log)
@@ -74,14 +76,15 @@ def estimate(found, log):
         for one in shown:
             t = one["t"] - one["t"][0] + start
             measured, predicted = one["measured"][:, k], one["predicted"][:, k]
-            axis.plot(t, measured, color=MEASURED, linewidth=1.5, label="measured")
+            # Wide and pale, so that it is seen below a line that is on it.
+            axis.plot(t, measured, color=MEASURED, linewidth=3.5, label="measured")
             axis.plot(t, predicted, color=PREDICTED, linewidth=0.9, label="identified")
             axis.plot(t, measured - predicted, color=LEFT, linewidth=0.7, label="left")
             start = t[-1] + 1.0
         axis.set_ylabel(f"{names[k]}, {units[k]}")
         axis.margins(x=0)
     lines, labels = axes[0].get_legend_handles_labels()
-    axes[0].legend(lines[:3], labels[:3], loc="upper right", ncols=3, fontsize="small")
+    axes[0].legend(lines[:3], labels[:3], loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=3, fontsize="small", frameon=False)
     axes[-1].set_xlabel("time, s")
     return axes
 
@@ -104,7 +107,7 @@ def motion(found):
     """Positions and velocities over time, with the limits of the positions."""
     pyplot = _pyplot()
     if pyplot is None:
-        return _charts(found._pictures())
+        return _charts(found._pictures(), "motion_position", "motion_velocity")
     head, *lines = found.trajectory().splitlines()
     names = head.split(",")
     columns = dict(zip(names, zip(*(map(float, line.split(",")) for line in lines))))
@@ -121,7 +124,7 @@ def motion(found):
                 axis.axhline(limit, color=LEFT, linewidth=0.8, linestyle="--")
         axis.set_ylabel(name)
         axis.margins(x=0)
-    axes[0].legend(loc="upper right", ncols=2, fontsize="small")
+    axes[0].legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=2, fontsize="small", frameon=False)
     axes[-1].set_xlabel("time, s")
     return axes
 
@@ -136,13 +139,13 @@ def validation(found):
     pyplot = _pyplot()
     if pyplot is None:
         title = f"error of the torque, {100 * found.total:.2g} % in all"
-        return _charts(found._pictures()) if found._pictures() else Picture(
-            (f"{what}.svg".replace(" ", "_"), _bars(f"{title}, {what}", bars, " %")) for what, bars in groups
-        )
+        charts = found._pictures()
+        bars = [(f"{what}.svg".replace(" ", "_"), _bars(f"{title}, {what}", bars, " %")) for what, bars in groups]
+        return Picture(charts or bars)
     figure, axes = pyplot.subplots(1, len(groups), squeeze=False, layout="constrained", figsize=(8, 3.2))
     figure.suptitle(f"error of the torque: {100 * found.total:.2g} % in all")
     for axis, (what, bars) in zip(axes[0], groups):
-        axis.barh([name for name, _ in bars], [x for _, x in bars], color=PREDICTED)
+        axis.barh([name for name, _ in bars], [x for _, x in bars], height=0.5, color=PREDICTED)
         axis.invert_yaxis()
         axis.set_xlabel(f"{what}, %")
     return axes[0]
@@ -171,9 +174,10 @@ def passport(found):
     return figure.axes
 
 
-def _charts(charts):
-    """What the page draws. There may be nothing."""
+def _charts(charts, *kinds):
+    """What the page draws, of these kinds where it has them. There may be nothing."""
     charts = dict(charts)
+    charts = {name: svg for name, svg in charts.items() if name.startswith(kinds)} or charts
     if not charts:
         raise Error("there is nothing to draw without matplotlib: pip install matplotlib")
     return Picture(charts)
