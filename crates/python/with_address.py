@@ -17,7 +17,7 @@ def described(text: str, address: str) -> str:
         mark, words, target = match.groups()
         if "://" in target or target.startswith("#"):
             return match.group(0)
-        return f"{mark}[{words}]({address}/{'raw' if mark else 'blob'}/HEAD/{target})"
+        return f"{mark}[{words}]({address}/{'raw' if mark else 'blob'}/HEAD/{target.removeprefix('../../')})"
 
     return re.sub(r"(!?)\[([^\]]*)\]\(([^)]*)\)", absolute, text)
 

@@ -124,7 +124,8 @@ def test_an_address_is_filled_in(tmp_path):
     targets = re.findall(r"\]\(([^)]*)\)", page)
     assert len(targets) > 3 and all(target.startswith("https://example.org/a/rist/") for target in targets), targets
     files = re.findall(r"\]\(([^)]*)\)", (ROOT / "crates/python/README.md").read_text())
-    assert all((ROOT / name).exists() for name in files), files
+    assert all((ROOT / "crates/python" / name).exists() for name in files), files
+    assert "https://example.org/a/rist/raw/HEAD/docs/ur5/torque.svg" in targets
     project = tomllib.loads((tmp_path / "pyproject.toml").read_text())["project"]
     assert project["urls"]["Source"] == "https://example.org/a/rist" and project["name"] == "rist-dynamics"
     assert (ROOT / project["readme"]).exists() and project["scripts"] == {"rist": "rist._program:main"}
