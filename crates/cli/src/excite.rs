@@ -73,10 +73,8 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
             found.ledger().faults().join("; ")
         )));
     }
-    let reference = found.motion("the motion")?.reference();
     for (file, player) in arguments.play.iter().zip(players) {
-        let text = player.text(&reference, model.regressor().coordinates(), found.rate_hz);
-        write_file(file, &text, &inputs)?;
+        write_file(file, player.text(&found)?, &inputs)?;
     }
     if let Some(out) = &arguments.out {
         write_file(out, &ExcitingMotion::to_yaml(&found)?, &inputs)?;

@@ -117,8 +117,7 @@ artefact! {
             return Err(error(format_args!("its limits are not proven: {faults} (unproven=True writes it anyway)")));
         }
         let player = Player::of_file(&path, model).or_error()?;
-        let reference = self.inner.motion("the motion").or_error()?.reference();
-        save(&path, &player.text(&reference, model.regressor().coordinates(), self.inner.rate_hz), &[&model.path])
+        save(&path, &player.text(&self.inner).or_error()?, &[&model.path])
     }
     /// Draws positions and velocities over time, with the limits of the positions. Axes of matplotlib, or a rist.Picture of
     /// the page where that is not there.

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use experiments::motion::reference_motion::Reference;
+use experiments::excitation::artefact::ExcitingMotion;
 use experiments::motion::servo_script::servo_script;
 use experiments::motion::trajectory_file::{TrajectoryFormat, trajectory_file};
 
@@ -43,11 +43,15 @@ impl Player {
         }
     }
 
-    /// The text of the file: points at `rate` Hz, or the samples of the reference.
-    pub fn text(self, reference: &Reference, coordinates: &[String], rate: f64) -> String {
-        match self {
-            Player::Trajectory(format) => trajectory_file(reference, coordinates, rate, format),
-            Player::ServoScript => servo_script(reference),
-        }
+    /// The text of the file: points at the rate of the motion, or the samples of its reference.
+    ///
+    /// Fails where it is no motion.
+    pub fn text(self, motion: &ExcitingMotion) -> Result<String, Error> {
+        let reference = motion.motion("the motion")?.reference();
+        let coordinates: Vec<String> = motion.joints.iter().map(|j| j.coordinate.clone()).collect();
+        Ok(match self {
+            Player::Trajectory(format) => trajectory_file(&reference, &coordinates, motion.rate_hz, format),
+            Player::ServoScript => servo_script(&reference),
+        })
     }
 }

@@ -234,7 +234,6 @@ pub(crate) const ORDERS: [(&str, &[&str]); 18] = [
             "validate",
             "schema",
             "lib",
-            "bin",
         ],
     ),
     (
