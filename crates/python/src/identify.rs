@@ -33,6 +33,8 @@ use crate::work::work;
 ///   stay near the bodies of the description [default: False]
 /// - gain: Torque per unit of current of a drive, N m/A [default: as the file says]. Where only some drives are
 ///   given, the others are estimated; q5=11+-2 expects a gain near 11
+/// - unknowns: What is unknown beside the parameters, of all joints: mount, zeros, scales, springs. The estimate
+///   says each with its deviation, and the option or line of the URDF that mends it
 /// - covariance: Keep the covariance of the parameters in the estimate [default: False]
 /// - loaded_link: The link that carries the load of the logs with a load [default: the last]
 /// - friction: Friction columns per joint: viscous, coulomb, offset, asymmetric, load, rotor, smooth-coulomb=V,
@@ -66,7 +68,7 @@ use crate::work::work;
 ///
 /// Ctrl-C ends it. Raises rist.Error with the message of the program.
 #[pyfunction]
-#[pyo3(signature = (model, logs, **options), text_signature = "(model, logs, *, consistent=False, gain=None, covariance=False, loaded_link=None, friction=None, weights=None, cutoff=None, order=None, decimate=None, delay=None, options=None, load=None, ripple=None, elastic=False, backlash=False, method='ls', loaded=(), validate=(), plan=None, rotor_inertia=None)")]
+#[pyo3(signature = (model, logs, **options), text_signature = "(model, logs, *, consistent=False, gain=None, unknowns=None, covariance=False, loaded_link=None, friction=None, weights=None, cutoff=None, order=None, decimate=None, delay=None, options=None, load=None, ripple=None, elastic=False, backlash=False, method='ls', loaded=(), validate=(), plan=None, rotor_inertia=None)")]
 pub fn identify(
     py: Python<'_>,
     model: &Bound<'_, PyAny>,

@@ -74,6 +74,7 @@ class Model:
         mimic: Literal["constraint", "independent"] = "constraint",
         angles: Literal["meant", "as-given"] = "meant",
         rotor_inertia: Literal["none", "actuated", "all"] | None = None,
+        base: Sequence[float] | None = None,
         floating_base: bool = False,
         any_size: bool = False,
     ) -> None:
@@ -96,6 +97,8 @@ class Model:
           [default: 'meant']
         - rotor_inertia: Which joints have a rotor inertia (IA) among their parameters [default: as the file says; a
           YAML file that does not say: actuated; a URDF, which cannot say: none]
+        - base: How the base is mounted, rad: roll, pitch and yaw of its frame in one in which gravity is as the file
+          says. 3.1416,0,0 is a robot on a ceiling [default: as the file says]
         - floating_base: Let the base float: six coordinates come first (base_x, base_y, base_z, base_yaw, base_pitch,
           base_roll), and the base becomes a link with its own parameters [default: False]
         - any_size: Derive the model even where that takes more than about 10 s or 1 GiB, which is refused with the
@@ -108,6 +111,7 @@ class Model:
         mimic: Literal["constraint", "independent"] = "constraint",
         angles: Literal["meant", "as-given"] = "meant",
         rotor_inertia: Literal["none", "actuated", "all"] | None = None,
+        base: Sequence[float] | None = None,
         floating_base: bool = False,
         any_size: bool = False,
     ) -> Model:
@@ -122,6 +126,8 @@ class Model:
           [default: 'meant']
         - rotor_inertia: Which joints have a rotor inertia (IA) among their parameters [default: as the file says; a
           YAML file that does not say: actuated; a URDF, which cannot say: none]
+        - base: How the base is mounted, rad: roll, pitch and yaw of its frame in one in which gravity is as the file
+          says. 3.1416,0,0 is a robot on a ceiling [default: as the file says]
         - floating_base: Let the base float: six coordinates come first (base_x, base_y, base_z, base_yaw, base_pitch,
           base_roll), and the base becomes a link with its own parameters [default: False]
         - any_size: Derive the model even where that takes more than about 10 s or 1 GiB, which is refused with the
@@ -135,6 +141,7 @@ class Model:
         mimic: Literal["constraint", "independent"] = "constraint",
         angles: Literal["meant", "as-given"] = "meant",
         rotor_inertia: Literal["none", "actuated", "all"] | None = None,
+        base: Sequence[float] | None = None,
         floating_base: bool = False,
         any_size: bool = False,
     ) -> Model:
@@ -148,6 +155,8 @@ class Model:
           [default: 'meant']
         - rotor_inertia: Which joints have a rotor inertia (IA) among their parameters [default: as the file says; a
           YAML file that does not say: actuated; a URDF, which cannot say: none]
+        - base: How the base is mounted, rad: roll, pitch and yaw of its frame in one in which gravity is as the file
+          says. 3.1416,0,0 is a robot on a ceiling [default: as the file says]
         - floating_base: Let the base float: six coordinates come first (base_x, base_y, base_z, base_yaw, base_pitch,
           base_roll), and the base becomes a link with its own parameters [default: False]
         - any_size: Derive the model even where that takes more than about 10 s or 1 GiB, which is refused with the
@@ -626,6 +635,7 @@ def identify(
     *,
     consistent: bool = False,
     gain: Mapping[str, float | tuple[float, float]] | None = None,
+    unknowns: Sequence[Literal["mount", "zeros", "scales", "springs"]] | None = None,
     covariance: bool = False,
     loaded_link: str | None = None,
     friction: str | Sequence[str] | None = None,
@@ -656,6 +666,8 @@ def identify(
       stay near the bodies of the description [default: False]
     - gain: Torque per unit of current of a drive, N m/A [default: as the file says]. Where only some drives are
       given, the others are estimated; q5=11+-2 expects a gain near 11
+    - unknowns: What is unknown beside the parameters, of all joints: mount, zeros, scales, springs. The estimate
+      says each with its deviation, and the option or line of the URDF that mends it
     - covariance: Keep the covariance of the parameters in the estimate [default: False]
     - loaded_link: The link that carries the load of the logs with a load [default: the last]
     - friction: Friction columns per joint: viscous, coulomb, offset, asymmetric, load, rotor, smooth-coulomb=V,
