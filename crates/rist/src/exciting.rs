@@ -24,7 +24,6 @@ use experiments::simulate::dynamics::RegressorDynamics;
 use experiments::simulate::setup::SimulationSetup;
 use identification::estimate::artefact::Estimate;
 use identification::signals::encoder_torque::encoder_torque;
-use linear_model::artefact::Seal;
 use linear_model::linear_model::Model as LinearModel;
 use linear_model::regressor::Regressor;
 
@@ -120,8 +119,7 @@ pub fn excite(model: &Model, request: &ExciteRequest, progress: &ExciteProgress)
     let floor = surroundings.floor().map(Floor::At).or(found.space.floor);
     let space = SpaceLimits { floor, ..found.space.clone() };
     let found = ExcitingMotion { left_out: Some(left_out), lowest, kept_share: Some(kept_share), space, ..found };
-    let proven = found.ledger().is_kept();
-    Ok(ExcitingMotion { proven, ..found })
+    Ok(ExcitingMotion { proven: found.ledger().is_kept(), ..found })
 }
 
 /// Fails where the user asked for something at which nobody could look, before a search is lost to it.
@@ -156,7 +154,7 @@ fn artefact(
     seen: Visibility,
 ) -> ExcitingMotion {
     ExcitingMotion {
-        seal: Seal::Whole,
+        seal: Default::default(),
         model: model.reference.clone(),
         rate_hz: request.rate,
         period_s: shape.period(),
