@@ -10,7 +10,11 @@ use tests::loops::{LOOPS, loop_path};
 use tests::model_path;
 use tests::random::Random;
 
-const SCRIPT: &str = include_str!("../../crates/report/templates/drawing.js");
+const SCRIPT: &str = concat!(
+    include_str!("../../crates/report/templates/dom.js"),
+    include_str!("../../crates/report/templates/drawing.js"),
+    include_str!("../../crates/report/templates/loops.js")
+);
 /// Configurations of each robot.
 const STATES: usize = 5;
 /// The page keeps nine decimals of each number; ten links add their errors.
@@ -26,10 +30,10 @@ fn on_the_page(html: &str) -> Value {
 fn run_by_node(cases: &Value) -> Option<Value> {
     let main = "
         const cases = JSON.parse(require('fs').readFileSync(0, 'utf8'));
-        const poses = (robot, x) => Drawing.poses(robot, x);
+        const poses = (robot, x) => Drawing.kinematics.poses(robot, x);
         console.log(JSON.stringify(cases.map(({ robot, at, values, to }) => ({
             poses: values.map(x => poses(robot, x)),
-            followed: to.map(x => Drawing.follow(robot, at, x)),
+            followed: to.map(x => Loops.follow(robot, at, x)),
         }))));";
     let mut node = Command::new("node")
         .args(["-e", &format!("{SCRIPT}{main}")])

@@ -10,6 +10,11 @@ fn rubbed(_: usize, dq: f64, tau: f64) -> f64 {
     tau + 0.4 * dq + 0.3 * dq.signum()
 }
 
+/// What of a page is read: its data, whose letters may spell anything, is taken out.
+fn shown(page: &str) -> String {
+    page.split("<script type=\"application/json\"").map(|part| part.split("</script>").last().unwrap()).collect()
+}
+
 #[test]
 fn a_log_becomes_a_page_and_a_series() {
     let here = folder("page");
@@ -21,13 +26,14 @@ fn a_log_becomes_a_page_and_a_series() {
     let run = rist(&here, &[&["identify", &arm, "a <b>.csv"], &made[..]].concat());
     assert_eq!(run.code, Some(0), "{}", run.err);
     let page = std::fs::read_to_string(here.join("page.html")).unwrap();
-    // One chart each of torque, residual, parts, friction, spectrum and autocorrelation, of two joints.
-    assert_eq!(page.matches("<svg").count(), 12);
+    // One chart each of torque, residual, parts, friction, spectrum and autocorrelation, of two joints; the robot, the map
+    // of correlations, and the frames that lines are cut at.
+    assert_eq!(page.matches("<svg").count(), 12 + 3);
     let parts = ["Trust it", "1 April 2026", "a &lt;b&gt;.csv", "upper arm (joint 1)", "ZZR1 = ZZ1 + IA1 + L1^2*M2"];
     for part in parts {
         assert!(page.contains(part), "{part}");
     }
-    assert!(!page.contains("could not be made") && !page.contains("NaN") && !page.contains("a <b>"));
+    assert!(!page.contains("could not be made") && !shown(&page).contains("NaN") && !page.contains("a <b>"));
     assert_eq!(page.matches("http").count(), page.matches("http://www.w3.org/2000/svg").count(), "it loads something");
     // Made again from the estimate: the same but for the command.
     let run =
@@ -102,6 +108,13 @@ fn a_plan_has_a_picture_a_motion() {
         assert!(page.contains(&format!("<title>Motion {name}</title>")), "{name} has no picture");
     }
     assert_eq!(page.matches("<svg").count(), experiments.len());
+    assert!(page.contains("<h1><span class=\"kind\">Plan of experiments</span>"), "{page}");
+    // Every joint is named in every picture.
+    for joint in plan["coordinates"].as_array().unwrap() {
+        let named = format!(">{}<", joint.as_str().unwrap());
+        let rests = format!(">{} (rests)<", joint.as_str().unwrap());
+        assert!(page.matches(&named).count() + page.matches(&rests).count() >= experiments.len(), "{named}");
+    }
 }
 
 /// Each coordinate within its limits, the path of the tip and every parameter; found again, the same charts. A limit that
@@ -118,9 +131,12 @@ fn a_motion_is_drawn_within_its_limits() {
     assert_eq!(run.code, Some(0), "{}{}", run.out, run.err);
     let text = |file: &str| std::fs::read_to_string(here.join(file)).unwrap();
     let page = text("page.html");
-    // Position, velocity, acceleration, jerk, torque and power of six joints, and three planes.
-    assert_eq!(page.matches("<svg").count(), 6 * 6 + 3);
-    assert!(!page.contains("could not be made") && !page.contains("NaN") && !page.contains("NOT proven"), "{page}");
+    // Position, velocity, acceleration, jerk, torque and power of six joints, and three planes; the robot and the frames.
+    assert_eq!(page.matches("<svg").count(), 6 * 6 + 3 + 2);
+    assert!(
+        !page.contains("could not be made") && !shown(&page).contains("NaN") && !page.contains("NOT proven"),
+        "{page}"
+    );
     assert_eq!(page.matches("http").count(), page.matches("http://www.w3.org/2000/svg").count(), "it loads something");
     let parts = ["1 April", "Path of tool0", "locked at 0.3000", "not visible (locked: wrist_3)", "power of elbow"];
     let told =
@@ -146,7 +162,7 @@ fn a_motion_is_drawn_within_its_limits() {
 
     // Without the model: what the motion itself tells, and that its certificate was not found anew.
     assert_eq!(rist(&here, &report).code, Some(0));
-    assert_eq!(drawn(&text("again.html")).len(), 6 * 4);
+    assert_eq!(drawn(&text("again.html")).len(), 6 * 4 + 1);
     assert!(text("again.html").contains("read from the file of the motion"));
 
     let broken = text("motion.yaml").replacen("centre: ", "centre: 9 # ", 1);

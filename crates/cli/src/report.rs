@@ -37,21 +37,15 @@ pub(crate) struct Arguments {
 
 pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let files: ReportFiles = arguments.files.read()?;
+    check_parts(&files)?;
     let shown = [&files.plan, &files.motion, &files.estimate, &files.validation];
-    // What a page is made of, and what its output must not overwrite.
-    if shown.iter().all(|file| file.is_none()) {
-        return Err(Failure::new(
-            "a page shows a [plan], a [motion], an [estimate] or a [validation]; give one or more",
-        ));
-    }
-    if files.model.is_none() && !files.log.is_empty() {
-        return Err(Failure::new("[log] needs the description that it is drawn with: [model]"));
-    }
-    let of_user = shown.into_iter().chain([&files.model]);
+    // What the page must not overwrite.
+    let of_user = shown.into_iter().chain([&files.model, &files.against]);
     let mut inputs: Vec<&Path> = of_user.flatten().chain(&files.log).map(PathBuf::as_path).collect();
     check_output(&arguments.out, &inputs)?;
     let plan = artefact(&files.plan, ExperimentPlan::from_yaml)?;
     let estimate = artefact(&files.estimate, Estimate::from_yaml)?;
+    let against = against(&files, estimate.as_ref())?;
     let validation = artefact(&files.validation, Validation::from_yaml)?;
     let model = match &files.model {
         Some(path) => Some(read_model(path, &files, estimate.as_ref())?),
@@ -76,6 +70,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
         plan: plan.as_ref(),
         motion: motion.as_ref().map(|(artefact, portrait)| ShownMotion { artefact, portrait }),
         estimate: estimate.as_ref(),
+        against: against.as_ref().map(|(name, other)| (name.as_str(), other)),
         portrait: drawn.portrait.as_ref(),
         validation: validation.as_ref(),
         verdict: drawn.verdict.as_ref(),
@@ -90,6 +85,35 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
         }
     }
     Ok(write_file(&arguments.out, &page, &inputs)?)
+}
+
+/// Refuses a page of nothing, and parts that need others.
+fn check_parts(files: &ReportFiles) -> Result<(), Failure> {
+    let shown = [&files.plan, &files.motion, &files.estimate, &files.validation];
+    if shown.iter().all(|file| file.is_none()) {
+        return Err(Failure::new(
+            "a page shows a [plan], a [motion], an [estimate] or a [validation]; give one or more",
+        ));
+    }
+    if files.against.is_some() && files.estimate.is_none() {
+        return Err(Failure::new("[against] needs the estimate that it is held against: [estimate]"));
+    }
+    if files.model.is_none() && !files.log.is_empty() {
+        return Err(Failure::new("[log] needs the description that it is drawn with: [model]"));
+    }
+    Ok(())
+}
+
+/// The other estimate with the name of its file; refused where its parameters mean something else.
+fn against(files: &ReportFiles, estimate: Option<&Estimate>) -> Result<Option<(String, Estimate)>, Failure> {
+    let Some((other, path)) = artefact(&files.against, Estimate::from_yaml)?.zip(files.against.as_ref()) else {
+        return Ok(None);
+    };
+    let name = path.display().to_string();
+    if let (Some(estimate), Some(file)) = (estimate, &files.estimate) {
+        rist::page::check_comparable([&file.display().to_string(), &name], [estimate, &other])?;
+    }
+    Ok(Some((name, other)))
 }
 
 /// The artefact of a file, where one is given.

@@ -4,19 +4,16 @@
 //! decimals. Colours are classes, so that a page defines them for light and dark; [`Chart::alone`] includes
 //! definitions. The colours are those of Okabe and Ito, which everybody can tell apart, and lines differ in dashes.
 
+use std::borrow::Cow;
 use std::fmt::Write;
 
-use identification::portrait::envelope::Envelope;
+use identification::portrait::envelope::{DRAWN_SPANS, Envelope};
 
+use crate::frame::{Frame, Width, broken};
 use crate::scale::Scale;
+pub use crate::text::escaped;
 
-/// Width of a chart, tenths of a pixel.
-const CHART_WIDTH: f64 = 4800.0;
-/// What the axes take of a chart on the left, tenths of a pixel.
-const LEFT_MARGIN: f64 = 560.0;
-/// What is left free on the right.
-const RIGHT_MARGIN: f64 = 120.0;
-/// What the axes take of it below.
+/// What the axes take of a chart below, tenths of a pixel.
 const BOTTOM_MARGIN: f64 = 420.0;
 /// Height of a row of the legend, tenths of a pixel.
 const LEGEND_ROW_HEIGHT: f64 = 190.0;
@@ -29,7 +26,7 @@ enum Layer<'a> {
     /// Points joined by lines; a new piece at each inner vector.
     Line(Vec<Vec<(f64, f64)>>),
     /// Signals over time.
-    Envelope(&'a Envelope),
+    Envelope(Cow<'a, Envelope>),
     /// Between two ordinates, over the whole width.
     Band(f64, f64),
     /// Points.
@@ -47,6 +44,11 @@ pub struct Chart<'a> {
     is_logarithmic: bool,
     is_true_to_scale: bool,
     layers: Vec<(String, &'static str, Layer<'a>)>,
+    width: Width,
+    /// Ends of the axis of abscissas where they are not those of the data.
+    span: Option<(f64, f64)>,
+    /// Of a chart that a script draws anew: the key of each layer's data, in their order; empty of others.
+    keys: Vec<String>,
     /// Abscissas of vertical lines.
     borders: Vec<f64>,
     has_zero: bool,
@@ -62,6 +64,9 @@ impl<'a> Chart<'a> {
             is_logarithmic: false,
             is_true_to_scale: false,
             layers: Vec::new(),
+            width: Width::Usual,
+            span: None,
+            keys: Vec::new(),
             borders: Vec::new(),
             has_zero: false,
         }
@@ -104,7 +109,11 @@ impl<'a> Chart<'a> {
 
     /// A signal over time.
     pub fn envelope(self, name: impl Into<String>, class: &'static str, envelope: &'a Envelope) -> Chart<'a> {
-        self.layer(name, class, Layer::Envelope(envelope))
+        let drawn = match envelope.spans().len() > DRAWN_SPANS {
+            true => Cow::Owned(envelope.thinned_to(DRAWN_SPANS)),
+            false => Cow::Borrowed(envelope),
+        };
+        self.layer(name, class, Layer::Envelope(drawn))
     }
 
     /// A band between two ordinates.
@@ -127,6 +136,17 @@ impl<'a> Chart<'a> {
         Chart { borders, ..self }
     }
 
+    /// Twice as wide as others, over a given span of time.
+    pub(crate) fn wide(self, span: (f64, f64)) -> Chart<'a> {
+        Chart { width: Width::Wide, span: Some(span), ..self }
+    }
+
+    /// Drawn anew by the script of a page that has its data under these keys, one for each layer; empty for a layer
+    /// without data. The page has its legend.
+    pub(crate) fn live(self, keys: Vec<String>) -> Chart<'a> {
+        Chart { keys, ..self }
+    }
+
     fn layer(mut self, name: impl Into<String>, class: &'static str, layer: Layer<'a>) -> Chart<'a> {
         self.layers.push((name.into(), class, layer));
         self
@@ -143,13 +163,18 @@ impl<'a> Chart<'a> {
     }
 
     fn drawn(&self, style: &str) -> String {
-        let legend = self.legend();
+        let is_live = !self.keys.is_empty();
+        let legend = if is_live { Legend::default() } else { self.legend() };
         let top = 160.0 + LEGEND_ROW_HEIGHT * (1.0 + legend.rows as f64);
-        let height = top + self.height;
-        let (x, y) = self.scales();
-        let frame = Frame { x, y, top, bottom: top + self.height - BOTTOM_MARGIN };
+        let (width, height) = (self.width.whole(), top + self.height);
+        let frame = Frame::new(self.scales(), self.width, top, top + self.height - BOTTOM_MARGIN);
+        let (class, data) = match (is_live, self.width) {
+            (true, Width::Usual) => (" live", frame.for_script()),
+            (true, Width::Wide) => (" live wide-chart", frame.for_script()),
+            (false, _) => ("", String::new()),
+        };
         let mut s = format!(
-            "<svg xmlns=\"http://www.w3.org/2000/svg\" class=\"chart\" viewBox=\"0 0 {CHART_WIDTH} {height}\" role=\"img\">\n\
+            "<svg xmlns=\"http://www.w3.org/2000/svg\" class=\"chart{class}\" viewBox=\"0 0 {width} {height}\" role=\"img\"{data}>\n\
              <title>{}</title>\n{style}",
             escaped(&self.title)
         );
@@ -160,34 +185,24 @@ impl<'a> Chart<'a> {
             let at = frame.px(*border);
             let _ = writeln!(s, "<path class=\"border\" d=\"M{at} {}V{}\"/>", frame.top, frame.bottom);
         }
-        for (_, class, layer) in &self.layers {
-            match layer {
-                Layer::Line(pieces) => {
-                    let _ = writeln!(s, "<path class=\"line {class}\" d=\"{}\"/>", frame.path(pieces));
-                }
-                Layer::Envelope(envelope) if envelope.is_thinned() => {
-                    let _ = writeln!(s, "<path class=\"area {class}\" d=\"{}\"/>", frame.area(envelope));
-                }
-                Layer::Envelope(envelope) => {
-                    let _ = writeln!(s, "<path class=\"line {class}\" d=\"{}\"/>", frame.path(&broken(envelope)));
-                }
+        for (k, (_, class, layer)) in self.layers.iter().enumerate() {
+            let key = self.keys.get(k).filter(|key| !key.is_empty());
+            let key = key.map_or(String::new(), |key| format!(" data-curve=\"{}\"", escaped(key)));
+            let _ = match layer {
                 Layer::Band(low, high) => {
                     let (a, b) = (frame.py(*high), frame.py(*low));
-                    let width = CHART_WIDTH - LEFT_MARGIN - RIGHT_MARGIN;
-                    let _ = writeln!(
-                        s,
-                        "<rect class=\"band\" x=\"{LEFT_MARGIN}\" y=\"{a}\" width=\"{width}\" height=\"{}\"/>",
-                        (b - a).max(0)
-                    );
+                    let (left, width, height) = (frame.left, frame.right - frame.left, (b - a).max(0));
+                    let place = format!("x=\"{left}\" y=\"{a}\" width=\"{width}\" height=\"{height}\"");
+                    writeln!(s, "<rect class=\"band\" {place}/>")
                 }
-                Layer::Dots(points) => {
-                    let dots: Vec<Vec<(f64, f64)>> = points.iter().map(|p| vec![*p]).collect();
-                    let _ = writeln!(s, "<path class=\"dots {class}\" d=\"{}\"/>", frame.path(&dots));
+                _ => {
+                    let (kind, path) = drawn_layer(&frame, layer);
+                    writeln!(s, "<path class=\"{kind} {class}\"{key} d=\"{path}\"/>")
                 }
-                Layer::Mark(point) => {
-                    let _ = writeln!(s, "<path class=\"mark {class}\" d=\"{}\"/>", frame.path(&[vec![*point]]));
-                }
-            }
+            };
+        }
+        if is_live {
+            s.push_str("<path class=\"cursor\"/>\n<path class=\"chosen\"/>\n");
         }
         s.push_str("</svg>\n");
         s
@@ -209,6 +224,9 @@ impl<'a> Chart<'a> {
             }
         }
         x.extend(points.iter().map(|p| p.0));
+        if let Some((from, to)) = self.span {
+            x = vec![from, to];
+        }
         y.extend(points.iter().map(|p| p.1));
         if self.is_logarithmic {
             return (Scale::logarithmic(x.into_iter(), false), Scale::logarithmic(y.into_iter(), true));
@@ -221,22 +239,23 @@ impl<'a> Chart<'a> {
         }
         // One unit for both axes: the wider one fills its side, the other is widened about its middle.
         let (x, y) = (Scale::linear(x.into_iter(), 0.06), Scale::linear(y.into_iter(), 0.06));
-        let (width, height) = (CHART_WIDTH - LEFT_MARGIN - RIGHT_MARGIN, self.height - BOTTOM_MARGIN);
+        let place = Frame::new((x, y), self.width, 0.0, self.height - BOTTOM_MARGIN);
+        let (width, height) = (place.right - place.left, place.bottom);
         let unit = (x.length() / width).max(y.length() / height);
         (x.of_length(unit * width), y.of_length(unit * height))
     }
 
     /// Names with their lines, in as many rows as they need.
     fn legend(&self) -> Legend {
-        let mut legend = Legend { text: String::new(), rows: 0 };
+        let mut legend = Legend::default();
         let named: Vec<_> = self.layers.iter().filter(|(name, _, _)| !name.is_empty()).collect();
-        let mut x = LEFT_MARGIN;
+        let mut x = self.width.left();
         for (i, (name, class, layer)) in named.iter().enumerate() {
             let width = 420.0 + LEGEND_LETTER_WIDTH * name.chars().count() as f64;
             if i == 0 {
                 legend.rows = 1;
-            } else if x + width > CHART_WIDTH {
-                (x, legend.rows) = (LEFT_MARGIN, legend.rows + 1);
+            } else if x + width > self.width.whole() {
+                (x, legend.rows) = (self.width.left(), legend.rows + 1);
             }
             let y = 20.0 + LEGEND_ROW_HEIGHT * legend.rows as f64;
             let mark = match layer {
@@ -256,107 +275,22 @@ impl<'a> Chart<'a> {
     }
 }
 
+#[derive(Default)]
 struct Legend {
     text: String,
     rows: usize,
 }
 
-/// Where the axes stand.
-struct Frame {
-    x: Scale,
-    y: Scale,
-    top: f64,
-    bottom: f64,
-}
-
-impl Frame {
-    fn px(&self, x: f64) -> i64 {
-        (LEFT_MARGIN + self.x.place(x) * (CHART_WIDTH - LEFT_MARGIN - RIGHT_MARGIN)).round() as i64
+/// The class and the path of a layer that is no band.
+fn drawn_layer(frame: &Frame, layer: &Layer) -> (&'static str, String) {
+    match layer {
+        Layer::Line(pieces) => ("line", frame.path(pieces)),
+        Layer::Envelope(envelope) if envelope.is_thinned() => ("area", frame.area(envelope)),
+        Layer::Envelope(envelope) => ("line", frame.path(&broken(envelope))),
+        Layer::Dots(points) => ("dots", frame.path(&points.iter().map(|p| vec![*p]).collect::<Vec<_>>())),
+        Layer::Mark(point) => ("mark", frame.path(&[vec![*point]])),
+        Layer::Band(..) => ("band", String::new()),
     }
-
-    /// Values far outside are clamped to one height of the frame beyond it, because browsers fail on huge coordinates.
-    fn py(&self, y: f64) -> i64 {
-        (self.bottom - self.y.place(y).clamp(-1.0, 2.0) * (self.bottom - self.top)).round() as i64
-    }
-
-    fn axes(&self, s: &mut String, (x_name, y_name): &(String, String)) {
-        let right = CHART_WIDTH - RIGHT_MARGIN;
-        let below = self.bottom + 180.0;
-        // Writing to a String cannot fail.
-        for (y, text) in self.y.ticks() {
-            let at = self.py(y);
-            let class = if text == "0" { "zero" } else { "grid" };
-            let _ = writeln!(s, "<path class=\"{class}\" d=\"M{LEFT_MARGIN} {at}H{right}\"/>");
-            let _ = writeln!(s, "<text x=\"{}\" y=\"{}\" class=\"end\">{text}</text>", LEFT_MARGIN - 60.0, at + 40);
-        }
-        for (x, text) in self.x.ticks() {
-            let at = self.px(x);
-            let _ = writeln!(s, "<path class=\"grid\" d=\"M{at} {}v40\"/>", self.bottom);
-            let _ = writeln!(s, "<text x=\"{at}\" y=\"{below}\" class=\"middle\">{text}</text>");
-        }
-        let _ =
-            writeln!(s, "<text x=\"{right}\" y=\"{}\" class=\"end name\">{}</text>", below + 170.0, escaped(x_name));
-        let _ = writeln!(s, "<text x=\"60\" y=\"{}\" class=\"name\">{}</text>", self.top - 110.0, escaped(y_name));
-    }
-
-    /// Pieces of lines; a piece of one point is a dot.
-    fn path(&self, pieces: &[Vec<(f64, f64)>]) -> String {
-        let mut s = String::new();
-        for piece in pieces {
-            let mut last: Option<(i64, i64)> = None;
-            for &(x, y) in piece.iter().filter(|(x, y)| x.is_finite() && y.is_finite()) {
-                let at = (self.px(x), self.py(y));
-                let _ = match last {
-                    None => write!(s, "M{} {}", at.0, at.1),
-                    Some(before) if before == at => continue,
-                    Some(before) => relative(&mut s, at.0 - before.0, at.1 - before.1),
-                };
-                last = Some(at);
-            }
-            if piece.len() == 1 {
-                s.push_str("h0");
-            }
-        }
-        s
-    }
-
-    /// Outlines of the pieces: forward along the largest values, back along the smallest.
-    fn area(&self, envelope: &Envelope) -> String {
-        let spans = envelope.spans();
-        let mut s = String::new();
-        let mut from = 0;
-        while from < spans.len() {
-            let to = (from + 1..spans.len()).find(|&i| spans[i].is_first).unwrap_or(spans.len());
-            let (piece, last) = (&spans[from..to], spans[to - 1]);
-            let forth = piece.iter().map(|s| (s.t, s.high)).chain([(last.end, last.high), (last.end, last.low)]);
-            s += &self.path(&[forth.chain(piece.iter().rev().map(|s| (s.t, s.low))).collect()]);
-            s.push('z');
-            from = to;
-        }
-        s
-    }
-}
-
-fn relative(s: &mut String, dx: i64, dy: i64) -> std::fmt::Result {
-    // A minus divides as well as a blank.
-    if dy < 0 { write!(s, "l{dx}{dy}") } else { write!(s, "l{dx} {dy}") }
-}
-
-/// The pieces of a line of single samples.
-fn broken(envelope: &Envelope) -> Vec<Vec<(f64, f64)>> {
-    let mut pieces: Vec<Vec<(f64, f64)>> = Vec::new();
-    for span in envelope.spans() {
-        match pieces.last_mut() {
-            Some(piece) if !span.is_first => piece.push((span.t, span.low)),
-            _ => pieces.push(vec![(span.t, span.low)]),
-        }
-    }
-    pieces
-}
-
-/// The text, escaped for text and attributes of XML and HTML.
-pub fn escaped(text: &str) -> String {
-    gate::shown::line(text).replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
 }
 
 #[cfg(test)]
@@ -384,7 +318,7 @@ mod tests {
         let circle: Vec<(f64, f64)> = (0..=100).map(|i| (0.0628 * f64::from(i)).sin_cos()).collect();
         let chart = Chart::new("", ("m", "m")).true_to_scale().line("", "a", &circle);
         let (x, y) = chart.scales();
-        let frame = Frame { x, y, top: 0.0, bottom: chart.height - BOTTOM_MARGIN };
+        let frame = Frame::new((x, y), chart.width, 0.0, chart.height - BOTTOM_MARGIN);
         let (across, up) = (frame.px(1.0) - frame.px(-1.0), frame.py(-1.0) - frame.py(1.0));
         assert!(across > 2000 && (across - up).abs() <= 2, "{across} {up}");
     }

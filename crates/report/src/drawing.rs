@@ -12,6 +12,8 @@ use robot::value::CoordinateId;
 use robot::{JointKind, Link, LinkId, LoopFrame, ModifiedDh, Pose, Robot};
 use serde::Serialize;
 
+use crate::template::rendered;
+
 /// Numbers of a drawing keep this many decimals, m or without unit: a micrometre of a robot of kilometres.
 const DECIMALS: f64 = 1e9;
 /// A length that is larger, m, has no drawing beside one that is not.
@@ -96,6 +98,17 @@ impl Drawing {
             links,
             loops,
         })
+    }
+
+    /// The inside of a figure of class drawing that `templates/drawing.js` draws the robot in.
+    pub fn html(&self) -> String {
+        #[derive(Serialize)]
+        struct Content {
+            json: String,
+            links: usize,
+        }
+        let content = Content { json: self.to_json(), links: self.links.len() };
+        rendered(include_str!("../templates/drawing.html"), content)
     }
 
     /// As JSON that can stand in a page: no `<` is in it.

@@ -13,6 +13,8 @@ use serde::Serialize;
 use crate::chart::Chart;
 use crate::joints::Figure;
 use crate::number::{percent, significant, unit};
+use crate::plot::Plot;
+use crate::timeline::Timeline;
 
 /// A motion with its drawn data.
 #[derive(Clone, Copy)]
@@ -51,7 +53,7 @@ struct LimitRow {
 struct JointCharts {
     name: String,
     locked: String,
-    charts: Vec<Figure>,
+    plots: Vec<String>,
 }
 
 /// A parameter.
@@ -82,10 +84,10 @@ pub fn motion(shown: ShownMotion) -> MotionPart {
         nearest: summary.nearest.map_or("-".into(), |row| row.to_string()),
         faults: summary.faults.iter().map(|row| row.to_string()).collect(),
     });
-    let charts = |joint: &JointCourse| JointCharts {
+    let charts = |(k, joint): (usize, &JointCourse)| JointCharts {
         name: joint.coordinate.clone(),
         locked: joint.limits.locked.map_or(String::new(), |q| format!("locked at {}", significant(q, 4))),
-        charts: drawn(joint, portrait).into_iter().map(|c| figure(c.caption.clone(), c.chart())).collect(),
+        plots: drawn(joint, portrait).iter().map(|course| course.plot(k)).collect(),
     };
     let (scale, parameters) = visible(&artefact.parameters);
     MotionPart {
@@ -94,7 +96,7 @@ pub fn motion(shown: ShownMotion) -> MotionPart {
         is_proven: ledger.is_kept(),
         limits: limits.collect(),
         notes: [&portrait.notes[..], &ledger.left_out_sentences()].concat(),
-        joints: portrait.joints.iter().map(charts).collect(),
+        joints: portrait.joints.iter().enumerate().map(charts).collect(),
         tip: portrait.tip.as_ref().map(|tip| tip.name.clone()),
         path: of_tip(shown).map(|(_, plane, chart)| figure(plane, chart)).collect(),
         scale,
@@ -136,7 +138,41 @@ struct Course<'a> {
     borders: Vec<f64>,
 }
 
+/// The axis of time of a motion.
+pub(crate) const MOTION_TIME: &str = "motion";
+
+/// The lines of a motion for the script of a page; `None` without any.
+pub(crate) fn timeline(shown: ShownMotion) -> Option<Timeline> {
+    let joints = shown.portrait.joints.iter().enumerate();
+    Timeline::new(joints.flat_map(|(k, joint)| joint.courses.iter().map(move |(kind, line)| (key(*kind, k), line))))
+}
+
+/// The key of a line of coordinate k: q for the position, along which a page moves the robot.
+fn key(kind: LimitKind, k: usize) -> String {
+    let letter = match kind {
+        LimitKind::Position => "q",
+        LimitKind::Velocity => "v",
+        LimitKind::Acceleration => "a",
+        LimitKind::Jerk => "j",
+        LimitKind::Effort => "e",
+        _ => "w",
+    };
+    format!("{letter}{k}")
+}
+
 impl Course<'_> {
+    /// The chart of coordinate k for the script of a page, which has its legend.
+    fn plot(&self, k: usize) -> String {
+        let (key, none) = (key(self.kind, k), String::new);
+        let limits = self.bounds.map(|_| (none(), "b", "limits".to_string()));
+        let nearest = self.nearest.map(|_| (none(), "d", "nearest to a limit".to_string()));
+        // In the order of the chart's layers.
+        let keys = limits.iter().map(|_| none()).chain([key.clone()]).chain(nearest.iter().map(|_| none())).collect();
+        let legend = [(key, "a", "motion".to_string())].into_iter().chain(limits).chain(nearest).collect();
+        let svgs = vec![self.chart().live(keys).svg()];
+        Plot { time: MOTION_TIME, caption: self.caption.clone(), legend, svgs }.html()
+    }
+
     fn chart(&self) -> Chart<'_> {
         let (from, to) = self.span;
         let chart = Chart::new(self.title.clone(), ("time, s", &self.axis)).low().borders(self.borders.clone());

@@ -1,15 +1,19 @@
 //! A plan and a validation, for the page.
 
+use experiments::motion::reference_motion::Reference;
 use experiments::plan::exciting_trajectory::ExcitingTrajectory;
 use experiments::plan::experiment_plan::ExperimentPlan;
 use experiments::plan::planned_experiment::PlannedExperiment;
-use identification::estimate::validation::Validation;
+use identification::estimate::validation::{TorquePicture, Validation};
+use identification::portrait::envelope::Envelope;
 use linear_model::artefact::Seal;
 use serde::Serialize;
 
 use crate::chart::Chart;
 use crate::joints::Figure;
 use crate::number::{percent, significant};
+use crate::plot::Plot;
+use crate::timeline::Timeline;
 
 /// A plan of experiments.
 #[derive(Serialize)]
@@ -27,13 +31,17 @@ struct Experiment {
     fast: String,
     slow: String,
     centre: String,
+    duration: String,
     rank: usize,
     gain: String,
 }
 
 /// The plan in words and rows.
 pub(crate) fn plan(plan: &ExperimentPlan) -> PlanPart {
-    let row = |e: &PlannedExperiment| Experiment {
+    let trajectories = plan.trajectories("").unwrap_or_default();
+    let duration = |k: usize| trajectories.get(k).map(|t| seconds(&t.reference()));
+    let row = |(k, e): (usize, &PlannedExperiment)| Experiment {
+        duration: duration(k).map_or("-".into(), |s| format!("{} s", significant(s, 3))),
         name: e.name.clone(),
         kind: e.kind.clone(),
         fast: e.fast.clone(),
@@ -58,7 +66,7 @@ pub(crate) fn plan(plan: &ExperimentPlan) -> PlanPart {
             plan.cond_fro_at_least
         ),
         open: open.join(", "),
-        rows: plan.experiments.iter().map(row).collect(),
+        rows: plan.experiments.iter().enumerate().map(row).collect(),
         motions: motions(plan),
     }
 }
@@ -71,7 +79,12 @@ fn origin(seal: Seal) -> String {
 /// Points of a line that fills a small picture.
 const POINTS_PER_LINE: usize = 120;
 
-/// A chart of each motion: the positions of the joints that move, over one period of a swing or a sweep there and back.
+/// How long a motion takes, s.
+fn seconds(reference: &Reference) -> f64 {
+    reference.q.first().map_or(0, Vec::len) as f64 * reference.sample_time
+}
+
+/// A chart of each motion: the positions of all joints, over one period of a swing or a sweep there and back.
 /// There is none if a motion of the plan is invalid.
 fn motions(plan: &ExperimentPlan) -> Vec<Figure> {
     let trajectories = plan.trajectories("").unwrap_or_default();
@@ -83,16 +96,16 @@ fn motions(plan: &ExperimentPlan) -> Vec<Figure> {
         };
         let shown = shown.start..shown.end.min(reference.q.first().map_or(0, Vec::len));
         let step = shown.len().div_ceil(POINTS_PER_LINE).max(1);
-        let mut moving = trajectory.moving();
-        moving.sort_by_key(|k| *k != trajectory.fast);
-        let mut chart =
-            Chart::new(format!("Motion {}", experiment.name), ("time, s", "from the centre, rad (m)")).small();
-        for (k, class) in moving.iter().zip(["a", "b", "c", "d"]) {
-            let at = |i: usize| {
-                ((i - shown.start) as f64 * reference.sample_time, reference.q[*k][i] - trajectory.centre[*k])
-            };
+        // The fast joint first, then the others that move, and at last those that hold still: all are named.
+        let moving = trajectory.moving();
+        let mut all: Vec<usize> = (0..plan.coordinates.len().min(reference.q.len())).collect();
+        all.sort_by_key(|k| (*k != trajectory.fast, !moving.contains(k)));
+        let mut chart = Chart::new(format!("Motion {}", experiment.name), ("time, s", "position, rad (m)"));
+        for (k, class) in all.iter().zip(["a", "b", "c", "d"].into_iter().cycle()) {
+            let at = |i: usize| ((i - shown.start) as f64 * reference.sample_time, reference.q[*k][i]);
             let points: Vec<(f64, f64)> = shown.clone().step_by(step).map(at).collect();
-            chart = chart.line(plan.coordinates[*k].clone(), class, &points);
+            let rests = if moving.contains(k) { "" } else { " (rests)" };
+            chart = chart.line(format!("{}{rests}", plan.coordinates[*k]), class, &points);
         }
         Figure { caption: format!("{}, {}", experiment.name, experiment.kind.replace('_', " ")), svg: chart.svg() }
     };
@@ -105,7 +118,8 @@ pub(crate) struct ValidationPart {
     summary: String,
     rows: Vec<JointRow>,
     motions: Vec<(String, String)>,
-    charts: Vec<Figure>,
+    /// Of each joint in the first motion.
+    plots: Vec<String>,
     has_rigid: bool,
     has_white: bool,
 }
@@ -143,26 +157,76 @@ pub(crate) fn validation(validation: &Validation) -> ValidationPart {
         ),
         rows: validation.joints.iter().map(row).collect(),
         motions: validation.motions.iter().map(|m| (m.name.clone(), percent(m.relative))).collect(),
-        charts: pictures(validation)
-            .into_iter()
-            .map(|(_, chart)| Figure { caption: String::new(), svg: chart.svg() })
-            .collect(),
+        plots: plots(validation),
         has_rigid: validation.joints.iter().any(|j| j.relative_rigid.is_some()),
         has_white: validation.joints.iter().any(|j| j.not_white.is_some()),
     }
 }
 
-/// Measured and predicted torque of each joint in the first motion: figure 2(a-c) of the paper.
-pub(crate) fn pictures(validation: &Validation) -> Vec<(String, Chart<'static>)> {
-    let picture = |p: &identification::estimate::validation::TorquePicture| {
-        let points = |y: &[f64]| p.t.iter().copied().zip(y.iter().copied()).collect::<Vec<_>>();
-        let joint = validation.joints.iter().find(|joint| joint.coordinate == p.coordinate);
-        let unit = joint.map_or(String::new(), |joint| format!(", {}", joint.unit));
-        let chart = Chart::new(format!("Torque of {}", p.coordinate), ("time, s", &format!("{}{unit}", p.coordinate)))
-            .with_zero()
-            .line("measured", "a", &points(&p.measured))
-            .line("predicted", "b", &points(&p.predicted));
-        (format!("torque_{}", p.coordinate), chart)
+/// Measured and predicted torque and what is left, of a joint in the first motion.
+fn lines(picture: &TorquePicture) -> [Envelope; 3] {
+    let left = picture.measured.iter().zip(&picture.predicted).map(|(a, b)| a - b).collect::<Vec<_>>();
+    [&picture.measured, &picture.predicted, &left].map(|values| {
+        let mut line = Envelope::of_spans(MOST_SPANS);
+        picture.t.iter().zip(values).for_each(|(t, value)| line.push(*t, *value));
+        line
+    })
+}
+
+/// Spans of a line, so that one may look closer.
+const MOST_SPANS: usize = 2000;
+
+/// Letters of the keys of the lines of a joint.
+const KEYS: [&str; 3] = ["m", "p", "r"];
+
+/// The axis of time of the first motion.
+pub(crate) const VALIDATION_TIME: &str = "validation";
+
+/// The lines of a validation for the script of a page; `None` without pictures.
+pub(crate) fn timeline(validation: &Validation) -> Option<Timeline> {
+    let lines: Vec<[Envelope; 3]> = validation.pictures.iter().map(lines).collect();
+    let keys = (0..lines.len()).flat_map(|k| KEYS.map(|key| format!("{key}{k}")));
+    Timeline::new(keys.zip(lines.iter().flatten()))
+}
+
+fn plots(validation: &Validation) -> Vec<String> {
+    let plot = |(k, picture): (usize, &TorquePicture)| {
+        let lines = lines(picture);
+        let spans = lines[0].spans();
+        let span = spans.first().zip(spans.last()).map_or((0.0, 1.0), |(a, b)| (a.t, b.end));
+        let [torque, residual] = charts(validation, picture, &lines).map(|chart| chart.wide(span));
+        let [m, p, r] = KEYS.map(|key| format!("{key}{k}"));
+        let svgs = vec![torque.live(vec![m.clone(), p.clone()]).svg(), residual.low().live(vec![r.clone()]).svg()];
+        let names = [(m, "a", "measured"), (p, "b", "predicted"), (r, "d", "what is left")];
+        let legend = names.map(|(key, class, name)| (key, class, name.to_string())).into();
+        let caption = format!("Torque of {}, and what is left of it", picture.coordinate);
+        Plot { time: VALIDATION_TIME, caption, legend, svgs }.html()
     };
-    validation.pictures.iter().map(picture).collect()
+    validation.pictures.iter().enumerate().map(plot).collect()
+}
+
+/// Torque, and what is left of it: figure 2(a-c) of the paper.
+fn charts<'a>(validation: &Validation, picture: &TorquePicture, lines: &'a [Envelope; 3]) -> [Chart<'a>; 2] {
+    let joint = validation.joints.iter().find(|joint| joint.coordinate == picture.coordinate);
+    let unit = joint.map_or(String::new(), |joint| format!(", {}", joint.unit));
+    let [measured, predicted, left] = lines;
+    let chart = |title: &str| {
+        let axis = format!("{}{unit}", picture.coordinate);
+        Chart::new(format!("{title} of {}", picture.coordinate), ("time, s", &axis)).with_zero()
+    };
+    [
+        chart("Torque").envelope("measured", "a", measured).envelope("predicted", "b", predicted),
+        chart("Residual").envelope("measured − predicted", "d", left),
+    ]
+}
+
+/// The charts of a validation as files of SVG, by name.
+pub(crate) fn pictures(validation: &Validation) -> Vec<(String, String)> {
+    let of_joint = |picture: &TorquePicture| {
+        let lines = lines(picture);
+        let svgs = charts(validation, picture, &lines).map(|chart| chart.alone());
+        let names = ["torque", "residual"].map(|what| format!("{what}_{}", picture.coordinate));
+        names.into_iter().zip(svgs).collect::<Vec<_>>()
+    };
+    validation.pictures.iter().flat_map(of_joint).collect()
 }

@@ -5,19 +5,30 @@ use gate::shown;
 use identification::estimate::artefact::Estimate;
 use identification::estimate::validation::Validation;
 use identification::estimate::verdict::{Trust, UseVerdict, Verdict, claim_line};
-use identification::portrait::Portrait;
-use identification::portrait::envelope::Envelope;
+use identification::portrait::envelope::DRAWN_SPANS;
+use identification::portrait::{JointPortrait, Portrait};
 use serde::Serialize;
 
 use crate::chart::Chart;
-use crate::excitation::{self, MotionPart, ShownMotion};
-use crate::experiments::{self, PlanPart, ValidationPart};
-use crate::joints::{self, Joint};
+use crate::compact::compact;
+use crate::comparison::{Comparison, Other, comparison};
+use crate::drawing::Drawing;
+use crate::excitation::{self, MOTION_TIME, MotionPart, ShownMotion};
+use crate::experiments::{self, PlanPart, VALIDATION_TIME, ValidationPart};
+use crate::grades::{self, Grades, class};
+use crate::information::{self, MapPart};
+use crate::joints::{self, Joint, LOG_TIME};
 use crate::motion::{self, Used};
 use crate::number::{percent, significant};
 pub use crate::parameters::Subject;
 use crate::parameters::{self, Group};
 use crate::template::rendered;
+
+const STYLE: &str = concat!(
+    include_str!("../templates/page.css"),
+    include_str!("../templates/chart.css"),
+    include_str!("../templates/drawing.css")
+);
 
 /// The content of the page. A part that is not given is left out.
 #[derive(Clone, Copy, Default)]
@@ -30,12 +41,16 @@ pub struct Page<'a> {
     pub motion: Option<ShownMotion<'a>>,
     /// The parameters.
     pub estimate: Option<&'a Estimate>,
+    /// Another estimate that it is held against.
+    pub against: Option<Other<'a>>,
     /// What the estimate makes of logs.
     pub portrait: Option<&'a Portrait>,
     /// How well it predicts other logs.
     pub validation: Option<&'a Validation>,
     /// Whether to trust it.
     pub verdict: Option<&'a Verdict>,
+    /// The values of all variables at which loops that are solved numerically are closed; empty without such loops.
+    pub closed_at: &'a [f64],
     /// Where all this comes from.
     pub origin: Origin<'a>,
 }
@@ -56,10 +71,17 @@ pub struct Origin<'a> {
 #[derive(Serialize)]
 struct Content {
     style: &'static str,
-    script: &'static str,
+    script: String,
     name: String,
-    title: &'static str,
+    title: String,
     kind: &'static str,
+    /// The lines over each axis of time, by its name, as JSON that is safe in a page.
+    times: Vec<(&'static str, String)>,
+    /// The robot, and the axis of time that it moves along.
+    drawing: Option<(String, &'static str)>,
+    map: Option<MapPart>,
+    grades: Option<Grades>,
+    comparison: Option<Comparison>,
     verdict: Option<VerdictPart>,
     method: String,
     total: String,
@@ -127,12 +149,11 @@ impl Page<'_> {
     /// Its charts as files of SVG, by name.
     pub fn pictures(&self) -> Vec<(String, String)> {
         let of_logs = self.portrait.map(|p| joints::pictures(p, self.estimate)).unwrap_or_default();
-        let of_motions = self.validation.map(experiments::pictures).unwrap_or_default();
-        let drawn = |(name, chart): (String, Chart)| (name, chart.alone());
+        let of_validation = self.validation.map(experiments::pictures).unwrap_or_default();
+        let of_logs = of_logs.into_iter().map(|(name, chart): (String, Chart)| (name, chart.alone()));
         let of_excitation = self.motion.map(excitation::pictures).unwrap_or_default();
-        let of_both = of_logs.into_iter().chain(of_motions).map(drawn);
         let mut files: Vec<(String, String)> = Vec::new();
-        for (name, svg) in of_both.chain(of_excitation) {
+        for (name, svg) in of_logs.chain(of_validation).chain(of_excitation) {
             // Names of joints may differ by what no name of a file holds.
             let mut name = shown::file_name(&name);
             while files.iter().any(|(file, _)| *file == format!("{name}.svg")) {
@@ -145,18 +166,26 @@ impl Page<'_> {
 
     fn content(&self) -> Content {
         let estimate = self.estimate;
-        let thinned = |p: &Portrait| p.joints.iter().map(|j| samples_of_a_span(&j.measured)).max();
-        let is_motion_alone = estimate.is_none() && self.plan.is_none() && self.validation.is_none();
-        let (title, kind) = match self.motion.filter(|_| is_motion_alone) {
-            Some(_) => ("exciting motion", "Exciting motion"),
-            None => ("identification", "Identified dynamics"),
+        // Of a page with logs the static charts show so many samples in a step.
+        let thinned = |p: &Portrait| {
+            let line = |j: &JointPortrait| j.measured.thinned_to(DRAWN_SPANS).samples_of_a_span();
+            p.joints.iter().map(line).max()
         };
+        let kind = self.kind();
+        let times = self.times();
+        let drawing = self.drawing(&times);
+        let map = self.portrait.and_then(information::map);
         Content {
-            style: concat!(include_str!("../templates/page.css"), include_str!("../templates/chart.css")),
-            script: include_str!("../templates/page.js"),
+            style: STYLE,
+            script: self.script(!times.is_empty(), map.is_some(), drawing.is_some()),
             name: self.name(),
-            title,
+            title: kind.to_lowercase(),
             kind,
+            grades: self.verdict.and_then(|verdict| grades::grades(verdict, estimate)),
+            comparison: estimate.zip(self.against).map(|(estimate, other)| comparison(estimate, other)),
+            times,
+            drawing,
+            map,
             verdict: self.verdict.map(verdict),
             method: estimate.map_or(String::new(), |e| e.method.clone()),
             total: estimate.and_then(|e| e.total).map_or(String::new(), percent),
@@ -179,6 +208,49 @@ impl Page<'_> {
             validation: self.validation.map(experiments::validation),
             facts: self.facts(),
         }
+    }
+
+    /// What the page is: of the parts that it has, what the later ones are made from does not head it.
+    fn kind(&self) -> &'static str {
+        match (self.estimate, self.validation, self.motion, self.plan) {
+            (Some(_), ..) if self.against.is_some() => "Two estimates compared",
+            (Some(estimate), ..) if estimate.options.is_none() => "Identified dynamics, from experiments",
+            (Some(_), ..) => "Identified dynamics",
+            (None, Some(_), ..) => "Validation",
+            (None, None, Some(_), _) => "Exciting motion",
+            (None, None, None, Some(_)) => "Plan of experiments",
+            (None, None, None, None) => "Robot",
+        }
+    }
+
+    /// The axes of time of a page by their names.
+    fn times(&self) -> Vec<(&'static str, String)> {
+        let of_logs = self.portrait.and_then(joints::timeline);
+        let of_motion = self.motion.and_then(excitation::timeline);
+        let of_validation = self.validation.and_then(experiments::timeline);
+        let all = [(LOG_TIME, of_logs), (MOTION_TIME, of_motion), (VALIDATION_TIME, of_validation)];
+        all.into_iter().filter_map(|(name, time)| Some((name, time?.to_json()))).collect()
+    }
+
+    /// The robot and what it moves along: the logs, or else the motion.
+    fn drawing(&self, times: &[(&'static str, String)]) -> Option<(String, &'static str)> {
+        let along = [LOG_TIME, MOTION_TIME].into_iter().find(|name| times.iter().any(|time| time.0 == *name))?;
+        Some((Drawing::new(self.subject?.robot, self.closed_at)?.html(), along))
+    }
+
+    /// The scripts of the parts that a page has.
+    fn script(&self, has_times: bool, has_map: bool, has_drawing: bool) -> String {
+        let has_loops = has_drawing && !self.closed_at.is_empty();
+        let parts = [
+            (true, include_str!("../templates/dom.js")),
+            (self.estimate.is_some(), include_str!("../templates/page.js")),
+            (has_times, include_str!("../templates/plot.js")),
+            (has_map, include_str!("../templates/map.js")),
+            (has_drawing, include_str!("../templates/drawing.js")),
+            (has_loops, include_str!("../templates/loops.js")),
+            (has_times, include_str!("../templates/alive.js")),
+        ];
+        parts.into_iter().filter(|(is_there, _)| *is_there).map(|(_, script)| compact(script)).collect()
     }
 
     fn name(&self) -> String {
@@ -210,16 +282,7 @@ impl Page<'_> {
     }
 }
 
-fn samples_of_a_span(envelope: &Envelope) -> usize {
-    envelope.samples_of_a_span()
-}
-
 fn verdict(verdict: &Verdict) -> VerdictPart {
-    let class = |trust: Trust| match trust {
-        Trust::Yes => "yes",
-        Trust::WithCare => "care",
-        Trust::No => "no",
-    };
     let word = match verdict.trust {
         Trust::Yes => "Trust it",
         Trust::WithCare => "With care",
@@ -276,40 +339,5 @@ fn tenths(estimate: &Estimate) -> Vec<Tenth> {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-    use identification::estimate::identified::{Deviations, Identified};
-    use identification::estimate::validation::TorquePicture;
-    use linear_model::unit::Unit;
-
-    #[test]
-    fn the_page_stands_alone() {
-        let plan = ExperimentPlan { coordinates: vec!["q<1>".into()], ..ExperimentPlan::default() };
-        let estimate = Estimate {
-            model: "arm & co".into(),
-            parameters: vec![
-                Identified::new("ZZR1".parse().unwrap(), Unit::INERTIA, 0.3, Deviations::white(0.01)),
-                Identified::unidentifiable("FV1".parse().unwrap(), Unit::VISCOUS, 0.0),
-            ],
-            tenths: vec![0.1, 0.2],
-            ..Estimate::default()
-        };
-        let picture = TorquePicture {
-            coordinate: "q<1>".into(),
-            t: vec![0.0, 1.0],
-            measured: vec![1.0, 2.0],
-            predicted: vec![1.1, 1.9],
-        };
-        let validation = Validation { pictures: vec![picture], ..Validation::default() };
-        let page =
-            Page { plan: Some(&plan), estimate: Some(&estimate), validation: Some(&validation), ..Page::default() };
-        let html = page.html();
-        assert!(!html.contains("could not be made"), "{html}");
-        assert!(html.contains("arm &amp; co") && html.contains("Torque of q&lt;1&gt;") && html.contains("ZZR1"));
-        assert!(html.contains("not identifiable") && html.contains("0.300"), "{html}");
-        // The page loads nothing: its only address is the name of the SVG language.
-        assert_eq!(html.matches("http").count(), html.matches("http://www.w3.org/2000/svg").count());
-        assert_eq!(html.matches("<svg").count(), page.pictures().len());
-        assert!(!Page::default().html().contains("<h2"), "{}", Page::default().html());
-    }
-}
+#[path = "identification_tests.rs"]
+mod tests;

@@ -3,12 +3,15 @@
 use identification::estimate::artefact::Estimate;
 use identification::estimate::autocorrelation::{NOISE_MEMORY_PERIODS, filtered_noise};
 use identification::estimate::identified::INTERVAL;
+use identification::portrait::envelope::Envelope;
 use identification::portrait::split::TORQUE_PART_NAMES;
 use identification::portrait::{JointPortrait, Portrait};
 use serde::Serialize;
 
 use crate::chart::Chart;
 use crate::number::{percent, significant};
+use crate::plot::Plot;
+use crate::timeline::Timeline;
 
 /// A joint of the page.
 #[derive(Serialize)]
@@ -21,6 +24,8 @@ pub(crate) struct Joint {
     memory: String,
     /// Shares of the parts, each with its word, in per cent of their sum.
     shares: Vec<Share>,
+    /// Torque and what is left of it, one below the other.
+    plot: String,
     charts: Vec<Figure>,
 }
 
@@ -44,10 +49,10 @@ const PART_CLASSES: [&str; 4] = ["a", "b", "c", "d"];
 
 /// The joints of a portrait. `estimate` gives the errors on parts left out and the cut-off.
 pub(crate) fn joints(portrait: &Portrait, estimate: Option<&Estimate>) -> Vec<Joint> {
-    portrait.joints.iter().map(|joint| one(joint, portrait, estimate)).collect()
+    portrait.joints.iter().enumerate().map(|(k, joint)| one(k, joint, portrait, estimate)).collect()
 }
 
-fn one(joint: &JointPortrait, portrait: &Portrait, estimate: Option<&Estimate>) -> Joint {
+fn one(k: usize, joint: &JointPortrait, portrait: &Portrait, estimate: Option<&Estimate>) -> Joint {
     let of_estimate = estimate.and_then(|e| e.joints.iter().find(|j| j.coordinate == joint.coordinate));
     let sum: f64 = joint.part_rms.iter().sum();
     let share = |(k, rms): (usize, &f64)| Share {
@@ -64,6 +69,7 @@ fn one(joint: &JointPortrait, portrait: &Portrait, estimate: Option<&Estimate>) 
         held_out: of_estimate.and_then(|j| j.held_out).map_or("-".into(), percent),
         memory: memory.map_or("-".into(), |memory| likeness(memory, estimate.and_then(|e| e.cutoff))),
         shares: joint.part_rms.iter().enumerate().map(share).collect(),
+        plot: plot(k, joint, portrait),
         charts: charts(joint, portrait, memory, estimate.and_then(|e| e.cutoff)),
     }
 }
@@ -82,7 +88,7 @@ fn likeness(memory: f64, cutoff: Option<f64>) -> String {
 pub(crate) fn pictures<'a>(portrait: &'a Portrait, estimate: Option<&Estimate>) -> Vec<(String, Chart<'a>)> {
     let cutoff = estimate.and_then(|e| e.cutoff);
     let named = |joint| {
-        let charts = drawn(joint, portrait, None, cutoff).into_iter();
+        let charts = torques(joint, portrait).into_iter().chain(drawn(joint, portrait, None, cutoff));
         charts.map(|(name, _, chart)| (format!("{name}_{}", joint.coordinate), chart)).collect::<Vec<_>>()
     };
     portrait.joints.iter().flat_map(named).collect()
@@ -93,7 +99,65 @@ fn charts(joint: &JointPortrait, portrait: &Portrait, memory: Option<f64>, cutof
     drawn(joint, portrait, memory, cutoff).into_iter().map(figure).collect()
 }
 
-/// File name, caption and chart.
+/// The axis of time of the logs.
+pub(crate) const LOG_TIME: &str = "log";
+
+/// The axis of time of a portrait's plots, with the torques of each joint, what is left of them, and its position; for
+/// the script of a page. `None` without samples.
+pub(crate) fn timeline(portrait: &Portrait) -> Option<Timeline> {
+    Timeline::new(portrait.joints.iter().enumerate().flat_map(|(k, joint)| lines(k, joint)))
+}
+
+/// The lines of joint k by their keys.
+fn lines(k: usize, joint: &JointPortrait) -> Vec<(String, &Envelope)> {
+    let described = joint.described.as_ref().map(|line| (format!("d{k}"), line));
+    let keys = ["m", "p", "r", "q"].map(|key| format!("{key}{k}"));
+    let lines = [&joint.measured, &joint.predicted, &joint.residual, &joint.course];
+    keys.into_iter().zip(lines).chain(described).collect()
+}
+
+/// The torques of joint k and what is left, for a script: the names of the lines are in the legend of the page.
+fn plot(k: usize, joint: &JointPortrait, portrait: &Portrait) -> String {
+    let key = |letter: &str| format!("{letter}{k}");
+    let span = portrait.logs.first().zip(portrait.logs.last()).map_or((0.0, 1.0), |(a, b)| (a.from, b.to));
+    let [torque, residual] = torques(joint, portrait).map(|(_, _, chart)| chart.wide(span));
+    let mut legend = vec![(key("m"), "a", "measured".to_string())];
+    legend.extend(joint.described.as_ref().map(|_| (key("d"), "c", "description".to_string())));
+    legend.push((key("p"), "b", "identified".to_string()));
+    let of_torque = legend.iter().map(|(key, _, _)| key.clone()).collect();
+    legend.push((key("r"), "d", "what is left".to_string()));
+    let svgs = vec![torque.live(of_torque).svg(), residual.low().live(vec![String::new(), key("r")]).svg()];
+    let band = significant(INTERVAL * joint.residual_rms, 2);
+    let caption = format!("Torque, and what is left of it with its 95 % band of ±{band} {}", joint.unit);
+    Plot { time: LOG_TIME, caption, legend, svgs }.html()
+}
+
+/// File name, caption and chart of the torque and of what is left of it.
+fn torques<'a>(joint: &'a JointPortrait, portrait: &Portrait) -> [(&'static str, String, Chart<'a>); 2] {
+    let unit = joint.unit.as_str();
+    let band = INTERVAL * joint.residual_rms;
+    let mut torque = over_time("Torque", joint, portrait).envelope("measured", "a", &joint.measured);
+    if let Some(described) = &joint.described {
+        torque = torque.envelope("description", "c", described);
+    }
+    let residual = over_time("Residual", joint, portrait).band("95 % of it", -band, band);
+    [
+        ("torque", "Torque".to_string(), torque.envelope("identified", "b", &joint.predicted)),
+        (
+            "residual",
+            format!("What is left, with its 95 % band of ±{} {unit}", significant(band, 2)),
+            residual.envelope("measured − identified", "d", &joint.residual),
+        ),
+    ]
+}
+
+/// An empty chart of a joint over time, with a line where one log ends and the next begins.
+fn over_time<'a>(title: &str, joint: &JointPortrait, portrait: &Portrait) -> Chart<'a> {
+    let borders: Vec<f64> = portrait.logs.iter().skip(1).map(|log| log.from).collect();
+    Chart::new(format!("{title} of {}", joint.coordinate), ("time, s", &joint.unit)).with_zero().borders(borders)
+}
+
+/// File name, caption and chart of all else.
 fn drawn<'a>(
     joint: &'a JointPortrait,
     portrait: &'a Portrait,
@@ -102,33 +166,14 @@ fn drawn<'a>(
 ) -> Vec<(&'static str, String, Chart<'a>)> {
     let (name, unit) = (&joint.coordinate, joint.unit.as_str());
     let speed = if joint.is_prismatic { "speed, m/s" } else { "speed, rad/s" };
-    // Logs follow one another on the axis of time, with a line between them.
-    let borders: Vec<f64> = portrait.logs.iter().skip(1).map(|log| log.from).collect();
-    let over_time =
-        |title: &str| Chart::new(format!("{title} of {name}"), ("time, s", unit)).with_zero().borders(borders.clone());
-    let band = INTERVAL * joint.residual_rms;
-    let mut charts = vec![
-        (
-            "torque",
-            "Torque".to_string(),
-            over_time("Torque").envelope("measured", "a", &joint.measured).envelope("predicted", "b", &joint.predicted),
-        ),
-        (
-            "residual",
-            format!("What is left, with its 95 % band of ±{} {unit}", significant(band, 2)),
-            over_time("Residual").band("95 % of it", -band, band).envelope(
-                "measured − predicted",
-                "d",
-                &joint.residual,
-            ),
-        ),
-    ];
-    let mut split = over_time("Parts of the torque");
+    let mut split = over_time("Parts of the torque", joint, portrait);
     for (k, part) in joint.parts.iter().enumerate() {
         split = split.envelope(TORQUE_PART_NAMES[k], PART_CLASSES[k], part);
     }
-    charts.push(("parts", "What the torque is made of".into(), split));
-    charts.push(("friction", friction_caption(joint), friction(joint, name, unit, speed)));
+    let mut charts = vec![
+        ("parts", "What the torque is made of".to_string(), split),
+        ("friction", friction_caption(joint), friction(joint, name, unit, speed)),
+    ];
     // Only what the portrait has: a short log has no spectrum.
     if !joint.residual_spectrum.is_empty() {
         charts.push(("spectrum", spectrum_caption(joint, unit), spectrum(joint, name, unit, cutoff)));

@@ -4,10 +4,10 @@ use std::collections::BTreeMap;
 
 use identification::estimate::artefact::Estimate;
 use identification::estimate::identified::{INTERVAL, Identified, Status};
-use linear_model::parameter::{CouplingParameter, FrictionParameter, ParameterId};
+use linear_model::parameter::{BaseName, CouplingParameter, FrictionParameter, ParameterId};
 use modeling::BaseParameters;
-use robot::Robot;
 use robot::value::CoordinateId;
+use robot::{Inertial, Robot};
 use serde::Serialize;
 
 use crate::number::{percent, significant, unit, with_interval};
@@ -160,12 +160,33 @@ fn row(order: usize, parameter: &Identified, told: &BTreeMap<String, Told>) -> R
     }
 }
 
+/// What the name of a base parameter says without the description.
+fn of_base(name: &BaseName) -> String {
+    let label = name.label.to_string();
+    let link = label.trim_start_matches('_');
+    let what = match name.inertial {
+        Inertial::M => format!("mass of link {link}"),
+        Inertial::Ia => format!("rotor inertia of the motor of joint {link}"),
+        Inertial::Mx => format!("first moment of link {link} along x"),
+        Inertial::My => format!("first moment of link {link} along y"),
+        Inertial::Mz => format!("first moment of link {link} along z"),
+        Inertial::Xx => format!("moment of inertia of link {link} about x"),
+        Inertial::Yy => format!("moment of inertia of link {link} about y"),
+        Inertial::Zz => format!("moment of inertia of link {link} about z"),
+        Inertial::Xy => format!("product of inertia of link {link}, x with y"),
+        Inertial::Xz => format!("product of inertia of link {link}, x with z"),
+        Inertial::Yz => format!("product of inertia of link {link}, y with z"),
+    };
+    let lever = if name.lever.is_empty() { String::new() } else { format!(", by the length {}", name.lever) };
+    let others = if name.absorbs { ", with what no motion tells from it" } else { "" };
+    format!("{what}{lever}{others}")
+}
+
 /// The meaning of a parameter that has no rule.
 fn meaning(id: &ParameterId) -> String {
     use FrictionParameter::*;
     let text = match id {
-        ParameterId::Base(name) if name.absorbs => "inertial parameter into which others are put together",
-        ParameterId::Base(_) => "inertial parameter",
+        ParameterId::Base(name) => return of_base(name),
         ParameterId::DriveGain(_) => "torque per unit of current",
         ParameterId::Coupling(CouplingParameter::Rotor, _) => "rotor inertia of the coupled motor",
         ParameterId::Coupling(CouplingParameter::Viscous, _) => "viscous friction of the coupled motor",

@@ -2,6 +2,7 @@
 
 use std::fmt::Write;
 
+use crate::compact::compact;
 use crate::drawing::Drawing;
 use crate::sheet::Sheet;
 use crate::template::{self, rendered};
@@ -80,13 +81,19 @@ pub fn html(sheet: &Sheet) -> String {
     #[derive(serde::Serialize)]
     struct Content<'a> {
         style: &'static str,
-        script: &'static str,
-        /// The robot as JSON for the script, which is safe in a page; none where there is no drawing.
+        script: String,
+        /// The inside of the figure that holds the robot; none where there is no drawing.
         drawing: Option<String>,
         robot: &'a Sheet,
     }
     let style = concat!(include_str!("../templates/page.css"), include_str!("../templates/drawing.css"));
-    let script = concat!(include_str!("../templates/drawing.js"), include_str!("../templates/robot.js"));
-    let drawing = sheet.drawing.as_ref().map(Drawing::to_json);
+    let script = compact(concat!(
+        include_str!("../templates/dom.js"),
+        include_str!("../templates/drawing.js"),
+        include_str!("../templates/loops.js"),
+        include_str!("../templates/controls.js"),
+        include_str!("../templates/robot.js")
+    ));
+    let drawing = sheet.drawing.as_ref().map(Drawing::html);
     rendered(include_str!("../templates/robot.html"), Content { style, script, drawing, robot: sheet })
 }

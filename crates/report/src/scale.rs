@@ -33,6 +33,11 @@ impl Scale {
         self.high - self.low
     }
 
+    /// Its ends.
+    pub(crate) fn ends(&self) -> (f64, f64) {
+        (self.low, self.high)
+    }
+
     /// An axis of this length about the same middle.
     pub(crate) fn of_length(self, length: f64) -> Scale {
         let middle = 0.5 * (self.low + self.high);

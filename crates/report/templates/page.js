@@ -1,9 +1,9 @@
 (() => {
   const table = document.getElementById("table");
   if (table) {
-    const rows = [...table.querySelectorAll("tr[data-order]")];
+    const rows = every(table, "tr[data-order]");
     const home = new Map(rows.map(row => [row, row.parentElement]));
-    const heads = [...table.querySelectorAll("th[data-key]")];
+    const heads = every(table, "th[data-key]");
     const byLink = () => {
       table.classList.remove("sorted");
       heads.forEach(head => head.removeAttribute("aria-sort"));
@@ -23,13 +23,11 @@
       [...rows].sort((a, b) => (up ? 1 : -1) * order(a, b)).forEach(row => body.append(row));
     };
     heads.forEach(head => {
-      const button = head.querySelector("[role=button]");
-      button.addEventListener("click", () => sort(head));
-      button.addEventListener("keydown", event => { if (event.key === "Enter" || event.key === " ") { event.preventDefault(); sort(head); } });
+      listen(one(head, "button"), "click", () => sort(head));
     });
-    document.getElementById("by-link").addEventListener("click", byLink);
+    listen(document.getElementById("by-link"), "click", byLink);
   }
   const opened = [];
-  addEventListener("beforeprint", () => document.querySelectorAll("details:not([open])").forEach(d => { d.open = true; opened.push(d); }));
-  addEventListener("afterprint", () => opened.splice(0).forEach(d => { d.open = false; }));
+  listen(window, "beforeprint", () => every(document, "details:not([open])").forEach(d => { d.open = true; opened.push(d); }));
+  listen(window, "afterprint", () => opened.splice(0).forEach(d => { d.open = false; }));
 })();

@@ -1,11 +1,11 @@
 (() => {
-  const show = choose => document.querySelectorAll("." + choose.dataset.of).forEach(part => {
+  const show = choose => every(document, "." + choose.dataset.of).forEach(part => {
     part.hidden = part.id !== choose.value;
   });
-  const all = document.querySelectorAll(".choose");
-  all.forEach(choose => { choose.addEventListener("change", () => show(choose)); show(choose); });
+  const all = every(document, ".choose");
+  all.forEach(choose => { listen(choose, "change", () => show(choose)); show(choose); });
   const base = document.getElementById("choose-base");
-  document.querySelectorAll("[data-show]").forEach(link => link.addEventListener("click", event => {
+  every(document, "[data-show]").forEach(link => listen(link, "click", event => {
     event.preventDefault();
     base.value = "base-" + link.dataset.show;
     show(base);
@@ -14,7 +14,7 @@
   // The drawing and the list show the same link.
   const link = document.getElementById("choose-fate");
   const figure = document.getElementById("drawing");
-  const view = figure && Drawing.of(figure);
+  const view = figure && Controls.of(figure);
   const picked = () => link.selectedIndex < 0 ? null : link.selectedIndex;
   const pick = (k, to) => {
     link.selectedIndex = k;
@@ -22,18 +22,18 @@
     if (view) view.pick(k);
     if (to) to.scrollIntoView({ behavior: "smooth", block: "start" });
   };
-  link.addEventListener("change", () => view && view.pick(picked()));
+  listen(link, "change", () => view && view.pick(picked()));
   if (view) {
     view.pick(picked());
-    figure.addEventListener("pick", event => event.detail === null ? view.pick(null) : pick(event.detail));
+    listen(figure, "pick", event => event.detail === null ? view.pick(null) : pick(event.detail));
   }
-  document.querySelectorAll("[data-pick]").forEach(row => row.addEventListener("click", event => {
+  every(document, "[data-pick]").forEach(row => listen(row, "click", event => {
     event.preventDefault();
     pick(row.dataset.pick - 1, figure || link);
   }));
-  addEventListener("beforeprint", () => {
-    document.querySelectorAll(".chosen").forEach(part => { part.hidden = false; });
-    document.querySelectorAll(".notes").forEach(notes => { notes.open = true; });
+  listen(window, "beforeprint", () => {
+    every(document, ".chosen").forEach(part => { part.hidden = false; });
+    every(document, ".notes").forEach(notes => { notes.open = true; });
   });
-  addEventListener("afterprint", () => all.forEach(show));
+  listen(window, "afterprint", () => all.forEach(show));
 })();

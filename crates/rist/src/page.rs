@@ -1,10 +1,12 @@
 //! The page of an identification, with all parts that are given, as one file of HTML.
 
+use report::comparison::Other;
 use report::identification::{Page, Subject};
 
 pub use report::identification::Origin;
 
 use crate::Estimate;
+use crate::error::Error;
 use crate::model::Model;
 use crate::motion_portrait::ShownMotion;
 use crate::planning::ExperimentPlan;
@@ -23,6 +25,8 @@ pub struct PageRequest<'a> {
     pub motion: Option<ShownMotion<'a>>,
     /// The parameters.
     pub estimate: Option<&'a Estimate>,
+    /// Another estimate of the same model, and the name of its file.
+    pub against: Option<(&'a str, &'a Estimate)>,
     /// What they predict for logs: [`crate::validation::portrait`].
     pub portrait: Option<&'a Portrait>,
     /// How well they predict other logs.
@@ -33,6 +37,21 @@ pub struct PageRequest<'a> {
     pub origin: Origin<'a>,
     /// Who reads it: fields in its sentences are spelled so.
     pub reader: Reader,
+}
+
+/// Refuses two estimates whose parameters do not mean the same; `names` are those of their files.
+pub fn check_comparable(names: [&str; 2], estimates: [&Estimate; 2]) -> Result<(), Error> {
+    let [a, b] = estimates.map(|estimate| estimate.fingerprint.as_deref());
+    match a.zip(b) {
+        Some((a, b)) if a != b => {
+            let [first, second] = names;
+            Err(Error::new(format_args!(
+                "{first} was made with the model {a}, and {second} with {b}: their parameters do not mean the same; identify \
+                 both with one description"
+            )))
+        }
+        _ => Ok(()),
+    }
 }
 
 /// The page, and its charts as files of SVG by name.
@@ -46,6 +65,9 @@ pub fn page(request: &PageRequest) -> (String, Vec<(String, String)>) {
     let path = request.model.map(|model| model.path.display().to_string());
     let PageRequest { plan, motion, estimate, portrait, validation, verdict, origin, .. } = *request;
     let origin = Origin { model: path.as_deref(), ..origin };
-    let page = Page { subject, plan, motion, estimate, portrait, validation, verdict, origin };
+    let closed_at: Vec<f64> = request.model.iter().flat_map(|model| &model.assembly).map(|(_, x)| *x).collect();
+    let closed_at = closed_at.as_slice();
+    let against = request.against.map(|(name, estimate)| Other { name, estimate });
+    let page = Page { subject, plan, motion, estimate, against, portrait, validation, verdict, closed_at, origin };
     (spelled(&page.html(), request.reader), page.pictures())
 }

@@ -72,7 +72,8 @@ pub fn portrait(model: &Model, estimate: &Estimate, logs: &[LogSource]) -> Resul
     let Some(options) = &estimate.options else { return Ok(None) };
     let linear = options.linear_model(model.regressor());
     let x = values_of(&linear, estimate)?;
-    Ok(Some(identification::portrait::portrait(&linear, &x, options, logs)?))
+    let described = model.described_parameters();
+    Ok(Some(identification::portrait::portrait(&linear, &x, described.as_deref(), options, logs)?))
 }
 
 /// Measured and predicted torques of logs, sample by sample.

@@ -12,6 +12,11 @@ use crate::estimate::residuals::Residuals;
 
 /// What base parameters `described` leave of the rows behind triangles by joint, friction fitted; `weights` by joint.
 pub fn described_residuals(model: &Model, joints: &[Triangle], weights: &[f64], described: &[f64]) -> Residuals {
+    residuals(model, joints, &described_values(model, joints, weights, described))
+}
+
+/// Base parameters `described` with the friction that fits the rows best, a value for each column; `weights` by joint.
+pub fn described_values(model: &Model, joints: &[Triangle], weights: &[f64], described: &[f64]) -> Vec<f64> {
     let (p, base) = (model.p(), described.len());
     let mut rest = TriangleBuilder::new(p - base);
     for (joint, weight) in joints.iter().zip(weights) {
@@ -23,8 +28,7 @@ pub fn described_residuals(model: &Model, joints: &[Triangle], weights: &[f64], 
         }
     }
     let friction = if p > base { solve(&rest.finish()).x } else { Vec::new() };
-    let x = [described, &friction].concat();
-    residuals(model, joints, &x)
+    [described, &friction].concat()
 }
 
 #[cfg(test)]

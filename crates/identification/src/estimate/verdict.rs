@@ -134,6 +134,17 @@ impl Verdict {
 }
 
 impl Verdict {
+    /// What lowers the answer for a use, by its name; empty where nothing does.
+    pub fn because(&self, name: &str) -> Vec<String> {
+        let purposes = Use::ALL.map(torque_purpose).into_iter().chain([bodies_purpose()]);
+        let mut of_it = purposes.filter(|purpose| purpose.name == name);
+        of_it.next().map_or_else(Vec::new, |purpose| {
+            let mut reasons: Vec<String> = lowering(&self.claims, &purpose).into_iter().map(sentence).collect();
+            reasons.dedup();
+            reasons
+        })
+    }
+
     /// Whether bodies may be written, by trust and reasons; the answer for all uses where no bodies were asked for.
     pub fn of_bodies(&self) -> (Trust, Vec<String>) {
         let trust = self.uses.get(Use::ALL.len()).map_or(self.trust, |bodies| bodies.trust.min(self.trust));

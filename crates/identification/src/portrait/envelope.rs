@@ -1,19 +1,22 @@
 //! A line over time that takes no more room than its picture: the smallest and the largest value of each span of time.
 //!
-//! Spans begin as single samples. When there are more than `MAX_SPANS` of them, neighbours are put together and the
-//! span becomes twice as long. So the length of a signal need not be known beforehand, and no peak is lost. A gap that
-//! is longer than the spans beside it stays a gap.
+//! Spans begin as single samples. When there are too many of them, neighbours are put together and the span becomes
+//! twice as long. So the length of a signal need not be known beforehand, and no peak is lost.
+//!
+//! A gap of the log that is longer than two spans stays a gap: gaps longer than 2 D / m, of a line of duration D with at
+//! most m spans, are fewer than m / 2, so that at least a quarter of the spans goes where only neighbours across shorter
+//! gaps are put together. Where a value is missing (NaN) the samples around it keep their times, and a span without any
+//! value is a gap too: lines that are filled together have the same spans.
 
-/// Largest number of spans, about one per pixel. At least half of them are used once there are as many samples.
-const MAX_SPANS: usize = 720;
-
-/// More spans than this after neighbours are put together make room too seldom.
-const MAX_SPANS_WITH_GAPS: usize = MAX_SPANS * 3 / 4;
+/// Spans of a line as it is drawn, about one per pixel. At least half of them are used once there are as many samples.
+pub const DRAWN_SPANS: usize = 720;
 
 /// A line over time.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Envelope {
     spans: Vec<Span>,
+    /// Largest number of spans.
+    most: usize,
     /// Samples in a span.
     length: usize,
     /// Samples in the last span.
@@ -28,9 +31,9 @@ pub struct Span {
     pub t: f64,
     /// Time of the last, s.
     pub end: f64,
-    /// The smallest value.
+    /// The smallest value; NaN where none of them has one.
     pub low: f64,
-    /// The largest value.
+    /// The largest value; NaN where none of them has one.
     pub high: f64,
     /// Whether the line is broken before it.
     pub is_first: bool,
@@ -38,17 +41,22 @@ pub struct Span {
 
 impl Default for Envelope {
     fn default() -> Envelope {
-        Envelope { spans: Vec::new(), length: 1, filled: 0, is_interrupted: true }
+        Envelope::of_spans(DRAWN_SPANS)
     }
 }
 
 impl Envelope {
+    /// An empty line of at most so many spans, at least four.
+    pub fn of_spans(most: usize) -> Envelope {
+        Envelope { spans: Vec::new(), most: most.max(4), length: 1, filled: 0, is_interrupted: true }
+    }
+
     /// Breaks the line.
     pub fn interrupt(&mut self) {
         self.is_interrupted = true;
     }
 
-    /// Appends a sample at a time that is not before the last.
+    /// Appends a sample at a time that is not before the last. NaN: there is no value.
     pub fn push(&mut self, t: f64, value: f64) {
         match self.spans.last_mut() {
             Some(last) if self.filled < self.length && !self.is_interrupted => {
@@ -56,7 +64,7 @@ impl Envelope {
                 self.filled += 1;
             }
             _ => {
-                if self.spans.len() == MAX_SPANS {
+                if self.spans.len() >= self.most {
                     self.halve();
                 }
                 self.spans.push(Span { t, end: t, low: value, high: value, is_first: self.is_interrupted });
@@ -70,6 +78,30 @@ impl Envelope {
         &self.spans
     }
 
+    /// The spans that have values, in pieces without a gap.
+    pub fn pieces(&self) -> Vec<&[Span]> {
+        let mut pieces = Vec::new();
+        let mut from = 0;
+        for (i, span) in self.spans.iter().enumerate() {
+            if span.low.is_nan() || span.is_first {
+                pieces.push(&self.spans[from..i]);
+                from = i + usize::from(span.low.is_nan());
+            }
+        }
+        pieces.push(&self.spans[from..]);
+        pieces.retain(|piece| !piece.is_empty());
+        pieces
+    }
+
+    /// The same line in at most so many spans.
+    pub fn thinned_to(&self, most: usize) -> Envelope {
+        let mut thinned = Envelope { most: most.max(4), ..self.clone() };
+        while thinned.spans.len() > thinned.most {
+            thinned.halve();
+        }
+        thinned
+    }
+
     /// Whether a span holds several samples.
     pub fn is_thinned(&self) -> bool {
         self.length > 1
@@ -81,21 +113,17 @@ impl Envelope {
     }
 
     fn halve(&mut self) {
+        let duration = self.spans.first().zip(self.spans.last()).map_or(0.0, |(a, b)| b.end - a.t);
+        let longest = 2.0 * duration / self.most as f64;
+        let is_gap = |a: &Span, b: &Span| b.is_first && b.t - a.end > longest;
         let together = |a: &Span, b: &Span| Span { end: b.end, low: a.low.min(b.low), high: a.high.max(b.high), ..*a };
-        // A gap is seen where it is longer than what stands on both sides of it.
-        let is_gap = |a: &Span, b: &Span| b.is_first && b.t - a.end > (a.end - a.t).max(b.end - b.t);
-        let pairs = |keeps_gaps: bool| {
-            let (mut spans, mut rest) = (Vec::new(), self.spans.as_slice());
-            while let [a, behind @ ..] = rest {
-                let partner = behind.first().filter(|b| !(keeps_gaps && is_gap(a, b)));
-                spans.push(partner.map_or(*a, |b| together(a, b)));
-                rest = &behind[usize::from(partner.is_some())..];
-            }
-            spans
-        };
-        let kept = pairs(true);
-        // Where nearly every sample stands alone, gaps are lost rather than room.
-        self.spans = if kept.len() <= MAX_SPANS_WITH_GAPS { kept } else { pairs(false) };
+        let (mut spans, mut rest) = (Vec::with_capacity(self.most), self.spans.as_slice());
+        while let [a, behind @ ..] = rest {
+            let partner = behind.first().filter(|b| !is_gap(a, b));
+            spans.push(partner.map_or(*a, |b| together(a, b)));
+            rest = &behind[usize::from(partner.is_some())..];
+        }
+        self.spans = spans;
         self.length *= 2;
     }
 }
@@ -113,7 +141,7 @@ mod tests {
             line.push(i as f64 * 1e-3, (i as f64 * 1e-3).sin() + peak);
         }
         let spans = line.spans();
-        assert!(spans.len() <= MAX_SPANS && spans.len() > MAX_SPANS / 2, "{}", spans.len());
+        assert!(spans.len() <= DRAWN_SPANS && spans.len() > DRAWN_SPANS / 2, "{}", spans.len());
         assert!(spans.iter().any(|s| s.high > 8.0 && (s.t - 123.456).abs() < 3.0));
         assert!(spans.windows(2).all(|w| w[0].t < w[1].t && !w[1].is_first));
         assert!(line.is_thinned());
@@ -129,7 +157,7 @@ mod tests {
                 _ => line.interrupt(),
             }
         }
-        assert!(line.is_thinned() && line.spans().len() <= MAX_SPANS);
+        assert!(line.is_thinned() && line.spans().len() <= DRAWN_SPANS);
         for pair in line.spans().windows(2) {
             assert!(pair[0].end - pair[0].t < 1.0);
             assert_eq!(pair[1].is_first, pair[1].t - pair[0].end > 0.5, "{pair:?}");
@@ -144,7 +172,7 @@ mod tests {
             line.interrupt();
             line.push(f64::from(i), 1.0);
         }
-        assert!(line.spans().len() <= MAX_SPANS, "{}", line.spans().len());
+        assert!(line.spans().len() <= DRAWN_SPANS, "{}", line.spans().len());
     }
 
     #[test]
@@ -158,5 +186,46 @@ mod tests {
         }
         let first: Vec<bool> = line.spans().iter().map(|s| s.is_first).collect();
         assert_eq!((first, line.is_thinned()), (vec![true, false, true, false], false));
+    }
+
+    /// A joint that rests again and again: where no row counts the line has a gap, and lines that are filled together
+    /// have the same spans.
+    #[test]
+    fn missing_values_are_gaps_on_the_same_spans() {
+        let (mut whole, mut broken) = (Envelope::default(), Envelope::default());
+        let rests = |t: f64| t % 0.5 > 0.3;
+        for i in 0..20_000 {
+            let t = f64::from(i) * 1e-3;
+            whole.push(t, t.sin());
+            broken.push(t, if rests(t) { f64::NAN } else { t.sin() });
+        }
+        let times = |e: &Envelope| e.spans().iter().map(|s| (s.t, s.end)).collect::<Vec<_>>();
+        assert_eq!(times(&whole), times(&broken));
+        // Twenty seconds rest forty times, and each rest is a gap between pieces.
+        assert_eq!((whole.pieces().len(), broken.pieces().len()), (1, 40));
+        for pair in broken.pieces().windows(2) {
+            let gap = pair[1][0].t - pair[0].last().unwrap().end;
+            // A rest of 0.2 s less a span at both ends.
+            assert!(gap > 0.1, "{gap}");
+        }
+    }
+
+    /// Thinned further, a line holds every sample between its smallest and largest value, and its gap.
+    #[test]
+    fn a_thinner_line_is_around_the_finer_one() {
+        let mut fine = Envelope::of_spans(4000);
+        for i in 0..10_000 {
+            if i == 5000 {
+                fine.interrupt();
+            }
+            let t = f64::from(i) * 1e-3 + if i < 5000 { 0.0 } else { 1.0 };
+            fine.push(t, (7.0 * t).sin());
+        }
+        let coarse = fine.thinned_to(DRAWN_SPANS);
+        assert!(coarse.spans().len() <= DRAWN_SPANS && coarse.pieces().len() == 2);
+        for span in fine.spans() {
+            let around = coarse.spans().iter().find(|s| s.t <= span.t && span.end <= s.end);
+            assert!(around.is_some_and(|s| s.low <= span.low && span.high <= s.high), "{span:?}");
+        }
     }
 }

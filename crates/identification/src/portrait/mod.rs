@@ -4,10 +4,11 @@
 //! Friction is kept as one point of each cell of a grid ([`friction_cloud`]). The residual is also kept as its spectrum
 //! ([`spectrum`]) and its autocorrelation (`estimate::autocorrelation`). [`mod@split`] says what a joint's torque
 //! consists of, and [`series`] writes measured and predicted torques sample by sample. [`motion_portrait`] shows an
-//! exciting motion that is still to be run.
+//! exciting motion that is still to be run, and [`information`] which rows tell which parameter.
 
 pub mod envelope;
 pub mod friction_cloud;
+pub mod information;
 pub mod motion_portrait;
 pub mod series;
 pub mod spectrum;
@@ -16,17 +17,26 @@ pub mod split;
 use linear_model::linear_model::Model;
 use linear_model::unit::Unit;
 use logs::{Error, LogSource};
+use numerics::triangle::Triangle;
 
 use crate::estimate::autocorrelation::Autocorrelation;
+use crate::estimate::described::described_values;
 use crate::estimate::options::Options;
-use crate::portrait::envelope::Envelope;
+use crate::portrait::envelope::{DRAWN_SPANS, Envelope};
 use crate::portrait::friction_cloud::FrictionCloud;
+use crate::portrait::information::{Information, InformationSums};
 use crate::portrait::spectrum::{Spectrum, noise_density};
 use crate::portrait::split::{JointTorque, split};
+use crate::rows::observation::Observation;
 use crate::signals::records::{Records, SourceRecords};
 
 /// Gap between two logs on their common axis, as a share of the duration of all logs.
 const GAP_BETWEEN_LOGS_SHARE: f64 = 0.01;
+
+/// Spans of a line over time, for all joints together, so that one may look closer at a short log.
+const SPANS_OF_ALL_JOINTS: usize = 12_000;
+/// Most spans of a line over time.
+const MOST_SPANS: usize = 4000;
 
 /// Logs as an estimate predicts them.
 #[derive(Clone, Debug, Default)]
@@ -37,6 +47,8 @@ pub struct Portrait {
     pub joints: Vec<JointPortrait>,
     /// Samples behind each joint, after decimation.
     pub samples: usize,
+    /// Which rows tell which parameter.
+    pub information: Information,
 }
 
 /// The place of a log on the common axis.
@@ -63,8 +75,13 @@ pub struct JointPortrait {
     pub measured: Envelope,
     /// The predicted torque: Y X, friction and couplings.
     pub predicted: Envelope,
-    /// Measured less predicted torque, in rows that count.
+    /// What the description predicts, its friction fitted; `None` where it has no inertials. This line, measured and
+    /// predicted torque, residual and course have the same spans in all joints.
+    pub described: Option<Envelope>,
+    /// Measured less predicted torque; NaN in rows that do not count.
     pub residual: Envelope,
+    /// The position, rad (m).
+    pub course: Envelope,
     /// Inertia, Coriolis and centrifugal, gravity, friction: over time.
     pub parts: [Envelope; 4],
     /// Root mean square of the parts.
@@ -110,16 +127,28 @@ struct Gathered {
 }
 
 /// The logs as parameters `x` of the linear model predict them. `options`: those of the estimate, with its cut-off.
+/// `described`: the base parameters of the description.
 ///
 /// Fails when a log cannot be read.
-pub fn portrait(model: &Model, x: &[f64], options: &Options, logs: &[LogSource]) -> Result<Portrait, Error> {
+pub fn portrait(
+    model: &Model,
+    x: &[f64],
+    described: Option<&[f64]>,
+    options: &Options,
+    logs: &[LogSource],
+) -> Result<Portrait, Error> {
     let mut portrait = Portrait::default();
-    let mut joints: Vec<Gathered> = (0..model.n()).map(|j| Gathered::new(model, j)).collect();
     let mut autocorrelation = Autocorrelation::new(model.n());
     let duration: f64 = logs.iter().map(|log| log.report().duration).sum();
+    let gap = GAP_BETWEEN_LOGS_SHARE * duration;
+    let rows = rows(model, options, logs)?;
+    let described = described.map(|known| described_values(model, &rows, &vec![1.0; rows.len()], known));
+    let axis = duration + gap * logs.len().saturating_sub(1) as f64;
+    let mut information = InformationSums::new(model, &rows, options, axis);
+    let mut joints: Vec<Gathered> = (0..model.n()).map(|j| Gathered::new(model, j, described.is_some())).collect();
     for log in logs {
         // Logs follow one another on one axis of time, with a gap between them.
-        let from = portrait.logs.last().map_or(0.0, |span: &LogSpan| span.to + GAP_BETWEEN_LOGS_SHARE * duration);
+        let from = portrait.logs.last().map_or(0.0, |span: &LogSpan| span.to + gap);
         let records = SourceRecords::new(model.regressor, std::slice::from_ref(log), &options.preparation())?;
         let (mut begin, mut to) = (None, from);
         records.each(&mut |states| {
@@ -128,7 +157,7 @@ pub fn portrait(model: &Model, x: &[f64], options: &Options, logs: &[LogSource])
             let shift = from - *begin.get_or_insert(*first);
             joints.iter_mut().for_each(|joint| joint.begin(states.period));
             let mut residuals = vec![vec![f64::NAN; states.len()]; model.n()];
-            split(model, x, states, |r, torques| {
+            split(model, x, described.as_deref(), states, |r, torques| {
                 to = states.t[r] + shift;
                 for (j, (joint, torque)) in joints.iter_mut().zip(torques).enumerate() {
                     joint.add(to, torque);
@@ -138,10 +167,12 @@ pub fn portrait(model: &Model, x: &[f64], options: &Options, logs: &[LogSource])
                 }
                 portrait.samples += 1;
             });
+            information.add(model, states, shift);
             autocorrelation.add_record(&residuals, states.period);
         })?;
         portrait.logs.push(LogSpan { name: log.name(), from, to });
     }
+    portrait.information = information.finish();
     // What is known only after all samples: the noise, the autocorrelation, the law of friction.
     let base = model.regressor.parameters().len();
     let noise = noise_density(options, logs)?;
@@ -156,10 +187,22 @@ pub fn portrait(model: &Model, x: &[f64], options: &Options, logs: &[LogSource])
     Ok(portrait)
 }
 
+/// The rows of all logs as triangles by joint.
+fn rows(model: &Model, options: &Options, logs: &[LogSource]) -> Result<Vec<Triangle>, Error> {
+    let records = SourceRecords::new(model.regressor, logs, &options.preparation())?;
+    Ok(Observation::of_records(model, &records, None)?.joints(|_| true))
+}
+
 impl Gathered {
-    fn new(model: &Model, j: usize) -> Gathered {
+    fn new(model: &Model, j: usize, is_described: bool) -> Gathered {
         let is_prismatic = model.regressor.is_prismatic(j);
+        let line = || Envelope::of_spans((SPANS_OF_ALL_JOINTS / model.n().max(1)).clamp(DRAWN_SPANS, MOST_SPANS));
         let portrait = JointPortrait {
+            measured: line(),
+            predicted: line(),
+            described: is_described.then(line),
+            residual: line(),
+            course: line(),
             coordinate: model.regressor.coordinates()[j].clone(),
             unit: Unit::TORQUE.along(is_prismatic).to_string(),
             is_prismatic,
@@ -180,10 +223,8 @@ impl Gathered {
     /// Begins a record, so that lines are broken.
     fn begin(&mut self, period: f64) {
         let joint = &mut self.portrait;
-        for line in [&mut joint.measured, &mut joint.predicted, &mut joint.residual].into_iter().chain(&mut joint.parts)
-        {
-            line.interrupt();
-        }
+        let together = [&mut joint.measured, &mut joint.predicted, &mut joint.residual, &mut joint.course];
+        together.into_iter().chain(&mut joint.described).chain(&mut joint.parts).for_each(Envelope::interrupt);
         self.residual_spectrum.begin(period);
         self.torque_spectrum.begin(period);
     }
@@ -192,6 +233,9 @@ impl Gathered {
         let joint = &mut self.portrait;
         joint.measured.push(t, torque.measured);
         joint.predicted.push(t, torque.predicted());
+        joint.residual.push(t, if torque.counts { torque.residual() } else { f64::NAN });
+        joint.course.push(t, torque.q);
+        joint.described.iter_mut().for_each(|line| line.push(t, torque.described));
         for (k, part) in torque.parts.into_iter().enumerate() {
             joint.parts[k].push(t, part);
             self.squares[k] += part * part;
@@ -205,13 +249,11 @@ impl Gathered {
         self.torque_spectrum.push(torque.measured);
         if torque.counts {
             let residual = torque.residual();
-            joint.residual.push(t, residual);
             self.squares[5] += residual * residual;
             self.used += 1;
             self.cloud.push(torque.dq, torque.measured - torque.rigid());
             self.residual_spectrum.push(residual);
         } else {
-            joint.residual.interrupt();
             // A gap would look like an edge in the spectrum; a residual of zero comes nearest to none.
             self.residual_spectrum.push(0.0);
         }

@@ -27,6 +27,8 @@ pub struct JointTorque {
     pub measured: f64,
     /// Inertia, Coriolis and centrifugal, gravity, friction.
     pub parts: [f64; 4],
+    /// What the description predicts with fitted friction; NaN where it has no inertials.
+    pub described: f64,
     /// Whether the row counts; a joint at standstill may be held by stiction.
     pub counts: bool,
 }
@@ -48,8 +50,15 @@ impl JointTorque {
     }
 }
 
-/// Splits the torques of a record under parameters `x`; `take(r, joints)` gets those of sample r.
-pub fn split(model: &Model, x: &[f64], states: &States, mut take: impl FnMut(usize, &[JointTorque])) {
+/// Splits the torques of a record under parameters `x`; `take(r, joints)` gets those of sample r. `described`: the values
+/// of the description, for each column.
+pub fn split(
+    model: &Model,
+    x: &[f64],
+    described: Option<&[f64]>,
+    states: &States,
+    mut take: impl FnMut(usize, &[JointTorque]),
+) {
     let (n, p, base) = (model.n(), model.p(), model.regressor.parameters().len());
     let rotor = rotor_columns(model);
     let (mut inputs, mut y) = (vec![0.0; 6 * n], vec![0.0; 2 * n * base]);
@@ -75,6 +84,7 @@ pub fn split(model: &Model, x: &[f64], states: &States, mut take: impl FnMut(usi
                 ddq: states.ddq[i],
                 measured: states.tau[i],
                 parts: [whole - coasting + turned, coasting - rest, rest, beside - turned],
+                described: described.map_or(f64::NAN, |x| product(w, x)),
                 counts: states.used[i],
             };
         }
@@ -105,7 +115,7 @@ mod tests {
         let [zz, mx, my] = arm.truth;
         let (fv, ia) = (0.4, 0.07);
         let mut count = 0;
-        split(&model, &[zz, mx, my, fv, ia], &states, |r, torques| {
+        split(&model, &[zz, mx, my, fv, ia], Some(&[0.0, 2.0, 0.0, 0.0, 0.0]), &states, |r, torques| {
             let (q, dq, ddq) = (states.q[r], states.dq[r], states.ddq[r]);
             let expected = [(zz + ia) * ddq, 0.0, 9.81 * (mx * q.cos() - my * q.sin()), fv * dq];
             for (part, expected) in torques[0].parts.iter().zip(expected) {
@@ -113,6 +123,7 @@ mod tests {
                 assert!((part - expected).abs() < 1e-12, "{part} {expected}");
             }
             assert!((torques[0].predicted() - torques[0].measured - ia * ddq - fv * dq).abs() < 1e-12);
+            assert!((torques[0].described - 2.0 * 9.81 * q.cos()).abs() < 1e-12);
             count += 1;
         });
         assert_eq!(count, 50);

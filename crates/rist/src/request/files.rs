@@ -47,6 +47,8 @@ request! {
         motion: Option<PathBuf> = None, value_name("FILE");
         /// The estimate of rist identify or rist solve.
         estimate: Option<PathBuf> = None, value_name("FILE");
+        /// Another estimate of the robot that [estimate] is held against: of another day, load or method.
+        against: Option<PathBuf> = None, value_name("FILE");
         /// The validation of rist validate.
         validation: Option<PathBuf> = None, value_name("FILE");
         /// The description that the estimate, or the motion, was made with.

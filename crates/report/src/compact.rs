@@ -1,0 +1,132 @@
+//! A script as a page has it: without its comments, its indentation and the blanks that separate nothing.
+//!
+//! Not for a script with an empty statement before a brace (`while (x);}`). Names and lines stay, so that an error of a browser can still be found in `templates/`. Texts, templates and regular
+//! expressions are left as they are; a blank inside of markup in a template is one of the page.
+
+/// The script without what only a reader needs.
+pub fn compact(script: &str) -> String {
+    let mut reader = Reader { rest: script, out: String::with_capacity(script.len()), open: Vec::new() };
+    while let Some(c) = reader.rest.chars().next() {
+        match c {
+            '"' | '\'' => reader.copy_until(c),
+            '`' => reader.copy_template(),
+            '/' if reader.rest.starts_with("//") => {
+                reader.rest = reader.rest.find('\n').map_or("", |end| &reader.rest[end..]);
+            }
+            '/' if reader.begins_an_operand() => reader.copy_expression(),
+            c if c.is_whitespace() => reader.blank(),
+            '}' if reader.open.last() == Some(&0) => {
+                reader.open.pop();
+                reader.copy_template();
+            }
+            c => {
+                if c == '}' && reader.out.ends_with(';') {
+                    reader.out.pop();
+                }
+                if let Some(depth) = reader.open.last_mut() {
+                    *depth = (*depth + usize::from(c == '{')).saturating_sub(usize::from(c == '}'));
+                }
+                reader.copy(c.len_utf8());
+            }
+        }
+    }
+    reader.out
+}
+
+struct Reader<'a> {
+    rest: &'a str,
+    out: String,
+    /// Braces that are open in each `${` that is.
+    open: Vec<usize>,
+}
+
+/// Behind these and before those a line may go on, so that its end separates nothing.
+const GOES_ON_BEHIND: &str = "{(,[;\n=>&|?:.+-";
+const GOES_ON_BEFORE: &str = ")].,?:&|=";
+
+impl Reader<'_> {
+    fn copy(&mut self, bytes: usize) {
+        let (copied, rest) = self.rest.split_at(bytes.min(self.rest.len()));
+        self.out.push_str(copied);
+        self.rest = rest;
+    }
+
+    /// The bytes up to the first character that `is_end` accepts, from the second on; an escaped one is none.
+    fn length(&self, mut is_end: impl FnMut(&str) -> bool) -> usize {
+        let mut escaped = false;
+        for (i, c) in self.rest.char_indices().skip(1) {
+            if !escaped && is_end(&self.rest[i..]) {
+                return i;
+            }
+            escaped = c == '\\' && !escaped;
+        }
+        self.rest.len()
+    }
+
+    fn copy_until(&mut self, quote: char) {
+        let length = self.length(|rest| rest.starts_with(quote));
+        self.copy(length + 1);
+    }
+
+    /// From a backtick or the end of a `${}` to the next `${` or the end of the template.
+    fn copy_template(&mut self) {
+        let length = self.length(|rest| rest.starts_with('`') || rest.starts_with("${"));
+        if self.rest[length..].starts_with("${") {
+            self.open.push(0);
+            self.copy(1);
+        }
+        self.copy(length + 1);
+    }
+
+    fn copy_expression(&mut self) {
+        let mut is_class = false;
+        let length = self.length(|rest| {
+            is_class = rest.starts_with('[') || is_class && !rest.starts_with(']');
+            rest.starts_with('/') && !is_class
+        });
+        self.copy(length + 1);
+    }
+
+    /// Whether a slash here divides nothing.
+    fn begins_an_operand(&self) -> bool {
+        self.out.chars().next_back().is_none_or(|c| "(,=:[!&|?{};\n".contains(c))
+    }
+
+    fn blank(&mut self) {
+        let rest = self.rest.trim_start();
+        let is_line = self.rest[..self.rest.len() - rest.len()].contains('\n');
+        let before = self.out.chars().next_back().unwrap_or('\n');
+        let after = rest.chars().next().unwrap_or('\n');
+        let is_word = |c: char| c.is_alphanumeric() || c == '_' || c == '$';
+        let goes_on = || GOES_ON_BEHIND.contains(before) || GOES_ON_BEFORE.contains(after);
+        if is_line && !goes_on() {
+            self.out.push('\n');
+        } else if is_word(before) && is_word(after) || before == after && "+-".contains(before) {
+            self.out.push(' ');
+        }
+        self.rest = rest;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_a_script_does_stays() {
+        let same = [
+            ("const a = 1;\n  // that is one\n  const b = a + +a;\n", "const a=1;const b=a+ +a;"),
+            ("if (a) {\n  b();\n}\nc();\n", "if(a){b()}\nc();"),
+            (
+                "x = 'a  b' + \"// no\" + `c  ${ d + { e: `f  ${ g }` }.e }  h`;",
+                "x='a  b'+\"// no\"+`c  ${d+{e:`f  ${g}`}.e}  h`;",
+            ),
+            ("y = z.replace(/[/ \"] /g, 1) / 2;", "y=z.replace(/[/ \"] /g,1)/2;"),
+            ("return x\n  .map(f);", "return x.map(f);"),
+            ("s = '\\'  ';", "s='\\'  ';"),
+        ];
+        for (script, expected) in same {
+            assert_eq!(compact(script).trim_end(), expected);
+        }
+    }
+}

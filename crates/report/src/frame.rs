@@ -1,0 +1,149 @@
+//! Where the axes of a chart stand, and how values become paths between them.
+
+use std::fmt::Write;
+
+use identification::portrait::envelope::Envelope;
+
+use crate::scale::Scale;
+use crate::text::escaped;
+
+/// How wide a chart is.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum Width {
+    /// Beside others.
+    Usual,
+    /// Across two of them.
+    Wide,
+}
+
+impl Width {
+    /// Tenths of a pixel.
+    pub(crate) fn whole(self) -> f64 {
+        if self == Width::Usual { 4800.0 } else { 7200.0 }
+    }
+
+    /// What the axes take of it on the left; letters of a wide chart are larger on a narrow screen.
+    pub(crate) fn left(self) -> f64 {
+        if self == Width::Usual { 560.0 } else { 760.0 }
+    }
+}
+
+/// What is left free on the right.
+const RIGHT_MARGIN: f64 = 120.0;
+
+/// Where the axes stand.
+pub(crate) struct Frame {
+    pub(crate) x: Scale,
+    pub(crate) y: Scale,
+    pub(crate) left: f64,
+    pub(crate) right: f64,
+    pub(crate) top: f64,
+    pub(crate) bottom: f64,
+}
+
+impl Frame {
+    /// The frame of a chart of this width; `top` and `bottom`: ends of its upright axis.
+    pub(crate) fn new(scales: (Scale, Scale), width: Width, top: f64, bottom: f64) -> Frame {
+        let (x, y) = scales;
+        Frame { x, y, left: width.left(), right: width.whole() - RIGHT_MARGIN, top, bottom }
+    }
+
+    /// Tenths of a pixel from the left.
+    pub(crate) fn px(&self, x: f64) -> i64 {
+        (self.left + self.x.place(x) * (self.right - self.left)).round() as i64
+    }
+
+    /// Values far outside are clamped to one height of the frame beyond it, because browsers fail on huge coordinates.
+    pub(crate) fn py(&self, y: f64) -> i64 {
+        (self.bottom - self.y.place(y).clamp(-1.0, 2.0) * (self.bottom - self.top)).round() as i64
+    }
+
+    /// What a script needs to draw in it: lower left and upper right corner in tenths of a pixel, and the values at both.
+    pub(crate) fn for_script(&self) -> String {
+        let Frame { left, right, top, bottom, .. } = self;
+        let (low, high) = self.y.ends();
+        format!(" data-frame=\"[{left},{bottom},{right},{top},{low},{high}]\"")
+    }
+
+    /// Grid, ticks and names.
+    pub(crate) fn axes(&self, s: &mut String, (x_name, y_name): &(String, String)) {
+        let Frame { left, right, .. } = self;
+        let below = self.bottom + 180.0;
+        // Writing to a String cannot fail.
+        for (y, text) in self.y.ticks() {
+            let at = self.py(y);
+            let class = if text == "0" { "zero" } else { "grid" };
+            let _ = writeln!(s, "<path class=\"{class}\" d=\"M{left} {at}H{right}\"/>");
+            let _ = writeln!(s, "<text x=\"{}\" y=\"{}\" class=\"end\">{text}</text>", left - 60.0, at + 40);
+        }
+        s.push_str("<g class=\"ticks\">\n");
+        for (x, text) in self.x.ticks() {
+            let at = self.px(x);
+            let _ = writeln!(s, "<path class=\"grid\" d=\"M{at} {}v40\"/>", self.bottom);
+            let _ = writeln!(s, "<text x=\"{at}\" y=\"{below}\" class=\"middle\">{text}</text>");
+        }
+        s.push_str("</g>\n");
+        let _ =
+            writeln!(s, "<text x=\"{right}\" y=\"{}\" class=\"end name\">{}</text>", below + 170.0, escaped(x_name));
+        let _ = writeln!(s, "<text x=\"60\" y=\"{}\" class=\"name\">{}</text>", self.top - 110.0, escaped(y_name));
+    }
+
+    /// Pieces of lines; a piece of one point is a dot.
+    pub(crate) fn path(&self, pieces: &[Vec<(f64, f64)>]) -> String {
+        let mut s = String::new();
+        for piece in pieces {
+            let mut last: Option<(i64, i64)> = None;
+            for &(x, y) in piece.iter().filter(|(x, y)| x.is_finite() && y.is_finite()) {
+                let at = (self.px(x), self.py(y));
+                let _ = match last {
+                    None => write!(s, "M{} {}", at.0, at.1),
+                    Some(before) if before == at => continue,
+                    Some(before) => relative(&mut s, at.0 - before.0, at.1 - before.1),
+                };
+                last = Some(at);
+            }
+            if piece.len() == 1 {
+                s.push_str("h0");
+            }
+        }
+        s
+    }
+
+    /// Outlines of the pieces: forward along the largest values, back along the smallest.
+    pub(crate) fn area(&self, envelope: &Envelope) -> String {
+        let mut s = String::new();
+        for piece in envelope.pieces() {
+            let Some(last) = piece.last() else { continue };
+            let forth = piece.iter().map(|s| (s.t, s.high)).chain([(last.end, last.high), (last.end, last.low)]);
+            s += &self.path(&[forth.chain(piece.iter().rev().map(|s| (s.t, s.low))).collect()]);
+            s.push('z');
+        }
+        s
+    }
+}
+
+fn relative(s: &mut String, dx: i64, dy: i64) -> std::fmt::Result {
+    // A minus divides as well as a blank.
+    if dy < 0 { write!(s, "l{dx}{dy}") } else { write!(s, "l{dx} {dy}") }
+}
+
+/// The pieces of a line of single samples.
+pub(crate) fn broken(envelope: &Envelope) -> Vec<Vec<(f64, f64)>> {
+    envelope.pieces().iter().map(|piece| piece.iter().map(|span| (span.t, span.low)).collect()).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// What the page cuts lines at is where charts have their frames.
+    #[test]
+    fn lines_are_cut_at_the_frame() {
+        let page = include_str!("../templates/identification.html");
+        for (name, width) in [("usual", Width::Usual), ("wide", Width::Wide)] {
+            let (left, right) = (width.left(), width.whole() - RIGHT_MARGIN);
+            let frame = format!("<clipPath id=\"{name}-frame\"><rect x=\"{left}\" width=\"{}\"", right - left);
+            assert!(page.contains(&frame), "{frame}");
+        }
+    }
+}

@@ -1,0 +1,103 @@
+//! What may be trusted, by purpose and by joint, with the claims behind it.
+
+use claims::{Claim, Outcome, Standing, Topic};
+use identification::estimate::artefact::Estimate;
+use identification::estimate::verdict::{Trust, Verdict, claim_line};
+use serde::Serialize;
+
+use crate::number::percent;
+
+/// Both tables.
+#[derive(Serialize)]
+pub(crate) struct Grades {
+    purposes: Vec<PurposeRow>,
+    /// What is claimed of joints: the heads of the columns.
+    topics: Vec<&'static str>,
+    joints: Vec<JointRow>,
+}
+
+#[derive(Serialize)]
+struct PurposeRow {
+    name: String,
+    word: &'static str,
+    class: &'static str,
+    unsure: String,
+    because: Vec<String>,
+}
+
+#[derive(Serialize)]
+struct JointRow {
+    name: String,
+    held_out: String,
+    cells: Vec<Cell>,
+}
+
+/// What is claimed on one topic of one joint.
+#[derive(Serialize)]
+struct Cell {
+    class: &'static str,
+    word: String,
+    /// All that is claimed.
+    claim: String,
+}
+
+/// The class of an answer in the style sheet.
+pub(crate) fn class(trust: Trust) -> &'static str {
+    match trust {
+        Trust::Yes => "yes",
+        Trust::WithCare => "care",
+        Trust::No => "no",
+    }
+}
+
+/// The grades of a verdict; `None` where it claims nothing of joints.
+pub(crate) fn grades(verdict: &Verdict, estimate: Option<&Estimate>) -> Option<Grades> {
+    let purpose = |of: &identification::estimate::verdict::UseVerdict| PurposeRow {
+        name: of.name.clone(),
+        word: of.trust.word(),
+        class: class(of.trust),
+        unsure: match (&of.error, &of.worst_joint) {
+            (Some(error), Some((joint, worst))) => format!("{}, {joint} {}", percent(*error), percent(*worst)),
+            (Some(error), None) => percent(*error),
+            (None, _) => "-".into(),
+        },
+        because: verdict.because(&of.name),
+    };
+    let mut topics: Vec<Topic> = Vec::new();
+    for claim in verdict.claims.iter().filter(|claim| !claim.subject().of.is_empty()) {
+        let topic = claim.subject().topic;
+        if !topics.contains(&topic) {
+            topics.push(topic);
+        }
+    }
+    let joints = estimate.map(|e| e.joints.as_slice()).unwrap_or_default();
+    if topics.is_empty() || joints.is_empty() {
+        return None;
+    }
+    let row = |joint: &identification::estimate::residuals::JointResidual| JointRow {
+        name: joint.coordinate.clone(),
+        held_out: joint.held_out.map_or("-".into(), percent),
+        cells: topics.iter().map(|topic| cell(&verdict.claims, *topic, &joint.coordinate)).collect(),
+    };
+    Some(Grades {
+        purposes: verdict.uses.iter().map(purpose).collect(),
+        topics: topics.iter().map(|topic| topic.0).collect(),
+        joints: joints.iter().map(row).collect(),
+    })
+}
+
+/// The lowest claim on a topic of a joint.
+fn cell(claims: &[Claim], topic: Topic, joint: &String) -> Cell {
+    let about = |claim: &&Claim| claim.subject().topic == topic && claim.subject().of.contains(joint);
+    let Some(claim) = claims.iter().filter(about).min_by_key(|claim| claim.standing()) else {
+        return Cell { class: "", word: "-".into(), claim: "nothing is claimed".into() };
+    };
+    let (class, word) = match (claim.standing(), claim.outcome()) {
+        (_, Outcome::Agrees { smallest }) => ("yes", format!("agrees to {smallest}")),
+        (Standing::Refused, _) => ("no", "contradicted".into()),
+        (Standing::Proven, _) => ("yes", "proven".into()),
+        (Standing::Assumed, _) => ("care", "assumed".into()),
+        _ => ("open", "cannot tell".into()),
+    };
+    Cell { class, word, claim: claim_line(claim) }
+}
