@@ -63,14 +63,15 @@ pub(crate) fn grades(verdict: &Verdict, estimate: Option<&Estimate>) -> Option<G
         },
         because: verdict.because(&of.name),
     };
+    let joints = estimate.map(|e| e.joints.as_slice()).unwrap_or_default();
+    let is_of_joints = |claim: &&Claim| joints.iter().any(|joint| claim.subject().of.contains(&joint.coordinate));
     let mut topics: Vec<Topic> = Vec::new();
-    for claim in verdict.claims.iter().filter(|claim| !claim.subject().of.is_empty()) {
+    for claim in verdict.claims.iter().filter(is_of_joints) {
         let topic = claim.subject().topic;
         if !topics.contains(&topic) {
             topics.push(topic);
         }
     }
-    let joints = estimate.map(|e| e.joints.as_slice()).unwrap_or_default();
     if topics.is_empty() || joints.is_empty() {
         return None;
     }
@@ -93,7 +94,7 @@ fn cell(claims: &[Claim], topic: Topic, joint: &String) -> Cell {
         return Cell { class: "", word: "-".into(), claim: "nothing is claimed".into() };
     };
     let (class, word) = match (claim.standing(), claim.outcome()) {
-        (_, Outcome::Agrees { smallest }) => ("yes", format!("agrees to {smallest}")),
+        (_, Outcome::Agrees { smallest }) => ("yes", format!("{smallest} would show")),
         (Standing::Refused, _) => ("no", "contradicted".into()),
         (Standing::Proven, _) => ("yes", "proven".into()),
         (Standing::Assumed, _) => ("care", "assumed".into()),

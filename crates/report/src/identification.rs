@@ -49,8 +49,6 @@ pub struct Page<'a> {
     pub validation: Option<&'a Validation>,
     /// Whether to trust it.
     pub verdict: Option<&'a Verdict>,
-    /// The values of all variables at which loops that are solved numerically are closed; empty without such loops.
-    pub closed_at: &'a [f64],
     /// Where all this comes from.
     pub origin: Origin<'a>,
 }
@@ -232,22 +230,22 @@ impl Page<'_> {
         all.into_iter().filter_map(|(name, time)| Some((name, time?.to_json()))).collect()
     }
 
-    /// The robot and what it moves along: the logs, or else the motion.
+    /// The robot and what it moves along: the logs, or else the motion. A robot with loops that are solved numerically is
+    /// drawn on its own page: what closes them has no room beside the plots.
     fn drawing(&self, times: &[(&'static str, String)]) -> Option<(String, &'static str)> {
         let along = [LOG_TIME, MOTION_TIME].into_iter().find(|name| times.iter().any(|time| time.0 == *name))?;
-        Some((Drawing::new(self.subject?.robot, self.closed_at)?.html(), along))
+        let robot = self.subject.map(|s| s.robot).filter(|robot| robot.passive.is_empty())?;
+        Some((Drawing::new(robot, &[])?.html(), along))
     }
 
     /// The scripts of the parts that a page has.
     fn script(&self, has_times: bool, has_map: bool, has_drawing: bool) -> String {
-        let has_loops = has_drawing && !self.closed_at.is_empty();
         let parts = [
             (true, include_str!("../templates/dom.js")),
             (self.estimate.is_some(), include_str!("../templates/page.js")),
             (has_times, include_str!("../templates/plot.js")),
             (has_map, include_str!("../templates/map.js")),
             (has_drawing, include_str!("../templates/drawing.js")),
-            (has_loops, include_str!("../templates/loops.js")),
             (has_times, include_str!("../templates/alive.js")),
         ];
         parts.into_iter().filter(|(is_there, _)| *is_there).map(|(_, script)| compact(script)).collect()

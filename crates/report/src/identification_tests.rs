@@ -107,7 +107,7 @@ fn grades_are_by_purpose_and_joint() {
         for told in [
             "gravity compensation",
             "1.23\u{202f}%, q2 3.40\u{202f}%",
-            "agrees to 0.4 deg",
+            "0.4 deg would show",
             "cannot tell",
             "contradicted",
         ] {

@@ -1,7 +1,7 @@
 // What of a page is alive: the plots, the robot that moves along them, the map of correlations.
 (() => {
   const times = Plots.all(document);
-  every(document, "figure.map").forEach(Maps.of);
+  every(document, "figure.map").forEach(figure => Maps.of(figure));
   every(document, "figure.drawing").forEach(figure => {
     const view = new Drawing.View(figure);
     const time = times[figure.dataset.along];
@@ -36,6 +36,8 @@
       requestAnimationFrame(step);
     });
     listen(slider, "input", () => { stop(); time.show(+slider.value); });
-    time.show(lines.from);
+    // Its size is that of the robot where the log begins.
+    view.centre = null;
+    time.onShow(lines.from);
   });
 })();

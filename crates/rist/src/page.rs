@@ -65,9 +65,7 @@ pub fn page(request: &PageRequest) -> (String, Vec<(String, String)>) {
     let path = request.model.map(|model| model.path.display().to_string());
     let PageRequest { plan, motion, estimate, portrait, validation, verdict, origin, .. } = *request;
     let origin = Origin { model: path.as_deref(), ..origin };
-    let closed_at: Vec<f64> = request.model.iter().flat_map(|model| &model.assembly).map(|(_, x)| *x).collect();
-    let closed_at = closed_at.as_slice();
     let against = request.against.map(|(name, estimate)| Other { name, estimate });
-    let page = Page { subject, plan, motion, estimate, against, portrait, validation, verdict, closed_at, origin };
+    let page = Page { subject, plan, motion, estimate, against, portrait, validation, verdict, origin };
     (spelled(&page.html(), request.reader), page.pictures())
 }
