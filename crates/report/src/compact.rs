@@ -1,7 +1,8 @@
 //! A script as a page has it: without its comments, its indentation and the blanks that separate nothing.
 //!
-//! Not for a script with an empty statement before a brace (`while (x);}`). Names and lines stay, so that an error of a browser can still be found in `templates/`. Texts, templates and regular
-//! expressions are left as they are; a blank inside of markup in a template is one of the page.
+//! Names and lines stay, so that an error of a browser can still be found in `templates/`. Texts, templates and regular
+//! expressions are left as they are; a blank inside of markup in a template is one of the page. Not for a script with an
+//! empty statement before a brace (`while (x);}`).
 
 /// The script without what only a reader needs.
 pub fn compact(script: &str) -> String {

@@ -2,10 +2,12 @@
 //!
 //! [`identification::Page`] presents an identification: its verdict with the grades by purpose and joint, the torques of
 //! each joint and what is left of them, the robot on its way through the log, the parameters with their meaning, their
-//! correlations and the rows that tell each, the motion against the limits, and the plan, an exciting motion and the
-//! validation where there are some. Lines over time (`timeline`) can be looked at closer. [`robot`] shows a description: a drawing ([`drawing`]), links, base parameters,
-//! where the ten numbers of each link went. The text stands in `templates/`; charts are SVG of our own ([`chart`]). A page depends on its
-//! content alone: no clock is read, and the date is what the caller gives.
+//! correlations and the rows that tell each, the motion against the limits, and the plan, an exciting motion, the
+//! validation and another estimate where there are some. Lines over time (`timeline`) can be looked at closer.
+//!
+//! [`robot`] shows a description: a drawing ([`drawing`]), links, base parameters, where the ten numbers of each link
+//! went. The text stands in `templates/`, with the scripts ([`compact`]); charts are SVG of our own ([`chart`]). A page
+//! depends on its content alone: no clock is read, and the date is what the caller gives.
 
 #![warn(missing_docs)]
 
