@@ -46,9 +46,9 @@ fn rows(series: &str) -> Vec<(f64, [Option<f64>; 4])> {
     series.lines().skip(1).map(row).collect()
 }
 
-#[test]
-fn a_page_tells_and_draws_what_the_log_holds() {
-    let here = folder("live_page");
+/// The page of a log and the rows of its series, in a folder of this name.
+fn page_of_a_log(name: &str) -> (String, Vec<(f64, [Option<f64>; 4])>) {
+    let here = folder(name);
     let robot = model("planar2r_vertical.yaml");
     let arm = test_robot_path("planar2r_vertical.yaml").display().to_string();
     let rubbed = |_: usize, dq: f64, tau: f64| tau + 0.4 * dq + 0.3 * dq.signum();
@@ -57,20 +57,30 @@ fn a_page_tells_and_draws_what_the_log_holds() {
     let run = rist(&here, &["identify", &arm, "a.csv", "--report", "p.html", "--series", "s.csv", "--out", "e.yaml"]);
     assert_eq!(run.code, Some(0), "{}", run.err);
     let text = |file: &str| std::fs::read_to_string(here.join(file)).unwrap();
-    let (html, series) = (text("p.html"), rows(&text("s.csv")));
-    let from = series[0].0;
-    let times: Vec<f64> = series.iter().map(|row| row.0 - from + 1e-7).collect();
-    let window = [times[100], times[300]];
-    // Spans of two samples each, a gap, and a span without a value.
-    let line = json!({"from": 0, "to": 9, "t": [0, 1, 2, 6, 7, 8], "pieces": [[0, 2.5], [3, 8.5]], "step": 1,
-                      "low": [0, -1, -2, -3, "NaN", -5], "high": [1, 2, 3, 4, "NaN", 6]});
+    (text("p.html"), rows(&text("s.csv")))
+}
+
+/// The pieces of a path: time and value of each corner, which the script multiplied by 10^6.
+fn pieces(path: &Value) -> Vec<Vec<[f64; 2]>> {
+    let number = |x: &Value| x.as_f64().unwrap() / 1e6;
+    let piece = |piece: &Value| piece.as_array().unwrap().iter().map(|p| [number(&p[0]), number(&p[1])]).collect();
+    path.as_array().unwrap().iter().map(piece).collect()
+}
+
+/// What the pointer tells is the sample of the log, and where a row does not count nothing is left; looked at closer, every
+/// sample is on the line.
+#[test]
+fn a_page_tells_what_the_log_holds() {
+    let (html, series) = page_of_a_log("live_page");
+    // Behind the last sample, which is the end of the log, there is none.
+    let (from, series) = (series[0].0, &series[..series.len() - 1]);
+    // The page begins at zero, and a little behind each sample its span has begun.
+    let times: Vec<f64> = series.iter().map(|row| row.0 - from + 1e-5).collect();
+    let some = series.len() / 4..series.len() / 2;
     let questions = json!([
         {"ask": "told", "keys": ["m0", "p0", "r0"], "times": times},
         {"ask": "steps", "keys": ["m0", "p0", "r0"]},
-        {"ask": "drawn", "key": "m0", "window": window},
-        {"ask": "thinned", "line": line, "window": [0, 9]},
-        {"ask": "thinned", "line": line, "window": [1.2, 1.4]},
-        {"ask": "thinned", "line": line, "window": [3, 5]},
+        {"ask": "drawn", "key": "m0", "window": [times[some.start], times[some.end]]},
     ]);
     let Some(said) = answers(&html, &questions) else {
         println!("skipped: no node");
@@ -81,14 +91,14 @@ fn a_page_tells_and_draws_what_the_log_holds() {
     for ((_, [measured, predicted, ..]), said) in series.iter().zip(said[0].as_array().unwrap()) {
         let said: Vec<&str> = said.as_array().unwrap().iter().map(|x| x.as_str().unwrap()).collect();
         // Half a step of the page, and half a digit of what is told, which is at most the step.
-        let near = |text: &str, value: f64, step: f64| {
-            assert!((text.parse::<f64>().unwrap() - value).abs() <= 1.01 * step, "{text} {value}")
+        let near = |k: usize, value: f64| {
+            assert!((said[k].parse::<f64>().unwrap() - value).abs() <= 1.01 * steps[k], "{} {value}", said[k]);
         };
-        near(said[0], measured.unwrap(), steps[0]);
+        near(0, measured.unwrap());
         match predicted {
             Some(predicted) => {
-                near(said[1], *predicted, steps[1]);
-                near(said[2], measured.unwrap() - predicted, steps[2]);
+                near(1, *predicted);
+                near(2, measured.unwrap() - predicted);
                 told += 1;
             }
             // A row that does not count has no residual, and the page tells none.
@@ -98,34 +108,35 @@ fn a_page_tells_and_draws_what_the_log_holds() {
             }
         }
     }
-    assert!(told > 500 && missing > 0, "{told} {missing}");
-
-    // Looked at closer, every sample of the span is on the line.
-    let points: Vec<(f64, f64)> = said[2]
-        .as_array()
-        .unwrap()
-        .iter()
-        .flat_map(|piece| piece.as_array().unwrap())
-        .map(|p| (1e-6 * p[0].as_f64().unwrap(), 1e-6 * p[1].as_f64().unwrap()))
-        .collect();
-    for (t, row) in times.iter().zip(&series).skip(100).take(201) {
+    assert!(told > 100, "{told} {missing}");
+    let points: Vec<[f64; 2]> = pieces(&said[2]).concat();
+    for (t, row) in times.iter().zip(series).take(some.end).skip(some.start) {
         let value = row.1[0].unwrap();
-        let is_there = |p: &(f64, f64)| (p.0 - t).abs() < 1e-4 && (p.1 - value).abs() <= steps[0];
-        assert!(points.iter().any(is_there), "{t} {value}");
+        assert!(points.iter().any(|p| (p[0] - t).abs() < 1e-4 && (p[1] - value).abs() <= steps[0]), "{t} {value}");
     }
-    assert!(points.len() < 210, "{}", points.len());
+    assert!(points.len() <= some.len() + 4, "{}", points.len());
+}
 
-    // Of spans, the outline: forth along the smallest, back along the largest; no outline reaches over a gap.
-    let outline = |k: usize| -> Vec<Vec<[f64; 2]>> {
-        let number = |x: &Value| x.as_f64().unwrap() / 1e6;
-        let piece = |piece: &Value| piece.as_array().unwrap().iter().map(|p| [number(&p[0]), number(&p[1])]).collect();
-        said[k].as_array().unwrap().iter().map(piece).collect()
+/// Of spans of several samples the outline is drawn: forth along the smallest, back along the largest. No outline reaches
+/// over a gap of the log, or over a span without a value.
+#[test]
+fn spans_keep_their_ends_and_gaps() {
+    let (html, _) = page_of_a_log("live_spans");
+    let line = json!({"from": 0, "to": 9, "t": [0, 1, 2, 6, 7, 8], "pieces": [[0, 2.5], [3, 8.5]],
+                      "low": [0, -1, -2, -3, "NaN", -5], "high": [1, 2, 3, 4, "NaN", 6]});
+    let windows = [[0.0, 9.0], [1.2, 1.4], [3.0, 5.0]];
+    let questions = windows.map(|window| json!({"ask": "thinned", "line": line, "window": window}));
+    let Some(said) = answers(&html, &questions.to_vec().into()) else {
+        println!("skipped: no node");
+        return;
     };
-    let whole = outline(3);
+    let whole = pieces(&said[0]);
     assert_eq!(whole[0], [[0., 0.], [1., -1.], [2., -2.], [2.5, -2.], [2.5, 3.], [2., 3.], [1., 2.], [0., 1.]]);
     assert_eq!(whole[1], [[6., -3.], [7., -3.], [7., 4.], [6., 4.]]);
     assert_eq!((whole.len(), whole[2].first()), (3, Some(&[8., -5.])));
     // Between the beginnings of two spans both are drawn; inside of a gap nothing is.
-    assert!(outline(4).iter().flatten().any(|p| p == &[1., 2.]) && outline(4).iter().flatten().any(|p| p == &[2., 3.]));
-    assert!(outline(5).iter().flatten().all(|p| p[0] <= 3.0 || p[0] >= 5.0), "{:?}", outline(5));
+    let closer = pieces(&said[1]).concat();
+    assert!(closer.contains(&[1., 2.]) && closer.contains(&[2., 3.]), "{closer:?}");
+    let inside = pieces(&said[2]).concat();
+    assert!(inside.iter().all(|p| p[0] <= 3.0 || p[0] >= 5.0), "{inside:?}");
 }

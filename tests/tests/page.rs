@@ -175,3 +175,51 @@ fn a_motion_is_drawn_within_its_limits() {
         rist(&here, &["report", "--motion", "motion.yaml", "--model", &model_path("race.yaml").display().to_string()]);
     assert!(run.code == Some(2) && run.err.contains("motion.yaml"), "{}", run.err);
 }
+
+/// The page of README's UR5 may be sent: what it takes beside its pictures is bounded, and so is its script.
+#[test]
+fn the_page_of_the_ur5_is_small() {
+    /// Bytes of the page when it had pictures alone.
+    const PICTURES: usize = 390_165;
+    let here = folder("page_of_ur5");
+    let (arm, log) = (model_path("ur5.urdf"), tests::workspace().join("docs/ur5/log.csv"));
+    let (arm, log) = (arm.display().to_string(), log.display().to_string());
+    let run = rist(&here, &["identify", &arm, &log, "--out", "e.yaml", "--report", "ur5.html"]);
+    assert_eq!(run.code, Some(0), "{}", run.err);
+    let page = std::fs::read_to_string(here.join("ur5.html")).unwrap();
+    assert!(page.len() <= PICTURES + 400_000, "{}", page.len());
+    let scripts: Vec<&str> = page.split("<script>").skip(1).map(|s| s.split("</script>").next().unwrap()).collect();
+    assert!(scripts.len() == 1 && scripts[0].len() <= 20_000, "{} {}", scripts.len(), scripts[0].len());
+    for part in ["description", "identified", "what is left", "1980", "gravity compensation", "The robot, moving"] {
+        assert!(shown(&page).contains(part), "{part}");
+    }
+}
+
+/// Two estimates stand beside each other; one of another model is refused, and so is one alone.
+#[test]
+fn two_estimates_are_compared() {
+    let here = folder("compared");
+    let robot = model("planar2r_vertical.yaml");
+    let arm = test_robot_path("planar2r_vertical.yaml").display().to_string();
+    for (file, friction) in [("a", 0.4), ("b", 0.5)] {
+        let rubbed = |j: usize, dq: f64, tau: f64| rubbed(j, dq, tau) + (friction - 0.4) * dq;
+        let rows = log_of(&robot, &Random(41).physical_parameters(&robot), &rubbed);
+        std::fs::write(here.join(format!("{file}.csv")), format!("{HEADER}\n{}\n", rows.join("\n"))).unwrap();
+        let (log, out) = (format!("{file}.csv"), format!("{file}.yaml"));
+        assert_eq!(rist(&here, &["identify", &arm, &log, "--out", &out]).code, Some(0));
+    }
+    let run = rist(&here, &["report", "--estimate", "a.yaml", "--against", "b.yaml", "--out", "page.html"]);
+    assert_eq!(run.code, Some(0), "{}", run.err);
+    let page = std::fs::read_to_string(here.join("page.html")).unwrap();
+    let (_, table) = page.split_once("<table class=\"compared\">").unwrap();
+    // The viscous friction of both joints moved, by a tenth; it stands first.
+    let first: Vec<&str> = table.split("<code>").skip(1).take(2).map(|row| row.split('<').next().unwrap()).collect();
+    assert!(first.contains(&"FV1") && first.contains(&"FV2"), "{first:?}");
+    assert!(page.contains("Two estimates compared") && page.contains("Beside b.yaml"));
+    let edited = std::fs::read_to_string(here.join("b.yaml")).unwrap().replacen("fingerprint: ", "fingerprint: 0", 1);
+    std::fs::write(here.join("c.yaml"), edited).unwrap();
+    let run = rist(&here, &["report", "--estimate", "a.yaml", "--against", "c.yaml"]);
+    assert!(run.code == Some(2) && run.err.contains("do not mean the same"), "{}", run.err);
+    let run = rist(&here, &["report", "--validation", "v.yaml", "--against", "b.yaml"]);
+    assert!(run.code == Some(2) && run.err.contains("--estimate"), "{}", run.err);
+}
