@@ -26,9 +26,14 @@ pub struct Run {
     pub err: String,
 }
 
-/// Runs `rist` with these arguments in `folder`.
+/// Runs `rist` with these arguments in `folder`; its sentences are not folded, so that tests find their words.
 pub fn rist(folder: &Path, arguments: &[&str]) -> Run {
-    run(Command::new(program()).args(arguments).current_dir(folder))
+    run(Command::new(program()).args(arguments).current_dir(folder).env("COLUMNS", "100000"))
+}
+
+/// The same as a reader sees it in a pipe.
+pub fn rist_in_pipe(folder: &Path, arguments: &[&str]) -> Run {
+    run(Command::new(program()).args(arguments).current_dir(folder).env_remove("COLUMNS"))
 }
 
 /// Runs a command that starts `rist`.

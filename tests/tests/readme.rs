@@ -10,7 +10,7 @@
 use std::path::Path;
 
 use tests::joint_log::{swinging, unlike};
-use tests::program::{folder, rist};
+use tests::program::{folder, rist, rist_in_pipe};
 use tests::{model_path, workspace};
 
 /// Command and output, of each command of the text.
@@ -81,7 +81,7 @@ fn holds(page: &str, folder: &Path) {
     let transcripts = transcripts(&text);
     assert!(!transcripts.is_empty(), "{page} shows no `$ rist` in a console block");
     for (arguments, shown) in transcripts {
-        let run = rist(folder, &arguments.split_whitespace().collect::<Vec<_>>());
+        let run = rist_in_pipe(folder, &arguments.split_whitespace().collect::<Vec<_>>());
         let lines: Vec<&str> = run.out.lines().map(str::trim_end).collect();
         let (shown, code) = match shown.split_last() {
             Some((last, rest)) if last == "[exit code 1]" => (rest, 1),
@@ -96,6 +96,121 @@ fn holds(page: &str, folder: &Path) {
 #[test]
 fn the_transcript_of_the_readme_is_what_rist_prints() {
     holds("README.md", &workspace());
+}
+
+/// The sentences of a page outside of code, without the marks of Markdown; an item of a list ends one, and so does a row.
+fn sentences(text: &str) -> Vec<String> {
+    let mut paragraphs = vec![String::new()];
+    for (k, block) in text.split("```").enumerate() {
+        for line in block.lines().filter(|_| k % 2 == 0) {
+            let is_new = line.trim().is_empty() || line.starts_with(['-', '|', '#', '<']);
+            if is_new {
+                paragraphs.push(String::new());
+            }
+            if !line.starts_with('<') {
+                let last = paragraphs.last_mut().expect("there is always one");
+                last.push(' ');
+                last.push_str(line.trim_start_matches(['-', '#', '|', ' ']));
+            }
+        }
+    }
+    let ends =
+        |text: &str| text.replace("? ", "?\n").replace(". ", ".\n").replace(".** ", ".**\n").replace("! ", "!\n");
+    let without_targets = |text: &str| -> String {
+        text.split("](")
+            .enumerate()
+            .map(|(i, part)| if i == 0 { part } else { part.split_once(')').map_or("", |p| p.1) })
+            .collect()
+    };
+    let all = paragraphs.iter().map(|text| ends(&without_targets(text))).collect::<Vec<_>>().join("\n");
+    all.lines().map(str::trim).filter(|line| !line.is_empty()).map(String::from).collect()
+}
+
+#[test]
+fn a_sentence_ends_where_it_ends() {
+    let text = "One two. Three\n[four five](six.md)? Seven\n- eight\n```sh\nrun. it\n```\n";
+    assert_eq!(sentences(text), ["One two.", "Three [four five?", "Seven", "eight"]);
+}
+
+/// A stranger reads it in a minute: short sentences, a screen and a half, three questions answered before the walk.
+#[test]
+fn the_readme_is_short() {
+    let text = std::fs::read_to_string(workspace().join("README.md")).unwrap();
+    let sentences = sentences(&text);
+    assert!(sentences.len() > 30, "{sentences:#?}");
+    for sentence in &sentences {
+        let words = sentence.split_whitespace().filter(|word| word.contains(char::is_alphanumeric)).count();
+        assert!(words <= 30, "{words} words: {sentence}");
+    }
+    assert!(text.lines().count() <= 150, "{} lines", text.lines().count());
+    let place = |heading: &str| text.find(heading).unwrap_or_else(|| panic!("no `{heading}`"));
+    let headings = ["## What you get", "## What you need", "## Install", "## A walk", "## Can you believe it?"];
+    assert!(headings.map(place).is_sorted());
+}
+
+/// The figures of the README are those of the pages that it names.
+#[test]
+fn the_figures_of_the_readme_are_those_of_the_pages() {
+    let text = |file: &str| std::fs::read_to_string(workspace().join(file)).unwrap_or_else(|e| panic!("{file}: {e}"));
+    let cells = |page: &str, start: &str| -> Vec<String> {
+        let text = text(page);
+        let row = text.lines().find(|line| line.starts_with(start)).unwrap_or_else(|| panic!("{page}: no row {start}"));
+        row.trim_matches('|').split('|').map(|cell| cell.trim().to_string()).collect()
+    };
+    let readme = text("README.md").split_whitespace().collect::<Vec<_>>().join(" ");
+    let holds = |sentence: String| assert!(readme.contains(&sentence), "README.md has no `{sentence}`");
+    let all = cells("docs/what-trust-means.md", "| all |");
+    let first = |cell: &str| cell.split([',', ' ']).next().unwrap_or_default().to_string();
+    holds(format!("we simulated {} situations", all[1]));
+    holds(format!("Of {} times \"yes\", {} were more than 5 % off", first(&all[2]), first(&all[3])));
+    holds(format!("and {} had a parameter beyond five sigma", first(&all[4])));
+    let held = cells("docs/benchmarks.md", "| 95 % intervals cover");
+    holds(format!("{} of the 95 % intervals hold the truth", held[1]));
+    // Measured robots: the least and the greatest error of the rows that the picture shows.
+    let sets = ["| Panda,", "| TX40,", "| UR10e, id_30s -> id_40s", "| cobot6,", "| KR300,"];
+    let errors = sets.map(|set| {
+        let cells = cells("docs/identification.md", set);
+        let [baseline, ours] = [1, 3].map(|k| cells[k].parse::<f64>().unwrap_or_else(|e| panic!("{set}: {e}")));
+        assert!(ours <= baseline, "{set}: README says that none is worse");
+        100.0 * ours
+    });
+    let (least, greatest) = errors.iter().fold((f64::MAX, 0.0_f64), |(a, b), x| (a.min(*x), b.max(*x)));
+    holds(format!("another motion is predicted with {least:.1} to {greatest:.0} % error"));
+}
+
+/// The lines of Rust that the README shows, compiled: they stand below as they stand there.
+fn lines_of_the_readme() -> Result<(), rist::Error> {
+    let model = rist::Model::read("robot.urdf")?;
+    println!("{}", model.parameters.rule_lines().join("\n"));
+    Ok(())
+}
+
+#[test]
+fn the_lines_of_rust_compile() {
+    let text = std::fs::read_to_string(workspace().join("README.md")).unwrap();
+    let block = text.split("```rust\n").nth(1).and_then(|rest| rest.split("```").next()).expect("lines of Rust");
+    let own = include_str!("readme.rs");
+    assert_eq!(block.lines().count(), 2);
+    assert!(block.lines().all(|line| own.contains(line)), "{block}");
+    // There is no such file here.
+    assert!(lines_of_the_readme().is_err());
+}
+
+/// The log that a newcomer needs, as README has it: seconds at 100 Hz are enough. Every other row of the log at 200 Hz.
+#[test]
+fn a_log_at_a_hundred_hertz_is_enough() {
+    let here = folder("hundred_hertz");
+    for name in ["log.csv", "other.csv"] {
+        let text = std::fs::read_to_string(workspace().join("docs/ur5").join(name)).unwrap();
+        let rows: Vec<&str> =
+            text.lines().enumerate().filter(|(k, _)| *k == 0 || k % 2 == 1).map(|(_, row)| row).collect();
+        assert!(rows.len() < 1000, "less than ten seconds");
+        std::fs::write(here.join(name), rows.join("\n") + "\n").unwrap();
+    }
+    let ur5 = model_path("ur5.urdf").display().to_string();
+    let run = rist(&here, &["identify", &ur5, "log.csv", "--validate", "other.csv"]);
+    assert_eq!(run.code, Some(0), "{}", run.err);
+    assert!(run.out.contains("\ntrust: yes\n") && run.out.contains("median step 0.01 s"), "{}", run.out);
 }
 
 #[test]

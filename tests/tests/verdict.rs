@@ -1,4 +1,4 @@
-//! The last three lines of `rist identify` and `rist validate`: a mistake is never silent, and a good log is trusted.
+//! What ends the output of `rist identify` and `rist validate`: a mistake is never silent, and a good log is trusted.
 
 use rist::Model;
 use tests::faults::{amperes, changed, cut, each, mirrored};
@@ -12,14 +12,17 @@ fn good() -> JointLog {
     swinging(&robot, &unlike(&robot, 5), 1.2, 0.0)
 }
 
-/// The last three lines of what a command printed.
-fn verdict(run: &Run) -> Vec<&str> {
+/// The end of what a command printed: what was found, the word of trust with its reasons, what to do next.
+fn verdict(run: &Run) -> [String; 3] {
     let lines: Vec<&str> = run.out.lines().collect();
-    let last = lines[lines.len().saturating_sub(3)..].to_vec();
-    for (line, start) in last.iter().zip(["found: ", "trust: ", "next: "]) {
-        assert!(line.starts_with(start), "{}\n{}", run.out, run.err);
-    }
-    last
+    let place = |start: &str| {
+        let found = lines.iter().rposition(|line| line.starts_with(start));
+        found.unwrap_or_else(|| panic!("no `{start}`\n{}\n{}", run.out, run.err))
+    };
+    let (found, trust, next) = (place("found: "), place("trust: "), place("next: "));
+    assert_eq!((found + 1, next + 1), (trust, lines.len()), "{}", run.out);
+    assert!(lines[trust + 1..next].iter().all(|line| line.starts_with("  - ")) && next > trust + 1, "{}", run.out);
+    [lines[found].into(), lines[trust..next].join("\n"), lines[next].into()]
 }
 
 /// The ten mistakes about which a newcomer was told nothing: a sentence, exit code 1, an estimate and no URDF.
@@ -72,7 +75,7 @@ fn no_mistake_is_silent() {
         let run = rist(&here, &["identify", robot, &file, "--out", &estimate, "--write-urdf", &urdf]);
         assert_eq!(run.code, Some(1), "{name}: {}{}", run.out, run.err);
         let last = verdict(&run);
-        assert!(last[1].starts_with("trust: no: ") && last[1].contains(sentence), "{name}: {last:?}");
+        assert!(last[1].starts_with("trust: no\n") && last[1].contains(sentence), "{name}: {last:?}");
         assert!(run.err.contains("not to be trusted") && run.err.contains("--anyway"), "{name}: {}", run.err);
         assert!(here.join(&estimate).is_file() && !here.join(&urdf).exists(), "{name}");
         let doctor = rist(&here, &["doctor", robot, &file]);
@@ -111,20 +114,20 @@ fn a_good_log_is_trusted() {
     let run = rist(&here, &[&["identify", &ur5, "a.csv"], &write[..]].concat());
     assert_eq!(run.code, Some(0), "{}{}", run.out, run.err);
     let found = verdict(&run);
-    assert!(found[1].starts_with("trust: yes: "), "{found:?}");
+    assert!(found[1].starts_with("trust: yes\n"), "{found:?}");
     let percent = |line: &str, behind: &str| -> f64 {
         let rest = line.split(behind).nth(1).unwrap_or_else(|| panic!("no `{behind}` in {line}"));
         rest.split_whitespace().next().unwrap().parse().unwrap()
     };
-    let description = percent(found[0], "your description predicts this log with ");
-    let identified = percent(found[0], "the identified parameters with ");
+    let description = percent(&found[0], "your description predicts this log with ");
+    let identified = percent(&found[0], "the identified parameters with ");
     // Parameters off by up to 15 %, and not all the same way; noise of 0.1 N m beside torques of some ten.
     assert!((0.5..15.0).contains(&description) && identified < 0.5 * description, "{found:?}");
     assert!(here.join("w.urdf").is_file());
 
     let validated = rist(&here, &["validate", &ur5, "e.yaml", "b.csv"]);
     assert_eq!(validated.code, Some(0), "{}{}", validated.out, validated.err);
-    assert!(verdict(&validated)[1].starts_with("trust: yes: "), "{}", validated.out);
+    assert!(verdict(&validated)[1].starts_with("trust: yes\n"), "{}", validated.out);
     let backwards = changed(&good, |l| each(&mut l.tau, |x| -x));
     backwards.write(&here.join("c.csv"), model.regressor().coordinates());
     let refused = rist(&here, &["validate", &ur5, "e.yaml", "c.csv"]);
@@ -147,7 +150,7 @@ fn a_validation_judges_its_own_residual() {
     let run = rist(&here, &["validate", &ur5, "e.yaml", "b.csv"]);
     let found = verdict(&run);
     assert_eq!(run.code, Some(1), "{found:?}");
-    assert!(found[1].starts_with("trust: no: the description predicts the other log better"), "{found:?}");
+    assert!(found[1].starts_with("trust: no\n  - the description predicts the other log better"), "{found:?}");
     assert!(!run.out.contains("what is left"), "{}", run.out);
 }
 

@@ -1,11 +1,15 @@
 //! Tasks of this repository: `cargo xtask gen [--check] [MODEL..]`, `cargo xtask bench`,
-//! `cargo xtask datasets DIR`, `cargo xtask stubs [--check]`, `cargo xtask notices [--check]`, `cargo xtask python`,
+//! `cargo xtask pictures [--check]`, `cargo xtask book [--check | --screenshots]`, `cargo xtask datasets DIR`, `cargo xtask stubs [--check]`, `cargo xtask notices [--check]`, `cargo xtask python`,
 //! `cargo xtask fuzz SECONDS`, `cargo xtask sanitize`.
 
 mod bench_task;
+mod book_pages;
+mod book_task;
 mod cargo;
 mod fuzz_task;
 mod gen_task;
+mod pictures;
+mod pictures_task;
 mod python_task;
 mod sanitize_task;
 mod stubs_task;
@@ -22,6 +26,11 @@ cargo xtask gen --check [MODEL..]   compare instead of writing, and say what to 
 cargo xtask bench                   time derivations, calls and the compilation of a generated file, each held
                                     against an independent recursion; writes docs/benchmarks.md and records/
 cargo xtask bench instructions      count the instructions of calls (needs valgrind and gungraun-runner)
+cargo xtask pictures [--check]      write (compare) docs/pictures/*.svg, each drawn from what it tells of
+cargo xtask book                    the pages of docs/ as a book, with live pages of rist, in target/book; where mdbook is
+                                    absent they are checked all the same. RIST names a program that is built already
+cargo xtask book --check            check pages, links and order alone
+cargo xtask book --screenshots      also take the pictures of the live pages by Chromium, into docs/pictures
 cargo xtask datasets DIR            the scoreboard on the measured robots whose logs are in folders of DIR
 cargo xtask stubs [--check]         write (compare) what Python and docs/files.md say of the fields of requests
 cargo xtask notices [--check]       write (compare) THIRD_PARTY_NOTICES, the licences of the crates in a binary
@@ -41,6 +50,8 @@ fn main() -> ExitCode {
         Some((task, rest)) if task == "bench" => bench_task::run(rest),
         Some((task, rest)) if task == "python" => python_task::run(rest),
         Some((task, rest)) if task == "stubs" || task == "notices" => stubs_task::run(task, rest),
+        Some((task, rest)) if task == "pictures" => pictures_task::run(rest),
+        Some((task, rest)) if task == "book" => book_task::run(rest),
         Some((task, rest)) if task == "fuzz" => fuzz_task::run(rest),
         Some((task, rest)) if task == "sanitize" => sanitize_task::run(rest),
         Some((task, rest)) if task == "datasets" => {

@@ -4,6 +4,18 @@ use std::fmt;
 
 use serde::Serialize;
 
+/// `x` with at most so many significant digits, and no zeros behind them: `0.5`, `-6.283`. It has an exponent only where
+/// it could not be read without.
+pub fn significant(x: f64, digits: usize) -> String {
+    let rounded: f64 = format!("{x:.*e}", digits.saturating_sub(1)).parse().unwrap_or(x);
+    match rounded.abs() {
+        // Minus zero too.
+        0.0 => "0".into(),
+        1e-5..1e7 => rounded.to_string(),
+        _ => format!("{rounded:e}"),
+    }
+}
+
 /// A number with its unit.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Figure {
@@ -61,6 +73,13 @@ impl fmt::Display for Bound {
             Bound::Exactly(figure) => write!(f, "exactly {}", figure.rounded(|shown| shown != figure.value)),
         }
     }
+}
+
+#[test]
+fn digits_that_count() {
+    let all = [(0.1 + 0.2, "0.3"), (-209.43951, "-209.4"), (0.0, "0"), (-0.0, "0"), (38.800000000000004, "38.8")];
+    all.iter().for_each(|(x, text)| assert_eq!(significant(*x, 4), *text));
+    assert_eq!((significant(-5.3004e-13, 3), significant(123456.0, 3)), ("-5.3e-13".into(), "123000".into()));
 }
 
 #[test]

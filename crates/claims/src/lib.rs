@@ -46,7 +46,7 @@ mod standing;
 mod subject;
 
 pub use claim::Claim;
-pub use figure::{Bound, Figure};
+pub use figure::{Bound, Figure, significant};
 pub use outcome::Outcome;
 pub use purpose::{Need, Purpose};
 pub use remedy::{Remedy, Trial};

@@ -13,7 +13,7 @@ use serde_json::{Value, json};
 use crate::artefact::read_text;
 use crate::failure::Failure;
 use crate::flags::Flags;
-use crate::model::ModelArguments;
+use crate::model::{ModelArguments, is_prismatic};
 use crate::terminal::{self, at_work, print_result};
 
 /// Prove anew that an exciting motion keeps its limits, or a plan, or what others made
@@ -61,9 +61,9 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let PointsFiles { interpolation } = arguments.points.read()?;
     at_work(format_args!("proving the limits of {}", file.display()));
     match content {
-        Content::Motion(motion) => print_one(file, &rist::check(&model, file, &motion, &request)?),
+        Content::Motion(motion) => print_one(&model, file, &rist::check(&model, file, &motion, &request)?),
         Content::Points(points) => {
-            print_one(file, &rist::check_points(&model, file, *points, interpolation, &request)?)
+            print_one(&model, file, &rist::check_points(&model, file, *points, interpolation, &request)?)
         }
         Content::Plan(plan) => {
             if interpolation.is_some() {
@@ -106,9 +106,10 @@ fn value(checked: &Checked) -> Result<Value, serde_json::Error> {
     }))
 }
 
-fn print_one(file: &Path, checked: &Checked) -> Result<(), Failure> {
+fn print_one(model: &Model, file: &Path, checked: &Checked) -> Result<(), Failure> {
     let ledger = checked.ledger();
-    let mut text = terminal::notes(&checked.notes) + &certificate_text(&checked.certificate);
+    let mut text =
+        terminal::notes(&checked.notes) + &certificate_text(&checked.certificate, &|name| is_prismatic(model, name));
     text += &ledger.left_out_text();
     text += &format!("\nwhere the limits stand:\n{}\n{ledger}\n", origins_text(&checked.origins));
     print_result(text, || value(checked))?;

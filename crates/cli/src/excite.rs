@@ -10,7 +10,7 @@ use crate::artefact::check_outputs;
 use crate::failure::Failure;
 use crate::flags::Flags;
 use crate::interrupt::interruptible;
-use crate::model::ModelArguments;
+use crate::model::{ModelArguments, is_prismatic};
 use crate::report::page_of_motion;
 use crate::terminal::{self, print_result, progress};
 use rist::output::write_file;
@@ -65,7 +65,8 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let request = arguments.request.read()?;
     let told = |done: usize, all: usize, text: &str| progress(format_args!("start {done} of {all}: {text}"));
     let found = interruptible(|| rist::excite(&model, &request, &told))??;
-    print_result(format_args!("{}{found}", terminal::notes(&found.notes)), || serde_json::to_value(&found))?;
+    let text = found.text(&|name| is_prismatic(&model, name));
+    print_result(format_args!("{}{text}", terminal::notes(&found.notes)), || serde_json::to_value(&found))?;
     if !found.proven && !arguments.unproven {
         return Err(Failure::verdict(format_args!(
             "no motion was found whose limits are proven to be kept; the best one: {}; nothing is written (--unproven writes \

@@ -18,6 +18,8 @@ mod excite;
 mod failure;
 mod flags;
 mod generate;
+mod groups;
+mod help;
 mod identify;
 mod inspect;
 mod interrupt;
@@ -37,14 +39,14 @@ mod verdict;
 use std::ffi::OsString;
 use std::io::{self, Write};
 
-use clap::{CommandFactory, Parser, Subcommand};
+use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
 use failure::{Failure, UNUSABLE};
 use terminal::TerminalArguments;
 
 /// From a robot description to an exact symbolic model, generated Rust code, and inertial parameters
 /// identified on the machine.
 #[derive(Parser)]
-#[command(name = "rist", version, max_term_width = 100)]
+#[command(name = "rist", version, max_term_width = help::COLUMNS)]
 struct Arguments {
     #[command(subcommand)]
     command: Command,
@@ -55,15 +57,13 @@ struct Arguments {
 
 #[derive(Subcommand)]
 enum Command {
+    Example(example::Arguments),
     Inspect(inspect::Arguments),
-    Convert(convert::Arguments),
     Lint(lint::Arguments),
-    Evaluate(evaluate::Arguments),
-    Generate(generate::Arguments),
-    Derive(derive::Arguments),
-    Plan(plan::Arguments),
+    Convert(convert::Arguments),
     Excite(excite::Arguments),
     Check(check::Arguments),
+    Plan(plan::Arguments),
     Simulate(simulate::Arguments),
     Doctor(doctor::Arguments),
     Identify(Box<identify::Arguments>),
@@ -73,7 +73,9 @@ enum Command {
     Merge(merge::Arguments),
     Solve(solve::Arguments),
     Compare(compare::Arguments),
-    Example(example::Arguments),
+    Generate(generate::Arguments),
+    Derive(derive::Arguments),
+    Evaluate(evaluate::Arguments),
     Schema(schema::Arguments),
     Completions(shell::CompletionArguments),
     Man(shell::ManualArguments),
@@ -108,11 +110,17 @@ fn keep_freed_memory() {
     drop(std::hint::black_box(Vec::<u8>::with_capacity(LARGEST_KEPT_BYTES)));
 }
 
+/// The program with its help.
+fn program() -> clap::Command {
+    help::arranged(Arguments::command())
+}
+
 /// Runs the program with the words of a command line, of which the first is its own name. Returns its exit code: 0, 1 for a
 /// verdict against what was given, 2 for what cannot be used. Once in a process: how it speaks is set for good.
 pub fn run_program(words: Vec<OsString>) -> u8 {
     keep_freed_memory();
-    let code = match Arguments::try_parse_from(&words) {
+    let matches = program().try_get_matches_from(&words);
+    let code = match matches.and_then(|matches| Arguments::from_arg_matches(&matches)) {
         Ok(arguments) => run_command(arguments, &words),
         Err(e) => {
             // Help and version too. Where nobody reads, nobody has to be told.
@@ -165,8 +173,8 @@ fn run(command: Command) -> Result<(), Failure> {
         Command::Compare(arguments) => compare::run(&arguments),
         Command::Example(arguments) => example::run(&arguments),
         Command::Schema(arguments) => schema::run(&arguments),
-        Command::Completions(arguments) => shell::completions(&arguments, Arguments::command()),
-        Command::Man(arguments) => shell::manual(&arguments, Arguments::command()),
+        Command::Completions(arguments) => shell::completions(&arguments, program()),
+        Command::Man(arguments) => shell::manual(&arguments, program()),
         Command::Notices => terminal::print(include_str!("../../../THIRD_PARTY_NOTICES")),
     }
 }

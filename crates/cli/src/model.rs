@@ -71,3 +71,10 @@ impl ModelArguments {
         Ok(model)
     }
 }
+
+/// Whether a coordinate of this name slides; `None` where there is none.
+pub(crate) fn is_prismatic(model: &Model, name: &str) -> Option<bool> {
+    let regressor = model.regressor();
+    let place = regressor.coordinates().iter().position(|known| known == name)?;
+    Some(regressor.is_prismatic(place))
+}

@@ -31,7 +31,7 @@ pub(crate) struct TerminalArguments {
     pub quiet: bool,
 
     /// Colours; NO_COLOR in the environment turns them off too
-    #[arg(long, global = true, value_name = "WHEN", default_value_t = ColorChoice::Auto)]
+    #[arg(long, global = true, value_name = "WHEN", default_value_t = ColorChoice::Auto, hide_short_help = true)]
     pub color: ColorChoice,
 }
 
@@ -65,7 +65,8 @@ pub(crate) fn print_result(
     json: impl FnOnce() -> Result<Value, serde_json::Error>,
 ) -> Result<(), Failure> {
     if !is_json() {
-        return print(&shown::lines(&spelled(&text.to_string(), Reader::Program)));
+        let text = spelled(&text.to_string(), Reader::Program);
+        return print(&shown::lines(&in_columns(&text, columns())));
     }
     match json() {
         Ok(value) => print(&shown::json(&spelled(&format!("{value:#}\n"), Reader::Program))),
@@ -85,8 +86,60 @@ pub(crate) fn print(text: &str) -> Result<(), Failure> {
 /// Says on standard error what the user should know beside the result.
 pub(crate) fn note(text: impl Display) {
     if !arguments().quiet {
-        complain(&spelled(&format!("note: {text}\n"), Reader::Program));
+        let text = spelled(&format!("note: {text}\n"), Reader::Program);
+        complain(&in_columns(&text, columns()));
     }
+}
+
+/// Columns that sentences are folded at where no terminal says less.
+const MOST_COLUMNS: usize = 100;
+/// A narrower terminal folds by itself.
+const FEWEST_COLUMNS: usize = 40;
+
+/// Columns of standard output: what COLUMNS in the environment says, else those of the terminal, at most 100.
+fn columns() -> usize {
+    let asked = std::env::var("COLUMNS").ok().and_then(|text| text.parse().ok());
+    let of_terminal = || {
+        let out = io::stdout();
+        let found = out.is_terminal().then(|| terminal_size::terminal_size_of(&out)).flatten();
+        found.map_or(MOST_COLUMNS, |(width, _)| usize::from(width.0).min(MOST_COLUMNS))
+    };
+    asked.unwrap_or_else(of_terminal).max(FEWEST_COLUMNS)
+}
+
+/// The text with its sentences folded; lines of tables, which have several blanks between their cells, stay.
+fn in_columns(text: &str, columns: usize) -> String {
+    let mut out = String::with_capacity(text.len());
+    for line in text.split_inclusive('\n') {
+        let (start, end) = (line.trim_end_matches('\n'), &line[line.trim_end_matches('\n').len()..]);
+        let words = start.trim_start();
+        let indent = start.len() - words.len();
+        if start.chars().count() <= columns || words.contains("  ") {
+            out += line;
+            continue;
+        }
+        // What follows stands below the words of a bullet, and two columns in elsewhere.
+        let hang = format!("\n{:1$}", "", indent + 2);
+        out += &start[..indent];
+        out += &folded(words, columns - (indent + 2).min(columns / 2)).join(&hang);
+        out += end;
+    }
+    out
+}
+
+/// The words of a text in lines of at most so many characters; a longer word has a line of its own.
+pub(crate) fn folded(text: &str, columns: usize) -> Vec<String> {
+    let mut lines: Vec<String> = Vec::new();
+    for word in text.split_whitespace() {
+        match lines.last_mut() {
+            Some(line) if line.chars().count() + 1 + word.chars().count() <= columns => {
+                line.push(' ');
+                line.push_str(word);
+            }
+            _ => lines.push(word.into()),
+        }
+    }
+    lines
 }
 
 /// What a step says beside its result, as lines before it; nothing where notes are not wanted.
@@ -195,11 +248,28 @@ fn watch() {
 mod tests {
     use super::*;
 
+    /// No word is lost, no line is longer unless it is one word, and tables stay.
+    #[test]
+    fn sentences_are_folded_and_tables_are_not() {
+        let row = format!("a  {}", "1.0  ".repeat(30));
+        let text = format!("found: {}\n  - {}\n{row}\n\nshort\n", "one two ".repeat(20), "three ".repeat(30));
+        let folded = in_columns(&text, 60);
+        let words = |text: &str| text.split_whitespace().map(str::to_string).collect::<Vec<_>>();
+        assert_eq!(words(&folded), words(&text));
+        assert!(folded.lines().all(|line| line.len() <= 60 || line == row), "{folded}");
+        assert!(
+            folded.contains("\n    three") && (folded.contains("\n  two") || folded.contains("\n  one")),
+            "{folded}"
+        );
+        assert_eq!(in_columns(&text, 1000), text);
+        assert_eq!(in_columns(&"x".repeat(90), 60), "x".repeat(90));
+    }
+
     #[test]
     fn words_at_the_start_of_a_line_are_coloured() {
-        let text = "found: x\ntrust: no: note: y\nnotes: z\n";
+        let text = "found: x\ntrust: no\n  - note: y\nnotes: z\n";
         let seen = coloured(text);
-        assert!(seen.starts_with("found: x\n\u{1b}[1m\u{1b}[31mtrust: no\u{1b}[0m: note: y\nnotes: z"), "{seen:?}");
+        assert!(seen.starts_with("found: x\n\u{1b}[1m\u{1b}[31mtrust: no\u{1b}[0m\n  - note: y\nnotes: z"), "{seen:?}");
         assert_eq!(anstream::adapter::strip_str(&seen).to_string(), text);
     }
 }

@@ -69,8 +69,11 @@ def program():
     if not path:
         pytest.skip("RIST_PROGRAM does not say where the program rist is; cargo xtask python says it")
 
+    # Sentences in one line, as Python has them.
+    unfolded = {**os.environ, "COLUMNS": "100000"}
+
     def run(*arguments):
-        done = subprocess.run([path, *map(str, arguments)], cwd=ROOT, capture_output=True, text=True)
+        done = subprocess.run([path, *map(str, arguments)], cwd=ROOT, capture_output=True, text=True, env=unfolded)
         return done
 
     return run

@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use claims::significant;
 use experiments::excitation::artefact::MotionJoint;
 use experiments::excitation::columns::visible_columns;
 use experiments::excitation::criterion::Aim;
@@ -319,8 +320,8 @@ fn motion_joints(motion: &Motion, names: &[String], limits: &[CoordinateLimits])
 fn progress_text(found: Option<&Found>, aim: Aim, names: &[String], gaps: &[Gap]) -> String {
     let Some(found) = found else { return "no motion within the limits".into() };
     let value = match aim {
-        Aim::Determinant => format!("det^(1/p) {:.4e}", (-found.criterion).exp()),
-        Aim::Condition => format!("cond_fro {:.2}", found.criterion.exp()),
+        Aim::Determinant => format!("det^(1/p) {}", significant((-found.criterion).exp(), 4)),
+        Aim::Condition => format!("cond_fro {}", significant(found.criterion.exp(), 4)),
     };
     let (room, k, limit): (f64, usize, LimitKind) = found.room;
     let torque = found.torque.map(|(share, k, limit)| {

@@ -167,14 +167,20 @@ fn swaps(given: &[f64], makes_sense: impl Fn([f64; 6]) -> bool, find: &mut impl 
     }
 }
 
+/// So many significant digits, without an exponent.
+fn shown(x: f64, digits: usize) -> f64 {
+    format!("{x:.*e}", digits - 1).parse().unwrap_or(x)
+}
+
 fn impossible(six: &[f64; 6], find: &mut impl FnMut(Mistake, String)) {
     let [a, b, c] = principal_moments(six);
-    let shown = format!("the principal moments about its centre of mass are {a:.4e}, {b:.4e}, {c:.4e} kg m^2");
+    let [least, middle, most] = [a, b, c].map(|x| shown(x, 5));
+    let moments = format!("the principal moments about its centre of mass are {least}, {middle}, {most} kg m^2");
     if a < 0.0 {
-        find(Mistake::NotPositive, format!("{shown}: none may be negative"));
+        find(Mistake::NotPositive, format!("{moments}: none may be negative"));
     }
     if a + b < c {
-        let text = format!("{shown}: the sum of the smaller two misses the largest by {:.4e}", c - a - b);
+        let text = format!("{moments}: the sum of the smaller two misses the largest by {}", shown(c - a - b, 3));
         find(Mistake::TriangleInequality, text);
     }
 }
@@ -216,8 +222,9 @@ fn turned_frame(link: &Link, part: &Part, findings: &mut Vec<Finding>) {
     let away = (0..6).map(|k| (turned[k] - x[k]).abs()).fold(0.0, f64::max);
     if away > ROUNDED_TURN_SHARE * largest {
         let text = format!(
-            "its inertial frame is turned (rpy): whoever ignores that reads entries wrong by up to {away:.2e} kg m^2, \
+            "its inertial frame is turned (rpy): whoever ignores that reads entries wrong by up to {} kg m^2, \
              {:.0} % of the largest principal moment",
+            shown(away, 3),
             100.0 * away / largest
         );
         findings.push(Finding { link: part.name.clone(), mistake: Mistake::TurnedInertialFrame, text });

@@ -214,6 +214,8 @@ pub(crate) const ORDERS: [(&str, &[&str]); 18] = [
             "failure",
             "flags",
             "terminal",
+            "groups",
+            "help",
             "interrupt",
             "verdict",
             "model",
@@ -275,7 +277,23 @@ pub(crate) const ORDERS: [(&str, &[&str]); 18] = [
             "random_situations",
         ],
     ),
-    ("xtask", &["cargo", "stubs_task", "gen_task", "bench_task", "python_task", "fuzz_task", "sanitize_task", "main"]),
+    (
+        "xtask",
+        &[
+            "cargo",
+            "stubs_task",
+            "gen_task",
+            "pictures",
+            "pictures_task",
+            "book_pages",
+            "book_task",
+            "bench_task",
+            "python_task",
+            "fuzz_task",
+            "sanitize_task",
+            "main",
+        ],
+    ),
 ];
 
 /// Packages without an order, each with the reason.

@@ -3,22 +3,12 @@
 use std::path::{Path, PathBuf};
 
 use clap::{ArgMatches, Args, Command, FromArgMatches};
+use rist::request::spelling::{Reader, spelled};
 use rist::request::{Field, Method, MethodRequest, Request, Words};
 
 use crate::failure::Failure;
 use crate::flags::{Given, flag};
 use crate::model::ModelArguments;
-
-const EXAMPLES: &str = "\
-Examples:
-  rist identify robot.urdf log.csv --rotor-inertia actuated --out estimate.yaml --report page.html
-      identify a robot from a log, with the inertias of its motors
-  rist identify robot.urdf a.csv b.csv --validate c.csv --friction auto --delay auto
-      fit two logs, choose the friction model and the delay of the torques, and predict a third log
-  rist identify robot.urdf log.mcap --gain elbow=11.5,wrist=7+-2 --consistent --write-urdf identified.urdf
-      identify bodies that can exist from motor currents, and write the description with them
-  rist identify robot.yaml logs --plan plan.yaml --method rist-mh --gain q3=1
-      identify from the experiments of a plan";
 
 /// Identify a robot's base parameters and friction from logs
 ///
@@ -26,13 +16,15 @@ Examples:
 /// directory. It holds the time t and, for every coordinate, positions, torques or currents, and velocities where they
 /// were measured. Columns are found by their names (q1 or q_<coordinate>, dq.., tau.., i..).
 #[derive(Args)]
-#[command(after_help = EXAMPLES)]
 pub(crate) struct Arguments {
     #[command(flatten)]
     pub model: ModelArguments,
 
-    /// The logs, fitted together; log.mcap#/topic names one of several topics of a recording. With --plan: the directory
-    /// of its logs, one an experiment: e01.csv, ..
+    /// The logs, fitted together: CSV, .npz, Parquet, MCAP or a rosbag2 directory with time, positions and torques or
+    /// currents
+    ///
+    /// log.mcap#/topic names one of several topics of a recording. With --plan: the directory of its logs, one per
+    /// experiment: e01.csv, ..
     #[arg(required = true, value_name = "LOG")]
     pub logs: Vec<PathBuf>,
 
@@ -55,8 +47,9 @@ pub(crate) struct Asked {
 /// What methods say of a field, each text with the methods that say it.
 type Told = Vec<(String, Vec<&'static str>)>;
 
-/// The flags of all methods, each once; where methods say different things of one, all of them.
-fn fields() -> Vec<Field> {
+/// The flags of all methods, each once, with what the first of them says of it; where others say something else, the
+/// field has all of it.
+fn fields() -> Vec<(Field, String)> {
     let mut told: Vec<(Field, Told)> = Vec::new();
     for method in Method::all() {
         for field in method.fields().into_iter().chain(method.files()) {
@@ -73,16 +66,18 @@ fn fields() -> Vec<Field> {
         }
     }
     let whole = |(field, docs): (Field, Told)| {
-        let first = docs.first().map(|(doc, _)| doc.clone());
-        let others = docs.iter().skip(1).map(|(doc, methods)| format!("{}: {doc}", methods.join(", ")));
-        Field { doc: first.into_iter().chain(others).collect::<Vec<_>>().join("; "), ..field }
+        let first = docs.first().map_or(String::new(), |(doc, _)| doc.clone());
+        let others = docs.iter().skip(1).map(|(doc, methods)| format!("; {}: {doc}", methods.join(", ")));
+        (Field { doc: first.clone() + &others.collect::<String>(), ..field }, first)
     };
-    MethodRequest::fields().into_iter().chain(told.into_iter().map(whole)).collect()
+    let of_method = MethodRequest::fields().into_iter().map(|field| (field.clone(), field.doc));
+    of_method.chain(told.into_iter().map(whole)).collect()
 }
 
 impl Args for Asked {
     fn augment_args(command: Command) -> Command {
-        command.args(fields().iter().map(flag))
+        let told = |doc: &str| spelled(doc, Reader::Program);
+        command.args(fields().iter().map(|(field, first)| flag(field).help(told(first)).long_help(told(&field.doc))))
     }
 
     fn augment_args_for_update(command: Command) -> Command {
@@ -94,7 +89,7 @@ impl FromArgMatches for Asked {
     fn from_arg_matches(matches: &ArgMatches) -> Result<Asked, clap::Error> {
         let word = matches.get_one::<String>("method").map_or("", String::as_str);
         let method = Method::of_word(word).unwrap_or(MethodRequest::default().method);
-        Ok(Asked { method, given: Given::of(fields(), matches) })
+        Ok(Asked { method, given: Given::of(fields().into_iter().map(|(field, _)| field).collect(), matches) })
     }
 
     fn update_from_arg_matches(&mut self, matches: &ArgMatches) -> Result<(), clap::Error> {

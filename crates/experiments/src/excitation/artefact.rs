@@ -5,18 +5,21 @@
 
 use std::fmt;
 
+use claims::significant;
 use linear_model::artefact::{self, Kind, Seal};
 use linear_model::reference::ModelReference;
 use logs::Error;
 use serde::{Deserialize, Serialize};
 
+use crate::excitation::certificate_text::parameters_text;
+pub use crate::excitation::certificate_text::{LimitSummary, certificate_summary, certificate_text};
 use crate::excitation::criterion::Aim;
 use crate::excitation::fourier_series::FourierSeries;
 use crate::excitation::ledger::{LowestPoint, MotionLedger};
 use crate::excitation::left_out::LeftOut;
-use crate::excitation::limits::{CoordinateLimits, LimitKind};
+use crate::excitation::limits::CoordinateLimits;
 use crate::excitation::motion::{Motion, Shape};
-use crate::excitation::proof::{CertificateRow, IdentifiedTorque, Kept};
+use crate::excitation::proof::{CertificateRow, IdentifiedTorque};
 use crate::excitation::quintic_spline::QuinticSpline;
 use crate::excitation::space_limits::{Floor, SpaceLimits};
 use crate::excitation::visibility::VisibleParameter;
@@ -260,44 +263,6 @@ const MOST_HARMONICS: usize = 100;
 /// rad (m).
 const LARGEST_NUMBER: f64 = 1e6;
 
-/// The rows of one kind of limit.
-pub struct LimitSummary<'a> {
-    /// The kind.
-    pub limit: LimitKind,
-    /// Rows of it.
-    pub count: usize,
-    /// How many of them are proven.
-    pub proven: usize,
-    /// Of those proven, the one with the least room as a share of its bound.
-    pub nearest: Option<&'a CertificateRow>,
-    /// Those that are not.
-    pub faults: Vec<&'a CertificateRow>,
-}
-
-/// A certificate by kind of limit, those it has rows of.
-pub fn certificate_summary(rows: &[CertificateRow]) -> Vec<LimitSummary<'_>> {
-    let share = |r: &CertificateRow| r.room() / r.bound.abs().max(f64::MIN_POSITIVE);
-    let of_kind = |limit: LimitKind| {
-        let own = rows.iter().filter(move |r| r.limit == limit);
-        let (proven, faults): (Vec<&CertificateRow>, Vec<_>) = own.partition(|r| r.kept == Kept::Proven);
-        let nearest = proven.iter().copied().min_by(|a, b| share(a).total_cmp(&share(b)));
-        LimitSummary { limit, count: proven.len() + faults.len(), proven: proven.len(), nearest, faults }
-    };
-    LimitKind::ALL.map(of_kind).into_iter().filter(|summary| summary.count > 0).collect()
-}
-
-/// A certificate for people: violated and open limits in full, the others as the least room of each limit.
-pub fn certificate_text(rows: &[CertificateRow]) -> String {
-    let mut text = String::new();
-    for LimitSummary { limit, count, proven, nearest, faults } in certificate_summary(rows) {
-        if let Some(nearest) = nearest {
-            text.push_str(&format!("{limit:<13} proven for {proven} of {count}; nearest: {nearest}\n"));
-        }
-        faults.iter().for_each(|row| text.push_str(&format!("{row}\n")));
-    }
-    text
-}
-
 /// Seconds without the digits that rounding left: 38.8, not 38.800000000000004.
 fn seconds(x: f64) -> f64 {
     let micros = (x * 1e6).round();
@@ -310,26 +275,27 @@ fn counted(count: usize, one: &str, several: &str) -> String {
     format!("{count} {}", if count == 1 { one } else { several })
 }
 
+impl ExcitingMotion {
+    /// The motion for people. `is_prismatic` is as of [`certificate_text`].
+    pub fn text(&self, is_prismatic: &dyn Fn(&str) -> Option<bool>) -> String {
+        let (determinant, condition) = (significant(self.determinant, 4), significant(self.condition_number, 3));
+        let kept = self.kept_share.map_or(String::new(), |share| {
+            format!("; {:.1} % of what the search found before the proof", 100.0 * share)
+        });
+        format!(
+            "{}: {}\ndet^(1/p) {determinant}, condition number {condition}{kept}\n\n{}{}\n{}\n{}\n",
+            self.model.name,
+            self.in_words(),
+            certificate_text(&self.certificate, is_prismatic),
+            self.ledger().left_out_text(),
+            parameters_text(&self.parameters),
+            self.ledger()
+        )
+    }
+}
+
 impl fmt::Display for ExcitingMotion {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        writeln!(f, "{}: {}", self.model.name, self.in_words())?;
-        write!(f, "det^(1/p) {:.4e}, condition number {:.1}", self.determinant, self.condition_number)?;
-        if let Some(share) = self.kept_share {
-            write!(f, "; {:.1} % of what the search found before the proof", 100.0 * share)?;
-        }
-        writeln!(f, "\n")?;
-        write!(f, "{}", certificate_text(&self.certificate))?;
-        write!(f, "{}", self.ledger().left_out_text())?;
-        writeln!(f)?;
-        writeln!(f, "{:<26} {:>12} {:>12} {:>9}", "parameter", "described", "deviation", "relative")?;
-        for p in &self.parameters {
-            let number = |x: Option<f64>| x.map_or("-".into(), |x| format!("{x:.4e}"));
-            let relative = p.relative_deviation.map_or("-".into(), |r| format!("{:.2} %", 100.0 * r));
-            let remark = p.remark().map_or(String::new(), |remark| format!("  {remark}"));
-            let (described, deviation) = (number(p.described), number(p.deviation));
-            let line = format!("{:<26} {described:>12} {deviation:>12} {relative:>9}{remark}", p.id.to_string());
-            writeln!(f, "{}", line.trim_end())?;
-        }
-        writeln!(f, "\n{}", self.ledger())
+        f.write_str(&self.text(&|_| None))
     }
 }

@@ -12,7 +12,9 @@
 
 use std::fmt;
 
-use claims::{Bound, Claim, Figure, Need, Outcome, Purpose, Remedy, Standing, Subject, Topic, Trial, worst};
+use claims::{
+    Bound, Claim, Figure, Need, Outcome, Purpose, Remedy, Standing, Subject, Topic, Trial, significant, worst,
+};
 use serde::{Deserialize, Serialize};
 
 use crate::excitation::left_out::{LeftOut, Matter, Why};
@@ -135,12 +137,7 @@ fn subject_of_row(row: &CertificateRow) -> Subject {
 
 fn claim_of_row(row: &CertificateRow) -> Claim {
     let is_distance = matches!(row.limit, LimitKind::Distance | LimitKind::Region);
-    // Rows do not know whether their coordinate slides.
-    let both = || {
-        let (turns, slides) = (row.limit.unit(false), row.limit.unit(true));
-        if turns == slides { turns.to_string() } else { format!("{turns} ({slides})") }
-    };
-    let bound = Figure::new(row.nowhere_beyond, both());
+    let bound = Figure::new(row.nowhere_beyond, row.limit.unit_of(None));
     let outcome = match row.kept {
         Kept::Proven => Outcome::Proven {
             bound: if is_distance || row.bound < 0.0 { Bound::AtLeast(bound) } else { Bound::AtMost(bound) },
@@ -211,9 +208,9 @@ impl fmt::Display for MotionLedger<'_> {
         };
         let floor = match (self.floor, self.lowest) {
             (Some(floor), Some(low)) => {
-                Some(format!("floor at z = {floor} m, lowest point {:.4} m ({})", low.z_m, low.link))
+                Some(format!("floor at z = {floor} m, lowest point {} m ({})", significant(low.z_m, 3), low.link))
             }
-            (None, Some(low)) => Some(format!("no floor, lowest point {:.4} m ({})", low.z_m, low.link)),
+            (None, Some(low)) => Some(format!("no floor, lowest point {} m ({})", significant(low.z_m, 3), low.link)),
             (Some(floor), None) => Some(format!("floor at z = {floor} m")),
             (None, None) => None,
         };
@@ -305,7 +302,7 @@ mod tests {
         assert!(with.to_string().contains("; floor at z = 0 m, lowest point 0.0346 m (hand)"), "{with}");
         let below = LowestPoint { z_m: -0.3, ..lowest.clone() };
         let without = MotionLedger { lowest: Some(&below), ..ledger(&rows, &[]) };
-        assert!(without.to_string().contains("; no floor, lowest point -0.3000 m (hand)"), "{without}");
+        assert!(without.to_string().contains("; no floor, lowest point -0.3 m (hand)"), "{without}");
         assert!(!ledger(&rows, &[]).to_string().contains("lowest"));
     }
 }

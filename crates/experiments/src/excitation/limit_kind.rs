@@ -43,6 +43,16 @@ impl LimitKind {
         LimitKind::Power,
     ];
 
+    /// The unit; both where nobody says whether the joint slides: `rad (m)`.
+    pub fn unit_of(self, is_prismatic: Option<bool>) -> String {
+        let (turns, slides) = (self.unit(false), self.unit(true));
+        match is_prismatic {
+            Some(is_prismatic) => self.unit(is_prismatic).into(),
+            None if turns == slides => turns.into(),
+            None => format!("{turns} ({slides})"),
+        }
+    }
+
     /// The unit at a joint that turns, or slides.
     pub fn unit(self, is_prismatic: bool) -> &'static str {
         match (self, is_prismatic) {

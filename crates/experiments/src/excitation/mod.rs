@@ -3,6 +3,7 @@
 
 pub mod artefact;
 pub mod barrier;
+pub mod certificate_text;
 pub mod columns;
 pub mod course;
 pub mod criterion;

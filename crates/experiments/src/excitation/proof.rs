@@ -103,20 +103,7 @@ impl CertificateRow {
 
 impl fmt::Display for CertificateRow {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let CertificateRow { limit, subject, time_s, value, bound, .. } = self;
-        match self.kept {
-            Kept::Proven => write!(f, "{limit} of {subject}: {value:.6} at {time_s:.4} s, bound {bound:.6}, proven"),
-            Kept::Violated => write!(
-                f,
-                "{limit} of {subject}: {value:.6} at {time_s:.4} s is beyond {bound:.6} by {:.3e}",
-                (value - bound).abs()
-            ),
-            Kept::Open => write!(
-                f,
-                "{limit} of {subject}: {value:.6} at {time_s:.4} s, bound {bound:.6}, not proven: nowhere beyond {:.6}",
-                self.nowhere_beyond
-            ),
-        }
+        f.write_str(&self.in_words(None))
     }
 }
 

@@ -5,6 +5,7 @@
 
 use std::fmt;
 
+use claims::significant;
 use linear_model::artefact::{self, Kind, Seal};
 use linear_model::parameter::{BaseParameter, Parameter, ParameterId};
 use linear_model::reference::ModelReference;
@@ -316,8 +317,10 @@ impl fmt::Display for ExperimentPlan {
         writeln!(f, "{}: {count} of {} experiments, rank {} of {p}", self.model.name, self.candidates, self.rank)?;
         writeln!(
             f,
-            "D-efficiency at least {:.4}; cond_fro {:.1}, of no plan below {:.1}\n",
-            self.d_efficiency_at_least, self.cond_fro, self.cond_fro_at_least
+            "D-efficiency at least {}; cond_fro {}, of no plan below {}\n",
+            significant(self.d_efficiency_at_least, 4),
+            significant(self.cond_fro, 4),
+            significant(self.cond_fro_at_least, 3)
         )?;
         for e in &self.experiments {
             let slow = if e.slow.is_empty() { String::new() } else { format!(" with {}", e.slow.join(", ")) };
@@ -326,7 +329,7 @@ impl fmt::Display for ExperimentPlan {
             match e.adds_log_det {
                 Some(gain) => writeln!(f, ", log det +{gain:.2}")?,
                 None if e.adds.is_empty() => writeln!(f)?,
-                None => writeln!(f, ", adds {}", names(&e.adds))?,
+                None => writeln!(f, "\n    adds {}", names(&e.adds))?,
             }
         }
         match self.unidentifiable().as_slice() {

@@ -183,14 +183,17 @@ pub(crate) fn not_zero<'de, D: serde::Deserializer<'de>>(reader: D) -> Result<Op
 }
 
 /// Digits behind the point: five, or as many as show two digits of the deviation, or three of the value without one.
-/// The parameters of a robot below a kilogram would all be zeros otherwise.
+/// The parameters of a robot below a kilogram would all be zeros otherwise. A value has six digits, or as many more as
+/// its deviation asks for.
 fn decimals(sigma: f64, value: f64) -> usize {
-    let shown = |x: f64, digits: f64| (digits - 1.0 - x.abs().log10().floor()).clamp(5.0, 9.0) as usize;
-    match (sigma > 0.0, value == 0.0) {
-        (true, _) => shown(sigma, 2.0),
-        (false, false) => shown(value, 3.0),
+    let places = |x: f64, digits: f64| (digits - 1.0 - x.abs().log10().floor()).clamp(0.0, 9.0) as usize;
+    let shown = match (sigma > 0.0, value == 0.0) {
+        (true, _) => places(sigma, 2.0),
+        (false, false) => places(value, 3.0),
         (false, true) => 5,
-    }
+    };
+    let most = if value == 0.0 { 5 } else { places(value, 6.0).max(shown) };
+    shown.max(5).min(most)
 }
 
 impl fmt::Display for Estimate {

@@ -364,7 +364,8 @@ impl fmt::Display for Verdict {
         writeln!(f)?;
         write_claims(f, self.claims.iter().filter(|claim| !IN_THE_TABLE.contains(&claim.subject().topic)))?;
         writeln!(f, "found: {}", self.found)?;
-        writeln!(f, "trust: {}: {}", self.trust.word(), self.reasons.join("; "))?;
+        writeln!(f, "trust: {}", self.trust.word())?;
+        self.reasons.iter().try_for_each(|reason| writeln!(f, "  - {reason}"))?;
         writeln!(f, "next: {}", self.next)
     }
 }

@@ -225,8 +225,12 @@ impl fmt::Display for LogReport {
         let clock = if self.uniform { "uniform" } else { "not uniform" };
         writeln!(
             f,
-            "{} rows, {} used; {:.3} s, median step {:.6} s ({clock}, longest {:.6} s)",
-            self.rows, self.kept, self.duration, self.period, self.longest_step
+            "{} rows, {} used; {} s, median step {} s ({clock}, longest {} s)",
+            self.rows,
+            self.kept,
+            trimmed(self.duration, 3),
+            trimmed(self.period, 6),
+            trimmed(self.longest_step, 6)
         )?;
         let line = self.first_not_finite.map_or(String::new(), |l| format!(", first in line {l}"));
         for (count, one, more, what) in [
@@ -261,6 +265,12 @@ impl fmt::Display for LogReport {
         }
         Ok(())
     }
+}
+
+/// A number with at most so many decimals, and no zeros behind them.
+fn trimmed(x: f64, decimals: usize) -> String {
+    let text = format!("{x:.decimals$}");
+    text.trim_end_matches('0').trim_end_matches('.').into()
 }
 
 /// Whether a step of the clock is that of a uniform clock.

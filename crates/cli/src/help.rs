@@ -1,0 +1,211 @@
+//! The help of the program: commands in the order of use, the flags that most people need, an example each.
+//!
+//! `--help` (and `-h`) has at most 60 lines: what a command is for, the flags of [`GROUPS`], an example. `--help-all` has
+//! every flag with all that is said of it. The flags that commands share, how a description is read and how the program
+//! speaks, come last in both.
+
+use clap::{Arg, ArgAction, Command};
+use rist::ModelOptions;
+use rist::request::Request;
+
+use crate::groups::Shown::{All, Only, Own};
+use crate::groups::{GROUPS, Told};
+use crate::terminal::folded;
+
+/// The first three commands of somebody who has a description and a log.
+const FIRST_STEPS: [(&str, &str); 3] = [
+    ("rist doctor robot.urdf log.csv", "do robot and log belong together?"),
+    ("rist identify robot.urdf log.csv --report page.html", "parameters, a verdict, a page that shows both"),
+    ("rist excite robot.urdf --out motion.yaml --play motion.csv", "no log yet: a motion to record one"),
+];
+
+/// Columns of the help.
+pub(crate) const COLUMNS: usize = 100;
+const SHARED_HEADING: &str = "How the description is read";
+const TERMINAL_HEADING: &str = "Terminal";
+
+/// The program with its help: commands by groups, flags in their order.
+pub(crate) fn arranged(program: Command) -> Command {
+    let told = GROUPS.iter().flat_map(|group| group.commands);
+    let list = list(&program);
+    let program = told.fold(program, |program, told| program.mut_subcommand(told.name, |command| of(told, command)));
+    program
+        .disable_help_flag(true)
+        .arg(Arg::new("help").short('h').long("help").action(ArgAction::HelpShort).help("Print this help"))
+        .arg(Arg::new("help_all").long("help-all").action(ArgAction::HelpLong).help("Print how to switch colours too"))
+        .help_template(format!("{{about-with-newline}}\n{{usage-heading}} {{usage}}\n\n{list}\nOptions:\n{{options}}"))
+}
+
+/// All commands by groups, and what to begin with.
+fn list(program: &Command) -> String {
+    let styles = program.get_styles();
+    let (header, literal) = (styles.get_header(), styles.get_literal());
+    let width = GROUPS.iter().flat_map(|group| group.commands).map(|told| told.name.len()).max().unwrap_or(0);
+    let mut text = String::new();
+    for group in &GROUPS {
+        text += &format!("{header}{}:{header:#}\n", group.title);
+        for Told { name, .. } in group.commands {
+            let about =
+                program.find_subcommand(name).and_then(Command::get_about).map_or(String::new(), |a| a.to_string());
+            let about = folded(&about, COLUMNS - width - 4).join(&format!("\n{:1$}", "", width + 4));
+            text += &format!("  {literal}{name}{literal:#}{:1$}  {about}\n", "", width - name.len());
+        }
+    }
+    text += &format!("\n{header}To begin with:{header:#}\n{}", examples(&FIRST_STEPS));
+    text + "\nrist COMMAND --help has the flags that most people need, and examples; --help-all every flag.\n"
+}
+
+/// Command lines, each with what it is for below it.
+fn examples(of: &[(&str, &str)]) -> String {
+    of.iter().map(|(line, what)| format!("  {line}\n      {what}\n")).collect()
+}
+
+/// A command with its flags in their order: its own, those of the description, those of the terminal.
+fn of(told: &Told, command: Command) -> Command {
+    let shared: Vec<&str> = ModelOptions::fields().iter().map(|field| field.name).collect();
+    let is_shared = |arg: &Arg| shared.contains(&arg.get_id().as_str());
+    let is_shown = |arg: &Arg| match told.shown {
+        All => true,
+        Own => !is_shared(arg),
+        Only(names) => arg.is_positional() || names.contains(&arg.get_id().as_str()),
+    };
+    let (of_description, own): (Vec<Arg>, Vec<Arg>) = command.get_arguments().cloned().partition(is_shared);
+    let of_description = of_description.into_iter().map(|arg| arg.help_heading(SHARED_HEADING));
+    let args = own.into_iter().chain(of_description).map(|arg| {
+        let is_hidden = !is_shown(&arg);
+        arg.hide_short_help(is_hidden)
+    });
+    let args: Vec<Arg> = args.collect();
+    let hidden = args.iter().filter(|arg| arg.is_hide_short_help_set()).count();
+    let flag = |id, long, action, help: String| {
+        Arg::new(id).long(long).action(action).help(help).help_heading(TERMINAL_HEADING).display_order(LAST)
+    };
+    let all = match hidden {
+        0 => "Print all that can be said of every flag".to_string(),
+        1 => "Print every flag, 1 more than here".to_string(),
+        more => format!("Print every flag, {more} more than here"),
+    };
+    // A new command of the same parts: clap keeps the order in which arguments were added.
+    let mut arranged = Command::new(told.name).args(args).groups(command.get_groups().cloned());
+    if let Some(about) = command.get_about() {
+        arranged = arranged.about(about.clone());
+    }
+    if let Some(about) = command.get_long_about() {
+        arranged = arranged.long_about(about.clone());
+    }
+    let heading = if told.examples.len() == 1 { "Example:" } else { "Examples:" };
+    arranged
+        .disable_help_flag(true)
+        .arg(flag("help", "help", ArgAction::HelpShort, "Print this help".into()).short('h'))
+        .arg(flag("help_all", "help-all", ArgAction::HelpLong, all))
+        .after_help(format!("{heading}\n{}", examples(told.examples).trim_end()))
+}
+
+/// Behind the other flags of the terminal.
+const LAST: usize = 1000;
+
+#[cfg(test)]
+mod tests {
+    use clap::CommandFactory;
+    use clap::error::ErrorKind;
+
+    use super::*;
+
+    /// At this width whatever the terminal of the test.
+    fn program() -> Command {
+        arranged(crate::Arguments::command()).term_width(COLUMNS)
+    }
+
+    fn told() -> impl Iterator<Item = &'static Told> {
+        GROUPS.iter().flat_map(|group| group.commands)
+    }
+
+    /// What the program prints for this command line, which asks for help.
+    fn help(line: &[&str]) -> String {
+        let asked = program().try_get_matches_from(line).expect_err("help is no command");
+        assert_eq!(asked.kind(), ErrorKind::DisplayHelp, "{asked}");
+        asked.to_string()
+    }
+
+    #[test]
+    fn every_command_stands_in_one_group() {
+        let mut names: Vec<&str> = told().map(|told| told.name).collect();
+        let program = crate::Arguments::command();
+        let mut commands: Vec<&str> = program.get_subcommands().map(Command::get_name).collect();
+        names.sort_unstable();
+        commands.sort_unstable();
+        assert_eq!(names, commands);
+        assert!(names.len() > 15);
+    }
+
+    #[test]
+    fn help_fits_a_screen_and_a_half() {
+        let lines = |text: &str| text.lines().map(str::to_string).collect::<Vec<_>>();
+        let all = told().map(|told| (told.name, help(&["rist", told.name, "--help"])));
+        for (name, text) in all.chain([("rist", help(&["rist", "--help"]))]) {
+            let lines = lines(&text);
+            assert!(lines.len() <= 60, "rist {name} --help: {} lines\n{text}", lines.len());
+            for line in lines {
+                assert!(line.chars().count() <= COLUMNS, "rist {name} --help: {line}");
+            }
+        }
+    }
+
+    #[test]
+    fn all_help_has_every_flag_in_a_hundred_columns() {
+        let program = crate::Arguments::command();
+        for told in told() {
+            let text = help(&["rist", told.name, "--help-all"]);
+            let command = program.find_subcommand(told.name).expect("it is in one group");
+            for flag in command.get_arguments().filter_map(|arg| arg.get_long()) {
+                let flag = format!("--{flag}");
+                let is_there = text.lines().any(|line| line.split_whitespace().take(2).any(|word| word == flag));
+                assert!(is_there, "rist {} --help-all has no {flag}\n{text}", told.name);
+            }
+            for line in text.lines() {
+                assert!(line.chars().count() <= COLUMNS, "rist {} --help-all: {line}", told.name);
+            }
+            if let Only(names) = told.shown {
+                let known = |name: &&str| command.get_arguments().any(|arg| arg.get_id() == name);
+                let unknown: Vec<_> = names.iter().filter(|name| !known(name)).collect();
+                assert!(unknown.is_empty(), "rist {} has no {unknown:?}", told.name);
+            }
+        }
+    }
+
+    /// What is hidden from the short help is in the long one, and the other way round nothing.
+    #[test]
+    fn shared_flags_come_last() {
+        for told in told() {
+            let text = help(&["rist", told.name, "--help-all"]);
+            let headings: Vec<&str> =
+                text.lines().filter(|line| line.ends_with(':') && !line.starts_with(' ')).collect();
+            let place = |heading: &str| headings.iter().position(|line| line.trim_end_matches(':') == heading);
+            let terminal = place(TERMINAL_HEADING).expect("every command has it");
+            assert!(headings[terminal + 1..].iter().all(|line| line.starts_with("Example")), "{headings:?}");
+            if let Some(shared) = place(SHARED_HEADING) {
+                assert_eq!(shared + 1, terminal, "rist {}: {headings:?}", told.name);
+            }
+        }
+    }
+
+    #[test]
+    fn every_command_has_an_example_that_parses() {
+        let parsed = |line: &str| {
+            let words = line.split_whitespace().take_while(|word| *word != ">");
+            program().try_get_matches_from(words).unwrap_or_else(|e| panic!("{line}\n{e}"))
+        };
+        for told in told() {
+            let mut is_there = false;
+            for (line, what) in told.examples {
+                let command = parsed(line).subcommand_name().map(str::to_string);
+                is_there |= command.as_deref() == Some(told.name);
+                assert!(!what.is_empty() && line.len() <= COLUMNS - 2, "{line}");
+            }
+            assert!(is_there, "rist {} has no example of its own", told.name);
+        }
+        for (line, _) in FIRST_STEPS {
+            parsed(line);
+        }
+    }
+}

@@ -1,0 +1,121 @@
+//! A certificate, and what a motion makes visible, as tables for people: units, and no more digits than say something.
+
+use claims::significant;
+
+use crate::excitation::limit_kind::LimitKind;
+use crate::excitation::proof::{CertificateRow, Kept};
+use crate::excitation::visibility::VisibleParameter;
+
+/// The rows of one kind of limit.
+pub struct LimitSummary<'a> {
+    /// The kind.
+    pub limit: LimitKind,
+    /// Rows of it.
+    pub count: usize,
+    /// How many of them are proven.
+    pub proven: usize,
+    /// Of those proven, the one with the least room as a share of its bound.
+    pub nearest: Option<&'a CertificateRow>,
+    /// Those that are not.
+    pub faults: Vec<&'a CertificateRow>,
+}
+
+/// A certificate by kind of limit, those it has rows of.
+pub fn certificate_summary(rows: &[CertificateRow]) -> Vec<LimitSummary<'_>> {
+    let share = |r: &CertificateRow| r.room() / r.bound.abs().max(f64::MIN_POSITIVE);
+    let of_kind = |limit: LimitKind| {
+        let own = rows.iter().filter(move |r| r.limit == limit);
+        let (proven, faults): (Vec<&CertificateRow>, Vec<_>) = own.partition(|r| r.kept == Kept::Proven);
+        let nearest = proven.iter().copied().min_by(|a, b| share(a).total_cmp(&share(b)));
+        LimitSummary { limit, count: proven.len() + faults.len(), proven: proven.len(), nearest, faults }
+    };
+    LimitKind::ALL.map(of_kind).into_iter().filter(|summary| summary.count > 0).collect()
+}
+
+impl CertificateRow {
+    /// The row in words, at a joint that turns or slides; with both units where nobody says which.
+    pub fn in_words(&self, is_prismatic: Option<bool>) -> String {
+        let CertificateRow { limit, subject, .. } = self;
+        let unit = limit.unit_of(is_prismatic);
+        let (value, bound) = self.digits();
+        let time = significant(self.time_s, TIME_DIGITS);
+        let start = format!("{limit} of {subject}: {value} {unit} at {time} s");
+        match self.kept {
+            Kept::Proven => format!("{start}, bound {bound} {unit}, proven"),
+            Kept::Violated => {
+                let beyond = significant((self.value - self.bound).abs(), 3);
+                format!("{start} is beyond {bound} {unit} by {beyond} {unit}")
+            }
+            Kept::Open => {
+                let nowhere = significant(self.nowhere_beyond, MOST_DIGITS);
+                format!("{start}, bound {bound} {unit}, not proven: nowhere beyond {nowhere} {unit}")
+            }
+        }
+    }
+
+    /// Value and bound with four digits, or as many more as tell them apart.
+    fn digits(&self) -> (String, String) {
+        let both = |digits| (significant(self.value, digits), significant(self.bound, digits));
+        (FEWEST_DIGITS..MOST_DIGITS)
+            .map(both)
+            .find(|(value, bound)| value != bound)
+            .unwrap_or_else(|| both(MOST_DIGITS))
+    }
+}
+
+const FEWEST_DIGITS: usize = 4;
+/// A proof is not as fine as more digits would say.
+const MOST_DIGITS: usize = 7;
+/// Tenths of milliseconds of some ten seconds.
+const TIME_DIGITS: usize = 6;
+
+/// A certificate for people: violated and open limits in full, the others as the least room of each limit.
+/// `is_prismatic` says of the name of a coordinate whether it slides, and nothing of other names.
+pub fn certificate_text(rows: &[CertificateRow], is_prismatic: &dyn Fn(&str) -> Option<bool>) -> String {
+    let summaries = certificate_summary(rows);
+    let nearest = summaries.iter().filter_map(|summary| summary.nearest);
+    let width = nearest.map(|row| row.subject.chars().count()).max().unwrap_or(0).max("nearest".len());
+    let mut text = String::new();
+    if summaries.iter().any(|summary| summary.nearest.is_some()) {
+        let head = ("limit", "proven", "nearest", "value", "bound", "at, s");
+        text = format!(
+            "{:<13} {:>8}  {:<width$} {:>10} {:>10} {:>8}  unit\n",
+            head.0, head.1, head.2, head.3, head.4, head.5
+        );
+    }
+    for LimitSummary { limit, count, proven, nearest, faults } in summaries {
+        if let Some(row) = nearest {
+            let (share, (value, bound)) = (format!("{proven} of {count}"), row.digits());
+            let (time, unit) = (significant(row.time_s, TIME_DIGITS), limit.unit_of(is_prismatic(&row.subject)));
+            let subject = &row.subject;
+            text += &format!("{limit:<13} {share:>8}  {subject:<width$} {value:>10} {bound:>10} {time:>8}  {unit}\n");
+        }
+        faults.iter().for_each(|row| text += &format!("{}\n", row.in_words(is_prismatic(&row.subject))));
+    }
+    text
+}
+
+/// What a motion makes visible: the deviation with two digits, and the described value as far as they reach.
+pub(crate) fn parameters_text(parameters: &[VisibleParameter]) -> String {
+    let width = parameters.iter().map(|p| p.id.to_string().chars().count()).max().unwrap_or(0).max("parameter".len());
+    let mut text =
+        format!("{:<width$}  {:>11} {:>11} {:>10}  unit\n", "parameter", "described", "deviation", "relative");
+    for p in parameters {
+        // Digits behind the point: the second one of the deviation.
+        let decimals = |deviation: f64| (1.0 - deviation.abs().log10().floor()).clamp(0.0, 9.0) as usize;
+        let described = match (p.described, p.deviation.filter(|x| *x > 0.0)) {
+            (None, _) => "-".into(),
+            (Some(x), None) => significant(x, 4),
+            (Some(x), Some(deviation)) => {
+                let shown = format!("{x:.0$}", decimals(deviation));
+                if shown.parse() == Ok(0.0) { "0".into() } else { shown }
+            }
+        };
+        let deviation = p.deviation.map_or("-".into(), |x| significant(x, 2));
+        let relative = p.relative_deviation.map_or("-".into(), |r| format!("{} %", significant(100.0 * r, 2)));
+        let remark = p.remark().map_or(String::new(), |remark| format!("  {remark}"));
+        let (id, unit) = (p.id.to_string(), p.unit);
+        text += &format!("{id:<width$}  {described:>11} {deviation:>11} {relative:>10}  {unit}{remark}\n");
+    }
+    text
+}

@@ -1,0 +1,63 @@
+//! What a 95 % interval holds where noise is slow: forty logs of one constant, each with two intervals.
+//!
+//! Noise of 2000 samples remembers itself: e_i = 0.9 e_(i-1) + white. The white interval divides by the root of the samples;
+//! the other one compares the means of twenty parts of the log.
+
+use super::canvas::{Anchor, Canvas, Ink};
+use random::SplitMix;
+
+const LOGS: usize = 40;
+const SAMPLES: usize = 2000;
+const PARTS: usize = 20;
+
+/// The mean of a log, and its two deviations: white, and by parts.
+fn log(random: &mut SplitMix) -> (f64, f64, f64) {
+    let mut slow = 0.0;
+    let mut sample = || {
+        // Twelve uniform numbers are nearly normal, with variance 12 / 3 = 4.
+        let white: f64 = (0..12).map(|_| random.unit()).sum::<f64>() / 2.0;
+        slow = 0.9 * slow + white;
+        slow
+    };
+    (0..200).for_each(|_| {
+        sample();
+    });
+    let x: Vec<f64> = (0..SAMPLES).map(|_| sample()).collect();
+    let deviation = |x: &[f64]| {
+        let mean = x.iter().sum::<f64>() / x.len() as f64;
+        let squares = x.iter().map(|x| (x - mean) * (x - mean)).sum::<f64>();
+        (mean, libm::sqrt(squares / (x.len() - 1) as f64))
+    };
+    let (mean, white) = deviation(&x);
+    let parts: Vec<f64> = x.chunks(SAMPLES / PARTS).map(|part| deviation(part).0).collect();
+    (mean, white / libm::sqrt(SAMPLES as f64), deviation(&parts).1 / libm::sqrt(PARTS as f64))
+}
+
+pub(crate) fn draw() -> Result<String, String> {
+    let mut random = SplitMix(42);
+    let logs: Vec<(f64, f64, f64)> = (0..LOGS).map(|_| log(&mut random)).collect();
+    let mut canvas = Canvas::new(760.0, 420.0, "Forty intervals that take slow noise for white, and forty that do not");
+    let kinds: [(&str, fn(&(f64, f64, f64)) -> f64); 2] =
+        [("as if noise were white", |log| log.1), ("by parts of the log, as here", |log| log.2)];
+    for (k, (name, sigma)) in kinds.into_iter().enumerate() {
+        let middle = 120.0 + 190.0 * k as f64;
+        let holds = |log: &(f64, f64, f64)| log.0.abs() <= 1.96 * sigma(log);
+        let held = logs.iter().filter(|log| holds(log)).count();
+        canvas.heading((20.0, middle - 88.0), &format!("{name}: {held} of {LOGS} intervals hold the truth"));
+        canvas.line((20.0, middle), (740.0, middle), Ink::Word, 1.0);
+        for (i, log) in logs.iter().enumerate() {
+            let x = 34.0 + 17.8 * i as f64;
+            let y = |value: f64| middle - (72.0 * value).clamp(-78.0, 78.0);
+            let (ink, half) = (if holds(log) { Ink::Blue } else { Ink::Orange }, 1.96 * sigma(log));
+            canvas.line((x, y(log.0 - half)), (x, y(log.0 + half)), ink, 2.0);
+            canvas.dot((x, y(log.0)), 3.0, ink);
+        }
+    }
+    canvas.words(
+        (20.0, 408.0),
+        Anchor::Start,
+        Ink::Word,
+        "the line is the truth; orange intervals miss it; two of forty should",
+    );
+    Ok(canvas.finish())
+}
