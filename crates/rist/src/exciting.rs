@@ -37,12 +37,11 @@ use crate::adapters::torque_enclosure::TorqueEnclosure;
 use crate::after_estimate::{identified_friction, prior_rows, residual_noise};
 use crate::described::{described_friction, described_values, torque_left_out, torque_noise};
 use crate::error::Error;
+pub use crate::excite_timing::default_period;
 use crate::excite_timing::timing;
 use crate::model::Model;
 use crate::proved_motion::{ProvedMotion, cost_note, proved};
 use crate::request::ExciteRequest;
-
-pub use crate::excite_timing::default_period;
 
 /// Arguments: starts done, starts, and a text of the criterion (det^(1/p), or cond_fro) and of the nearest limits.
 pub type ExciteProgress<'a> = dyn Fn(usize, usize, &str) + Sync + 'a;
