@@ -118,7 +118,8 @@ fn essential_leaves_out_what_the_logs_do_not_need() {
 
 /// The flags of `rist identify --help` that say how the description is read: every command has them, and
 /// `tests/command_line.rs` looks at them.
-const OF_THE_MODEL: [&str; 6] = ["--angles", "--mimic", "--value", "--rotor-inertia", "--floating-base", "--any-size"];
+const OF_THE_MODEL: [&str; 7] =
+    ["--angles", "--mimic", "--value", "--rotor-inertia", "--base", "--floating-base", "--any-size"];
 
 /// Those of every command that say how the program speaks; `tests/terminal.rs` looks at them.
 const OF_THE_TERMINAL: [&str; 3] = ["--color", "--json", "--quiet"];
@@ -135,7 +136,8 @@ fn with_value(flag: &str) -> Option<Vec<&str>> {
         "--decimate" => "7",
         "--delay" => "0.003",
         "--ripple" => "q2=12",
-        "--elastic" | "--backlash" => "all",
+        "--elastic" | "--backlash" | "--spring" | "--eccentric" => "all",
+        "--unknowns" => "zeros",
         "--friction" => "viscous",
         "--weights" => "none",
         "--options" => "options.yaml",
@@ -166,7 +168,7 @@ fn every_method_heeds_or_refuses_every_flag() {
     let here = experiments("flags_of_methods");
     std::fs::write(here.join("load.yaml"), "link: forearm\nmass: 0.5\ncentre_of_mass: [0.3, 0, 0]\n").unwrap();
     std::fs::write(here.join("options.yaml"), "columns: {time: clock}\n").unwrap();
-    let help = run(&here, "identify --help");
+    let help = run(&here, "identify --help-all");
     let words = help.split(|c: char| !(c.is_ascii_alphanumeric() || c == '-')).filter(|w| w.starts_with("--"));
     let mut flags: Vec<&str> = words.filter(|w| w.len() > 2).collect();
     flags.sort();
@@ -182,7 +184,7 @@ fn every_method_heeds_or_refuses_every_flag() {
         assert_eq!(plain.code, Some(0), "{base:?}: {}", plain.err);
         let estimate = || std::fs::read(here.join("e.yaml")).unwrap_or_default();
         let written = estimate();
-        let elsewhere = [&OF_THE_MODEL[..], &OF_THE_TERMINAL, &["--help", "--method", "--out"]].concat();
+        let elsewhere = [&OF_THE_MODEL[..], &OF_THE_TERMINAL, &["--help", "--help-all", "--method", "--out"]].concat();
         for &flag in flags.iter().filter(|f| !elsewhere.contains(f)) {
             let Some(more) = with_value(flag) else {
                 panic!("{flag} is new: say here with which value it changes something")

@@ -51,6 +51,10 @@ use crate::work::work;
 /// - load: A known load: YAML with link, mass (kg), centre_of_mass (m) and inertia about it (kg m^2). The logs of
 ///   the experiments repeated with it, e01_loaded.csv, .., stand beside the others; no gain need be known
 /// - ripple: Estimate ripple of torque and gain with so many periods a turn, of a coordinate or of all
+/// - spring: Estimate a spring beside the motor of these coordinates, or of all, as one that balances gravity
+///   [default: False]
+/// - eccentric: Estimate by how much the encoders of these coordinates, or of all, are off once a turn [default:
+///   False]
 /// - elastic: Estimate the springs of these coordinates, or of all; the encoders are at the motors. The equations
 ///   end at 10 Hz then, unless cutoff= says otherwise [default: False]
 /// - backlash: Estimate the backlash of these joints, or of all, as elastic= does springs [default: False]
@@ -68,7 +72,7 @@ use crate::work::work;
 ///
 /// Ctrl-C ends it. Raises rist.Error with the message of the program.
 #[pyfunction]
-#[pyo3(signature = (model, logs, **options), text_signature = "(model, logs, *, consistent=False, gain=None, unknowns=None, covariance=False, loaded_link=None, friction=None, weights=None, cutoff=None, order=None, decimate=None, delay=None, options=None, load=None, ripple=None, elastic=False, backlash=False, method='ls', loaded=(), validate=(), plan=None, rotor_inertia=None)")]
+#[pyo3(signature = (model, logs, **options), text_signature = "(model, logs, *, consistent=False, gain=None, unknowns=None, covariance=False, loaded_link=None, friction=None, weights=None, cutoff=None, order=None, decimate=None, delay=None, options=None, load=None, ripple=None, spring=False, eccentric=False, elastic=False, backlash=False, method='ls', loaded=(), validate=(), plan=None, rotor_inertia=None)")]
 pub fn identify(
     py: Python<'_>,
     model: &Bound<'_, PyAny>,

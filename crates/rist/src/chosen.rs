@@ -11,7 +11,7 @@ use identification::estimate::delay::{Delay, estimate_delay};
 use identification::estimate::digits::significant;
 use identification::estimate::held_out::cross_validate;
 use identification::estimate::identify::Fit;
-use identification::estimate::ledger::hypotheses::Tested;
+use identification::estimate::ledger::hypotheses::{Open, Tested, Tilt as TiltTorque};
 use identification::estimate::options::Options;
 use identification::estimate::passport::Passport;
 use identification::estimate::passport::finding::Fault;
@@ -28,6 +28,7 @@ use crate::description::set_rotor_inertias;
 use crate::doctor::passport_of;
 use crate::error::Error;
 use crate::model::Model;
+use crate::mount::Tilt;
 use crate::request::SamplesRequest;
 use crate::signal_sources::sources;
 
@@ -206,8 +207,16 @@ fn rotating(model: &Model) -> Result<Model, Error> {
     )
 }
 
+/// With the torques by which a tilt of the mount shows, and the rotors of which nobody spoke.
+pub(crate) fn with_open<T>(model: &Model, look: impl FnOnce(Open) -> T) -> T {
+    let tilts = Tilt::both(&model.robot);
+    let torques: Vec<_> = tilts.iter().map(|tilt| |q: &[f64]| tilt.torques(q)).collect();
+    let torques: Vec<TiltTorque> = torques.iter().map(|torque| torque as TiltTorque).collect();
+    look(Open { tilts: &torques, rotors: &open_rotors(model) })
+}
+
 /// The coordinates whose motor may have a rotor of which nobody spoke.
-pub(crate) fn open_rotors(model: &Model) -> Vec<usize> {
+fn open_rotors(model: &Model) -> Vec<usize> {
     let is_actuated = |k: &usize| model.robot.joint_of(CoordinateId(*k)).is_some();
     let count = if may_lack_rotors(model) { model.robot.n_coordinates() } else { 0 };
     (0..count).filter(is_actuated).collect()

@@ -7,15 +7,16 @@ use identification::estimate::essential::keep_essential;
 use identification::estimate::identified::{Identified, Status};
 use identification::estimate::identify::{Fit, with_deviations};
 use identification::estimate::joint_terms::JointTerms;
-use identification::estimate::ledger::hypotheses::{Open, Tested, Tilt as TiltTorque, hypotheses};
+use identification::estimate::ledger::hypotheses::{Tested, hypotheses};
 use identification::estimate::ledger::torque_error::{MotionRange, TorqueError, torque_errors};
 use identification::estimate::ledger::unknowns::Step;
-use identification::estimate::ledger::{widen_by_faults, widen_by_rotors};
+use identification::estimate::ledger::{widen_by_faults, widen_by_rotors, widen_by_unknowns};
 use identification::estimate::options::Options;
 use identification::estimate::passport::Passport;
 use identification::estimate::remarks::outgrown;
 use identification::estimate::selection::FrictionSelection;
 use identification::estimate::verdict::{BodiesEvidence, Evidence, Prediction, Trust, Verdict};
+use identification::estimators::drive_gains::likelihood::DriveGains;
 use identification::signals::records::SourceRecords;
 use linear_model::linear_model::Model as LinearModel;
 use linear_model::pseudo_inertia::Ten;
@@ -24,17 +25,16 @@ use nalgebra::DMatrix;
 use robot::{Inertial, LinkId};
 
 use crate::Estimate;
-use crate::chosen::{Looked, choose, found_delay, open_rotors, told_rotors};
+use crate::chosen::{Chosen, Looked, choose, found_delay, told_rotors, with_open};
 use crate::drive_gains::{drive_gains, gain_remark, widen};
 use crate::error::Error;
-use crate::friction::{Kept, choose_friction, not_looked_for, worthwhile_joint_terms};
+use crate::friction::{ChosenFriction, Kept, choose_friction, not_looked_for, worthwhile_joint_terms};
 use crate::load::{Load, load};
 use crate::model::Model;
 use crate::motion_range::{allowed, seen};
-use crate::mount::Tilt;
 use crate::request::Request;
 pub use crate::request::{IdentifyRequest, SamplesRequest};
-use crate::unknowns::with_unknowns;
+use crate::unknowns::Unknowns;
 
 /// The outcome of an identification.
 pub struct Identification {
@@ -74,6 +74,13 @@ impl Identification {
     /// The model that was used, where `given` was given.
     pub fn used<'a>(&'a self, given: &'a Model) -> &'a Model {
         self.model.as_ref().unwrap_or(given)
+    }
+
+    /// With what was found of unknowns, which deviations and remarks tell from now on.
+    fn with_unknowns(mut self, unknowns: Unknowns) -> Identification {
+        widen_by_unknowns(&mut self.estimate, &unknowns.steps);
+        self.estimate.remarks.splice(..0, unknowns.remarks);
+        Identification { model: self.model.or(unknowns.model), unknowns: unknowns.steps, ..self }
     }
 
     /// Whether to trust the estimate. If the answer is no, the estimate says so from now on. `prediction`: of logs that
@@ -153,23 +160,15 @@ fn identify_kept(
     request: &SamplesRequest,
     kept: Kept,
 ) -> Result<Identification, Error> {
-    let mut options = Options { model: model.robot.name.clone(), ..request.options() };
-
     if !request.unknowns.is_empty() {
-        return with_unknowns(model, logs, request, |model, request| identify_kept(model, logs, loaded, request, kept));
+        let unknowns = Unknowns::find(model, logs, request)?;
+        let with = unknowns.model.as_ref().unwrap_or(model);
+        let found = identify_kept(with, logs, loaded, &unknowns.request, kept)?;
+        return Ok(found.with_unknowns(unknowns));
     }
-    // Convert currents to torques, decide what is left open, and correct the delay of the torques.
-    let gains = drive_gains(model, logs, &request.gain, &mut options)?;
-    let chosen = choose(model, logs, request, &mut options)?;
+    let Prepared { mut options, gains, chosen, delay, friction } = Prepared::of(model, logs, request, kept)?;
     let model = chosen.model.as_ref().unwrap_or(model);
     let regressor = model.regressor();
-    let delay = match chosen.delay {
-        Some(delay) => Some(delay),
-        None => request.finds_delay().then(|| found_delay(model, logs, &mut options)).transpose()?,
-    };
-
-    // The rows, read once more for each friction model where one is to be chosen.
-    let friction = choose_friction(model, logs, kept, request, &mut options)?;
     let is_open = request.leaves_friction_open();
     let Fitted { passport, mut fit, faults, sentence } = fitted(model, logs, chosen.looked, is_open, &mut options)?;
     if let Some((rotating, sentence)) = told_rotors(model, &fit, &faults)? {
@@ -226,6 +225,39 @@ fn identify_kept(
     })
 }
 
+/// What is decided before the fit.
+struct Prepared<'a> {
+    options: Options,
+    gains: Option<DriveGains>,
+    chosen: Chosen<'a>,
+    delay: Option<Delay>,
+    friction: ChosenFriction,
+}
+
+impl<'a> Prepared<'a> {
+    /// Converts currents to torques, decides what is left open, and corrects the delay of the torques; then the friction, for
+    /// which the rows are read once more where it is to be chosen.
+    ///
+    /// Fails where a log cannot be read, and where the data leave a gain or the delay open.
+    fn of(
+        model: &'a Model,
+        logs: &'a [LogSource],
+        request: &SamplesRequest,
+        kept: Kept,
+    ) -> Result<Prepared<'a>, Error> {
+        let mut options = Options { model: model.robot.name.clone(), ..request.options() };
+        let gains = drive_gains(model, logs, &request.gain, &mut options)?;
+        let mut chosen = choose(model, logs, request, &mut options)?;
+        let model = chosen.model.as_ref().unwrap_or(model);
+        let delay = match chosen.delay.take() {
+            Some(delay) => Some(delay),
+            None => request.finds_delay().then(|| found_delay(model, logs, &mut options)).transpose()?,
+        };
+        let friction = choose_friction(model, logs, kept, request, &mut options)?;
+        Ok(Prepared { options, gains, chosen, delay, friction })
+    }
+}
+
 /// A fit to logs, and what it was made with.
 struct Fitted {
     passport: Passport,
@@ -268,14 +300,6 @@ fn fitted<'a>(
 fn faults(model: &Model, options: &Options, records: &SourceRecords<'_>, fit: &Fit) -> Result<Vec<Tested>, Error> {
     let linear = options.linear_model(model.regressor());
     with_open(model, |open| Ok(hypotheses(&linear, records, &fit.solution.x, &fit.weights, open)?))
-}
-
-/// With the torques by which a tilt of the mount shows, and the rotors of which nobody spoke.
-pub(crate) fn with_open<T>(model: &Model, look: impl FnOnce(Open) -> T) -> T {
-    let tilts = Tilt::both(&model.robot);
-    let torques: Vec<_> = tilts.iter().map(|tilt| |q: &[f64]| tilt.torques(q)).collect();
-    let torques: Vec<TiltTorque> = torques.iter().map(|torque| torque as TiltTorque).collect();
-    look(Open { tilts: &torques, rotors: &open_rotors(model) })
 }
 
 /// How unsure torques are, by use; nothing where a parameter is open, of which no covariance tells. `inverse`: any multiple

@@ -8,17 +8,15 @@
 use identification::estimate::digits::significant;
 use identification::estimate::ledger::hypotheses::Hypothesis;
 use identification::estimate::ledger::unknowns::{Step, step};
-use identification::estimate::ledger::widen_by_unknowns;
 use logs::LogSource;
 use nalgebra::{Rotation3, Vector3};
 
-use crate::chosen::{Looked, choose};
+use crate::chosen::{Looked, choose, with_open};
 use crate::description::{turn_base, turn_of_rpy};
 use crate::drive_gains::drive_gains;
 use crate::error::Error;
 use crate::model::Model;
 use crate::request::{SamplesRequest, Unknown, Words};
-use crate::samples::{Identification, with_open};
 
 /// Steps until the search is given up; errors of 30 degrees took five.
 const MOST_STEPS: usize = 12;
@@ -103,38 +101,44 @@ impl Guess {
     }
 }
 
-/// As `identify` does with what is found of the unknowns of the request.
-///
-/// Fails as `identify` does, and for robots of more than 12 coordinates.
-pub(crate) fn with_unknowns(
-    model: &Model,
-    logs: &[LogSource],
-    request: &SamplesRequest,
-    identify: impl Fn(&Model, &SamplesRequest) -> Result<Identification, Error>,
-) -> Result<Identification, Error> {
-    let turns = request.unknowns.contains(&Unknown::Mount);
-    let mut guess = Guess::of(model, request);
-    let mut steps = Vec::new();
-    let mut is_settled = false;
-    for _ in 0..MOST_STEPS {
-        let turned = turns.then(|| guess.model(model)).transpose()?;
-        steps = one_step(turned.as_ref().unwrap_or(model), logs, &guess.request(request), &request.unknowns)?;
-        guess.take(&steps);
-        is_settled = steps.iter().filter_map(|s| s.told).all(|(by, deviation)| by.abs() < SETTLED_SHARE * deviation);
-        if is_settled {
-            break;
+/// What was found of the unknowns of a request.
+pub(crate) struct Unknowns {
+    /// The model whose base is mounted so, where the mount is one of them.
+    pub model: Option<Model>,
+    /// The request that holds the others, without unknowns.
+    pub request: SamplesRequest,
+    /// The last step.
+    pub steps: Vec<Step>,
+    /// A sentence on each kind.
+    pub remarks: Vec<String>,
+}
+
+impl Unknowns {
+    /// Finds the unknowns of the request.
+    ///
+    /// Fails where a log cannot be read, and for robots of more than 12 coordinates.
+    pub(crate) fn find(model: &Model, logs: &[LogSource], request: &SamplesRequest) -> Result<Unknowns, Error> {
+        let turns = request.unknowns.contains(&Unknown::Mount);
+        let mut guess = Guess::of(model, request);
+        let mut steps = Vec::new();
+        let mut is_settled = false;
+        for _ in 0..MOST_STEPS {
+            let turned = turns.then(|| guess.model(model)).transpose()?;
+            steps = one_step(turned.as_ref().unwrap_or(model), logs, &guess.request(request), &request.unknowns)?;
+            guess.take(&steps);
+            is_settled =
+                steps.iter().filter_map(|s| s.told).all(|(by, deviation)| by.abs() < SETTLED_SHARE * deviation);
+            if is_settled {
+                break;
+            }
         }
+        let mut remarks = remarks(model, &guess, &steps, &request.unknowns);
+        if !is_settled {
+            remarks.insert(0, format!("the unknowns do not settle within {MOST_STEPS} steps: ask for fewer of them"));
+        }
+        let model = turns.then(|| guess.model(model)).transpose()?;
+        Ok(Unknowns { model, request: guess.request(request), steps, remarks })
     }
-    let turned = turns.then(|| guess.model(model)).transpose()?;
-    let mut found = identify(turned.as_ref().unwrap_or(model), &guess.request(request))?;
-    found.model = found.model.or(turned);
-    widen_by_unknowns(&mut found.estimate, &steps);
-    let mut remarks = remarks(model, &guess, &steps, &request.unknowns);
-    if !is_settled {
-        remarks.insert(0, format!("the unknowns do not settle within {MOST_STEPS} steps: ask for fewer of them"));
-    }
-    found.estimate.remarks.splice(..0, remarks);
-    Ok(Identification { unknowns: steps, ..found })
 }
 
 fn one_step(

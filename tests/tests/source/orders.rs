@@ -182,6 +182,7 @@ pub(crate) const ORDERS: [(&str, &[&str]); 18] = [
             "chosen",
             "friction",
             "drive_gains",
+            "unknowns",
             "samples",
             "validation",
             "judged",

@@ -114,12 +114,6 @@ impl Canvas {
         ));
     }
 
-    /// A box with a border alone.
-    pub(crate) fn frame(&mut self, (x, y): (f64, f64), width: f64, height: f64, ink: Ink) {
-        let (right, bottom) = (x + width, y + height);
-        self.path(&[(x, y), (right, y), (right, bottom), (x, bottom), (x, y)], ink, 1.5);
-    }
-
     /// A dot.
     pub(crate) fn dot(&mut self, (x, y): (f64, f64), radius: f64, ink: Ink) {
         let class = ink.class();

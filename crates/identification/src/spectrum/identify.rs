@@ -12,7 +12,6 @@ use logs::Error;
 
 use crate::estimate::artefact::Estimate;
 use crate::estimate::identified::{Deviations, Identified};
-use crate::estimate::ledger::{LACKING_MODEL_CHI_SQUARE, NOISE_CHI_SQUARE};
 use crate::estimate::residuals::{Residuals, Squares};
 use crate::estimators::drive_gains::equations::JointEquations;
 use crate::estimators::drive_gains::likelihood::{DriveGains, Gain, drive_gains};
@@ -21,7 +20,7 @@ use crate::spectrum::experiment::{NoiseLevels, SpectralExperiment};
 use crate::spectrum::paper::{PaperWeights, paper_estimate, paper_rows};
 use crate::spectrum::rist_mh::data::{HarmonicData, HarmonicOptions};
 use crate::spectrum::rist_mh::search::HarmonicEstimate;
-use crate::spectrum::words::{cause_sentence, size_words};
+use crate::spectrum::words::{misfit_remarks, size_words};
 
 /// The equations that are used.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -216,39 +215,12 @@ fn with_harmonics(
     Ok(())
 }
 
-/// Reports chi^2 against the measured noise, the joints that exceed it, and the cause.
+/// Reports chi^2 against the measured noise, and what it says of the model.
 fn judge(estimate: &mut Estimate, regressor: &dyn Regressor, found: &HarmonicEstimate) {
-    let misfit = &found.misfit;
-    if !misfit.total.is_finite() {
-        return;
+    if found.misfit.total.is_finite() {
+        estimate.chi_square_per_freedom = Some(found.misfit.total);
+        estimate.remarks.extend(misfit_remarks(&found.misfit, found.cause.as_ref(), regressor));
     }
-    estimate.chi_square_per_freedom = Some(misfit.total);
-    if !misfit.is_lacking() {
-        estimate.remarks.extend(found.cause.iter().map(|cause| {
-            let cause = cause_sentence(cause, regressor);
-            format!(
-                "chi^2 per freedom is {:.1} where noise alone gives up to {NOISE_CHI_SQUARE}; {cause}",
-                misfit.total
-            )
-        }));
-        return;
-    }
-    let named = |(name, x): (&String, &f64)| (*x > LACKING_MODEL_CHI_SQUARE).then(|| format!("{name} {x:.1}"));
-    let joints: Vec<String> = regressor.coordinates().iter().zip(&misfit.joints).filter_map(named).collect();
-    estimate.remarks.push(format!(
-        "the model lacks something that these experiments show: chi^2 per freedom is {:.1} where noise alone gives up to \
-         {NOISE_CHI_SQUARE} ({}); the deviations allow for it",
-        misfit.total,
-        joints.join(", ")
-    ));
-    estimate.remarks.push(match &found.cause {
-        Some(cause) => cause_sentence(cause, regressor),
-        None => {
-            "the cause is not told: late torques, ripple, springs, eccentric encoders, joints that bend and backlash each \
-             explain less than half of it"
-                .into()
-        }
-    });
 }
 
 /// Widens parameters and gains, in the order of [`with_gains`], where a joint is beyond its noise.

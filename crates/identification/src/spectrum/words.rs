@@ -3,8 +3,10 @@
 use linear_model::regressor::Regressor;
 
 use crate::estimate::digits::significant;
+use crate::estimate::ledger::{LACKING_MODEL_CHI_SQUARE, NOISE_CHI_SQUARE};
 use crate::spectrum::rist_mh::cause::Cause;
 use crate::spectrum::rist_mh::effects::{Effect, EffectSize};
+use crate::spectrum::rist_mh::misfit::Misfit;
 
 /// The effect, its joint and its size: `q2 bends: 3.4e3 N m/rad`. `frequency`: of a spring, Hz; deviations on request.
 pub(crate) fn size_words(
@@ -101,4 +103,25 @@ pub fn cause_sentence(cause: &Cause, regressor: &dyn Regressor) -> String {
         100.0 * cause.explained,
         remedy(cause, regressor)
     )
+}
+
+/// What chi^2 says of a model: the joints that exceed the noise, and the cause.
+pub(crate) fn misfit_remarks(misfit: &Misfit, cause: Option<&Cause>, regressor: &dyn Regressor) -> Vec<String> {
+    let cause = cause.map(|cause| cause_sentence(cause, regressor));
+    let beside = format!("where noise alone gives up to {NOISE_CHI_SQUARE}");
+    if !misfit.is_lacking() {
+        let said = |cause| format!("chi^2 per freedom is {:.1} {beside}; {cause}", misfit.total);
+        return cause.map(said).into_iter().collect();
+    }
+    let named = |(name, x): (&String, &f64)| (*x > LACKING_MODEL_CHI_SQUARE).then(|| format!("{name} {x:.1}"));
+    let joints: Vec<String> = regressor.coordinates().iter().zip(&misfit.joints).filter_map(named).collect();
+    let lacks = format!(
+        "the model lacks something that these experiments show: chi^2 per freedom is {:.1} {beside} ({}); the deviations allow \
+         for it",
+        misfit.total,
+        joints.join(", ")
+    );
+    let untold = "the cause is not told: late torques, ripple, springs, eccentric encoders, joints that bend and backlash each \
+                  explain less than half of it";
+    vec![lacks, cause.unwrap_or_else(|| untold.into())]
 }

@@ -647,6 +647,8 @@ def identify(
     options: Path | Mapping[str, Any] | None = None,
     load: Path | Mapping[str, Any] | None = None,
     ripple: float | Sequence[float] | Mapping[str, float | Sequence[float]] | None = None,
+    spring: bool | str | Sequence[str] = False,
+    eccentric: bool | str | Sequence[str] = False,
     elastic: bool | str | Sequence[str] = False,
     backlash: bool | str | Sequence[str] = False,
     method: Literal["ls", "essential", "rist", "tls", "rist-mh", "iv", "didim"] = "ls",
@@ -684,6 +686,10 @@ def identify(
     - load: A known load: YAML with link, mass (kg), centre_of_mass (m) and inertia about it (kg m^2). The logs of
       the experiments repeated with it, e01_loaded.csv, .., stand beside the others; no gain need be known
     - ripple: Estimate ripple of torque and gain with so many periods a turn, of a coordinate or of all
+    - spring: Estimate a spring beside the motor of these coordinates, or of all, as one that balances gravity
+      [default: False]
+    - eccentric: Estimate by how much the encoders of these coordinates, or of all, are off once a turn [default:
+      False]
     - elastic: Estimate the springs of these coordinates, or of all; the encoders are at the motors. The equations
       end at 10 Hz then, unless cutoff= says otherwise [default: False]
     - backlash: Estimate the backlash of these joints, or of all, as elastic= does springs [default: False]

@@ -2,8 +2,9 @@
 //! bend, play.
 //!
 //! Each candidate joins the fit with the columns of `effects`, all joints at once, and everything else is chosen again.
-//! Two figures judge it, both against the noise that was measured: the share of chi^2 per freedom that it takes away,
-//!   1 - (chi_1^2 / nu_1) / (chi_0^2 / nu_0),
+//! Two figures judge it, both against the noise that was measured: the share that it takes away of what chi^2 per freedom is
+//! above 1, which noise alone gives,
+//!   1 - (chi_1^2 / nu_1 - 1) / (chi_0^2 / nu_0 - 1),
 //! and how likely it is that its m columns take as much from a residual that has nothing to do with them,
 //!   F = ((chi_0^2 - chi_1^2) / m) / (chi_1^2 / nu_1) ~ F(m, nu_1).
 //! The candidate with the largest share is the cause, if it takes at least `NAMED_CAUSE_SHARE` and F is beyond
@@ -31,7 +32,7 @@ use crate::spectrum::rist_mh::effects::{Effect, EffectSize};
 use crate::spectrum::rist_mh::fit::Fit;
 use crate::spectrum::rist_mh::misfit::Misfit;
 
-/// Share of chi^2 per freedom that a cause must take away to be named. With half it explains more than all others
+/// Share of chi^2 per freedom above that of noise that a cause must take away to be named. With half it explains more than all others
 /// together.
 pub(crate) const NAMED_CAUSE_SHARE: f64 = 0.5;
 /// Probability of an F by chance below which columns count.
@@ -53,7 +54,7 @@ pub struct Cause {
     /// Frequency of each effect, Hz: of a spring and the inertia behind it, with the motor held. `None` where it is no
     /// spring.
     pub frequency: Vec<Option<f64>>,
-    /// Share of chi^2 per freedom that it takes away.
+    /// Share of chi^2 per freedom above that of noise that it takes away.
     pub explained: f64,
     /// By how much the base parameters move with it.
     pub shift: Vec<f64>,
@@ -90,7 +91,7 @@ impl HarmonicData<'_> {
         let f = (left.chi_square - misfit.chi_square) / columns as f64 / misfit.total;
         // Not a number is no evidence.
         let is_beyond = exceeded(f, columns as f64, misfit.freedom) < SIGNIFICANCE_LEVEL;
-        let explained = 1.0 - misfit.total / left.total;
+        let explained = 1.0 - (misfit.total - 1.0).max(0.0) / (left.total - 1.0);
         if !is_beyond || !explained.is_finite() {
             return None;
         }
