@@ -210,7 +210,7 @@ fn wrong_gains_are_named_with_those_that_fit() {
     for (gain, trust) in [(10.0, "yes"), (30.0, "no"), (60.0, "no")] {
         let run = with(gain);
         let found = verdict(&run);
-        assert!(found[1].starts_with(&format!("trust: {trust}: ")), "{gain}: {found:?}");
+        assert!(found[1].starts_with(&format!("trust: {trust}\n")), "{gain}: {found:?}");
         assert_eq!(run.code, Some(i32::from(trust == "no")), "{gain}");
         if trust == "no" {
             assert!(found[1].contains("the drive gains are"), "{found:?}");

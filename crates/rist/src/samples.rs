@@ -18,7 +18,6 @@ use identification::estimate::selection::FrictionSelection;
 use identification::estimate::verdict::{BodiesEvidence, Evidence, Prediction, Trust, Verdict};
 use identification::estimators::drive_gains::likelihood::DriveGains;
 use identification::signals::records::SourceRecords;
-use linear_model::linear_model::Model as LinearModel;
 use linear_model::pseudo_inertia::Ten;
 use logs::LogSource;
 use nalgebra::DMatrix;
@@ -180,7 +179,6 @@ fn identify_kept(
         [] => None,
         loaded => Some(load(model, request.loaded_link.as_deref(), &fit, loaded, &options)?),
     };
-    let linear = options.linear_model(regressor);
     let (inverse, range) = (fit.solution.inverse.clone(), seen(&fit.observation));
     let described_parameters = model.described_parameters();
     let described = described_parameters.as_ref().map(|x| described_error(model, &fit, &options, x));
@@ -202,7 +200,7 @@ fn identify_kept(
         widen(&mut estimate, &found);
     }
     widen_by_faults(&mut estimate, &faults);
-    let torque_errors = errors_of_torques(model, &linear, &estimate, &inverse, &range);
+    let torque_errors = errors_of_torques(model, &options, &estimate, &inverse, &range);
     widen_by_rotors(&mut estimate, &faults);
     estimate.remarks.splice(..0, chosen.sentences.into_iter().chain(sentence));
     estimate.remarks.extend(found.outgrown);
@@ -306,7 +304,7 @@ fn faults(model: &Model, options: &Options, records: &SourceRecords<'_>, fit: &F
 /// of the covariance for white noise.
 fn errors_of_torques(
     model: &Model,
-    linear: &LinearModel,
+    options: &Options,
     estimate: &Estimate,
     inverse: &DMatrix<f64>,
     range: &MotionRange,
@@ -316,7 +314,13 @@ fn errors_of_torques(
     }
     let sigma: Vec<f64> = estimate.parameters.iter().map(|p| p.sigma.unwrap_or(0.0)).collect();
     let values: Vec<f64> = estimate.parameters.iter().map(Identified::prediction).collect();
-    torque_errors(linear, &values, &with_deviations(inverse, &sigma), range, &allowed(model, range))
+    torque_errors(
+        &options.linear_model(model.regressor()),
+        &values,
+        &with_deviations(inverse, &sigma),
+        range,
+        &allowed(model, range),
+    )
 }
 
 /// |tau - W X| / |tau| with these base parameters, and friction fitted to the remainder.

@@ -144,6 +144,7 @@ pub(crate) const ORDERS: [(&str, &[&str]); 18] = [
             "template",
             "plot",
             "drawing",
+            "comparison",
             "sheet",
             "robot",
             "joints",

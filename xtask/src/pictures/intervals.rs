@@ -37,9 +37,8 @@ pub(crate) fn draw() -> Result<String, String> {
     let mut random = SplitMix(42);
     let logs: Vec<(f64, f64, f64)> = (0..LOGS).map(|_| log(&mut random)).collect();
     let mut canvas = Canvas::new(760.0, 420.0, "Forty intervals that take slow noise for white, and forty that do not");
-    let kinds: [(&str, fn(&(f64, f64, f64)) -> f64); 2] =
-        [("as if noise were white", |log| log.1), ("by parts of the log, as here", |log| log.2)];
-    for (k, (name, sigma)) in kinds.into_iter().enumerate() {
+    for (k, name) in ["as if noise were white", "by parts of the log, as here"].into_iter().enumerate() {
+        let sigma = |log: &(f64, f64, f64)| if k == 0 { log.1 } else { log.2 };
         let middle = 120.0 + 190.0 * k as f64;
         let holds = |log: &(f64, f64, f64)| log.0.abs() <= 1.96 * sigma(log);
         let held = logs.iter().filter(|log| holds(log)).count();

@@ -86,7 +86,7 @@ mod tests {
 
     #[test]
     fn three_numbers_and_nothing_else() {
-        assert_eq!(three("-0.1, 0,3.14").unwrap(), [-0.1, 0.0, 3.14]);
+        assert_eq!(three("-0.1, 0,3.5").unwrap(), [-0.1, 0.0, 3.5]);
         for text in ["", "1,2", "1,2,3,4", "1,2,x", "1,2,nan", "1,2,inf"] {
             assert!(three(text).unwrap_err().contains("three numbers"), "{text}");
         }
