@@ -38,7 +38,9 @@ fn answers(html: &str, questions: &Value) -> Option<Vec<Value>> {
 }
 
 /// A row of the series: time, and measured and predicted torque of two joints.
-fn rows(series: &str) -> Vec<(f64, [Option<f64>; 4])> {
+type Row = (f64, [Option<f64>; 4]);
+
+fn rows(series: &str) -> Vec<Row> {
     let row = |line: &str| {
         let cells: Vec<Option<f64>> = line.split(',').skip(1).map(|x| x.parse().ok()).collect();
         (cells[0].unwrap(), [cells[1], cells[2], cells[3], cells[4]])
@@ -47,7 +49,7 @@ fn rows(series: &str) -> Vec<(f64, [Option<f64>; 4])> {
 }
 
 /// The page of a log and the rows of its series, in a folder of this name.
-fn page_of_a_log(name: &str) -> (String, Vec<(f64, [Option<f64>; 4])>) {
+fn page_of_a_log(name: &str) -> (String, Vec<Row>) {
     let here = folder(name);
     let robot = model("planar2r_vertical.yaml");
     let arm = test_robot_path("planar2r_vertical.yaml").display().to_string();
