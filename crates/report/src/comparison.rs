@@ -105,7 +105,10 @@ mod tests {
         let found = comparison(&a, Other { name: "b", estimate: &b });
         // 0.2 over 0.03 sqrt 2, and 0.1 over 0.1 sqrt 2.
         let deviations: Vec<f64> = found.rows.iter().map(|row| row.deviations).collect();
-        assert!((deviations[0] - 4.714).abs() < 1e-3 && (deviations[1] - 0.7071).abs() < 1e-3, "{deviations:?}");
+        assert!(
+            (deviations[0] - 4.714).abs() < 1e-3 && (deviations[1] - std::f64::consts::FRAC_1_SQRT_2).abs() < 1e-3,
+            "{deviations:?}"
+        );
         assert_eq!(
             (found.rows[0].name.as_str(), found.rows[0].is_moved, found.rows[1].is_moved),
             ("ZZR1", true, false)

@@ -95,7 +95,8 @@ fn names_are_no_markup() {
         );
         let json =
             html.split("<script type=\"application/json\">").skip(1).map(|s| s.split("</script>").next().unwrap());
-        assert_eq!(json.map(|text| serde_json::from_str::<serde_json::Value>(text).unwrap()).count(), 2);
+        let parsed: Vec<serde_json::Value> = json.map(|text| serde_json::from_str(text).unwrap()).collect();
+        assert_eq!(parsed.len(), 2);
     });
 }
 
