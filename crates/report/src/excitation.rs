@@ -78,11 +78,15 @@ pub fn motion(shown: ShownMotion) -> MotionPart {
         true => "found from the motion and the model",
         false => "read from the file of the motion; rist check finds it from the motion and the model",
     };
+    let in_words = |row: &CertificateRow| {
+        let joint = portrait.joints.iter().find(|joint| joint.coordinate == row.subject);
+        row.in_words(joint.and_then(|joint| joint.is_prismatic))
+    };
     let limits = certificate_summary(rows).into_iter().map(|summary| LimitRow {
         limit: summary.limit.to_string(),
         proven: format!("{} of {}", summary.proven, summary.count),
-        nearest: summary.nearest.map_or("-".into(), |row| row.to_string()),
-        faults: summary.faults.iter().map(|row| row.to_string()).collect(),
+        nearest: summary.nearest.map_or("-".into(), in_words),
+        faults: summary.faults.iter().map(|row| in_words(row)).collect(),
     });
     let charts = |(k, joint): (usize, &JointCourse)| JointCharts {
         name: joint.coordinate.clone(),
