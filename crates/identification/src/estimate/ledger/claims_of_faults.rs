@@ -141,11 +141,7 @@ fn contradicted(tested: &Tested, joints: &[JointResidual]) -> Claim {
         }
         Hypothesis::Scale(k) => format!("look at the gain, the gear ratio or the unit of {}", at(k)),
         Hypothesis::Spring(k) => {
-            format!(
-                "no model of ours has a spring at a joint: take its torque, {} q, out of {}",
-                significant(*value),
-                at(k)
-            )
+            format!("in the file of [options]: transmission: {{springs: [..]}}, {} for {}", significant(*value), at(k))
         }
         Hypothesis::Rotor(_) => "take rotor inertias among the parameters: [rotor_inertia=actuated]".into(),
         Hypothesis::Drift(k) => format!("log {} again when its drive is warm and its gain is known", at(k)),
