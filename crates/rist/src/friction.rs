@@ -7,6 +7,7 @@
 //! | nothing | viscous and Coulomb friction and an offset, and terms of single joints beside them where those predict parts left out better by far |
 
 use identification::estimate::consistent::identify_consistent;
+use identification::estimate::identified::Status;
 use identification::estimate::identify::Fit;
 use identification::estimate::joint_terms::{JointTerms, choose_joint_terms, joint_candidates};
 use identification::estimate::ledger::hypotheses::Tested;
@@ -16,6 +17,7 @@ use identification::rows::observation::Observation;
 use identification::signals::records::SourceRecords;
 use linear_model::friction::terms::{FrictionTerm, JointTerm, check_terms};
 use linear_model::linear_model::Model as LinearModel;
+use linear_model::parameter::{FrictionParameter, ParameterId};
 use logs::LogSource;
 
 use crate::chosen::{NEGLIGIBLE_ERROR, WORTHWHILE_ERROR_RATIO};
@@ -80,7 +82,18 @@ pub(crate) fn worthwhile_joint_terms(
 ) -> Result<Option<String>, Error> {
     let mut tried = options.clone();
     let load = fit.solution.x[..model.regressor().parameters().len()].to_vec();
-    let found = found_joint_terms(model, logs, load, &fit.observation.speed, &mut tried)?;
+    // Where little motion decides the friction of a joint, terms more fit this log and no other.
+    let coordinates = model.regressor().coordinates();
+    let is_weak = |name: &String| {
+        let ids = [FrictionParameter::Viscous, FrictionParameter::Coulomb].map(|f| ParameterId::friction(f, name));
+        fit.estimate
+            .parameters
+            .iter()
+            .any(|p| ids.contains(&p.id) && [Status::Weak, Status::NotIdentifiable].contains(&p.status))
+    };
+    let speed: Vec<f64> =
+        coordinates.iter().zip(&fit.observation.speed).map(|(k, v)| if is_weak(k) { 0.0 } else { *v }).collect();
+    let found = found_joint_terms(model, logs, load, &speed, &mut tried)?;
     let ratio = found.taken.last().map_or(1.0, |taken| taken.ratio);
     let of_faults = faults.iter().filter_map(Tested::gain).fold(1.0, f64::min);
     // A fault is one number and the terms are several: they are to explain twice as much, in the logarithm.
@@ -88,7 +101,6 @@ pub(crate) fn worthwhile_joint_terms(
         return Ok(None);
     }
     *options = tried;
-    let coordinates = model.regressor().coordinates();
     let terms: Vec<String> = found.taken.iter().map(|taken| in_words(&taken.term, coordinates)).collect();
     Ok(Some(format!(
         "{}: parts left out are predicted with an error of {:.4} instead of {:.4} ([friction=viscous,coulomb,offset] leaves \
