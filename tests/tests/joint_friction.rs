@@ -116,3 +116,20 @@ fn terms_that_cannot_be_are_refused() {
         assert!(run.err.contains(said), "{command} {terms}: {}", run.err);
     }
 }
+
+/// Joint 4 of this log moves 0.17 rad: a term more of its friction fits the log, and predicted the other with an error of
+/// 100 %. Now it gets none, and the other is predicted with 12 %.
+#[test]
+fn a_joint_that_hardly_moves_gets_no_term() {
+    let Some(shared) = tests::shared() else { return };
+    let data = shared.join("data/cobot6_shanghai");
+    let model = Model::read(tests::workspace().join("tests/data/robots/cobot6.yaml")).unwrap();
+    let open = |log: &str| model.open_log(&data.join(log), &Default::default()).unwrap().0;
+    let mut found = rist::identify(&model, &[open("traj1.csv.gz")], &Default::default()).unwrap();
+    let terms = found.estimate.options.clone().unwrap().friction;
+    assert!(terms.iter().any(|term| matches!(term, FrictionTerm::At(_, _))), "{terms:?}");
+    assert!(!terms.iter().any(|term| matches!(term, FrictionTerm::At(4, _))), "{terms:?}");
+    let judged = found.judged(&model, &[open("traj2.csv.gz")], false).unwrap();
+    let total = judged.predictions[0].1.total;
+    assert!(total < 0.2, "{total}");
+}
