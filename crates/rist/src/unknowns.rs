@@ -22,6 +22,8 @@ use crate::request::{SamplesRequest, Unknown, Words};
 const MOST_STEPS: usize = 12;
 /// A step below this share of its deviation changes nothing.
 const SETTLED_SHARE: f64 = 0.1;
+/// The same of a step beside what was found, where the log has no noise: of a derivative by differences.
+const ROUNDING: f64 = 1e-6;
 /// Larger steps leave what the linearisation is good for, rad.
 const LARGEST_ANGLE_STEP: f64 = 0.5;
 /// The same of a scale, less one.
@@ -66,6 +68,13 @@ impl Guess {
                 Hypothesis::Rotor(_) | Hypothesis::Drift(_) => {}
             }
         }
+    }
+
+    /// Whether a step changes nothing that counts.
+    fn is_settled(&self, step: &Step) -> bool {
+        let Some((by, deviation)) = step.told else { return true };
+        let size = if let Hypothesis::Spring(k) = step.of { self.springs[k].abs() } else { 1.0 };
+        by.abs() < (SETTLED_SHARE * deviation).max(ROUNDING * size)
     }
 
     /// The request with what is held for true of the joints.
@@ -126,8 +135,7 @@ impl Unknowns {
             let turned = turns.then(|| guess.model(model)).transpose()?;
             steps = one_step(turned.as_ref().unwrap_or(model), logs, &guess.request(request), &request.unknowns)?;
             guess.take(&steps);
-            is_settled =
-                steps.iter().filter_map(|s| s.told).all(|(by, deviation)| by.abs() < SETTLED_SHARE * deviation);
+            is_settled = steps.iter().all(|step| guess.is_settled(step));
             if is_settled {
                 break;
             }

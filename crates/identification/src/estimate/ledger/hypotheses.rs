@@ -296,10 +296,7 @@ fn tested(parts: &[Triangle], x: &[f64], all: &[Hypothesis]) -> Vec<Tested> {
         }
         // The jackknife over the tenths, and at least the deviation of white noise.
         let others: Vec<f64> = leaving.iter().map(|left| left.unknown(e).0).collect();
-        let m = others.len() as f64;
-        let mean = others.iter().sum::<f64>() / m;
-        let scatter = others.iter().map(|u| (u - mean).powi(2)).sum::<f64>() * (m - 1.0) / m;
-        let deviation = scatter.sqrt().max(noise / norm);
+        let deviation = jackknife(&others).max(noise / norm);
         let with = select(&all_rows, &columns(e)).solution();
         let effect = with.iter().zip(&without).map(|(with, without)| with - without).take(p).collect();
         let (of, power, within) = (hypothesis.clone(), f64::INFINITY, Vec::new());
@@ -316,17 +313,29 @@ fn tested(parts: &[Triangle], x: &[f64], all: &[Hypothesis]) -> Vec<Tested> {
     all.iter().enumerate().map(test).collect()
 }
 
-/// The columns among the first p of which column c is made, by back substitution in the triangle.
+/// The columns among the first p of which column c is made.
 fn explaining(triangle: &Triangle, p: usize, c: usize) -> Vec<usize> {
-    let mut left: Vec<f64> = (0..p).map(|i| triangle.at(i, c)).collect();
-    let mut share = vec![0.0; p];
-    for i in (0..p).rev().filter(|&i| triangle.at(i, i) != 0.0) {
-        let coefficient = left[i] / triangle.at(i, i);
-        (0..i).for_each(|k| left[k] -= coefficient * triangle.at(k, i));
-        share[i] = (coefficient * triangle.column_norm(i)).abs();
-    }
     let least = WITHIN_COLUMN_SHARE * triangle.column_norm(c);
-    (0..p).filter(|&i| share[i] > least).collect()
+    let made_of = coefficients(triangle, p, c);
+    (0..p).filter(|&i| (made_of[i] * triangle.column_norm(i)).abs() > least).collect()
+}
+
+/// The coefficients by which the first p columns make column c, by back substitution in the triangle.
+pub(super) fn coefficients(triangle: &Triangle, p: usize, c: usize) -> Vec<f64> {
+    let mut left: Vec<f64> = (0..p).map(|i| triangle.at(i, c)).collect();
+    let mut found = vec![0.0; p];
+    for i in (0..p).rev().filter(|&i| triangle.at(i, i) != 0.0) {
+        found[i] = left[i] / triangle.at(i, i);
+        (0..i).for_each(|k| left[k] -= found[i] * triangle.at(k, i));
+    }
+    found
+}
+
+/// The deviation of an estimate by its values while each part is left out in turn (jackknife).
+pub(super) fn jackknife(others: &[f64]) -> f64 {
+    let m = others.len() as f64;
+    let mean = others.iter().sum::<f64>() / m;
+    (others.iter().map(|u| (u - mean).powi(2)).sum::<f64>() * (m - 1.0) / m).sqrt()
 }
 
 /// Relative error on parts left out, with the first p of these columns and with all.

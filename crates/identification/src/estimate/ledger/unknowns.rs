@@ -12,12 +12,13 @@
 //! [`hypotheses`]: crate::estimate::ledger::hypotheses
 
 use linear_model::linear_model::Model;
+use linear_model::parameter::ParameterId;
 use logs::Error;
 use numerics::triangle::Triangle;
 
 use crate::estimate::artefact::Estimate;
 use crate::estimate::ledger::hypotheses::{
-    EXPLAINED_COLUMN_SHARE, Hypothesis, MOST_COORDINATES, Open, all, held, merged, triangles,
+    EXPLAINED_COLUMN_SHARE, Hypothesis, MOST_COORDINATES, Open, all, coefficients, held, jackknife, merged, triangles,
 };
 use crate::signals::records::Records;
 
@@ -28,8 +29,8 @@ pub struct Step {
     pub of: Hypothesis,
     /// By how much it is beside the guess, and the deviation of that; `None` where nothing tells it.
     pub told: Option<(f64, f64)>,
-    /// By how much each parameter changes per unit of it.
-    pub effect: Vec<f64>,
+    /// By how much each parameter changes per unit of it; empty where nothing tells it.
+    pub effect: Vec<(ParameterId, f64)>,
 }
 
 /// One step for the hypotheses that `is_wanted` takes, beside the parameters `x` with the weights of the joints.
@@ -52,10 +53,11 @@ pub fn step<R: Records + ?Sized>(
     }
     let wanted: Vec<Hypothesis> = all(model, open).into_iter().filter(is_wanted).collect();
     let parts = triangles(model, records, x, weights, open, &wanted)?;
-    Ok(solved(&parts, x, &wanted))
+    let ids: Vec<ParameterId> = model.parameters.iter().map(|p| p.id.clone()).collect();
+    Ok(solved(&parts, x, &wanted, &ids))
 }
 
-fn solved(parts: &[Triangle], x: &[f64], wanted: &[Hypothesis]) -> Vec<Step> {
+fn solved(parts: &[Triangle], x: &[f64], wanted: &[Hypothesis], ids: &[ParameterId]) -> Vec<Step> {
     let p = x.len();
     let whole = merged(parts, None);
     let held = held(&whole, x);
@@ -79,11 +81,12 @@ fn solved(parts: &[Triangle], x: &[f64], wanted: &[Hypothesis]) -> Vec<Step> {
         if !is_told[e] {
             return Step { of: of.clone(), told: None, effect: Vec::new() };
         }
-        let m = leaving.len() as f64;
-        let mean = leaving.iter().map(|u| u[e]).sum::<f64>() / m;
-        let scatter = leaving.iter().map(|u| (u[e] - mean).powi(2)).sum::<f64>() * (m - 1.0) / m;
-        let deviation = scatter.sqrt().max(noise * inverse[e].sqrt());
-        Step { of: of.clone(), told: Some((values[e], deviation)), effect: per_unit(&all_rows, p, p + e) }
+        let others: Vec<f64> = leaving.iter().map(|u| u[e]).collect();
+        let deviation = jackknife(&others).max(noise * inverse[e].sqrt());
+        // W X + h u = tau: X changes by -R^-1 of the column.
+        let made_of = coefficients(&all_rows, p, p + e);
+        let effect = ids.iter().cloned().zip(made_of.into_iter().map(|x| -x)).collect();
+        Step { of: of.clone(), told: Some((values[e], deviation)), effect }
     };
     wanted.iter().enumerate().map(one).collect()
 }
@@ -100,22 +103,37 @@ fn substituted(triangle: &Triangle, p: usize, is_told: &[bool]) -> Vec<f64> {
     u
 }
 
-/// By how much the first p parameters change per unit of column c: -R^-1 times that column.
-fn per_unit(triangle: &Triangle, p: usize, c: usize) -> Vec<f64> {
-    let mut left: Vec<f64> = (0..p).map(|i| triangle.at(i, c)).collect();
-    let mut change = vec![0.0; p];
-    for i in (0..p).rev().filter(|&i| triangle.at(i, i) != 0.0) {
-        change[i] = -left[i] / triangle.at(i, i);
-        (0..i).for_each(|k| left[k] += change[i] * triangle.at(k, i));
-    }
-    change
+/// Widens deviations and covariance by those of unknowns that the parameters were found with: sigma^2 + sum (effect
+/// deviation)^2. A parameter that the step did not have, as that of friction chosen later, stays as it is.
+pub fn widen_by_unknowns(estimate: &mut Estimate, steps: &[Step]) {
+    let ids: Vec<ParameterId> = estimate.parameters.iter().map(|p| p.id.clone()).collect();
+    let square = |step: &Step, id: &ParameterId| {
+        let effect = step.effect.iter().find(|(of, _)| of == id).map_or(0.0, |(_, effect)| *effect);
+        step.told.map_or(0.0, |(_, deviation)| (deviation * effect).powi(2))
+    };
+    estimate.widen(|c| steps.iter().map(|step| square(step, &ids[c])).sum::<f64>().sqrt());
 }
 
-/// Widens deviations and covariance by those of unknowns that the parameters were found with: sigma^2 + sum (effect
-/// deviation)^2. An estimate of other parameters stays as it is.
-pub fn widen_by_unknowns(estimate: &mut Estimate, steps: &[Step]) {
-    let of_these = |s: &&Step| s.effect.len() == estimate.parameters.len();
-    let told: Vec<(f64, &[f64])> =
-        steps.iter().filter(of_these).filter_map(|s| Some((s.told?.1, s.effect.as_slice()))).collect();
-    estimate.widen(|c| told.iter().map(|(deviation, effect)| (deviation * effect[c]).powi(2)).sum::<f64>().sqrt());
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::estimate::identified::{Deviations, Identified};
+    use linear_model::unit::Unit;
+
+    /// Parameters are found by their names: friction that was chosen behind the step keeps its deviation, and an unknown that
+    /// nothing tells widens nothing.
+    #[test]
+    fn deviations_of_unknowns_reach_their_parameters() {
+        let one = |id: &str| {
+            let deviations = Deviations { sigma: 0.03, white: Some(0.03), weak: false };
+            Identified::new(id.parse().unwrap(), Unit::VISCOUS, 1.0, deviations)
+        };
+        let mut wide = Estimate { parameters: vec![one("FR1"), one("FV1")], ..Estimate::default() };
+        let step =
+            |told, effect: f64| Step { of: Hypothesis::Zero(0), told, effect: vec![("FV1".parse().unwrap(), effect)] };
+        widen_by_unknowns(&mut wide, &[step(Some((0.5, 0.01)), -4.0), step(None, 9.0)]);
+        let sigmas: Vec<f64> = wide.parameters.iter().filter_map(|p| p.sigma).collect();
+        // sqrt(0.03^2 + (0.01 * 4)^2)
+        assert!(sigmas[0] == 0.03 && (sigmas[1] - 0.05).abs() < 1e-15, "{sigmas:?}");
+    }
 }
