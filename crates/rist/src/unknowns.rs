@@ -183,7 +183,7 @@ fn remarks(model: &Model, guess: &Guess, steps: &[Step], unknowns: &[Unknown]) -
         let shown: Vec<String> =
             steps.iter().filter(|s| kind(&s.of) == Some(unknown)).map(|s| shown(model, guess, s)).collect();
         let holds = match unknown {
-            Unknown::Mount => mount(model, guess),
+            Unknown::Mount => mount(guess),
             Unknown::Zeros => option("offsets", &guess.zeros),
             Unknown::Scales => option("scales", &guess.scales),
             Unknown::Springs => option("springs", &guess.springs),
@@ -202,12 +202,11 @@ fn option(name: &str, values: &[f64]) -> String {
 }
 
 /// What holds the mount: an option, and the joint of a URDF.
-fn mount(model: &Model, guess: &Guess) -> String {
+fn mount(guess: &Guess) -> String {
     let [roll, pitch, yaw] = guess.rpy().map(significant);
-    let base = model.robot.links.first().map_or("base_link", |link| link.name.as_str());
     format!(
         "[base={roll},{pitch},{yaw}], or in a URDF <joint name=\"mount\" type=\"fixed\"><parent link=\"world\"/><child \
-         link=\"{base}\"/><origin rpy=\"{roll} {pitch} {yaw}\"/></joint>"
+         link=\"ROOT\"/><origin rpy=\"{roll} {pitch} {yaw}\"/></joint> with the root link of the file for ROOT"
     )
 }
 
