@@ -6,8 +6,7 @@
 //! ```text
 //! min |W X + H u - tau|      u: by how much the guess is wrong
 //! ```
-//! A column that W and the columns before it explain tells nothing, and neither does an unknown of a large deviation (ten
-//! degrees, 0.3 of a scale): it stays at the guess. The deviation is the
+//! A column that W and the columns before it explain tells nothing; its unknown stays at the guess. The deviation is the
 //! scatter of u while tenths of the record are left out (jackknife), at least that of white noise.
 //!
 //! [`hypotheses`]: crate::estimate::ledger::hypotheses
@@ -15,7 +14,7 @@
 use linear_model::linear_model::Model;
 use linear_model::parameter::ParameterId;
 use logs::Error;
-use numerics::triangle::{Triangle, select};
+use numerics::triangle::Triangle;
 
 use crate::estimate::artefact::Estimate;
 use crate::estimate::ledger::hypotheses::{
@@ -58,36 +57,7 @@ pub fn step<R: Records + ?Sized>(
     Ok(solved(&parts, x, &wanted, &ids))
 }
 
-/// An unknown that is less sure than this is not told: rad, and 1.
-fn least_sure(of: &Hypothesis) -> f64 {
-    match of {
-        Hypothesis::Zero(_) | Hypothesis::Mount(_) => 0.175,
-        Hypothesis::Scale(_) | Hypothesis::Drift(_) => 0.3,
-        Hypothesis::Spring(_) | Hypothesis::Rotor(_) => f64::INFINITY,
-    }
-}
-
-/// The unknowns of the step; the least sure one is left out as long as it is too unsure.
 fn solved(parts: &[Triangle], x: &[f64], wanted: &[Hypothesis], ids: &[ParameterId]) -> Vec<Step> {
-    let unsure = |step: &Step| step.told.map_or(0.0, |(_, deviation)| deviation / least_sure(&step.of));
-    let mut kept: Vec<usize> = (0..wanted.len()).collect();
-    loop {
-        let columns: Vec<usize> = (0..x.len()).chain(kept.iter().map(|e| x.len() + e)).collect();
-        let parts: Vec<Triangle> = parts.iter().map(|part| select(part, &columns)).collect();
-        let of: Vec<Hypothesis> = kept.iter().map(|&e| wanted[e].clone()).collect();
-        let steps = together(&parts, x, &of, ids);
-        let worst = (0..steps.len()).max_by(|&a, &b| unsure(&steps[a]).total_cmp(&unsure(&steps[b])));
-        if let Some(e) = worst.filter(|&e| unsure(&steps[e]) > 1.0) {
-            kept.remove(e);
-            continue;
-        }
-        let open = |of: &Hypothesis| Step { of: of.clone(), told: None, effect: Vec::new() };
-        let step = |of: &Hypothesis| steps.iter().find(|s| s.of == *of).cloned().unwrap_or_else(|| open(of));
-        return wanted.iter().map(step).collect();
-    }
-}
-
-fn together(parts: &[Triangle], x: &[f64], wanted: &[Hypothesis], ids: &[ParameterId]) -> Vec<Step> {
     let p = x.len();
     let whole = merged(parts, None);
     let held = held(&whole, x);
