@@ -172,3 +172,51 @@ fn a_mujoco_model_takes_the_figures() {
     assert!(refused.err.contains("other.xml:11: the body of forearm stands at"), "{}", refused.err);
     assert!(!here.join("no.xml").exists());
 }
+
+/// A spring, a cable and a bearing between the joints, as the user says where they act: each comes out, what is not of this
+/// robot is refused, and a second log is predicted with them.
+#[test]
+fn elements_between_joints_come_out() {
+    let here = folder("elements");
+    let robot = model("planar2r_vertical.yaml");
+    let rows = log_of(&robot, &Random(45).physical_parameters(&robot), &rubbed);
+    // w = q1 - 0.5 q2; N m/rad, N m, N m s/rad.
+    let (along, stiffness, sine, viscous) = ([1.0, -0.5], 3.0, 1.4, 0.6);
+    let moved = |row: &String| {
+        let x: Vec<f64> = row.split(',').map(|cell| cell.parse().unwrap()).collect();
+        let of = |first: usize| along[0] * x[first] + along[1] * x[first + 1];
+        let force = stiffness * of(1) + sine * of(1).sin() + viscous * of(3);
+        let cells = [&x[..5], &[x[5] + along[0] * force, x[6] + along[1] * force]].concat();
+        cells.iter().map(|x| format!("{x:?}")).collect::<Vec<_>>().join(",")
+    };
+    let rows: Vec<String> = rows.iter().map(moved).collect();
+    let part = |name: &str, rows: &[String]| {
+        std::fs::write(here.join(name), format!("{HEADER}\n{}\n", rows.join("\n"))).unwrap();
+    };
+    part("a.csv", &rows[..4000]);
+    part("b.csv", &rows[4000..]);
+    let options = |element: &str| {
+        std::fs::write(here.join("o.yaml"), format!("transmission:\n  elements: [{element}]\n")).unwrap();
+        rist(&here, &["identify", &arm(), "a.csv", "--options", "o.yaml", "--validate", "b.csv", "--out", "e.yaml"])
+    };
+    let run = options("{name: cable, along: [[1, 1.0], [2, -0.5]], torques: [spring, sine, viscous]}");
+    assert_eq!(run.code, Some(0), "{}{}", run.out, run.err);
+    let estimate = yaml(&here.join("e.yaml"));
+    // The filter rounds the jumps of the friction: to a percent.
+    for (name, exact) in [("KE_cable", stiffness), ("SE_cable", sine), ("FVE_cable", viscous)] {
+        assert!((value(&estimate, name) / exact - 1.0).abs() < 0.01, "{name} {}", value(&estimate, name));
+    }
+    let predicted = run.out.split("b.csv, not fitted").nth(1).unwrap();
+    assert!(number(line(predicted, "total"), 1) < 0.01, "{predicted}");
+    for (element, said) in [
+        ("{name: cable, along: [[1, 1.0], [3, -0.5]], torques: [spring]}", "element `cable`: `along` needs pairs"),
+        ("{name: cable, along: [[1, 1.0], [1, -0.5]], torques: [spring]}", "different joints of 1 to 2"),
+        ("{name: cable, along: [[1, .nan]], torques: [spring]}", "element `cable`: `along` needs pairs"),
+        ("{name: cable, along: [[1, 1.0]], torques: []}", "`torques` needs one or more different words"),
+        ("{name: 'a cable', along: [[1, 1.0]], torques: [spring]}", "its name needs letters"),
+        ("{name: cable, along: [[1, 1.0]], torques: [rubber]}", "expected one of inertia, viscous, coulomb"),
+    ] {
+        let run = options(element);
+        assert!(run.code == Some(2) && run.err.contains(said), "{element}: {}", run.err);
+    }
+}

@@ -7,10 +7,10 @@ use std::ops::Range;
 use generated::Eight;
 use numerics::row_block::{BLOCK_ROWS, RowBlock};
 
-use crate::coupling::Coupling;
+use crate::coupling::{At, Coupled, Coupling};
 use crate::friction::terms::{FrictionTerm, columns_before};
 use crate::label::Label;
-use crate::parameter::{CouplingParameter, Parameter, ParameterId};
+use crate::parameter::{Parameter, ParameterId};
 use crate::regressor::Regressor;
 use crate::row_layout::RowLayout;
 use crate::states::States;
@@ -21,7 +21,7 @@ pub struct Model<'a> {
     pub regressor: &'a dyn Regressor,
     /// Friction columns of every joint.
     pub friction: &'a [FrictionTerm],
-    /// Motors that also turn with a joint other than their own.
+    /// Motors that also turn with a joint other than their own, and elements between joints.
     pub couplings: Vec<Coupling>,
     /// In the order of the columns.
     pub parameters: Vec<Parameter>,
@@ -44,12 +44,15 @@ impl<'a> Model<'a> {
             }
         }
         for coupling in couplings {
-            let motor = coupling.motor;
-            let label = Label::of_coordinate(&regressor.coordinates()[motor]);
-            for parameter in CouplingParameter::ALL {
+            let (name, coordinates) = match &coupling.of {
+                Coupled::Motor(motor) => (&regressor.coordinates()[*motor], vec![*motor]),
+                Coupled::Element(name, _) => (name, coupling.rows().collect()),
+            };
+            let label = Label::of_coordinate(name);
+            let is_prismatic = coordinates.first().is_some_and(|&k| regressor.is_prismatic(k));
+            for &parameter in coupling.parameters() {
                 let id = ParameterId::Coupling(parameter, label.clone());
-                let is_prismatic = regressor.is_prismatic(motor);
-                parameters.push(Parameter { id, coordinates: vec![motor], is_prismatic });
+                parameters.push(Parameter { id, coordinates: coordinates.clone(), is_prismatic });
             }
         }
         let layout = RowLayout::new(regressor, friction, couplings);
@@ -115,11 +118,21 @@ impl<'a> Model<'a> {
                 c += width;
             }
         }
-        let first = base + columns_before(self.friction, n);
+        let mut first = base + columns_before(self.friction, n);
         for (i, coupling) in self.couplings.iter().enumerate() {
-            let motor = states.motor_direction[r * self.couplings.len() + i];
-            coupling.fill(dq, ddq, motor, w, p, first + i * CouplingParameter::ALL.len());
+            let at = self.at(states, r, i);
+            coupling.columns(&at, |row, column, entry| w[coupling.joints[row].0 * p + first + column] = entry);
+            first += coupling.parameters().len();
         }
+    }
+
+    /// The state of sample r and the direction of coupling i.
+    #[inline]
+    fn at<'s>(&self, states: &'s States, r: usize, i: usize) -> At<'s> {
+        let n = self.n();
+        let at = r * n..(r + 1) * n;
+        let direction = states.motor_direction[r * self.couplings.len() + i];
+        At { q: &states.q[at.clone()], dq: &states.dq[at.clone()], ddq: &states.ddq[at], direction }
     }
 
     /// The rows of the samples of a range in blocks, without zeros.
@@ -182,12 +195,8 @@ impl<'a> Model<'a> {
             group[joint.torque()].0[lane] = tau[j];
         }
         for (i, (coupling, places)) in self.couplings.iter().zip(&self.layout.couplings).enumerate() {
-            let motor = states.motor_direction[r * self.couplings.len() + i];
-            for (place, columns) in places.iter().zip(coupling.columns(dq, ddq, motor)) {
-                for (k, x) in columns.into_iter().enumerate() {
-                    group[place + k].0[lane] = x;
-                }
-            }
+            let at = self.at(states, r, i);
+            coupling.columns(&at, |row, column, entry| group[places[row] + column].0[lane] = entry);
         }
     }
 

@@ -10,6 +10,8 @@
 //! | Coulomb friction, offset, Stribeck | FS, FSP, FSN, OFF, FT, FTP, FTN | N m (N) |
 //! | friction that grows with the load | FL, FLP, FLN | 1 |
 //! | coupled motor | IAM, FVM, FSM | as IA, FV, FS |
+//! | element between joints: inertia, viscous and Coulomb friction | IAE, FVE, FSE | as IA, FV, FS |
+//! | stiffness of an element; its torque that goes with sine and cosine, and constant | KE; SE, CE, OFFE | N m/rad (N/m); N m (N) |
 //! | drive gain | KT | N m/A (N/A) |
 
 use std::fmt;
@@ -28,7 +30,7 @@ pub enum ParameterId {
     Base(BaseName),
     /// Friction of one coordinate.
     Friction(FrictionParameter, Label),
-    /// Inertia or friction of a motor that turns with a joint other than its own.
+    /// A motor that turns with a joint other than its own, or an element between joints.
     Coupling(CouplingParameter, Label),
     /// Torque per unit of current of one drive.
     DriveGain(Label),
@@ -85,7 +87,7 @@ impl FromStr for ParameterId {
         if let Some(label) = behind("KT") {
             return Ok(ParameterId::DriveGain(label));
         }
-        for parameter in CouplingParameter::ALL {
+        for parameter in CouplingParameter::MOTOR.into_iter().chain(CouplingParameter::ELEMENT) {
             if let Some(label) = behind(parameter.letters()) {
                 return Ok(ParameterId::Coupling(parameter, label));
             }
@@ -290,21 +292,51 @@ impl FrictionParameter {
     }
 }
 
-/// A parameter of a motor that turns with a joint other than its own.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+/// A parameter of a motor that turns with a joint other than its own, or of an element between joints.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
 pub enum CouplingParameter {
     /// IAM: rotor inertia of the motor.
+    #[serde(skip)]
     Rotor,
     /// FVM: its viscous friction.
+    #[serde(skip)]
     Viscous,
     /// FSM: its Coulomb friction.
+    #[serde(skip)]
     Coulomb,
+    /// IAE: torque of an element per acceleration along it.
+    Inertia,
+    /// FVE: per speed.
+    #[serde(rename = "viscous")]
+    ElementViscous,
+    /// FSE: with the direction.
+    #[serde(rename = "coulomb")]
+    ElementCoulomb,
+    /// KE: per position.
+    #[serde(rename = "spring")]
+    Stiffness,
+    /// SE: with the sine of the position.
+    Sine,
+    /// CE: with the cosine of the position.
+    Cosine,
+    /// OFFE: constant.
+    Offset,
 }
 
 impl CouplingParameter {
-    /// In the order of their columns.
-    pub const ALL: [CouplingParameter; 3] =
-        [CouplingParameter::Rotor, CouplingParameter::Viscous, CouplingParameter::Coulomb];
+    /// Those of a motor, in the order of their columns.
+    pub const MOTOR: [CouplingParameter; 3] = [Self::Rotor, Self::Viscous, Self::Coulomb];
+    /// Those that an element may have.
+    pub const ELEMENT: [CouplingParameter; 7] = [
+        Self::Inertia,
+        Self::ElementViscous,
+        Self::ElementCoulomb,
+        Self::Stiffness,
+        Self::Sine,
+        Self::Cosine,
+        Self::Offset,
+    ];
 
     /// The letters of its name.
     pub fn letters(self) -> &'static str {
@@ -312,14 +344,22 @@ impl CouplingParameter {
             CouplingParameter::Rotor => "IAM",
             CouplingParameter::Viscous => "FVM",
             CouplingParameter::Coulomb => "FSM",
+            CouplingParameter::Inertia => "IAE",
+            CouplingParameter::ElementViscous => "FVE",
+            CouplingParameter::ElementCoulomb => "FSE",
+            CouplingParameter::Stiffness => "KE",
+            CouplingParameter::Sine => "SE",
+            CouplingParameter::Cosine => "CE",
+            CouplingParameter::Offset => "OFFE",
         }
     }
 
     fn unit(self) -> Unit {
         match self {
-            CouplingParameter::Rotor => Unit::INERTIA,
-            CouplingParameter::Viscous => Unit::VISCOUS,
-            CouplingParameter::Coulomb => Unit::TORQUE,
+            Self::Rotor | Self::Inertia => Unit::INERTIA,
+            Self::Viscous | Self::ElementViscous => Unit::VISCOUS,
+            Self::Stiffness => Unit::STIFFNESS,
+            Self::Coulomb | Self::ElementCoulomb | Self::Sine | Self::Cosine | Self::Offset => Unit::TORQUE,
         }
     }
 }
@@ -361,8 +401,22 @@ mod tests {
     fn names_are_parsed_as_they_are_shown() {
         let base =
             ["XX1", "ZZR1", "XZ_wrist_1", "ZZR_shoulder_pan", "MY2", "MXR10", "M3", "IA1", "D2MXR4", "L_1MX2", "XX4a"];
-        let others =
-            ["FV1", "FS_elbow", "OFF3", "FVA1", "FSN2", "FT_q", "FL1", "FR3", "KT2", "IAM6", "FVM_wrist", "FSM6"];
+        let others = [
+            "FV1",
+            "FS_elbow",
+            "OFF3",
+            "FVA1",
+            "FSN2",
+            "FT_q",
+            "FL1",
+            "FR3",
+            "KT2",
+            "IAM6",
+            "FVM_wrist",
+            "FSM6",
+            "KE_cable",
+            "OFFE_cable",
+        ];
         for name in base.iter().chain(&others) {
             let id: ParameterId = name.parse().unwrap();
             assert_eq!(id.to_string(), *name);

@@ -3,7 +3,6 @@
 
 use crate::coupling::Coupling;
 use crate::friction::terms::{FrictionTerm, columns_before, columns_of};
-use crate::parameter::CouplingParameter;
 use crate::regressor::Regressor;
 
 /// The places of all entries of one sample.
@@ -59,17 +58,18 @@ impl RowLayout {
             let first = p + columns_before(friction, j);
             entries = take(joint, first..first + columns_of(friction, j), entries);
         }
-        let width = CouplingParameter::ALL.len();
-        // A coupling acts on its joints and on its motor, with the same columns.
+        // A coupling acts on each of its joints with the same columns.
         let mut of_couplings = Vec::new();
-        for (i, coupling) in couplings.iter().enumerate() {
-            let first = p + columns_before(friction, n) + i * width;
+        let mut first = p + columns_before(friction, n);
+        for coupling in couplings {
+            let width = coupling.parameters().len();
             let mut places = Vec::new();
             for j in coupling.rows() {
                 places.push(entries);
                 entries = take(&mut joints[j], first..first + width, entries);
             }
             of_couplings.push(places);
+            first += width;
         }
         for joint in &mut joints {
             joint.places.push(entries);

@@ -10,11 +10,12 @@ use serde::{Deserialize, Deserializer, Serialize, Serializer};
 pub struct Unit(&'static str);
 
 /// Units of a joint's own parameters (IA, friction, gain): where it turns, and where it slides.
-const UNITS_BY_JOINT_KIND: [(Unit, Unit); 5] = [
+const UNITS_BY_JOINT_KIND: [(Unit, Unit); 6] = [
     (Unit::INERTIA, Unit::MASS),
     (Unit::TORQUE, Unit("N")),
     (Unit::VISCOUS, Unit("N s/m")),
     (Unit::DRIVE_GAIN, Unit("N/A")),
+    (Unit::STIFFNESS, Unit("N/m")),
     (Unit::ROOT_OF_SPEED, Unit("N (s/m)^(1/2)")),
 ];
 
@@ -29,6 +30,8 @@ impl Unit {
     pub const TORQUE: Unit = Unit("N m");
     /// N m s/rad.
     pub const VISCOUS: Unit = Unit("N m s/rad");
+    /// N m/rad.
+    pub(crate) const STIFFNESS: Unit = Unit("N m/rad");
     /// N m (s/rad)^(1/2).
     pub(crate) const ROOT_OF_SPEED: Unit = Unit("N m (s/rad)^(1/2)");
     /// N m/A.

@@ -191,6 +191,13 @@ fn meaning(id: &ParameterId) -> String {
         ParameterId::Coupling(CouplingParameter::Rotor, _) => "rotor inertia of the coupled motor",
         ParameterId::Coupling(CouplingParameter::Viscous, _) => "viscous friction of the coupled motor",
         ParameterId::Coupling(CouplingParameter::Coulomb, _) => "Coulomb friction of the coupled motor",
+        ParameterId::Coupling(CouplingParameter::Inertia, _) => "inertia of an element between joints",
+        ParameterId::Coupling(CouplingParameter::ElementViscous, _) => "viscous friction of an element between joints",
+        ParameterId::Coupling(CouplingParameter::ElementCoulomb, _) => "Coulomb friction of an element between joints",
+        ParameterId::Coupling(CouplingParameter::Stiffness, _) => "stiffness of an element between joints",
+        ParameterId::Coupling(CouplingParameter::Sine, _) => "torque of an element with the sine of its position",
+        ParameterId::Coupling(CouplingParameter::Cosine, _) => "torque of an element with the cosine of its position",
+        ParameterId::Coupling(CouplingParameter::Offset, _) => "constant torque of an element between joints",
         ParameterId::Friction(friction, _) => match friction {
             Viscous => "viscous friction: grows with the speed",
             Coulomb => "Coulomb friction: turns with the direction",

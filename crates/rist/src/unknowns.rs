@@ -7,7 +7,7 @@
 
 use identification::estimate::digits::significant;
 use identification::estimate::ledger::hypotheses::Hypothesis;
-use identification::estimate::ledger::unknowns::{Step, step};
+use identification::estimate::ledger::unknowns::{Step, ZERO_PRIOR_RAD, step};
 use logs::LogSource;
 use nalgebra::{Rotation3, Vector3};
 
@@ -129,11 +129,15 @@ impl Unknowns {
     pub(crate) fn find(model: &Model, logs: &[LogSource], request: &SamplesRequest) -> Result<Unknowns, Error> {
         let turns = request.unknowns.contains(&Unknown::Mount);
         let mut guess = Guess::of(model, request);
+        let described = guess.zeros.clone();
         let mut steps = Vec::new();
         let mut is_settled = false;
         for _ in 0..MOST_STEPS {
             let turned = turns.then(|| guess.model(model)).transpose()?;
-            steps = one_step(turned.as_ref().unwrap_or(model), logs, &guess.request(request), &request.unknowns)?;
+            let away: Vec<f64> =
+                guess.zeros.iter().zip(&described).map(|(guess, described)| guess - described).collect();
+            steps =
+                one_step(turned.as_ref().unwrap_or(model), logs, &guess.request(request), &request.unknowns, &away)?;
             guess.take(&steps);
             is_settled = steps.iter().all(|step| guess.is_settled(step));
             if is_settled {
@@ -154,6 +158,7 @@ fn one_step(
     logs: &[LogSource],
     request: &SamplesRequest,
     unknowns: &[Unknown],
+    zeros: &[f64],
 ) -> Result<Vec<Step>, Error> {
     let mut options = request.options();
     drive_gains(model, logs, &request.gain, &mut options)?;
@@ -163,7 +168,8 @@ fn one_step(
     let fit = looked.fit(model, logs)?;
     let linear = options.linear_model(model.regressor());
     let is_wanted = |of: &Hypothesis| kind(of).is_some_and(|kind| unknowns.contains(&kind));
-    let steps = with_open(model, |open| step(&linear, &looked.records, &fit.solution.x, &fit.weights, open, is_wanted));
+    let steps =
+        with_open(model, |open| step(&linear, &looked.records, &fit.solution.x, &fit.weights, open, zeros, is_wanted));
     Ok(steps?)
 }
 
@@ -225,6 +231,10 @@ fn shown(model: &Model, guess: &Guess, step: &Step) -> String {
         Hypothesis::Rotor(k) | Hypothesis::Drift(k) => (name(k), 0.0, 1.0, ""),
     };
     match step.told {
+        Some(_) if step.is_prior => {
+            let held = significant(ZERO_PRIOR_RAD.to_degrees());
+            format!("{what} cannot be told and is held to what it was, within {held} {unit}")
+        }
         Some((_, deviation)) => {
             let text = format!("{what} {} +- {} {unit}", significant(value), significant(factor * deviation));
             text.trim_end().to_string()

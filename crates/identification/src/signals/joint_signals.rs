@@ -280,7 +280,7 @@ impl Filtering<'_> {
     fn directions(&self, wide: Vec<Vec<f64>>, couplings: &[Coupling]) -> Directions {
         let motor = |c: &Coupling| {
             let speed = |r: usize| c.speed(|k| wide[k][r]);
-            directions(&(0..wide[c.motor].len()).map(speed).collect::<Vec<f64>>())
+            directions(&(0..wide.first().map_or(0, Vec::len)).map(speed).collect::<Vec<f64>>())
         };
         let none = Vec::new();
         let of_term = |&term: &FrictionTerm| {

@@ -7,7 +7,8 @@
 //! A motor that also turns with other joints brings its own inertia and friction to all of them
 //! ([`linear_model::coupling`]).
 
-use linear_model::coupling::Coupling;
+use linear_model::coupling::{Coupled, Coupling};
+use linear_model::parameter::CouplingParameter;
 use logs::{Effort, Error, Log, unwrap_angle};
 use nalgebra::DMatrix;
 use serde::{Deserialize, Serialize};
@@ -36,22 +37,65 @@ pub struct Transmission {
     /// Springs at the joints, N m/rad (N/m): their torque, stiffness times position in the model, is taken out.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub springs: Option<Vec<f64>>,
+    /// Springs, cables and bearings whose torques are columns of their own.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub elements: Vec<Element>,
+}
+
+/// What acts along w = sum_k c_k q_k, as [`linear_model::coupling`] has it.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Element {
+    /// The end of its parameters' names.
+    pub name: String,
+    /// (joint, c), joints counted from 1.
+    pub along: Vec<(usize, f64)>,
+    /// The torques that it has.
+    pub torques: Vec<CouplingParameter>,
+}
+
+impl Element {
+    /// What is wrong with it on a robot of n joints.
+    fn fault(&self, n: usize) -> Option<String> {
+        let joints: Vec<usize> = self.along.iter().map(|(k, _)| *k).collect();
+        let is_joint = |(k, c): &(usize, f64)| (1..=n).contains(k) && c.is_finite() && *c != 0.0;
+        let is_doubled = |places: &[usize]| places.iter().enumerate().any(|(i, k)| places[..i].contains(k));
+        let is_torque_doubled = self.torques.iter().enumerate().any(|(i, t)| self.torques[..i].contains(t));
+        if self.name.is_empty() || !self.name.chars().all(|c| c.is_alphanumeric() || "_-.".contains(c)) {
+            return Some("its name needs letters, digits, `_`, `-` or `.`, one at least".into());
+        }
+        if joints.is_empty() || !self.along.iter().all(is_joint) || is_doubled(&joints) {
+            let found = &self.along;
+            return Some(format!(
+                "`along` needs pairs [joint, factor] of different joints of 1 to {n}, factors other than 0; it has {found:?}"
+            ));
+        }
+        if self.torques.is_empty() || is_torque_doubled {
+            return Some("`torques` needs one or more different words".into());
+        }
+        None
+    }
 }
 
 impl Transmission {
-    /// The coupled motors, for the columns of the model; each once, with all joints that turn it.
+    /// The coupled motors, each once with all joints that turn it, then the elements: for the columns of the model.
     pub fn coupled(&self) -> Vec<Coupling> {
         let ratio = |m: usize| self.ratios.as_ref().and_then(|r| r.get(m)).copied().unwrap_or(1.0);
-        let mut motors: Vec<Coupling> = Vec::new();
+        let mut motors: Vec<(usize, Vec<(usize, f64)>)> = Vec::new();
         for &(m, k, r) in self.couplings.iter().filter(|_| !self.rigid_couplings) {
             let (Some(motor), Some(joint)) = (m.checked_sub(1), k.checked_sub(1)) else { continue };
             let turned = (joint, r / ratio(motor));
-            match motors.iter_mut().find(|known| known.motor == motor) {
-                Some(known) => known.joints.push(turned),
-                None => motors.push(Coupling { motor, joints: vec![turned] }),
+            match motors.iter_mut().find(|known| known.0 == motor) {
+                Some(known) => known.1.push(turned),
+                None => motors.push((motor, vec![turned])),
             }
         }
-        motors
+        let element = |element: &Element| Coupling {
+            of: Coupled::Element(element.name.clone(), element.torques.clone()),
+            joints: element.along.iter().map(|&(k, c)| (k.saturating_sub(1), c)).collect(),
+        };
+        let motors = motors.iter().map(|(motor, others)| Coupling::motor(*motor, others));
+        motors.chain(self.elements.iter().map(element)).collect()
     }
 
     fn check(&self, n: usize) -> Result<(), Error> {
@@ -71,6 +115,15 @@ impl Transmission {
             }
             if !["offsets", "springs"].contains(&name) && list.contains(&0.0) {
                 return Err(Error::new(format!("transmission: {name} holds a zero: {list:?}")));
+            }
+        }
+        for (i, element) in self.elements.iter().enumerate() {
+            let name = &element.name;
+            if let Some(fault) = element.fault(n) {
+                return Err(Error::new(format!("transmission: element `{name}`: {fault}")));
+            }
+            if self.elements[..i].iter().any(|known| known.name == *name) {
+                return Err(Error::new(format!("transmission: two elements are called `{name}`")));
             }
         }
         for &(m, k, r) in &self.couplings {
@@ -217,10 +270,10 @@ mod tests {
         assert!((joint - (0.7 * 2.0 + 0.2 * -3.0)).abs() < 1e-12);
         assert!((45.0 * joints.q[0][0] - 2.0).abs() < 1e-12);
         assert!((-48.0 * joints.q[1][0] + 32.0 * joints.q[0][0] + 3.0).abs() < 1e-12);
-        assert_eq!(transmission.coupled(), [Coupling { motor: 1, joints: vec![(0, 32.0 / -48.0)] }]);
+        assert_eq!(transmission.coupled(), [Coupling::motor(1, &[(0, 32.0 / -48.0)])]);
         // A motor that two joints turn has one inertia and one friction.
         let two = Transmission { couplings: vec![(3, 1, 2.0), (3, 2, -1.0)], ..Transmission::default() };
-        assert_eq!(two.coupled(), [Coupling { motor: 2, joints: vec![(0, 2.0), (1, -1.0)] }]);
+        assert_eq!(two.coupled(), [Coupling::motor(2, &[(0, 2.0), (1, -1.0)])]);
     }
 
     /// A joint of many turns whose angle is wrapped before the gear is counted, and one whose motor goes fast.

@@ -146,8 +146,7 @@ impl Settings {
         // Base parameters stand first, then friction and couplings, whose number the options tell.
         let couplings = options.transmission.coupled();
         let friction = columns_before(&options.friction, self.coordinates.len());
-        let width = linear_model::parameter::CouplingParameter::ALL.len();
-        let others = friction + couplings.len() * width;
+        let others = friction + couplings.iter().map(|c| c.parameters().len()).sum::<usize>();
         let unlike = || Error::new("its columns are not those of its friction and transmission: make the file again");
         let base = self.columns.len().checked_sub(others).ok_or_else(unlike)?;
         let parameter = |column: &Column| match &column.name {

@@ -9,18 +9,25 @@
 //! A column that W and the columns before it explain tells nothing; its unknown stays at the guess. The deviation is the
 //! scatter of u while tenths of the record are left out (jackknife), at least that of white noise.
 //!
+//! Zeros are held to the description by a row more, guess + u = 0 with the deviation [`ZERO_PRIOR_RAD`]: the first zero of
+//! a robot that stands almost upright is told by nothing but the little that it leans, and would run away.
+//!
 //! [`hypotheses`]: crate::estimate::ledger::hypotheses
 
 use linear_model::linear_model::Model;
 use linear_model::parameter::ParameterId;
 use logs::Error;
-use numerics::triangle::Triangle;
+use numerics::triangle::{Triangle, TriangleBuilder};
 
 use crate::estimate::artefact::Estimate;
 use crate::estimate::ledger::hypotheses::{
     EXPLAINED_COLUMN_SHARE, Hypothesis, MOST_COORDINATES, Open, all, coefficients, held, jackknife, merged, triangles,
 };
 use crate::signals::records::Records;
+
+/// How far zeros are from the description before a log is looked at, rad (11 degrees). It changes nothing that a log tells:
+/// a zero of deviation 1 degree moves by 1 % of itself.
+pub const ZERO_PRIOR_RAD: f64 = 0.2;
 
 /// One unknown of a step.
 #[derive(Clone, Debug, PartialEq)]
@@ -29,11 +36,14 @@ pub struct Step {
     pub of: Hypothesis,
     /// By how much it is beside the guess, and the deviation of that; `None` where nothing tells it.
     pub told: Option<(f64, f64)>,
+    /// Whether the log says less of it than was known before.
+    pub is_prior: bool,
     /// By how much each parameter changes per unit of it; empty where nothing tells it.
     pub effect: Vec<(ParameterId, f64)>,
 }
 
-/// One step for the hypotheses that `is_wanted` takes, beside the parameters `x` with the weights of the joints.
+/// One step for the hypotheses that `is_wanted` takes, beside the parameters `x` with the weights of the joints. `zeros` is
+/// by how much the guess of each coordinate's zero is off the description, rad.
 ///
 /// Fails for a robot of more than 12 coordinates, and when a record cannot be read.
 pub fn step<R: Records + ?Sized>(
@@ -42,6 +52,7 @@ pub fn step<R: Records + ?Sized>(
     x: &[f64],
     weights: &[f64],
     open: Open,
+    zeros: &[f64],
     is_wanted: impl Fn(&Hypothesis) -> bool,
 ) -> Result<Vec<Step>, Error> {
     if model.n() > MOST_COORDINATES {
@@ -54,39 +65,61 @@ pub fn step<R: Records + ?Sized>(
     let wanted: Vec<Hypothesis> = all(model, open).into_iter().filter(is_wanted).collect();
     let parts = triangles(model, records, x, weights, open, &wanted)?;
     let ids: Vec<ParameterId> = model.parameters.iter().map(|p| p.id.clone()).collect();
-    Ok(solved(&parts, x, &wanted, &ids))
+    Ok(solved(&parts, x, &wanted, &ids, zeros))
 }
 
-fn solved(parts: &[Triangle], x: &[f64], wanted: &[Hypothesis], ids: &[ParameterId]) -> Vec<Step> {
+fn solved(parts: &[Triangle], x: &[f64], wanted: &[Hypothesis], ids: &[ParameterId], zeros: &[f64]) -> Vec<Step> {
     let p = x.len();
     let whole = merged(parts, None);
     let held = held(&whole, x);
-    let rows = |out: Option<usize>| {
+    let rows = |out: Option<usize>, prior: Option<&Triangle>| {
         let mut sum = merged(parts, out);
         sum.merge(&held, 1.0);
+        prior.iter().for_each(|prior| sum.merge(prior, 1.0));
         sum
     };
-    let all_rows = rows(None);
+    let all_rows = rows(None, None);
     let is_told: Vec<bool> = (0..wanted.len())
         .map(|e| all_rows.at(p + e, p + e).abs() > EXPLAINED_COLUMN_SHARE * whole.column_norm(p + e))
         .collect();
-    let unknowns = |triangle: &Triangle| substituted(triangle, p, &is_told);
-    let values = unknowns(&all_rows);
-    let leaving: Vec<Vec<f64>> = (0..parts.len()).map(|part| unknowns(&rows(Some(part)))).collect();
     let free = whole.rows.saturating_sub(p + wanted.len()).max(1) as f64;
     let width = all_rows.columns();
     let noise = all_rows.at(width, width).abs() / free.sqrt();
-    let inverse = all_rows.inverse_products(p..width);
+    let unknowns = |triangle: &Triangle| substituted(triangle, p, &is_told);
+    // Values and deviations of all unknowns, with or without the prior.
+    let found = |prior: Option<&Triangle>| {
+        let all_rows = rows(None, prior);
+        let leaving: Vec<Vec<f64>> = (0..parts.len()).map(|part| unknowns(&rows(Some(part), prior))).collect();
+        let scatter = |e: usize| jackknife(&leaving.iter().map(|u| u[e]).collect::<Vec<f64>>());
+        let white: Vec<f64> = all_rows.inverse_products(p..width).iter().map(|x| noise * x.sqrt()).collect();
+        let deviations: Vec<f64> = (0..wanted.len()).map(|e| scatter(e).max(white[e])).collect();
+        (unknowns(&all_rows), deviations, white)
+    };
+    let (_, alone, white) = found(None);
+    let mut prior = TriangleBuilder::new(width);
+    for (e, of) in wanted.iter().enumerate().filter(|(e, _)| is_told[*e]) {
+        let Hypothesis::Zero(k) = *of else { continue };
+        // The noise of this unknown's rows, by which its deviation came about.
+        let noise = noise * alone[e] / white[e].max(f64::MIN_POSITIVE);
+        let mut row = vec![0.0; width];
+        row[p + e] = noise / ZERO_PRIOR_RAD;
+        prior.push(&row, -row[p + e] * zeros[k]);
+    }
+    let prior = prior.finish();
+    let (values, deviations, _) = found(Some(&prior));
+    let all_rows = rows(None, Some(&prior));
     let one = |(e, of): (usize, &Hypothesis)| {
         if !is_told[e] {
-            return Step { of: of.clone(), told: None, effect: Vec::new() };
+            return Step { of: of.clone(), told: None, is_prior: false, effect: Vec::new() };
         }
-        let others: Vec<f64> = leaving.iter().map(|u| u[e]).collect();
-        let deviation = jackknife(&others).max(noise * inverse[e].sqrt());
         // W X + h u = tau: X changes by -R^-1 of the column.
         let made_of = coefficients(&all_rows, p, p + e);
         let effect = ids.iter().cloned().zip(made_of.into_iter().map(|x| -x)).collect();
-        Step { of: of.clone(), told: Some((values[e], deviation)), effect }
+        let is_zero = matches!(of, Hypothesis::Zero(_));
+        let prior = if is_zero { ZERO_PRIOR_RAD } else { f64::INFINITY };
+        // Parts left out do not show how unsure the prior is.
+        let deviation = deviations[e].max((alone[e].powi(-2) + prior.powi(-2)).powf(-0.5));
+        Step { of: of.clone(), told: Some((values[e], deviation)), is_prior: alone[e] > 0.5 * prior, effect }
     };
     wanted.iter().enumerate().map(one).collect()
 }
@@ -129,8 +162,12 @@ mod tests {
             Identified::new(id.parse().unwrap(), Unit::VISCOUS, 1.0, deviations)
         };
         let mut wide = Estimate { parameters: vec![one("FR1"), one("FV1")], ..Estimate::default() };
-        let step =
-            |told, effect: f64| Step { of: Hypothesis::Zero(0), told, effect: vec![("FV1".parse().unwrap(), effect)] };
+        let step = |told, effect: f64| Step {
+            of: Hypothesis::Zero(0),
+            told,
+            is_prior: false,
+            effect: vec![("FV1".parse().unwrap(), effect)],
+        };
         widen_by_unknowns(&mut wide, &[step(Some((0.5, 0.01)), -4.0), step(None, 9.0)]);
         let sigmas: Vec<f64> = wide.parameters.iter().filter_map(|p| p.sigma).collect();
         // sqrt(0.03^2 + (0.01 * 4)^2)
