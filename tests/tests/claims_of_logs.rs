@@ -106,3 +106,33 @@ fn a_fault_above_the_power_is_named_with_its_joint() {
         }
     }
 }
+
+/// An arm on a wall or a ceiling whose description stands upright: the mount is named first, and with it in the description
+/// nothing is contradicted. A zero that is far off stays a zero.
+#[test]
+fn a_base_on_a_wall_or_a_ceiling_is_named_with_what_mends_it() {
+    for file in ["ur5.urdf", "puma560.yaml"] {
+        let model = Model::read(model_path(file)).unwrap();
+        let (robot, truth) = (&model.robot, unlike(&model.robot, 4));
+        for degrees in [90.0, 180.0] {
+            let log = swinging(&tilted(robot, f64::to_radians(degrees)), &truth, AMPLITUDE, 0.0);
+            let found = verdict(&format!("mount{degrees}{file}"), &model, &log);
+            let claims = contradicted(&found);
+            let Some(Outcome::Contradicted { fault, remedy, .. }) = claims.first().map(|claim| claim.outcome()) else {
+                panic!("{file}: {degrees} degrees are not named: {found}");
+            };
+            assert_eq!(*fault, format!("the base is mounted otherwise: turned by {degrees:.0} degrees"), "{file}");
+            let text = &remedy.sentence;
+            let rpy = text.split_once("[base=").unwrap_or_else(|| panic!("{text}")).1.split_once(']').unwrap().0;
+            let rpy: Vec<f64> = rpy.split(',').map(|angle| angle.parse().unwrap()).collect();
+            let options = rist::ModelOptions { base: rpy.try_into().ok(), ..Default::default() };
+            let mended = Model::read_with(model_path(file), &options).unwrap();
+            let found = verdict(&format!("mended{degrees}{file}"), &mended, &log);
+            assert!(contradicted(&found).is_empty(), "{file}: {found}");
+        }
+        let zero = |l: &mut JointLog| each(&mut l.q[1..2], |x| x - f64::to_radians(40.0));
+        let log = changed(&swinging(robot, &truth, AMPLITUDE, 0.0), zero);
+        let found = verdict(&format!("zero40{file}"), &model, &log);
+        assert_eq!(contradicted(&found)[0].subject().topic, ZERO, "{file}: {found}");
+    }
+}

@@ -43,10 +43,15 @@ pub(crate) fn turn_of_rpy([roll, pitch, yaw]: [f64; 3]) -> Rotation3<f64> {
     Rotation3::from_euler_angles(roll, pitch, yaw)
 }
 
-/// Turns the base: gravity, which stands still, is seen from a frame that is turned by R.
+/// An angle of pi written to five digits is off by less, rad.
+const WRITTEN_ANGLE_RAD: f64 = 2e-5;
+
+/// Turns the base: gravity, which stands still, is seen from a frame that is turned by R. What a rounded angle leaves of it
+/// along an axis is zero.
 pub(crate) fn turn_base(robot: &mut Robot, turn: &Rotation3<f64>) {
     let gravity = turn.inverse() * Vector3::from(robot.gravity_number());
-    robot.gravity = [0, 1, 2].map(|i| Value::Number(gravity[i]));
+    let least = WRITTEN_ANGLE_RAD * gravity.norm();
+    robot.gravity = [0, 1, 2].map(|i| Value::Number(if gravity[i].abs() < least { 0.0 } else { gravity[i] }));
 }
 
 /// A sentence on the angles and axes that the reader took for other values, and on how much this changes the torque;

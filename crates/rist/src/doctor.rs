@@ -12,6 +12,7 @@ pub use identification::estimate::passport::Passport;
 pub use crate::request::DoctorRequest;
 
 use crate::error::Error;
+use crate::gravity_direction::look_for_mount;
 use crate::model::Model;
 use crate::signal_sources::sources;
 
@@ -72,7 +73,12 @@ pub(crate) fn passport_of<R: Records + ?Sized>(
     signal: &Signal,
 ) -> Result<Passport, Error> {
     let suspects: Vec<_> = logs.iter().flat_map(|log| log.report().suspect.clone()).collect();
-    let mut found = passport(model.regressor(), records, &suspects, model.described_parameters().as_deref())?;
+    let look = |model: &Model| {
+        let described = model.described_parameters();
+        Ok(passport(model.regressor(), records, &suspects, described.as_deref())?)
+    };
+    let mut found: Passport = look(model)?;
+    look_for_mount(model, records, &mut found, look)?;
     let [velocity, acceleration] = logs.iter().fold([false; 2], |[v, a], log| {
         let [has_velocity, has_acceleration] = log.has_rates();
         [v || has_velocity, a || has_acceleration]

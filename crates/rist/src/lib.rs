@@ -55,6 +55,7 @@ pub mod experiments;
 pub mod fleet;
 mod formulas;
 mod friction;
+mod gravity_direction;
 pub mod inspection;
 pub mod judged;
 pub mod linting;

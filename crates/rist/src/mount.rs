@@ -30,7 +30,8 @@ impl Tilt {
         [[0.0, -z, y], [z, 0.0, -x]].into_iter().filter_map(|g| Tilt::of(robot, g)).collect()
     }
 
-    fn of(robot: &Robot, gravity: [f64; 3]) -> Option<Tilt> {
+    /// Of gravity as given, m/s^2 in the frame of the base, per unit of 1.
+    pub(crate) fn of(robot: &Robot, gravity: [f64; 3]) -> Option<Tilt> {
         let mut turned = robot.clone();
         turned.gravity = gravity.map(Value::Number);
         let mut derivation = Derivation::new(&turned).ok()?;

@@ -7,12 +7,13 @@ use identification::estimate::essential::keep_essential;
 use identification::estimate::identified::{Identified, Status};
 use identification::estimate::identify::{Fit, with_deviations};
 use identification::estimate::joint_terms::JointTerms;
-use identification::estimate::ledger::hypotheses::{Tested, hypotheses};
+use identification::estimate::ledger::hypotheses::{Hypothesis, Tested, hypotheses};
 use identification::estimate::ledger::torque_error::{MotionRange, TorqueError, torque_errors};
 use identification::estimate::ledger::unknowns::Step;
 use identification::estimate::ledger::{widen_by_faults, widen_by_rotors, widen_by_unknowns};
 use identification::estimate::options::Options;
 use identification::estimate::passport::Passport;
+use identification::estimate::passport::finding::Fault;
 use identification::estimate::remarks::outgrown;
 use identification::estimate::selection::FrictionSelection;
 use identification::estimate::verdict::{BodiesEvidence, Evidence, Prediction, Trust, Verdict};
@@ -277,7 +278,11 @@ fn fitted<'a>(
 ) -> Result<Fitted, Error> {
     let one = |looked: Looked<'_>, options: &Options| -> Result<Fitted, Error> {
         let fit = looked.fit(model, logs)?;
-        let faults = faults(model, options, &looked.records, &fit)?;
+        let mut faults = faults(model, options, &looked.records, &fit)?;
+        // A base that is found to be mounted otherwise is said once.
+        if looked.passport.findings.iter().any(|finding| matches!(finding.fault, Fault::Mount(_))) {
+            faults.retain(|fault| !matches!(fault.of, Hypothesis::Mount(_)));
+        }
         Ok(Fitted { passport: looked.passport, fit, faults, sentence: None })
     };
     let plain = one(Looked::again(looked, model, logs, options)?, options)?;

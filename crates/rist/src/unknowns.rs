@@ -8,6 +8,7 @@
 use identification::estimate::digits::significant;
 use identification::estimate::ledger::hypotheses::Hypothesis;
 use identification::estimate::ledger::unknowns::{Step, ZERO_PRIOR_RAD, step};
+use identification::signals::records::SourceRecords;
 use logs::LogSource;
 use nalgebra::{Rotation3, Vector3};
 
@@ -15,6 +16,7 @@ use crate::chosen::{Looked, choose, with_open};
 use crate::description::{turn_base, turn_of_rpy};
 use crate::drive_gains::drive_gains;
 use crate::error::Error;
+use crate::gravity_direction::{gravity, mounted, turn};
 use crate::model::Model;
 use crate::request::{SamplesRequest, Unknown, Words};
 
@@ -130,6 +132,14 @@ impl Unknowns {
         let turns = request.unknowns.contains(&Unknown::Mount);
         let mut guess = Guess::of(model, request);
         let described = guess.zeros.clone();
+        if turns {
+            // A step is good for small turns: a base that hangs begins where gravity points by the description's bodies.
+            let options = guess.request(request).options();
+            let records = SourceRecords::new(model.regressor(), logs, &options.preparation())?;
+            if let Some((gravity, _)) = gravity(model, &records)? {
+                guess.base *= turn(model, &gravity);
+            }
+        }
         let mut steps = Vec::new();
         let mut is_settled = false;
         for _ in 0..MOST_STEPS {
@@ -189,7 +199,7 @@ fn remarks(model: &Model, guess: &Guess, steps: &[Step], unknowns: &[Unknown]) -
         let shown: Vec<String> =
             steps.iter().filter(|s| kind(&s.of) == Some(unknown)).map(|s| shown(model, guess, s)).collect();
         let holds = match unknown {
-            Unknown::Mount => mount(guess),
+            Unknown::Mount => mounted(guess.rpy()),
             Unknown::Zeros => option("offsets", &guess.zeros),
             Unknown::Scales => option("scales", &guess.scales),
             Unknown::Springs => option("springs", &guess.springs),
@@ -205,15 +215,6 @@ fn remarks(model: &Model, guess: &Guess, steps: &[Step], unknowns: &[Unknown]) -
 fn option(name: &str, values: &[f64]) -> String {
     let values: Vec<String> = values.iter().map(|x| significant(*x)).collect();
     format!("in the file of [options]: transmission: {{{name}: [{}]}}", values.join(", "))
-}
-
-/// What holds the mount: an option, and the joint of a URDF.
-fn mount(guess: &Guess) -> String {
-    let [roll, pitch, yaw] = guess.rpy().map(significant);
-    format!(
-        "[base={roll},{pitch},{yaw}], or in a URDF <joint name=\"mount\" type=\"fixed\"><parent link=\"world\"/><child \
-         link=\"ROOT\"/><origin rpy=\"{roll} {pitch} {yaw}\"/></joint> with the root link of the file for ROOT"
-    )
 }
 
 /// `q2 6.82 deg +- 0.13 deg`.

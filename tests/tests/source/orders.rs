@@ -179,6 +179,7 @@ pub(crate) const ORDERS: [(&str, &[&str]); 18] = [
             "adapters",
             "load",
             "mount",
+            "gravity_direction",
             "motion_range",
             "chosen",
             "friction",

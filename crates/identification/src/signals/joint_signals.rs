@@ -117,8 +117,16 @@ impl JointSignals {
             Some(dq) if !differentiated => Some(dq.clone()),
             _ => Some(q.iter().map(|q| differences.of(q)).collect()),
         };
-        let filtering =
-            Filtering { signal, filters: &filters, friction, load, differences: &differences, period, chosen: &chosen };
+        let filtering = Filtering {
+            signal,
+            filters: &filters,
+            friction,
+            load,
+            differences: &differences,
+            period,
+            chosen: &chosen,
+            joints: log.coordinates.len(),
+        };
         let motion = || filtering.motion(q, dq, ddq);
         let torques = || filtering.rounded(tau);
         let directions = || wide.map(|wide| filtering.directions(filters.reversal.pass(wide), &couplings));
@@ -224,6 +232,15 @@ fn chosen_rows<T: Copy>(chosen: &[usize], x: &[Vec<T>]) -> Vec<T> {
     rows
 }
 
+/// Sets to zero the rates of joints that stand still in all samples: they are noise, whose square would decide parameters
+/// that only this joint's motion shows.
+fn rest(used: &[bool], n: usize, rates: &mut [&mut Vec<f64>]) {
+    let rests = |j: &usize| !used.iter().skip(*j).step_by(n).any(|used| *used);
+    for j in (0..n).filter(rests) {
+        rates.iter_mut().for_each(|x| x.iter_mut().skip(j).step_by(n).for_each(|x| *x = 0.0));
+    }
+}
+
 /// The filters and options that the motion and the torques of a log go through.
 struct Filtering<'a> {
     signal: &'a Signal,
@@ -234,6 +251,8 @@ struct Filtering<'a> {
     differences: &'a Differences<'a>,
     period: f64,
     chosen: &'a [usize],
+    /// Number of coordinates.
+    joints: usize,
 }
 
 impl Filtering<'_> {
@@ -250,14 +269,18 @@ impl Filtering<'_> {
             None => q.iter().map(|q| self.differences.of(q)).collect(),
         };
         let q = chosen_rows(self.chosen, &q);
-        let ddq = match self.measured(signal.acceleration, ddq, "acceleration")? {
+        let mut ddq = match self.measured(signal.acceleration, ddq, "acceleration")? {
             Some(ddq) => chosen_rows(self.chosen, &ddq),
             None => self.chosen.iter().flat_map(|&r| dq.iter().map(move |dq| self.differences.at(dq, r))).collect(),
         };
-        let dq = chosen_rows(self.chosen, &dq);
-        let used = match (signal.standstill, still) {
+        let mut dq = chosen_rows(self.chosen, &dq);
+        let used: Vec<bool> = match (signal.standstill, still) {
             (Some(speed), _) => dq.iter().map(|dq| dq.abs() > speed || speed == 0.0).collect(),
-            (None, still) => still.unwrap_or_default(),
+            (None, still) => {
+                let used = still.unwrap_or_default();
+                rest(&used, self.joints, &mut [&mut dq, &mut ddq]);
+                used
+            }
         };
         Ok(States { q, dq, ddq, used, ..States::default() })
     }

@@ -145,7 +145,9 @@ fn contradicted(tested: &Tested, joints: &[JointResidual]) -> Claim {
         }
         Hypothesis::Rotor(_) => "take rotor inertias among the parameters: [rotor_inertia=actuated]".into(),
         Hypothesis::Drift(k) => format!("log {} again when its drive is warm and its gain is known", at(k)),
-        Hypothesis::Mount(_) => "give the description the direction of gravity that the mount has".into(),
+        Hypothesis::Mount(_) => {
+            "[unknowns=mount] finds how the base is mounted, and prints the line that says it".into()
+        }
     };
     // Tried means: parts of the record were left out and predicted without the fault and with it.
     let trial = match held_out {

@@ -192,7 +192,7 @@ fn finding(finding: &Finding) -> Claim {
         Fault::TorqueSigns | Fault::TorqueSign | Fault::MotionSign | Fault::Reversed | Fault::FrictionSign => SIGN,
         Fault::Zero(_) => ZERO,
         Fault::Delay(_) => DELAY,
-        Fault::GravityCompensated => MOUNT,
+        Fault::GravityCompensated | Fault::Mount(_) => MOUNT,
         _ => LOG,
     };
     // What does not forbid an estimate counts against it all the same.

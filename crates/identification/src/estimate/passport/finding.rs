@@ -29,6 +29,8 @@ pub enum Fault {
     Zero(f64),
     /// All signals of two joints are swapped.
     SwappedJoints,
+    /// The base is mounted otherwise: turned by this angle, rad.
+    Mount(f64),
     /// Columns are in another order than the joints.
     Permuted(Columns),
     /// Positions and velocities of two joints are swapped.
@@ -128,6 +130,9 @@ impl Finding {
             Fault::FrictionSign => format!("friction drives {of}: the sign of its torque or of its position is wrong"),
             Fault::Zero(angle) => {
                 format!("the zero of {of} is off by {:.0} degrees", angle.to_degrees())
+            }
+            Fault::Mount(angle) => {
+                format!("the base is mounted otherwise: turned by {:.0} degrees", angle.to_degrees())
             }
             Fault::SwappedJoints => format!("the columns of {pair} are swapped (position, velocity and torque)"),
             Fault::Permuted(columns) => {
