@@ -35,7 +35,7 @@ const LARGE_RESIDUAL: f64 = 0.25;
 /// Error on data that were not fitted over that of the fit above which the fit holds for its own log only.
 const OVERFITTED_ERROR_RATIO: f64 = 2.0;
 /// Held-out errors below this are small enough whatever that ratio.
-const SMALL_HELD_OUT_ERROR: f64 = 0.02;
+const SMALL_HELD_OUT_ERROR: f64 = 0.03;
 
 /// Scaled condition number above which errors of the model decide the weakest direction. Estimates of the bench
 /// `random_situations` that are right have up to 2831.
