@@ -1,7 +1,7 @@
-//! The vertices of a mesh file: STL, binary and text, and OBJ.
+//! The vertices of a mesh file, and where it is looked for.
 //!
-//! Only the convex hull counts, so faces and normals are not read. A vertex that no face uses counts too. A mesh is
-//! looked for in these places:
+//! Only the convex hull counts, so faces are not read. A vertex that no face uses counts too. A mesh is looked for in
+//! these places:
 //!
 //! | name | place |
 //! |---|---|
@@ -16,6 +16,7 @@ use std::path::{Path, PathBuf};
 
 use gate::source;
 
+use robot::mesh;
 use robot::vector::Vector3;
 
 /// Largest file that is read. Larger ones are no collision geometry.
@@ -55,7 +56,7 @@ pub(crate) fn mesh_path(name: &str, directory: &Path) -> Result<PathBuf, String>
 pub fn vertices(path: &Path) -> Result<Vec<Vector3>, String> {
     let fail = |what: String| format!("{}: {what}", path.display());
     // A file of an unknown format is not opened.
-    reader(path)?;
+    mesh::check_format(path)?;
     let bytes = source::read(path, MAX_MESH_BYTES).map_err(|e| match e.kind() {
         ErrorKind::FileTooLarge => fail("the mesh is larger than 256 MiB".into()),
         _ => fail(format!("the mesh cannot be read: {e}")),
@@ -66,7 +67,7 @@ pub fn vertices(path: &Path) -> Result<Vec<Vector3>, String> {
 /// As [`vertices`], from the content of a file. `path` tells the format and stands in messages; no file is opened.
 pub fn parse_vertices(bytes: &[u8], path: &Path) -> Result<Vec<Vector3>, String> {
     let fail = |what: String| format!("{}: {what}", path.display());
-    let mut found = reader(path)?(bytes).map_err(fail)?;
+    let mut found = mesh::vertices(bytes, path)?;
     if let Some(far) = found.iter().find(|p| p.iter().any(|x| x.is_nan() || x.abs() > FARTHEST_VERTEX_M)) {
         return Err(fail(format!("a vertex is at {far:?}: no robot reaches there")));
     }
@@ -78,62 +79,6 @@ pub fn parse_vertices(bytes: &[u8], path: &Path) -> Result<Vec<Vector3>, String>
         a.iter().zip(b).map(|(x, y)| x.total_cmp(y)).find(|o| o.is_ne()).unwrap_or(std::cmp::Ordering::Equal)
     });
     found.dedup();
-    Ok(found)
-}
-
-type Reader = fn(&[u8]) -> Result<Vec<Vector3>, String>;
-
-/// What reads a file of this extension.
-fn reader(path: &Path) -> Result<Reader, String> {
-    let kind = path.extension().and_then(|e| e.to_str()).unwrap_or("").to_ascii_lowercase();
-    match kind.as_str() {
-        "stl" => Ok(stl),
-        "obj" => Ok(|bytes| text_vertices(bytes, "v")),
-        _ => Err(format!("{}: meshes are read from .stl and .obj: convert it", path.display())),
-    }
-}
-
-/// Bytes before the triangles: 80 of words, and their number.
-const STL_HEADER_BYTES: usize = 84;
-/// Bytes of a triangle: its normal, three vertices and two bytes.
-const STL_TRIANGLE_BYTES: usize = 50;
-
-fn stl(bytes: &[u8]) -> Result<Vec<Vector3>, String> {
-    let word = |at: usize| bytes.get(at..at + 4).and_then(|b| <[u8; 4]>::try_from(b).ok());
-    let count = word(80).map(u32::from_le_bytes).map_or(0, |n| n as usize);
-    // The head of a binary file may begin with `solid` too, so the length decides.
-    if bytes.len() < STL_HEADER_BYTES
-        || (bytes.len() - STL_HEADER_BYTES) / STL_TRIANGLE_BYTES != count
-        || !(bytes.len() - STL_HEADER_BYTES).is_multiple_of(STL_TRIANGLE_BYTES)
-    {
-        if bytes.trim_ascii_start().starts_with(b"solid") {
-            return text_vertices(bytes, "vertex");
-        }
-        let (found, said) = (bytes.len(), STL_HEADER_BYTES.saturating_add(count.saturating_mul(STL_TRIANGLE_BYTES)));
-        return Err(format!("neither an STL in text nor in binary: {found} bytes, where its head promises {said}"));
-    }
-    let number = |at: usize| word(at).map_or(f64::NAN, |b| f64::from(f32::from_le_bytes(b)));
-    let corner = |triangle: usize, k: usize| {
-        let at = STL_HEADER_BYTES + triangle * STL_TRIANGLE_BYTES + 12 * (k + 1);
-        [number(at), number(at + 4), number(at + 8)]
-    };
-    Ok((0..count).flat_map(|t| [0, 1, 2].map(|k| corner(t, k))).collect())
-}
-
-/// The vertices of a text: the three numbers behind `word` on each line that begins with it.
-fn text_vertices(bytes: &[u8], word: &str) -> Result<Vec<Vector3>, String> {
-    let mut found = Vec::new();
-    for (k, line) in bytes.split(|b| *b == b'\n').enumerate() {
-        let text = String::from_utf8_lossy(line);
-        let mut words = text.split_whitespace();
-        if words.next() != Some(word) {
-            continue;
-        }
-        let numbers: Vec<f64> = words.map_while(|w| w.parse().ok()).take(3).collect();
-        let vertex = <Vector3>::try_from(numbers)
-            .map_err(|_| format!("line {}: a {word} has three numbers, found `{}`", k + 1, text.trim()))?;
-        found.push(vertex);
-    }
     Ok(found)
 }
 

@@ -26,7 +26,7 @@ const AXIS_TOLERANCE_SINE: f64 = 1e-6;
 const LENGTH_NOISE_M: f64 = 1e-9;
 /// A smaller difference is that of pi/2 as a double, rad. It is removed without a note, even where angles stay as
 /// given.
-const UNNOTED_DIFFERENCE_RAD: f64 = 1e-9;
+pub(crate) const UNNOTED_DIFFERENCE_RAD: f64 = 1e-9;
 /// An entry of a rotation this near to a known value is set to it, because products of three sines or cosines carry an
 /// error of a few units of the last place, 2e-16.
 const ROTATION_ENTRY_TOLERANCE: f64 = 1e-14;
@@ -58,6 +58,25 @@ pub(crate) fn given_angle(angle: f64, angles: Angles) -> Value {
         _ => -1.0,
     };
     if away <= tolerance && n.abs() < 1e6 { twelfths_of_pi(n as i64) } else { Value::Number(angle) }
+}
+
+/// The note on an angle, rad, that was taken for another; `name`: what it is of its subject.
+pub(crate) fn note_of(subject: &str, name: &str, given: f64, taken: &Value) -> Option<Note> {
+    let text = || format!("{name} {given} is taken as {}", multiple_of_pi(taken));
+    let is_other = (taken.number(&[]) - given).abs() > UNNOTED_DIFFERENCE_RAD;
+    is_other.then(|| Note { subject: subject.into(), text: text() })
+}
+
+/// `-3*pi/4`, as a user would write it.
+fn multiple_of_pi(angle: &Value) -> String {
+    let Some((numerator, denominator)) = angle.as_multiple_of_pi(&[]) else { return angle.number(&[]).to_string() };
+    let sign = if numerator < 0 { "-" } else { "" };
+    let multiple = match numerator.unsigned_abs() {
+        0 => return "0".into(),
+        1 => "pi".to_string(),
+        n => format!("{n}*pi"),
+    };
+    if denominator == 1 { format!("{sign}{multiple}") } else { format!("{sign}{multiple}/{denominator}") }
 }
 
 /// One unit of the last decimal an angle is written with: 1e-4 of 1.5707.

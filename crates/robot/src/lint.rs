@@ -7,7 +7,8 @@
 //!
 //! Not here: whether the figures are those of the robot; that is identification's.
 
-use crate::inertial::{Matrix3, Part, Pose, transform_inertial};
+use crate::inertial::{Part, Pose, transform_inertial};
+use crate::principal::principal_axes;
 use crate::robot::{Link, Robot};
 
 /// One suspicion about one link.
@@ -173,7 +174,7 @@ fn shown(x: f64, digits: usize) -> f64 {
 }
 
 fn impossible(six: &[f64; 6], find: &mut impl FnMut(Mistake, String)) {
-    let [a, b, c] = principal_moments(six);
+    let [a, b, c] = principal_axes(six).0;
     let [least, middle, most] = [a, b, c].map(|x| shown(x, 5));
     let moments = format!("the principal moments about its centre of mass are {least}, {middle}, {most} kg m^2");
     if a < 0.0 {
@@ -186,13 +187,13 @@ fn impossible(six: &[f64; 6], find: &mut impl FnMut(Mistake, String)) {
 }
 
 fn possible(six: &[f64; 6]) -> bool {
-    let [a, b, c] = principal_moments(six);
+    let [a, b, c] = principal_axes(six).0;
     a + b - c >= -EIGENVALUE_SLACK * (a + b + c).abs() && a >= -EIGENVALUE_SLACK * c.abs()
 }
 
 fn units(part: &Part, centre: [f64; 3], find: &mut impl FnMut(Mistake, String)) {
     let distance = centre.iter().map(|x| x * x).sum::<f64>().sqrt();
-    let radius = (principal_moments(&part.inertia)[2].max(0.0) / part.mass).sqrt();
+    let radius = (principal_axes(&part.inertia).0[2].max(0.0) / part.mass).sqrt();
     if part.mass > LARGE_MASS_KG {
         find(Mistake::Units, format!("its mass is {} kg: are grams meant?", part.mass));
     }
@@ -218,7 +219,7 @@ fn turned_frame(link: &Link, part: &Part, findings: &mut Vec<Finding>) {
     let mut x = [0.0; 10];
     x[..6].copy_from_slice(&part.inertia);
     let turned = transform_inertial(&x, &Pose { position: [0.0; 3], ..in_file });
-    let largest = principal_moments(&part.inertia)[2].abs();
+    let largest = principal_axes(&part.inertia).0[2].abs();
     let away = (0..6).map(|k| (turned[k] - x[k]).abs()).fold(0.0, f64::max);
     if away > ROUNDED_TURN_SHARE * largest {
         let text = format!(
@@ -228,43 +229,5 @@ fn turned_frame(link: &Link, part: &Part, findings: &mut Vec<Finding>) {
             100.0 * away / largest
         );
         findings.push(Finding { link: part.name.clone(), mistake: Mistake::TurnedInertialFrame, text });
-    }
-}
-
-/// Eigenvalues of a symmetric matrix xx xy xz yy yz zz, ascending, by Jacobi's rotations.
-fn principal_moments(&[xx, xy, xz, yy, yz, zz]: &[f64; 6]) -> [f64; 3] {
-    let mut a: Matrix3 = [[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]];
-    for _ in 0..30 {
-        for (p, q) in [(0, 1), (0, 2), (1, 2)] {
-            if a[p][q] == 0.0 {
-                continue;
-            }
-            let angle = 0.5 * (2.0 * a[p][q]).atan2(a[q][q] - a[p][p]);
-            let (s, c) = angle.sin_cos();
-            let mut turn = Pose::IDENTITY.rotation;
-            (turn[p][p], turn[q][q], turn[p][q], turn[q][p]) = (c, c, s, -s);
-            let back = crate::vector::transposed(&turn);
-            a = crate::vector::product(&crate::vector::product(&back, &a), &turn);
-        }
-    }
-    let mut moments = [a[0][0], a[1][1], a[2][2]];
-    moments.sort_by(f64::total_cmp);
-    moments
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn principal_moments_of_a_turned_body() {
-        let x = [0.1, 0.0, 0.0, 0.2, 0.0, 0.25, 0.0, 0.0, 0.0, 0.0];
-        let rotation = crate::vector::rotation_about([0.6, 0.0, 0.8], 1.1);
-        let turned = transform_inertial(&x, &Pose { rotation, position: [0.0; 3] });
-        let mut six = [0.0; 6];
-        six.copy_from_slice(&turned[..6]);
-        for (found, wanted) in principal_moments(&six).iter().zip([0.1, 0.2, 0.25]) {
-            assert!((found - wanted).abs() < 1e-15, "{found} {wanted}");
-        }
     }
 }

@@ -61,8 +61,11 @@ pub(crate) fn transposed(m: &Matrix3) -> Matrix3 {
 
 /// The rotation by `angle`, rad, about the unit vector `axis` (Rodrigues).
 pub(crate) fn rotation_about(axis: Vector3, angle: f64) -> Matrix3 {
-    let (s, c) = angle.sin_cos();
-    let [x, y, z] = axis;
+    rotation_by(axis, angle.sin_cos())
+}
+
+/// The same by the sine and the cosine of the angle.
+pub(crate) fn rotation_by([x, y, z]: Vector3, (s, c): (f64, f64)) -> Matrix3 {
     let v = 1.0 - c;
     [
         [c + x * x * v, x * y * v - z * s, x * z * v + y * s],

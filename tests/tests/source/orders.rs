@@ -12,7 +12,9 @@ pub(crate) const ORDERS: [(&str, &[&str]); 18] = [
         &[
             "error",
             "vector",
+            "mesh",
             "inertial",
+            "principal",
             "collision",
             "value",
             "robot",

@@ -5,13 +5,20 @@
 
 mod budget;
 mod expression;
+mod follows;
+mod jointed;
+mod loop_frames;
+mod mjcf;
 mod names;
 mod node;
 mod options;
 mod par;
 mod read;
+mod reframe;
+mod shown;
 mod suggestion;
 mod urdf;
+mod xml;
 mod yaml;
 
 pub use crate::angle_snap::Angles;

@@ -6,9 +6,11 @@ use std::sync::OnceLock;
 
 use gate::source::{self, Source};
 
+use super::mjcf::read_mjcf_with;
 use super::names;
 use super::par::read_par_with;
 use super::urdf::read_urdf_with;
+use super::xml::root_tag;
 use super::yaml::read_yaml_with;
 use crate::error::{Error, Place};
 use crate::format::options::ReadOptions;
@@ -18,7 +20,7 @@ use crate::robot::Robot;
 const MAX_FILE_BYTES: u64 = 16 << 20;
 
 /// Reads the robot described by the file at `path`; its extension tells the format (`yaml`, `yml`:
-/// YAML; `urdf`, `xml`: URDF; `par`: SYMORO, in UTF-8 or Latin-1).
+/// YAML; `urdf`, `xml`, `mjcf`: URDF or MJCF, by its first element; `par`: SYMORO, in UTF-8 or Latin-1).
 ///
 /// Fails when the file cannot be read, is larger than 16 MiB, is not in its encoding, or does not describe
 /// a robot.
@@ -32,7 +34,8 @@ pub fn read_with(path: &Path, options: ReadOptions) -> Result<Robot, Error> {
 }
 
 /// Reads the robot that a text describes, as [`read_with`] reads it from the file at `path`: the extension tells the
-/// format, and the name stands in messages. No file is opened.
+/// format, and the name stands in messages. No file is opened but those that an MJCF includes, and the meshes that its
+/// bodies weigh by, below the folder of `path`.
 ///
 /// Fails when the text is larger than 16 MiB or does not describe a robot.
 pub fn parse_with(text: &str, path: &Path, options: ReadOptions) -> Result<Robot, Error> {
@@ -60,35 +63,64 @@ fn is_standard_input(path: &Path) -> bool {
 enum DescriptionFormat {
     Yaml,
     Urdf,
+    Mjcf,
     Par,
 }
 
+/// The extensions of files that are read.
+const READ_EXTENSIONS: &str = ".yaml, .yml, .urdf, .xml, .mjcf or .par";
+
+/// Files that describe robots and are not read, by extension or first element, with what makes one that is.
+const CONVERTED: [(&str, &str); 5] = [
+    ("xacro", "it holds macros: expand them, `xacro FILE.xacro > FILE.urdf`, and give the URDF"),
+    (
+        "sdf",
+        "an SDF is not read: give the URDF or MJCF that it was made from, or convert it, for instance by `sdf2urdf` of sdformat_tools",
+    ),
+    ("usd", "USD is not read: give the URDF or MJCF that it was made from"),
+    ("usda", "USD is not read: give the URDF or MJCF that it was made from"),
+    ("mjb", "a compiled model of MuJoCo: write it out as XML, mujoco.mj_saveLastXML(\"FILE.xml\", model)"),
+];
+
 impl DescriptionFormat {
-    /// The format by the extension. That of standard input is told by its start: an XML tag, or the comment of a .par
-    /// file.
+    /// The format by the extension; that of standard input by its start: an XML tag, or the comment of a .par file. The
+    /// first element tells the formats of XML apart.
     fn of(path: &Path, text: &str) -> Result<DescriptionFormat, Error> {
+        let refused = |message: String| Err(whole_file(&path.display().to_string(), message));
         if is_standard_input(path) {
             let start = text.trim_start_matches('\u{feff}').trim_start();
-            return Ok(match start {
-                _ if start.starts_with('<') => DescriptionFormat::Urdf,
-                _ if start.starts_with("(*") => DescriptionFormat::Par,
-                _ => DescriptionFormat::Yaml,
-            });
+            return match start {
+                _ if start.starts_with('<') => DescriptionFormat::of_xml(text).or_else(refused),
+                _ if start.starts_with("(*") => Ok(DescriptionFormat::Par),
+                _ => Ok(DescriptionFormat::Yaml),
+            };
         }
         if path.is_dir() {
-            let message = "a directory; a robot is described by a .yaml, .yml, .urdf, .xml or .par file".into();
-            return Err(whole_file(&path.display().to_string(), message));
+            return refused(format!("a directory; a robot is described by a {READ_EXTENSIONS} file"));
         }
         let extension = path.extension().and_then(|e| e.to_str()).unwrap_or("").to_ascii_lowercase();
         match extension.as_str() {
             "yaml" | "yml" => Ok(DescriptionFormat::Yaml),
-            "urdf" | "xml" => Ok(DescriptionFormat::Urdf),
+            "urdf" | "xml" | "mjcf" => DescriptionFormat::of_xml(text).or_else(refused),
             "par" => Ok(DescriptionFormat::Par),
-            _ => {
-                let message =
-                    format!("a robot is described by a .yaml, .yml, .urdf, .xml or .par file, not by `.{extension}`");
-                Err(whole_file(&path.display().to_string(), message))
+            other => match CONVERTED.iter().find(|known| known.0 == other) {
+                Some((_, remedy)) => refused(remedy.to_string()),
+                None => refused(format!("a robot is described by a {READ_EXTENSIONS} file, not by `.{other}`")),
+            },
+        }
+    }
+
+    /// URDF or MJCF; fails where the first element is that of another format that is known.
+    fn of_xml(text: &str) -> Result<DescriptionFormat, String> {
+        match root_tag(text) {
+            "mujoco" => Ok(DescriptionFormat::Mjcf),
+            "mujocoinclude" => {
+                Err("a part of an MJCF, to be included: give the file with <mujoco> that includes it".into())
             }
+            tag => match CONVERTED.iter().find(|known| known.0 == tag) {
+                Some((_, remedy)) => Err(remedy.to_string()),
+                None => Ok(DescriptionFormat::Urdf),
+            },
         }
     }
 
@@ -97,6 +129,10 @@ impl DescriptionFormat {
         let robot = match self {
             DescriptionFormat::Yaml => read_yaml_with(text, &file_name, options),
             DescriptionFormat::Urdf => read_urdf_with(text, &file_name, options),
+            DescriptionFormat::Mjcf => {
+                let folder = if is_standard_input(path) { None } else { path.parent() };
+                read_mjcf_with(text, &file_name, folder, options)
+            }
             DescriptionFormat::Par => read_par_with(text, &file_name, options),
         };
         let robot = robot.map(names::shown)?;

@@ -5,10 +5,10 @@
 
 use roxmltree::Node;
 
-use super::shown::shown;
 use crate::angle_snap;
 use crate::collision::{Collision, CollisionShape};
 use crate::format::expression::LARGEST_NUMBER;
+use crate::format::shown::shown;
 use crate::inertial::Pose;
 use crate::value::Value;
 

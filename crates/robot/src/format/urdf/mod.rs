@@ -3,8 +3,6 @@
 mod collision;
 mod mimic;
 mod read;
-mod reframe;
-mod shown;
 mod text;
 mod tree;
 mod write;

@@ -7,16 +7,17 @@
 use std::collections::BTreeMap;
 use std::fmt::Write;
 
-use roxmltree::{Document, Node, ParsingOptions};
+use roxmltree::{Document, Node};
 
 use super::collision::collisions;
-use super::shown::shown;
 use crate::collision::Collision;
 use crate::error::Error;
 use crate::format::budget::MAX_LINKS;
 use crate::format::expression::LARGEST_NUMBER;
 use crate::format::node::Source;
+use crate::format::shown::shown;
 use crate::format::suggestion::{did_you_mean, nearest};
+use crate::format::xml::document;
 
 /// Elements with the children and attributes that are read. Each attribute has the count of its numbers (0: a name) and
 /// whether it is required.
@@ -114,33 +115,11 @@ pub(super) struct Checked {
     pub collisions: BTreeMap<String, Vec<Collision>>,
 }
 
-/// More elements than this are no robot.
-const MAX_XML_NODES: u32 = 2_000_000;
-/// No element of a URDF has more attributes. The time to find one that stands twice grows as the square of their
-/// number.
-const MAX_ATTRIBUTES_PER_ELEMENT: usize = 256;
 /// The largest limit of a joint.
 const LARGEST_LIMIT: f64 = 1e100;
 
 pub(super) fn check(source: Source, text: &str) -> Result<Checked, Error> {
-    if let Some((line, tag)) = crowded(text) {
-        let message =
-            format!("<{}> has more than {MAX_ATTRIBUTES_PER_ELEMENT} attributes: no element of a URDF has", shown(tag));
-        return Err(source.error(line, 0, message));
-    }
-    let options = ParsingOptions { nodes_limit: MAX_XML_NODES, ..ParsingOptions::default() };
-    let document = Document::parse_with_options(text, options).map_err(|e| {
-        // An element that is never closed is noticed at the end of the text.
-        let at = match e {
-            roxmltree::Error::UnclosedRootNode => roxmltree::TextPos::new(text.lines().count() as u32, 0),
-            _ => e.pos(),
-        };
-        let message = e.to_string();
-        // The library ends its messages with the place, which stands in front here.
-        let message = message.split(" at ").next().unwrap_or("").to_string();
-        let message = if text.trim().is_empty() { "the file is empty".into() } else { message };
-        source.error(at.row as usize, at.col as usize, format!("not valid XML: {message}"))
-    })?;
+    let document = document(source, text, "a URDF")?;
     let root = document.root_element();
     let mut reader = Reader { source, document: &document, out: String::new() };
     if root.tag_name().name() != "robot" {
@@ -163,17 +142,6 @@ pub(super) fn check(source: Source, text: &str) -> Result<Checked, Error> {
     let shapes = root.children().filter(|n| n.has_tag_name("link"));
     let shapes = shapes.map(|n| (n.attribute("name").unwrap_or("").to_string(), collisions(n))).collect();
     Ok(Checked { text: reader.out, at, links, joints, collisions: shapes })
-}
-
-/// Line and tag of the first element with too many attributes.
-fn crowded(text: &str) -> Option<(usize, &str)> {
-    let tags = text.match_indices('<').map(|(at, _)| (at, &text[at + 1..]));
-    let is_element = |rest: &str| !rest.starts_with(['!', '?', '/']);
-    let inside =
-        tags.filter(|(_, rest)| is_element(rest)).map(|(at, rest)| (at, rest.split('>').next().unwrap_or(rest)));
-    let (at, tag) = { inside }
-        .find(|(_, tag)| tag.matches('=').take(MAX_ATTRIBUTES_PER_ELEMENT + 1).count() > MAX_ATTRIBUTES_PER_ELEMENT)?;
-    Some((1 + text[..at].matches('\n').count(), tag.split_whitespace().next().unwrap_or("")))
 }
 
 struct Reader<'a, 'i> {

@@ -7,12 +7,12 @@ use std::collections::BTreeMap;
 
 use urdf_rs::JointType;
 
-use super::reframe::Given;
-use super::shown::shown;
 use super::text::{At, Checked, JointMark};
 use crate::angle_snap::{self, Angles};
 use crate::error::Error;
 use crate::format::node::Source;
+use crate::format::reframe::Given;
+use crate::format::shown::shown;
 use crate::format::suggestion::did_you_mean;
 use crate::inertial::Pose;
 use crate::robot::Note;
@@ -194,28 +194,10 @@ fn origin(joint: &urdf_rs::Joint, angles: Angles, snapped: &mut Vec<Note>) -> Po
     let given = *joint.origin.rpy;
     let rpy: [Value; 3] = given.map(|angle| angle_snap::given_angle(angle, angles));
     for ((name, given), taken) in ["roll", "pitch", "yaw"].into_iter().zip(given).zip(&rpy) {
-        if (taken.number(&[]) - given).abs() > UNNOTED_CORRECTION_RAD {
-            let text = format!("{name} {given} is taken as {}", multiple_of_pi(taken));
-            snapped.push(Note { subject: joint.name.clone(), text });
-        }
+        snapped.extend(angle_snap::note_of(&joint.name, name, given, taken));
     }
     let position = joint.origin.xyz.map(angle_snap::given_length);
     Pose { rotation: angle_snap::rotation(&rpy), position }
-}
-
-/// A smaller correction, rad, is rounding and gets no note.
-const UNNOTED_CORRECTION_RAD: f64 = 1e-9;
-
-/// `-3*pi/4`, as a user would write it.
-fn multiple_of_pi(angle: &Value) -> String {
-    let Some((numerator, denominator)) = angle.as_multiple_of_pi(&[]) else { return angle.number(&[]).to_string() };
-    let sign = if numerator < 0 { "-" } else { "" };
-    let multiple = match numerator.unsigned_abs() {
-        0 => return "0".into(),
-        1 => "pi".to_string(),
-        n => format!("{n}*pi"),
-    };
-    if denominator == 1 { format!("{sign}{multiple}") } else { format!("{sign}{multiple}/{denominator}") }
 }
 
 fn note_axis(joint: &urdf_rs::Joint, axis: [f64; 3], snapped: &mut Vec<Note>) {
@@ -223,7 +205,8 @@ fn note_axis(joint: &urdf_rs::Joint, axis: [f64; 3], snapped: &mut Vec<Note>) {
     let largest = given.iter().fold(0.0f64, |m, x| m.max(x.abs()));
     // A coordinate axis has one non-zero entry. A note is due if other entries were set to zero.
     let along = axis.iter().filter(|x| **x != 0.0).count() == 1;
-    let left_out = given.iter().zip(axis).any(|(g, a)| a == 0.0 && g.abs() > UNNOTED_CORRECTION_RAD * largest);
+    let left_out =
+        given.iter().zip(axis).any(|(g, a)| a == 0.0 && g.abs() > angle_snap::UNNOTED_DIFFERENCE_RAD * largest);
     if along && left_out {
         let text = format!("axis {given:?} is taken as {axis:?}");
         snapped.push(Note { subject: joint.name.clone(), text });

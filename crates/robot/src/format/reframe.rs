@@ -14,7 +14,7 @@ use crate::vector::{Vector3, cross, dot, minus, norm, plus_scaled, scaled, trans
 
 /// A joint and the link it moves, in the frames of a file.
 #[derive(Clone, Debug)]
-pub(super) struct Given {
+pub(in crate::format) struct Given {
     /// Index of the antecedent; it stands before.
     pub antecedent: Option<usize>,
     /// The joint frame at q = 0 in that of the antecedent.
@@ -26,7 +26,7 @@ pub(super) struct Given {
 
 /// A link in its new frame.
 #[derive(Clone, Debug)]
-pub(super) struct Framed {
+pub(in crate::format) struct Framed {
     pub geometry: ModifiedDh,
     /// The file's joint frame in the link frame.
     pub file_frame: Pose,
@@ -42,7 +42,7 @@ const PERPENDICULAR_COSINE: f64 = 1e-12;
 
 /// Axes between [`PARALLEL_SINE`] and this angle, rad, meet their common normal far away. Frames are then placed where
 /// the file has its joints, and gamma, b and r lead there.
-pub(super) const NEARLY_PARALLEL_RAD: f64 = 0.01;
+pub(in crate::format) const NEARLY_PARALLEL_RAD: f64 = 0.01;
 /// Axes nearer to parallel than this, rad, are taken as parallel. An axis written with five digits is off by as much.
 /// One of four digits or a calibrated one is kept.
 const TAKEN_AS_PARALLEL_RAD: f64 = 5e-5;
@@ -51,7 +51,7 @@ const TAKEN_AS_PARALLEL_RAD: f64 = 5e-5;
 const LOST_TO_ROUNDING_RAD: f64 = 1e-7;
 
 /// An axis that was turned to be parallel to the one before it.
-pub(super) struct MadeParallel {
+pub(in crate::format) struct MadeParallel {
     pub link: usize,
     pub antecedent: usize,
     /// The angle of that turn, rad.
@@ -59,7 +59,10 @@ pub(super) struct MadeParallel {
 }
 
 /// Makes axes that are almost parallel to the one before them exactly parallel.
-pub(super) fn make_parallel<'a>(links: impl IntoIterator<Item = &'a mut Given>, angles: Angles) -> Vec<MadeParallel> {
+pub(in crate::format) fn make_parallel<'a>(
+    links: impl IntoIterator<Item = &'a mut Given>,
+    angles: Angles,
+) -> Vec<MadeParallel> {
     let tolerance = if angles == Angles::Meant { TAKEN_AS_PARALLEL_RAD } else { LOST_TO_ROUNDING_RAD };
     let mut made = Vec::new();
     let mut axes: Vec<Vector3> = Vec::new();
@@ -79,7 +82,7 @@ pub(super) fn make_parallel<'a>(links: impl IntoIterator<Item = &'a mut Given>, 
 }
 
 /// The frames of all links, in their order.
-pub(super) fn frames(links: &[Given]) -> Vec<Framed> {
+pub(in crate::format) fn frames(links: &[Given]) -> Vec<Framed> {
     let main = main_children(links);
     let mut framed: Vec<Framed> = Vec::with_capacity(links.len());
     for (j, link) in links.iter().enumerate() {
@@ -224,4 +227,19 @@ fn towards(
         along < -PERPENDICULAR_COSINE || (along.abs() <= PERPENDICULAR_COSINE && distance < -COINCIDENT_DISTANCE_M);
     let direction = if opposite { scaled(direction, -1.0) } else { direction };
     (dot(cross(normal.direction, direction), axis).atan2(dot(normal.direction, direction)), r)
+}
+
+/// gamma, b, alpha, d, theta, r that lead to a frame.
+pub(in crate::format) fn placement(frame: &Pose) -> ModifiedDh {
+    let [x, z] = [0, 2].map(|k| frame.rotation.map(|row| row[k]));
+    let normal = Normal::from_z(frame.position, z);
+    let theta = dot(cross(normal.direction, x), z).atan2(dot(normal.direction, x));
+    ModifiedDh {
+        gamma: computed_angle(normal.gamma),
+        b: computed_length(normal.b),
+        alpha: computed_angle(normal.alpha),
+        d: computed_length(normal.d),
+        theta: computed_angle(theta),
+        r: computed_length(dot(minus(frame.position, normal.foot), z)),
+    }
 }

@@ -1,0 +1,78 @@
+//! Joints that follow another: q = multiplier q_other + offset, through chains of them down to a coordinate.
+
+use crate::angle_snap::{computed_angle, computed_length};
+use crate::format::shown::shown;
+use crate::robot::{Coordinate, Limits, ModifiedDh};
+use crate::value::Value;
+
+/// A joint's position: multiplier times that of a joint that follows nobody, plus offset, rad or m.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(in crate::format) struct Follows {
+    /// Index in the file's joints.
+    pub leader: usize,
+    pub multiplier: f64,
+    pub offset: f64,
+}
+
+impl Follows {
+    /// Puts the constant part where the geometry has it.
+    pub(in crate::format) fn shift(&self, geometry: &mut ModifiedDh, prismatic: bool) {
+        if self.offset == 0.0 {
+            return;
+        }
+        let shifted = |value: &Value| value.number(&[]) + self.offset;
+        match prismatic {
+            true => geometry.r = computed_length(shifted(&geometry.r)),
+            false => geometry.theta = computed_angle(shifted(&geometry.theta)),
+        }
+    }
+
+    /// Narrows the range of the coordinate to where this joint's own limits hold.
+    pub(in crate::format) fn narrow(&self, leader: &mut Coordinate, own: Limits) {
+        let Some((low, high)) = own.position else { return };
+        if self.multiplier == 0.0 {
+            return;
+        }
+        let at = |x: f64| (x - self.offset) / self.multiplier;
+        let (a, b) = (at(low).min(at(high)), at(low).max(at(high)));
+        let (low, high) = leader.limits.position.unwrap_or((f64::NEG_INFINITY, f64::INFINITY));
+        let narrowed = (low.max(a), high.min(b));
+        if narrowed.0 <= narrowed.1 {
+            leader.limits.position = Some(narrowed);
+        }
+    }
+}
+
+/// What each joint follows in the end, where `next` has what it follows directly; `name` is that of a joint.
+///
+/// Fails with the joint and what is wrong with it.
+pub(in crate::format) fn resolved<'a>(
+    next: &[Option<Follows>],
+    name: impl Fn(usize) -> &'a str,
+) -> Result<Vec<Follows>, (usize, String)> {
+    let mut follows = Vec::with_capacity(next.len());
+    for start in 0..next.len() {
+        let mut at = Follows { leader: start, multiplier: 1.0, offset: 0.0 };
+        let mut steps = 0;
+        while let Some(on) = next[at.leader] {
+            at = Follows {
+                leader: on.leader,
+                multiplier: at.multiplier * on.multiplier,
+                offset: at.offset + at.multiplier * on.offset,
+            };
+            steps += 1;
+            if steps > next.len() {
+                let name = shown(name(start));
+                let message =
+                    format!("joint `{name}` mimics joints that run in a circle: none of them moves by itself");
+                return Err((start, message));
+            }
+        }
+        if !(at.multiplier.is_finite() && at.offset.is_finite()) {
+            let name = shown(name(start));
+            return Err((start, format!("the mimic factors of joint `{name}` have no finite product")));
+        }
+        follows.push(at);
+    }
+    Ok(follows)
+}

@@ -1,0 +1,270 @@
+//! A robot whose file gives joints by arbitrary axes and origins, re-framed to Khalil-Kleinfinger.
+//!
+//! The readers of URDF and MJCF list their joints, antecedents first, each with what it carries in its own frame. Every
+//! moving link gets a frame with z on its joint axis ([`super::reframe`]). [`Link::file_frame`] and [`Link::parts`] keep
+//! what leads back to the file. At the end the re-framed robot is held against the file: every joint frame is where the
+//! file has it.
+
+use super::follows::Follows;
+use super::loop_frames::{FileLoop, loops};
+use super::node::Source;
+use super::reframe::{Framed, Given, MadeParallel, NEARLY_PARALLEL_RAD, frames, make_parallel};
+use super::shown::shown;
+use crate::agreement::make_one;
+use crate::angle_snap::Angles;
+use crate::closure::{self, configurations, distance};
+use crate::collision::Collision;
+use crate::error::Error;
+use crate::inertial::{Part, Pose};
+use crate::kinematics::sin_cos;
+use crate::passive;
+use crate::robot::{
+    Base, Coordinate, Drive, Friction, Joint, JointKind, Limits, Link, LinkId, Note, PassiveCoordinate, Robot,
+    RotorInertia,
+};
+use crate::value::{Affine, CoordinateId, Value};
+use crate::vector::{rotation_about, scaled};
+
+/// Distance, m, and angle, rad, between a joint frame of the file and the re-framed one.
+const REFRAMING_TOLERANCE: f64 = 1e-9;
+
+/// A joint and the link it moves, as their file has them.
+#[derive(Clone, Debug)]
+pub(in crate::format) struct FileJoint {
+    /// Its number among the joints of the file, those that do not move included.
+    pub id: usize,
+    pub name: String,
+    /// Line and column.
+    pub at: (usize, usize),
+    pub given: Given,
+    /// What the joint follows, by [`FileJoint::id`]; itself where nothing leads it.
+    pub follows: Follows,
+    /// Whether nothing but a loop moves it.
+    pub is_passive: bool,
+    pub limits: Limits,
+    pub friction: Friction,
+    pub rotor_inertia: RotorInertia,
+    pub link: String,
+    /// The link and what is fixed to it, in the order of the file.
+    pub carried: Vec<Carried>,
+    /// Whether the link is known to weigh nothing where none of its parts weighs.
+    pub is_massless: bool,
+}
+
+/// A body of the file, fixed to the link of a joint.
+#[derive(Clone, Debug)]
+pub(in crate::format) struct Carried {
+    pub name: String,
+    /// Its frame in that of the joint.
+    pub pose: Pose,
+    /// Its inertial, in its own frame.
+    pub part: Option<Part>,
+    /// Its shapes, in its own frame.
+    pub collisions: Vec<Collision>,
+}
+
+/// What stands beside the joints of a file.
+pub(in crate::format) struct Rest {
+    pub name: String,
+    pub base: Base,
+    pub gravity: [Value; 3],
+    pub loops: Vec<FileLoop>,
+    pub notes: Vec<Note>,
+    pub snapped: Vec<Note>,
+}
+
+/// The robot of some joints, antecedents first.
+///
+/// Fails where a frame cannot be re-framed accurately.
+pub(in crate::format) fn robot(
+    source: Source,
+    mut joints: Vec<FileJoint>,
+    rest: Rest,
+    angles: Angles,
+) -> Result<Robot, Error> {
+    let Rest { name, base, gravity, loops: file_loops, mut notes, mut snapped } = rest;
+    let made = make_parallel(joints.iter_mut().map(|joint| &mut joint.given), angles);
+    let called = |k: usize| &joints[k].name;
+    snapped.extend(made.iter().map(|made| taken_as_parallel(made, called(made.link), called(made.antecedent))));
+    let given: Vec<Given> = joints.iter().map(|joint| joint.given.clone()).collect();
+    let follows: Vec<Follows> = joints.iter().map(|joint| joint.follows).collect();
+    let places: Vec<(usize, usize)> = joints.iter().map(|joint| joint.at).collect();
+    let framed = frames(&given);
+    let leads = |joint: &&FileJoint| joint.follows.leader == joint.id && !joint.is_passive;
+    let leaders: Vec<usize> = joints.iter().filter(leads).map(|joint| joint.id).collect();
+    let mut coordinates: Vec<Coordinate> = Vec::with_capacity(leaders.len());
+    let mut passive: Vec<PassiveCoordinate> = Vec::new();
+    let mut narrower = Vec::new();
+    let mut links = Vec::with_capacity(joints.len());
+    for (joint, mut framed) in joints.into_iter().zip(framed) {
+        joint.follows.shift(&mut framed.geometry, joint.given.prismatic);
+        let mut k = leaders.iter().position(|&leader| leader == joint.follows.leader).map(CoordinateId);
+        if joint.is_passive {
+            k = Some(CoordinateId(leaders.len() + passive.len()));
+            passive.push(PassiveCoordinate { name: joint.name.clone(), start: -joint.follows.offset });
+        } else if joint.follows.leader == joint.id {
+            coordinates.push(Coordinate { name: joint.name.clone(), limits: joint.limits });
+        } else {
+            narrower.extend(k.map(|k| (k, joint.follows, joint.limits)));
+        }
+        notes.extend(nearly_parallel(&joint.name, &framed));
+        links.push(link(joint, framed, k));
+    }
+    for (k, follows, limits) in narrower {
+        follows.narrow(&mut coordinates[k.0], limits);
+    }
+    let loops = loops(&file_loops, &links, leaders.len(), &mut passive);
+    let mut robot = Robot {
+        name,
+        source: None,
+        symbols: Vec::new(),
+        coordinates,
+        passive,
+        links,
+        base,
+        massless: 0,
+        loops,
+        gravity,
+        notes,
+        snapped,
+    };
+    check_frames(source, &robot, &given, &follows, &places)?;
+    if angles == Angles::Meant {
+        make_one(&mut robot);
+    }
+    passive::resolve(&mut robot).map_err(|message| source.whole(message))?;
+    closure::check(&robot).map_err(|(_, message)| source.whole(message))?;
+    Ok(robot)
+}
+
+/// The body that the joints hang on, by what is fixed to it.
+pub(in crate::format) fn base(rooted: &[Carried]) -> Base {
+    let parts = parts(rooted, &Pose::IDENTITY);
+    Base { inertial: sum(&parts), parts, collisions: collisions(rooted, &Pose::IDENTITY) }
+}
+
+/// The parts among what is carried, where `frame` is that of the joint in the link's.
+fn parts(carried: &[Carried], frame: &Pose) -> Vec<Part> {
+    let placed = |one: &Carried| {
+        let part = one.part.clone()?;
+        Some(Part { pose: frame.compose(&one.pose).compose(&part.pose), ..part })
+    };
+    carried.iter().filter_map(placed).collect()
+}
+
+fn collisions(carried: &[Carried], frame: &Pose) -> Vec<Collision> {
+    let of = |one: &Carried| {
+        let place = frame.compose(&one.pose);
+        let placed = |shape: &Collision| Collision { pose: place.compose(&shape.pose), ..shape.clone() };
+        one.collisions.iter().map(placed).collect::<Vec<_>>()
+    };
+    carried.iter().flat_map(of).collect()
+}
+
+/// The sum of some parts: XX .. M about the frame they are given in; without any it is unknown.
+pub(in crate::format) fn sum(parts: &[Part]) -> Option<[f64; 10]> {
+    let mut sum = [0.0; 10];
+    for part in parts {
+        for (sum, x) in sum.iter_mut().zip(part.parameters()) {
+            *sum += x;
+        }
+    }
+    (!parts.is_empty()).then_some(sum)
+}
+
+fn link(joint: FileJoint, framed: Framed, k: Option<CoordinateId>) -> Link {
+    let frame = framed.file_frame;
+    let (drive, variable) = drive(&joint, k);
+    let parts = parts(&joint.carried, &frame);
+    // The link's own frame goes first, then those of what is fixed to it.
+    let mut named: Vec<&Carried> = joint.carried.iter().collect();
+    named.sort_by_key(|one| one.name != joint.link);
+    Link {
+        label: joint.name.clone(),
+        antecedent: joint.given.antecedent.map(LinkId),
+        geometry: framed.geometry,
+        joint: Joint {
+            name: joint.name,
+            kind: if joint.given.prismatic { JointKind::Prismatic } else { JointKind::Revolute },
+            drive,
+            variable,
+            rotor_inertia: joint.rotor_inertia,
+            friction: joint.friction,
+            drive_gain: None,
+        },
+        inertial: sum(&parts).or(joint.is_massless.then_some([0.0; 10])),
+        file_frame: frame,
+        parts,
+        frames: named.into_iter().map(|one| (one.name.clone(), frame.compose(&one.pose))).collect(),
+        collisions: collisions(&joint.carried, &frame),
+        name: joint.link,
+    }
+}
+
+/// The drive of a joint, and its variable as a multiple of the coordinate k.
+fn drive(joint: &FileJoint, k: Option<CoordinateId>) -> (Drive, Affine) {
+    // A joint that follows one that stands still does not move.
+    let terms = k.filter(|_| joint.follows.multiplier != 0.0).map(|k| (k, joint.follows.multiplier));
+    let variable = Affine { terms: terms.into_iter().collect(), offset: Value::ZERO };
+    let drive = match (joint.follows.leader == joint.id, variable.terms.is_empty()) {
+        (true, _) if joint.is_passive => Drive::Passive,
+        (true, _) => Drive::Actuated,
+        (false, false) => Drive::Passive,
+        (false, true) => Drive::Locked,
+    };
+    (drive, variable)
+}
+
+fn taken_as_parallel(made: &MadeParallel, link: &str, antecedent: &str) -> Note {
+    let angle = made.angle;
+    let text =
+        format!("its axis is {angle:.1e} rad from parallel to that of {antecedent} and is taken as parallel to it");
+    Note { subject: link.into(), text }
+}
+
+/// A note on an axis that is almost parallel to the one before it. Their common normal lies far away, and numbers in a
+/// frame out there lose digits.
+fn nearly_parallel(joint: &str, framed: &Framed) -> Option<Note> {
+    let sine = sin_cos(&framed.geometry.alpha, &[]).0.abs();
+    let text = format!(
+        "its axis is parallel to the one before it but for {sine:.1e} rad, so their common normal lies {:.3} m along \
+         the axis; if they are meant to be parallel, say so in the file",
+        framed.geometry.b.number(&[]).abs()
+    );
+    (sine > 0.0 && sine < NEARLY_PARALLEL_RAD).then(|| Note { subject: joint.into(), text })
+}
+
+/// The forward kinematics of the re-framed robot against that of the file.
+fn check_frames(
+    source: Source,
+    robot: &Robot,
+    given: &[Given],
+    follows: &[Follows],
+    places: &[(usize, usize)],
+) -> Result<(), Error> {
+    for q in configurations(robot.n_variables(), 4) {
+        // Positions of the joints of the file.
+        let position = |j: usize| robot.links[j].joint.variable.rate(&q) + follows[j].offset;
+        let poses = robot.link_poses(&q);
+        let mut file: Vec<Pose> = Vec::with_capacity(given.len());
+        for (j, joint) in given.iter().enumerate() {
+            let motion = match joint.prismatic {
+                true => Pose { position: scaled(joint.axis, position(j)), ..Pose::IDENTITY },
+                false => Pose { rotation: rotation_about(joint.axis, position(j)), ..Pose::IDENTITY },
+            };
+            let ahead = joint.pose.compose(&motion);
+            let wanted = joint.antecedent.map_or(ahead, |i| file[i].compose(&ahead));
+            let (position, angle) = distance(&poses[j].compose(&robot.links[j].file_frame), &wanted);
+            if !(position <= REFRAMING_TOLERANCE && angle <= REFRAMING_TOLERANCE) {
+                let message = format!(
+                    "joint `{}` cannot be re-framed accurately: its frame comes out {position:.1e} m and {angle:.1e} rad \
+                     from the file's; its axis is too nearly parallel to a neighbour's, or its lengths are not in m",
+                    shown(&robot.links[j].joint.name)
+                );
+                return Err(source.place(places[j], message));
+            }
+            file.push(wanted);
+        }
+    }
+    Ok(())
+}

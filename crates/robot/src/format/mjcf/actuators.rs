@@ -1,0 +1,81 @@
+//! `<actuator>`: which joints are driven, by which gear, and how strongly.
+
+use super::defaults::{Defaults, View};
+use super::element::Element;
+use super::joints::MjcfJoint;
+use crate::error::Error;
+use crate::format::shown::shown;
+use crate::format::suggestion::did_you_mean;
+use crate::robot::Note;
+
+/// What drives a joint.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Drives {
+    pub is_driven: bool,
+    /// The most that the actuators bring to the joint, N m or N.
+    pub effort: Option<f64>,
+}
+
+/// The drives of the joints, in their order. A gear other than one is noted, with the option that says it of a log.
+pub(super) fn drives(
+    root: &Element,
+    defaults: &Defaults,
+    joints: &[MjcfJoint],
+    notes: &mut Vec<Note>,
+) -> Result<Vec<Drives>, Error> {
+    let mut drives = vec![Drives::default(); joints.len()];
+    for element in root.children("actuator").flat_map(|actuators| &actuators.children) {
+        let view = defaults.view(element, None)?;
+        let Some(name) = view.get("joint").or(view.get("jointinparent")) else { continue };
+        let Some(k) = joints.iter().position(|joint| joint.name == name) else {
+            // A free joint is driven by nobody's measured torque.
+            if root_has_joint(root, name) {
+                continue;
+            }
+            let meant = did_you_mean(name, joints.iter().map(|joint| joint.name.as_str()));
+            return Err(element.error(format!(
+                "{} drives `{}`, which is no joint{meant}",
+                element.called(),
+                shown(name)
+            )));
+        };
+        drives[k].is_driven = true;
+        let gear = view.numbers("gear", 1, 6)?.map_or(1.0, |gear| gear[0]);
+        let effort = most(view, gear)?;
+        drives[k].effort = match (drives[k].effort, effort) {
+            (Some(a), Some(b)) => Some(a + b),
+            (a, b) => a.or(b),
+        };
+        if gear != 1.0 && gear != 0.0 {
+            let text = format!(
+                "its actuator has the gear {gear}: where a log has positions and torques of that motor, its options say \
+                 `transmission: {{ratios: [..]}}` with {gear} for this joint"
+            );
+            notes.push(Note { subject: joints[k].name.clone(), text });
+        }
+    }
+    Ok(drives)
+}
+
+/// The most that an actuator brings to its joint.
+fn most(view: View, gear: f64) -> Result<Option<f64>, Error> {
+    let within = |range: &str, limited: &str| -> Result<Option<f64>, Error> {
+        let given = view.vector::<2>(range)?.filter(|[low, high]| low < high);
+        let is_limited = view.flag(limited)?.unwrap_or(true);
+        Ok(given.filter(|_| is_limited).map(|[low, high]| low.abs().max(high.abs())))
+    };
+    let force = within("forcerange", "forcelimited")?;
+    // The force of a motor is its control.
+    let control = if view.element.tag == "motor" { within("ctrlrange", "ctrllimited")? } else { None };
+    let least = match (force, control) {
+        (Some(a), Some(b)) => Some(a.min(b)),
+        (a, b) => a.or(b),
+    };
+    Ok(least.map(|force| force * gear.abs()).filter(|force| *force > 0.0))
+}
+
+/// Whether any element of the world is a joint of this name.
+fn root_has_joint(element: &Element, name: &str) -> bool {
+    let is_it = |e: &Element| ["joint", "freejoint"].contains(&e.tag.as_str()) && e.attribute("name") == Some(name);
+    element.children.iter().filter(|e| e.tag != "actuator").any(|e| is_it(e) || root_has_joint(e, name))
+}

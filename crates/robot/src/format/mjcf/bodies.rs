@@ -1,0 +1,202 @@
+//! The bodies of a model, each with its place in the one that carries it, its joints, shapes and inertial.
+//!
+//! A `<frame>` moves what stands in it and is no body. The world is the first body; the others follow depth first, in
+//! the order of the file, which is that of MuJoCo's coordinates.
+
+use super::compiler::Compiler;
+use super::defaults::{Defaults, View};
+use super::element::Element;
+use super::inertials::Shape;
+use crate::error::Error;
+use crate::format::budget::MAX_LINKS;
+use crate::format::shown::shown;
+use crate::format::suggestion::{did_you_mean, nearest};
+use crate::inertial::Pose;
+use crate::robot::Note;
+
+/// A body as the file has it.
+pub(super) struct Body<'a> {
+    pub name: String,
+    pub element: &'a Element,
+    /// `None` of the world.
+    pub parent: Option<usize>,
+    /// Its frame in that of its parent, where its joints stand as in the file.
+    pub pose: Pose,
+    /// Each with the frame around it, in the body.
+    pub joints: Vec<(View<'a>, Pose)>,
+    pub inertial: Option<View<'a>>,
+    pub shapes: Vec<Shape<'a>>,
+    /// The sites on it, by name.
+    pub sites: Vec<(String, Pose)>,
+}
+
+/// What may stand in a body.
+const CHILDREN: [&str; 10] =
+    ["body", "frame", "joint", "freejoint", "inertial", "geom", "site", "camera", "light", "plugin"];
+/// What makes bodies out of other files or by rules.
+const MAKERS: [&str; 4] = ["attach", "replicate", "composite", "flexcomp"];
+/// The attributes of the elements that are read, to find those that are misspelt.
+const ATTRIBUTES: [(&str, &[&str]); 4] = [
+    (
+        "body",
+        &[
+            "name",
+            "childclass",
+            "pos",
+            "quat",
+            "axisangle",
+            "euler",
+            "xyaxes",
+            "zaxis",
+            "mocap",
+            "gravcomp",
+            "user",
+            "sleep",
+        ],
+    ),
+    ("inertial", &["pos", "quat", "axisangle", "euler", "xyaxes", "zaxis", "mass", "diaginertia", "fullinertia"]),
+    (
+        "joint",
+        &[
+            "name",
+            "class",
+            "type",
+            "group",
+            "pos",
+            "axis",
+            "springdamper",
+            "limited",
+            "actuatorfrclimited",
+            "solreflimit",
+            "solimplimit",
+            "solreffriction",
+            "solimpfriction",
+            "stiffness",
+            "range",
+            "actuatorfrcrange",
+            "actuatorgravcomp",
+            "margin",
+            "ref",
+            "springref",
+            "armature",
+            "damping",
+            "frictionloss",
+            "user",
+        ],
+    ),
+    ("freejoint", &["name", "group", "align"]),
+];
+
+/// The bodies of all `<worldbody>` elements.
+pub(super) fn bodies<'a>(
+    root: &'a Element,
+    defaults: &'a Defaults,
+    compiler: &'a Compiler,
+    snapped: &mut Vec<Note>,
+) -> Result<Vec<Body<'a>>, Error> {
+    let mut walk = Walk { defaults, compiler, snapped, bodies: Vec::new() };
+    let world = root.children("worldbody").next().unwrap_or(root);
+    walk.bodies.push(Body::new("world".into(), world, None, Pose::IDENTITY));
+    for worldbody in root.children("worldbody") {
+        walk.inside(worldbody, 0, worldbody.attribute("childclass"), &Pose::IDENTITY)?;
+    }
+    if walk.bodies.len() == 1 {
+        return Err(root.error("the model has no <body> in a <worldbody>: it describes no robot"));
+    }
+    Ok(walk.bodies)
+}
+
+impl<'a> Body<'a> {
+    fn new(name: String, element: &'a Element, parent: Option<usize>, pose: Pose) -> Body<'a> {
+        Body { name, element, parent, pose, joints: vec![], inertial: None, shapes: vec![], sites: vec![] }
+    }
+}
+
+struct Walk<'a, 'n> {
+    defaults: &'a Defaults,
+    compiler: &'a Compiler,
+    snapped: &'n mut Vec<Note>,
+    bodies: Vec<Body<'a>>,
+}
+
+impl<'a> Walk<'a, '_> {
+    /// Takes what stands in an element: a body, or a `<frame>` with its place in the body.
+    fn inside(&mut self, element: &'a Element, body: usize, class: Option<&'a str>, frame: &Pose) -> Result<(), Error> {
+        for child in &element.children {
+            check_attributes(child)?;
+            let view = self.defaults.view(child, class);
+            match child.tag.as_str() {
+                "body" => self.body(child, body, class, frame)?,
+                "frame" => {
+                    let own = frame.compose(&self.placed(View::bare(child))?);
+                    self.inside(child, body, child.attribute("childclass").or(class), &own)?;
+                }
+                "joint" | "freejoint" => self.bodies[body].joints.push((view?, *frame)),
+                "inertial" if body == 0 => return Err(child.error("the world has no <inertial>")),
+                "inertial" if self.bodies[body].inertial.is_some() => {
+                    return Err(child.error(format!("body `{}` has two <inertial>", shown(&self.bodies[body].name))));
+                }
+                "inertial" => self.bodies[body].inertial = Some(View::bare(child)),
+                "geom" => {
+                    let shape = Shape::new(view?, frame, self.compiler, self.snapped)?;
+                    self.bodies[body].shapes.push(shape);
+                }
+                "site" => {
+                    let pose = frame.compose(&self.placed(view?)?);
+                    let name = child.attribute("name").unwrap_or("").to_string();
+                    self.bodies[body].sites.push((name, pose));
+                }
+                tag if MAKERS.contains(&tag) => {
+                    let message = format!(
+                        "<{tag}> is not read: let MuJoCo write it out, mujoco.mj_saveLastXML(\"flat.xml\", model), and give \
+                         that file"
+                    );
+                    return Err(child.error(message));
+                }
+                tag => {
+                    let other = (!CHILDREN.contains(&tag)).then(|| nearest(tag, CHILDREN)).flatten();
+                    if let Some(meant) = other {
+                        return Err(child.error(format!("unknown element <{}>: did you mean <{meant}>?", shown(tag))));
+                    }
+                }
+            }
+        }
+        Ok(())
+    }
+
+    fn body(&mut self, element: &'a Element, parent: usize, class: Option<&'a str>, frame: &Pose) -> Result<(), Error> {
+        if self.bodies.len() > MAX_LINKS {
+            return Err(element.error(format!("more than {MAX_LINKS} bodies are no robot")));
+        }
+        let name = match element.attribute("name").filter(|name| !name.is_empty()) {
+            Some(name) => name.to_string(),
+            None => format!("body{}", self.bodies.len()),
+        };
+        if let Some(first) = self.bodies.iter().find(|body| body.name == name) {
+            let line = first.element.at().0;
+            return Err(element.error(format!("body `{}` stands twice, first on line {line}", shown(&name))));
+        }
+        let pose = frame.compose(&self.placed(View::bare(element))?);
+        self.bodies.push(Body::new(name, element, Some(parent), pose));
+        let own = self.bodies.len() - 1;
+        self.inside(element, own, element.attribute("childclass").or(class), &Pose::IDENTITY)
+    }
+
+    fn placed(&mut self, view: View) -> Result<Pose, Error> {
+        let position = view.vector("pos")?.unwrap_or([0.0; 3]);
+        Ok(Pose { rotation: self.compiler.orientation(view, self.snapped)?, position })
+    }
+}
+
+/// Refuses a misspelt attribute: what nobody reads changes nothing, and is missed.
+fn check_attributes(element: &Element) -> Result<(), Error> {
+    let Some((_, known)) = ATTRIBUTES.iter().find(|e| e.0 == element.tag) else { return Ok(()) };
+    for (name, _) in &element.attributes {
+        if !known.contains(&name.as_str()) && nearest(name, known.iter().copied()).is_some() {
+            let meant = did_you_mean(name, known.iter().copied());
+            let message = format!("{} has no attribute `{}`{meant}", element.called(), shown(name));
+            return Err(element.error(message));
+        }
+    }
+    Ok(())
+}

@@ -1,0 +1,192 @@
+//! `<compiler>`: how the numbers of a model are meant; and orientations, which depend on it.
+
+use std::f64::consts::PI;
+
+use super::defaults::{ORIENTATIONS, View};
+use super::element::Element;
+use crate::angle_snap::{self, Angles};
+use crate::error::Error;
+use crate::kinematics::sin_cos;
+use crate::robot::Note;
+use crate::vector::{Matrix3, Vector3, cross, dot, norm, plus_scaled, product, rotation_by, scaled};
+
+/// Where the inertia of a body comes from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum InertiaFromGeom {
+    Never,
+    Always,
+    /// Where the body has no `<inertial>`.
+    Auto,
+}
+
+/// What the `<compiler>` elements say together.
+#[derive(Clone, Debug)]
+pub(super) struct Compiler {
+    pub angles: Angles,
+    degrees: bool,
+    /// Three of x y z (about the turned axes) and X Y Z (about those of the parent).
+    euler: [char; 3],
+    pub limits_are_told_by_ranges: bool,
+    pub inertia_from_geom: InertiaFromGeom,
+    /// Lowest and highest group of the shapes that weigh.
+    pub groups: (f64, f64),
+    pub least_mass: f64,
+    pub least_inertia: f64,
+    pub balances: bool,
+    pub total_mass: Option<f64>,
+    pub mesh_folder: String,
+    pub strips_path: bool,
+}
+
+impl Compiler {
+    pub(super) fn new(root: &Element, angles: Angles) -> Result<Compiler, Error> {
+        let mut compiler = Compiler {
+            angles,
+            degrees: true,
+            euler: ['x', 'y', 'z'],
+            limits_are_told_by_ranges: true,
+            inertia_from_geom: InertiaFromGeom::Auto,
+            groups: (0.0, 5.0),
+            least_mass: 0.0,
+            least_inertia: 0.0,
+            balances: false,
+            total_mass: None,
+            mesh_folder: String::new(),
+            strips_path: false,
+        };
+        for element in root.children("compiler") {
+            compiler.take(View::bare(element))?;
+        }
+        Ok(compiler)
+    }
+
+    /// A later element has the last word.
+    fn take(&mut self, view: View) -> Result<(), Error> {
+        if view.choice("coordinate", &["local", "global"])? == Some(1) {
+            let message = "`coordinate=\"global\"` is not read, nor by MuJoCo since 2.3.4: save the model with an older \
+                           MuJoCo, which writes local coordinates";
+            return Err(view.element.error(message));
+        }
+        if let Some(which) = view.choice("angle", &["radian", "degree"])? {
+            self.degrees = which == 1;
+        }
+        if let Some(text) = view.get("eulerseq") {
+            let letters: Vec<char> = text.trim().chars().collect();
+            self.euler = match <[char; 3]>::try_from(letters) {
+                Ok(letters) if letters.iter().all(|l| "xyzXYZ".contains(*l)) => letters,
+                _ => return Err(view.element.error("`eulerseq` is three of the letters x y z X Y Z")),
+            };
+        }
+        if let Some(which) = view.choice("inertiafromgeom", &["false", "true", "auto"])? {
+            self.inertia_from_geom = [InertiaFromGeom::Never, InertiaFromGeom::Always, InertiaFromGeom::Auto][which];
+        }
+        self.limits_are_told_by_ranges = view.flag("autolimits")?.unwrap_or(self.limits_are_told_by_ranges);
+        self.balances = view.flag("balanceinertia")?.unwrap_or(self.balances);
+        self.strips_path = view.flag("strippath")?.unwrap_or(self.strips_path);
+        if let Some([low, high]) = view.vector("inertiagrouprange")? {
+            self.groups = (low, high);
+        }
+        self.least_mass = view.number("boundmass")?.unwrap_or(self.least_mass);
+        self.least_inertia = view.number("boundinertia")?.unwrap_or(self.least_inertia);
+        if let Some(total) = view.number("settotalmass")? {
+            self.total_mass = Some(total).filter(|total| *total > 0.0);
+        }
+        if let Some(folder) = view.get("assetdir").or(view.get("meshdir")) {
+            self.mesh_folder = view.get("meshdir").unwrap_or(folder).to_string();
+        }
+        Ok(())
+    }
+
+    /// An angle of the file, rad.
+    pub(super) fn angle(&self, angle: f64) -> f64 {
+        if self.degrees { angle * PI / 180.0 } else { angle }
+    }
+
+    /// An angle of a frame, with the sine and cosine that were meant.
+    fn turn(&self, view: View, angle: f64, snapped: &mut Vec<Note>) -> (f64, f64) {
+        let given = self.angle(angle);
+        let taken = angle_snap::given_angle(given, self.angles);
+        snapped.extend(angle_snap::note_of(&view.element.called(), "an angle", given, &taken));
+        sin_cos(&taken, &[])
+    }
+
+    /// The orientation of an element in what it stands in.
+    pub(super) fn orientation(&self, view: View, snapped: &mut Vec<Note>) -> Result<Matrix3, Error> {
+        let own = |name: &&str| view.element.attribute(name).is_some();
+        let mut given = ORIENTATIONS.iter().filter(|name| own(name));
+        if let (Some(first), Some(second)) = (given.next(), given.next()) {
+            let message = format!("{} has `{first}` and `{second}`: one of them", view.element.called());
+            return Err(view.element.error(message));
+        }
+        let rotation = if let Some([angle_x, angle_y, angle_z]) = view.vector("euler")? {
+            self.euler(view, [angle_x, angle_y, angle_z], snapped)
+        } else if let Some([x, y, z, angle]) = view.vector("axisangle")? {
+            let axis = direction(view, "axisangle", [x, y, z])?;
+            rotation_by(axis, self.turn(view, angle, snapped))
+        } else if let Some(six) = view.vector::<6>("xyaxes")? {
+            let x = direction(view, "xyaxes", [six[0], six[1], six[2]])?;
+            let y = [six[3], six[4], six[5]];
+            let y = direction(view, "xyaxes", plus_scaled(y, x, -dot(x, y)))?;
+            let z = cross(x, y);
+            [0, 1, 2].map(|i| [x[i], y[i], z[i]])
+        } else if let Some(z) = view.vector::<3>("zaxis")? {
+            to_z(direction(view, "zaxis", z)?)
+        } else if let Some(quaternion) = view.vector::<4>("quat")? {
+            self.quaternion(view, quaternion)?
+        } else {
+            return Ok(crate::inertial::Pose::IDENTITY.rotation);
+        };
+        Ok(angle_snap::exact(&rotation))
+    }
+
+    fn euler(&self, view: View, angles: Vector3, snapped: &mut Vec<Note>) -> Matrix3 {
+        let mut rotation = crate::inertial::Pose::IDENTITY.rotation;
+        for (letter, angle) in self.euler.into_iter().zip(angles) {
+            let k = match letter.to_ascii_lowercase() {
+                'x' => 0,
+                'y' => 1,
+                _ => 2,
+            };
+            let axis = [0, 1, 2].map(|i| if i == k { 1.0 } else { 0.0 });
+            let turn = rotation_by(axis, self.turn(view, angle, snapped));
+            // A small letter turns about the axis as it stands by then, a capital about that of the parent.
+            rotation = if letter.is_lowercase() { product(&rotation, &turn) } else { product(&turn, &rotation) };
+        }
+        rotation
+    }
+
+    /// The rotation of a quaternion w x y z, of any length but zero.
+    pub(super) fn quaternion(&self, view: View, [w, x, y, z]: [f64; 4]) -> Result<Matrix3, Error> {
+        let length = dot([x, y, z], [x, y, z]) + w * w;
+        if length < 1e-20 {
+            return Err(view
+                .element
+                .error(format!("`quat` of {} is zero: it has no direction", view.element.called())));
+        }
+        let s = 2.0 / length;
+        Ok([
+            [1.0 - s * (y * y + z * z), s * (x * y - w * z), s * (x * z + w * y)],
+            [s * (x * y + w * z), 1.0 - s * (x * x + z * z), s * (y * z - w * x)],
+            [s * (x * z - w * y), s * (y * z + w * x), 1.0 - s * (x * x + y * y)],
+        ])
+    }
+}
+
+/// The unit vector of a direction.
+pub(super) fn direction(view: View, name: &str, vector: Vector3) -> Result<Vector3, Error> {
+    let length = norm(vector);
+    if length < 1e-9 {
+        return Err(view.element.error(format!("`{name}` of {} names no direction", view.element.called())));
+    }
+    Ok(scaled(vector, 1.0 / length))
+}
+
+/// The smallest rotation that takes z to a unit vector.
+pub(super) fn to_z(z: Vector3) -> Matrix3 {
+    let across = cross([0.0, 0.0, 1.0], z);
+    let sine = norm(across);
+    // Opposite directions leave the axis free; MuJoCo turns about x.
+    let axis = if sine < 1e-10 { [1.0, 0.0, 0.0] } else { scaled(across, 1.0 / sine) };
+    let sine = if sine < 1e-10 { 0.0 } else { sine };
+    rotation_by(axis, (sine, z[2]))
+}

@@ -1,0 +1,116 @@
+//! `<default>` classes: what an element has where it does not say it.
+//!
+//! A class has what the class around it has, and its own words instead. An element takes its `class`, or the nearest
+//! `childclass` above it, or the class `main`.
+
+use std::collections::BTreeMap;
+
+use super::element::Element;
+use crate::error::Error;
+use crate::format::shown::shown;
+use crate::format::suggestion::did_you_mean;
+
+/// Attributes that turn an element: one of them stands for all.
+pub(super) const ORIENTATIONS: [&str; 5] = ["quat", "axisangle", "euler", "xyaxes", "zaxis"];
+
+type Attributes = BTreeMap<String, String>;
+
+/// The classes of a description, by name, each with the attributes of each kind of element.
+pub(super) struct Defaults {
+    classes: BTreeMap<String, BTreeMap<&'static str, Attributes>>,
+}
+
+/// The class of what has none.
+const MAIN: &str = "main";
+
+/// Elements that share the defaults of one kind.
+fn kind(tag: &str) -> Option<&'static str> {
+    const ACTUATORS: [&str; 10] = [
+        "general",
+        "motor",
+        "position",
+        "velocity",
+        "intvelocity",
+        "damper",
+        "cylinder",
+        "muscle",
+        "adhesion",
+        "dcmotor",
+    ];
+    match tag {
+        "joint" => Some("joint"),
+        "geom" => Some("geom"),
+        "mesh" => Some("mesh"),
+        "site" => Some("site"),
+        "equality" | "connect" | "weld" => Some("equality"),
+        _ => ACTUATORS.contains(&tag).then_some("actuator"),
+    }
+}
+
+impl Defaults {
+    pub(super) fn new(root: &Element) -> Result<Defaults, Error> {
+        let mut defaults = Defaults { classes: BTreeMap::from([(MAIN.to_string(), BTreeMap::new())]) };
+        for element in root.children("default") {
+            // The outermost class may have a name of its own, by which elements know it as well.
+            let name = element.attribute("class").unwrap_or(MAIN).to_string();
+            defaults.class(element, MAIN)?;
+            let main = defaults.classes.get(MAIN).cloned().unwrap_or_default();
+            defaults.classes.insert(name, main);
+        }
+        Ok(defaults)
+    }
+
+    /// Takes the words of a `<default>` into a class, then those of the classes in it.
+    fn class(&mut self, element: &Element, name: &str) -> Result<(), Error> {
+        let mut attributes = self.classes.get(name).cloned().unwrap_or_default();
+        for child in element.children.iter().filter(|child| child.tag != "default") {
+            let Some(kind) = kind(&child.tag) else { continue };
+            let known: &mut Attributes = attributes.entry(kind).or_default();
+            if child.attributes.iter().any(|a| ORIENTATIONS.contains(&a.0.as_str())) {
+                known.retain(|key, _| !ORIENTATIONS.contains(&key.as_str()));
+            }
+            known.extend(child.attributes.iter().cloned());
+        }
+        self.classes.insert(name.to_string(), attributes.clone());
+        for child in element.children("default") {
+            let own = child.attribute("class").ok_or_else(|| child.error("a <default> in another has no `class`"))?;
+            self.classes.insert(own.to_string(), attributes.clone());
+            self.class(child, own)?;
+        }
+        Ok(())
+    }
+
+    /// An element with what its class gives; `inherited`: the nearest `childclass`.
+    pub(super) fn view<'a>(&'a self, element: &'a Element, inherited: Option<&'a str>) -> Result<View<'a>, Error> {
+        let class = element.attribute("class").or(inherited).unwrap_or(MAIN);
+        let Some(kinds) = self.classes.get(class) else {
+            let meant = did_you_mean(class, self.classes.keys().map(String::as_str));
+            return Err(element.error(format!("no <default> has the class `{}`{meant}", shown(class))));
+        };
+        Ok(View { element, default: kind(&element.tag).and_then(|kind| kinds.get(kind)) })
+    }
+}
+
+/// An element with its defaults.
+#[derive(Clone, Copy)]
+pub(super) struct View<'a> {
+    pub element: &'a Element,
+    default: Option<&'a Attributes>,
+}
+
+impl<'a> View<'a> {
+    /// An element that takes no defaults.
+    pub(super) fn bare(element: &'a Element) -> View<'a> {
+        View { element, default: None }
+    }
+
+    pub(super) fn get(&self, name: &str) -> Option<&'a str> {
+        let own = self.element.attribute(name);
+        // What the element says of its orientation stands for all that its class says.
+        let has_own = || self.element.attributes.iter().any(|a| ORIENTATIONS.contains(&a.0.as_str()));
+        if own.is_none() && ORIENTATIONS.contains(&name) && has_own() {
+            return None;
+        }
+        own.or_else(|| self.default?.get(name).map(String::as_str))
+    }
+}

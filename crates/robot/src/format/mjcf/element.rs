@@ -1,0 +1,163 @@
+//! The elements of an MJCF and of the files that it includes, with their places.
+//!
+//! An included file is looked for in the folder of the description, then in that of the file that includes it, and
+//! nowhere outside the folder of the description. It is read once, so that no circle and no tower of includes arises.
+
+use std::path::{Path, PathBuf};
+use std::rc::Rc;
+
+use gate::source;
+
+use crate::error::{Error, Place};
+use crate::format::node::Source;
+use crate::format::shown::shown;
+use crate::format::xml::document;
+
+/// Deeper nesting is no robot; the readers below descend by recursion.
+const MAX_DEPTH: usize = 300;
+/// Most bytes of all included files.
+const MAX_INCLUDED_BYTES: u64 = 16 << 20;
+/// Most elements of a description and its included files.
+const MAX_ELEMENTS: usize = 500_000;
+
+/// An element with its attributes and children; comments and text are left out.
+#[derive(Clone, Debug)]
+pub(super) struct Element {
+    pub tag: String,
+    pub attributes: Vec<(String, String)>,
+    pub children: Vec<Element>,
+    file: Rc<str>,
+    line: usize,
+    column: usize,
+}
+
+impl Element {
+    pub(super) fn attribute(&self, name: &str) -> Option<&str> {
+        self.attributes.iter().find(|a| a.0 == name).map(|a| a.1.as_str())
+    }
+
+    pub(super) fn children<'a>(&'a self, tag: &'a str) -> impl Iterator<Item = &'a Element> {
+        self.children.iter().filter(move |child| child.tag == tag)
+    }
+
+    pub(super) fn at(&self) -> (usize, usize) {
+        (self.line, self.column)
+    }
+
+    pub(super) fn error(&self, message: impl Into<String>) -> Error {
+        let place = Place { file: self.file.to_string(), line: self.line, column: self.column };
+        Error { place, message: message.into() }
+    }
+
+    /// `joint `elbow``, or `<joint>` where it has no name.
+    pub(super) fn called(&self) -> String {
+        match self.attribute("name") {
+            Some(name) => format!("{} `{}`", self.tag, shown(name)),
+            None => format!("<{}>", self.tag),
+        }
+    }
+}
+
+/// The root of a description, what it includes in the places of the includes.
+///
+/// `folder`: that of the description; `None` where it has no place, so that nothing is included.
+pub(super) fn read(text: &str, file: &str, folder: Option<&Path>) -> Result<Element, Error> {
+    let mut reader = Reader { folder, included: Vec::new(), bytes: MAX_INCLUDED_BYTES, elements: MAX_ELEMENTS };
+    let root = reader.file(text, file, folder, 0)?;
+    if root.tag != "mujoco" {
+        return Err(root.error(format!("an MJCF begins with <mujoco>, found <{}>", shown(&root.tag))));
+    }
+    Ok(root)
+}
+
+struct Reader<'a> {
+    folder: Option<&'a Path>,
+    included: Vec<PathBuf>,
+    /// What may still be read.
+    bytes: u64,
+    elements: usize,
+}
+
+impl Reader<'_> {
+    fn file(&mut self, text: &str, file: &str, folder: Option<&Path>, depth: usize) -> Result<Element, Error> {
+        let document = document(Source { file }, text, "an MJCF")?;
+        let mut found = Vec::new();
+        self.element(document.root_element(), &Rc::from(file), folder, depth, &mut found)?;
+        match found.pop() {
+            Some(root) if found.is_empty() => Ok(root),
+            _ => Err(Source { file }.error(1, 0, "an <include> stands inside <mujoco>, not around it")),
+        }
+    }
+
+    fn element(
+        &mut self,
+        node: roxmltree::Node,
+        file: &Rc<str>,
+        folder: Option<&Path>,
+        depth: usize,
+        siblings: &mut Vec<Element>,
+    ) -> Result<(), Error> {
+        let at = node.document().text_pos_at(node.range().start);
+        let mut element = Element {
+            tag: node.tag_name().name().to_string(),
+            attributes: node.attributes().map(|a| (a.name().to_string(), a.value().to_string())).collect(),
+            children: Vec::new(),
+            file: file.clone(),
+            line: at.row as usize,
+            column: at.col as usize,
+        };
+        if depth > MAX_DEPTH {
+            return Err(element.error(format!("elements stand {MAX_DEPTH} deep in each other: no robot is so deep")));
+        }
+        self.elements = self.elements.checked_sub(1).ok_or_else(|| {
+            element.error(format!("more than {MAX_ELEMENTS} elements, with those of included files, are no robot"))
+        })?;
+        if element.tag == "include" {
+            siblings.append(&mut self.include(&element, folder, depth)?);
+            return Ok(());
+        }
+        for child in node.children().filter(roxmltree::Node::is_element) {
+            self.element(child, file, folder, depth + 1, &mut element.children)?;
+        }
+        siblings.push(element);
+        Ok(())
+    }
+
+    /// The elements that stand in the place of an `<include>`.
+    fn include(&mut self, element: &Element, folder: Option<&Path>, depth: usize) -> Result<Vec<Element>, Error> {
+        let name = element.attribute("file").unwrap_or("");
+        let fail = |what: &str| element.error(format!("<include file=\"{}\">: {what}", shown(name)));
+        let top = self.folder.ok_or_else(|| fail("what comes by standard input has no folder to include from"))?;
+        let path = inside(top, folder.unwrap_or(top), name).map_err(|what| fail(&what))?;
+        if self.included.contains(&path) {
+            return Err(fail("the file is included twice, or includes itself"));
+        }
+        let bytes = source::read(&path, self.bytes).map_err(|e| fail(&format!("the file cannot be read: {e}")))?;
+        self.bytes -= bytes.len() as u64;
+        let text =
+            String::from_utf8(bytes).map_err(|_| fail("the text is not UTF-8: save the file in that encoding"))?;
+        let own = path.parent().map(Path::to_path_buf);
+        self.included.push(path);
+        let shown_name = top.join(name).display().to_string();
+        let root = self.file(&text, &shown_name, own.as_deref(), depth + 1)?;
+        if !["mujoco", "mujocoinclude"].contains(&root.tag.as_str()) {
+            return Err(
+                root.error(format!("an included file begins with <mujocoinclude>, found <{}>", shown(&root.tag)))
+            );
+        }
+        Ok(root.children)
+    }
+}
+
+/// The path of a file that a description names, in one of two folders and not outside the first.
+pub(super) fn inside(top: &Path, beside: &Path, name: &str) -> Result<PathBuf, String> {
+    let folder = |path: &Path| if path.as_os_str().is_empty() { PathBuf::from(".") } else { path.to_path_buf() };
+    let (top, beside) = (folder(top), folder(beside));
+    let found = [top.join(name), beside.join(name)].into_iter().find(|path| path.is_file());
+    let found = found.ok_or_else(|| format!("there is no {}", top.join(name).display()))?;
+    let (full, within) = (found.canonicalize(), top.canonicalize());
+    match (full, within) {
+        (Ok(full), Ok(within)) if full.starts_with(&within) => Ok(full),
+        _ => Err(format!("it stands outside {}, where nothing is read: copy it there", top.display())),
+    }
+}

@@ -1,0 +1,242 @@
+//! `<equality>`: joints that follow others, and points of two bodies that stay together.
+//!
+//! A `<joint>` of first order is a joint that follows: q_1 - ref_1 = a_0 + a_1 (q_2 - ref_2). A `<connect>` between links
+//! that move in one plane is a hinge across it, and closes a loop whose undriven joints are passive: three equations of a
+//! plane for two of them and the turn of the hinge itself. Whatever else is stated is named in a note, and the robot is
+//! taken cut open there.
+
+use super::actuators::Drives;
+use super::bodies::Body;
+use super::compiler::to_z;
+use super::defaults::{Defaults, View};
+use super::element::Element;
+use super::joints::Moved;
+use crate::error::Error;
+use crate::format::follows::{Follows, resolved};
+use crate::format::loop_frames::FileLoop;
+use crate::format::options::Mimic;
+use crate::format::shown::shown;
+use crate::format::suggestion::did_you_mean;
+use crate::inertial::Pose;
+use crate::robot::Note;
+use crate::vector::{Vector3, cross, dot, norm, turned};
+
+/// Sine of the angle between axes of one plane's normal.
+const PARALLEL_SINE: f64 = 1e-6;
+
+/// What the equalities of a model say.
+pub(super) struct Equalities {
+    /// Of each joint.
+    pub follows: Vec<Follows>,
+    pub loops: Vec<FileLoop>,
+    /// The joints that nothing but a loop moves.
+    pub passive: Vec<usize>,
+}
+
+/// Reads `<equality>`.
+pub(super) fn equalities(
+    root: &Element,
+    defaults: &Defaults,
+    bodies: &[Body],
+    moved: &Moved,
+    drives: &[Drives],
+    mimic: Mimic,
+    notes: &mut Vec<Note>,
+) -> Result<Equalities, Error> {
+    // Behind the joints stands one that never moves, for those that are held.
+    let mut next: Vec<Option<Follows>> = vec![None; moved.joints.len() + 1];
+    let mut connects = Vec::new();
+    for element in root.children("equality").flat_map(|equality| &equality.children) {
+        let view = defaults.view(element, None)?;
+        let mut left_out = |why: &str| {
+            let text = format!("{why}, and is not read");
+            notes.push(Note { subject: element.called(), text });
+        };
+        if view.flag("active")? == Some(false) {
+            left_out("is not active in the file");
+            continue;
+        }
+        match element.tag.as_str() {
+            "joint" if mimic == Mimic::Independent => {
+                left_out("ties joints that are read as coordinates of their own, as was asked");
+            }
+            "joint" => {
+                if let Some((k, follows)) = joint(view, moved)? {
+                    next[k] = Some(follows);
+                }
+            }
+            "connect" => connects.push(view),
+            "weld" => left_out("holds two bodies together: the robot is taken without it"),
+            other => left_out(&format!("is a <{}>", shown(other))),
+        }
+    }
+    let name = |k: usize| moved.joints.get(k).map_or("", |joint| joint.name.as_str());
+    let mut follows = resolved(&next, name).map_err(|(k, what)| moved.joints[k].view.element.error(what))?;
+    for (follows, joint) in follows.iter_mut().zip(&moved.joints) {
+        // From the position of the joint to the turn from where the file has it.
+        follows.offset -= joint.reference;
+    }
+    let closing = Closing { bodies, moved, drives, follows: &follows };
+    let (loops, passive) = closing.loops(&connects, notes)?;
+    Ok(Equalities { follows, loops, passive })
+}
+
+/// The joint that an equality moves, and what it follows; `None` where that joint is not of the robot.
+fn joint(view: View, moved: &Moved) -> Result<Option<(usize, Follows)>, Error> {
+    let find = |key: &str| -> Result<Option<usize>, Error> {
+        let Some(name) = view.get(key) else { return Ok(None) };
+        let found = moved.joints.iter().position(|joint| joint.name == name);
+        found.map(Some).ok_or_else(|| {
+            let meant = did_you_mean(name, moved.joints.iter().map(|joint| joint.name.as_str()));
+            view.element.error(format!("`{key}` of {} is no joint: `{}`{meant}", view.element.called(), shown(name)))
+        })
+    };
+    let follower = find("joint1")?.ok_or_else(|| view.element.error("<joint> of <equality> has no `joint1`"))?;
+    let coefficients = view.numbers("polycoef", 1, 5)?.unwrap_or_default();
+    let a = |k: usize| coefficients.get(k).copied().unwrap_or(if k == 1 { 1.0 } else { 0.0 });
+    let Some(leader) = find("joint2")? else {
+        // Held where the polynomial begins.
+        let offset = moved.joints[follower].reference + a(0);
+        return Ok(Some((follower, Follows { leader: moved.joints.len(), multiplier: 0.0, offset })));
+    };
+    if (2..5).any(|k| a(k) != 0.0) {
+        let message = format!(
+            "{} ties `{}` to `{}` by a curve (`polycoef`): a joint follows another by a factor and an offset; \
+             [mimic=independent] takes both for coordinates",
+            view.element.called(),
+            shown(&moved.joints[follower].name),
+            shown(&moved.joints[leader].name)
+        );
+        return Err(view.element.error(message));
+    }
+    let [own, other] = [follower, leader].map(|k| moved.joints[k].reference);
+    Ok(Some((follower, Follows { leader, multiplier: a(1), offset: own + a(0) - a(1) * other })))
+}
+
+/// What closes the loops of a tree of joints.
+struct Closing<'a, 'b> {
+    bodies: &'b [Body<'a>],
+    moved: &'b Moved<'a>,
+    drives: &'b [Drives],
+    follows: &'b [Follows],
+}
+
+/// A `<connect>` between links that move in one plane.
+struct Hinge {
+    one: FileLoop,
+    /// The undriven joints around the loop, those nearest to the base first.
+    undriven: Vec<usize>,
+}
+
+impl Closing<'_, '_> {
+    /// The loops of all connects, and the joints that they leave to be solved for.
+    fn loops(&self, connects: &[View], notes: &mut Vec<Note>) -> Result<(Vec<FileLoop>, Vec<usize>), Error> {
+        let mut hinges = Vec::new();
+        let mut open = Vec::new();
+        for view in connects {
+            match self.hinge(*view)? {
+                Some(hinge) => hinges.push((hinge, view)),
+                None => open.push((view, "joins points of links that do not move in one plane")),
+            }
+        }
+        let mut passive: Vec<usize> = hinges.iter().flat_map(|(hinge, _)| hinge.undriven.clone()).collect();
+        passive.sort_unstable();
+        passive.dedup();
+        // A loop of which nothing is driven is moved by its joint nearest to the base.
+        if let (1, Some(surplus)) = (hinges.len(), passive.len().checked_sub(2)) {
+            passive.drain(..surplus);
+        }
+        if passive.len() != 2 * hinges.len() {
+            let why = "closes a loop in a plane with other than two undriven joints";
+            open.extend(hinges.drain(..).map(|(_, view)| (view, why)));
+            passive.clear();
+        }
+        for (view, why) in open {
+            let text = format!("{why}: the loop is not read, and the robot is taken cut open there");
+            notes.push(Note { subject: view.element.called(), text });
+        }
+        Ok((hinges.into_iter().map(|(hinge, _)| hinge.one).collect(), passive))
+    }
+
+    /// A connect as a hinge across the plane of its loop; `None` where there is no such plane.
+    fn hinge(&self, view: View) -> Result<Option<Hinge>, Error> {
+        let Some(ends) = self.ends(view)? else { return Ok(None) };
+        let above = ends.map(|(body, _)| self.above(body));
+        let own =
+            |a: usize, b: usize| -> Vec<usize> { above[a].iter().copied().filter(|k| !above[b].contains(k)).collect() };
+        let around = [own(0, 1), own(1, 0)].concat();
+        let axis = |k: usize| turned(&self.joint_pose(k).rotation, self.moved.joints[k].given.axis);
+        let hinges = || around.iter().copied().filter(|&k| !self.moved.joints[k].given.prismatic);
+        let Some(normal) = hinges().next().map(axis) else { return Ok(None) };
+        let is_plane = around.iter().all(|&k| match self.moved.joints[k].given.prismatic {
+            true => dot(axis(k), normal).abs() < PARALLEL_SINE,
+            false => norm(cross(axis(k), normal)) < PARALLEL_SINE,
+        });
+        if !is_plane {
+            return Ok(None);
+        }
+        let end = |(body, point): (usize, Vector3)| {
+            let carrier = self.moved.carriers[body].0;
+            let frame = Pose { rotation: to_z(normal), position: point };
+            (carrier, carrier.map_or(frame, |k| self.joint_pose(k).inverse().compose(&frame)))
+        };
+        let is_undriven = |k: &usize| !self.drives[*k].is_driven && self.follows[*k].leader == *k;
+        let mut undriven: Vec<usize> = around.iter().copied().filter(is_undriven).collect();
+        undriven.sort_unstable();
+        let name = view.element.attribute("name").map_or_else(|| "loop".to_string(), str::to_string);
+        Ok(Some(Hinge { one: FileLoop { name, cut: end(ends[0]), twin: end(ends[1]) }, undriven }))
+    }
+
+    /// The two bodies of a connect, each with the point in the base where the file has it; `None` where one of them is
+    /// not of the robot.
+    fn ends(&self, view: View) -> Result<Option<[(usize, Vector3); 2]>, Error> {
+        let error = |what: String| view.element.error(what);
+        let body = |key: &str| -> Result<usize, Error> {
+            let Some(name) = view.get(key) else { return Ok(0) };
+            let found = self.bodies.iter().position(|body| body.name == name);
+            found.ok_or_else(|| {
+                let meant = did_you_mean(name, self.bodies.iter().map(|body| body.name.as_str()));
+                error(format!("`{key}` of {} is no body: `{}`{meant}", view.element.called(), shown(name)))
+            })
+        };
+        let site = |key: &str| -> Result<(usize, Vector3), Error> {
+            let name = view.get(key).unwrap_or("");
+            let on = |(b, body): (usize, &Body)| {
+                let site = body.sites.iter().find(|site| site.0 == name)?;
+                Some((b, self.body_pose(b).compose(&site.1).position))
+            };
+            let found = self.bodies.iter().enumerate().find_map(on);
+            found.ok_or_else(|| error(format!("`{key}` of {} is no site: `{}`", view.element.called(), shown(name))))
+        };
+        let ends = match view.vector::<3>("anchor")? {
+            Some(anchor) => {
+                let (first, second) = (body("body1")?, body("body2")?);
+                let own = Pose { position: anchor, ..Pose::IDENTITY };
+                let point = self.body_pose(first).compose(&own).position;
+                [(first, point), (second, point)]
+            }
+            None => [site("site1")?, site("site2")?],
+        };
+        let is_part = |b: usize| self.moved.is_part[b] || (b == 0 && self.moved.floating.is_none());
+        Ok(Some(ends).filter(|ends| ends.iter().all(|(b, _)| is_part(*b))))
+    }
+
+    /// The joints from the base to a body.
+    fn above(&self, body: usize) -> Vec<usize> {
+        let joints = std::iter::successors(self.moved.carriers[body].0, |&k| self.moved.joints[k].given.antecedent);
+        let mut joints: Vec<usize> = joints.collect();
+        joints.reverse();
+        joints
+    }
+
+    /// The frame of a joint in the base, where the file has it.
+    fn joint_pose(&self, k: usize) -> Pose {
+        let given = &self.moved.joints[k].given;
+        given.antecedent.map_or(given.pose, |i| self.joint_pose(i).compose(&given.pose))
+    }
+
+    fn body_pose(&self, b: usize) -> Pose {
+        let (carrier, pose) = self.moved.carriers[b];
+        carrier.map_or(pose, |k| self.joint_pose(k).compose(&pose))
+    }
+}

@@ -1,0 +1,255 @@
+//! The joints of bodies: hinges and slides about points and axes of their body.
+//!
+//! Several joints of one body move it one after the other, the first from the outside: T = T_0 M_1(q_1) M_2(q_2) ...
+//! A link without a mass stands between each two. The position of a joint is counted from its `ref`.
+
+use super::bodies::Body;
+use super::compiler::{Compiler, direction};
+use super::defaults::View;
+use crate::angle_snap::{given_length, unit_axis};
+use crate::error::Error;
+use crate::format::reframe::Given;
+use crate::format::shown::shown;
+use crate::inertial::Pose;
+use crate::robot::{Friction, Limits, Note, RotorInertia};
+use crate::vector::turned;
+
+/// A hinge or a slide.
+pub(super) struct MjcfJoint<'a> {
+    pub name: String,
+    pub view: View<'a>,
+    /// The body that it moves.
+    pub body: usize,
+    pub given: Given,
+    /// Its position where the file has its body, rad or m.
+    pub reference: f64,
+    pub limits: Limits,
+    pub friction: Friction,
+    pub armature: f64,
+}
+
+/// The bodies in the frames of the joints that move them.
+pub(super) struct Moved<'a> {
+    /// Antecedents first, in the order of MuJoCo's coordinates.
+    pub joints: Vec<MjcfJoint<'a>>,
+    /// Of each body: the joint that carries it, and its frame in that of the joint; `None`: the base.
+    pub carriers: Vec<(Option<usize>, Pose)>,
+    /// The body whose free joint is the floating base.
+    pub floating: Option<usize>,
+    /// Whether a body is of the robot: a body that floats alone, and the world around a floating robot, are not.
+    pub is_part: Vec<bool>,
+}
+
+/// What a joint of a body is.
+#[derive(Clone, Copy, PartialEq)]
+enum Kind {
+    Hinge,
+    Slide,
+    Ball,
+    Free,
+}
+
+fn kind(view: View) -> Result<Kind, Error> {
+    if view.element.tag == "freejoint" {
+        return Ok(Kind::Free);
+    }
+    let which = view.choice("type", &["hinge", "slide", "ball", "free"])?.unwrap_or(0);
+    Ok([Kind::Hinge, Kind::Slide, Kind::Ball, Kind::Free][which])
+}
+
+/// Orders the joints of the bodies. `floats`: whether the base is asked to float.
+pub(super) fn moved<'a>(
+    bodies: &[Body<'a>],
+    compiler: &Compiler,
+    floats: bool,
+    notes: &mut Vec<Note>,
+) -> Result<Moved<'a>, Error> {
+    let (floating, is_part) = parts(bodies, floats, notes)?;
+    let mut all = Moved { joints: Vec::new(), carriers: Vec::new(), floating, is_part };
+    for (b, body) in bodies.iter().enumerate() {
+        if !all.is_part[b] || all.floating == Some(b) {
+            all.carriers.push((None, Pose::IDENTITY));
+            continue;
+        }
+        let (mut carrier, pose) = body.parent.map_or((None, Pose::IDENTITY), |p| all.carriers[p]);
+        let position = body.pose.position.map(given_length);
+        let mut place = pose.compose(&Pose { position, ..body.pose });
+        place.rotation = crate::angle_snap::exact(&place.rotation);
+        for (view, frame) in &body.joints {
+            let joint = joint(*view, frame, b, (carrier, place), body, compiler, notes)?;
+            // Behind the joint the body stands where its point says.
+            place = Pose { position: joint.1.map(|x| -x), ..Pose::IDENTITY };
+            carrier = Some(all.joints.len());
+            all.joints.push(joint.0);
+        }
+        all.carriers.push((carrier, place));
+    }
+    name(&mut all.joints, bodies)?;
+    Ok(all)
+}
+
+/// The bodies that are free to move, each by its joint.
+///
+/// Fails at a ball joint, and at a free joint elsewhere than alone in a body of the world.
+fn free<'a>(bodies: &[Body<'a>]) -> Result<Vec<(usize, View<'a>)>, Error> {
+    let mut free = Vec::new();
+    for (b, body) in bodies.iter().enumerate() {
+        for (view, _) in &body.joints {
+            let called = || format!("{} of body `{}`", view.element.called(), shown(&body.name));
+            match kind(*view)? {
+                Kind::Ball => {
+                    let message = format!(
+                        "{} is a ball: only hinges and slides are read; write three hinges through one point, or weld it",
+                        called()
+                    );
+                    return Err(view.element.error(message));
+                }
+                Kind::Free if body.joints.len() > 1 || body.parent != Some(0) => {
+                    let message = format!("{} is free: it stands alone in a body of the world", called());
+                    return Err(view.element.error(message));
+                }
+                Kind::Free => free.push((b, *view)),
+                _ => {}
+            }
+        }
+    }
+    Ok(free)
+}
+
+/// Which body floats as the base, and which bodies are of the robot.
+fn parts(bodies: &[Body], floats: bool, notes: &mut Vec<Note>) -> Result<(Option<usize>, Vec<bool>), Error> {
+    let free = free(bodies)?;
+    // The body of the world that each body hangs on.
+    let mut top: Vec<usize> = Vec::with_capacity(bodies.len());
+    for (b, body) in bodies.iter().enumerate() {
+        top.push(match body.parent {
+            None | Some(0) => b,
+            Some(p) => top[p],
+        });
+    }
+    let has_joints = |t: usize| (0..bodies.len()).any(|b| top[b] == t && b != t && !bodies[b].joints.is_empty());
+    let of_world = |b: usize| !bodies[b].joints.is_empty() && !free.iter().any(|f| f.0 == top[b]);
+    let is_fixed_robot = (0..bodies.len()).any(of_world);
+    let (robots, objects): (Vec<&(usize, View)>, Vec<_>) =
+        free.iter().partition(|(b, _)| has_joints(*b) || (free.len() == 1 && !is_fixed_robot));
+    let named =
+        |list: &[&(usize, View)]| list.iter().map(|(b, _)| shown(&bodies[*b].name)).collect::<Vec<_>>().join(", ");
+    match robots[..] {
+        [(_, view)] if !floats => {
+            let message = "the body is free to move: its base floats, which is asked for by [floating_base=true]";
+            return Err(view.element.error(message));
+        }
+        [(_, view)] if is_fixed_robot => {
+            let message = format!(
+                "`{}` floats while other joints hang on the world: one description is of one robot",
+                named(&robots)
+            );
+            return Err(view.element.error(message));
+        }
+        [_, (_, view), ..] => {
+            let message = format!("several robots float ({}): one description is of one robot", named(&robots));
+            return Err(view.element.error(message));
+        }
+        _ => {}
+    }
+    if !objects.is_empty() {
+        let text = format!("floats and carries no joint: an object beside the robot, left out ({})", named(&objects));
+        notes.push(Note { subject: named(&objects[..1]), text });
+    }
+    let floating = robots.first().map(|f| f.0);
+    let is_part = |b: usize| match floating {
+        Some(f) => top[b] == f,
+        None => !objects.iter().any(|o| o.0 == top[b]),
+    };
+    Ok((floating, (0..bodies.len()).map(is_part).collect()))
+}
+
+/// A joint, and its point in the frame of its body.
+fn joint<'a>(
+    view: View<'a>,
+    frame: &Pose,
+    body: usize,
+    (antecedent, place): (Option<usize>, Pose),
+    of: &Body,
+    compiler: &Compiler,
+    notes: &mut Vec<Note>,
+) -> Result<(MjcfJoint<'a>, [f64; 3]), Error> {
+    let slides = kind(view)? == Kind::Slide;
+    let point = frame.compose(&Pose { position: view.vector("pos")?.unwrap_or([0.0; 3]), ..Pose::IDENTITY }).position;
+    let point = point.map(given_length);
+    let axis = turned(&frame.rotation, direction(view, "axis", view.vector("axis")?.unwrap_or([0.0, 0.0, 1.0]))?);
+    let axis = unit_axis(axis, compiler.angles).unwrap_or(axis);
+    let position = |x: f64| if slides { x } else { compiler.angle(x) };
+    let reference = position(view.number("ref")?.unwrap_or(0.0));
+    let name = view.element.attribute("name").unwrap_or("").to_string();
+    let subject = if name.is_empty() { of.name.clone() } else { name.clone() };
+    let mut note = |text: &str| notes.push(Note { subject: subject.clone(), text: text.into() });
+    if view.number("stiffness")?.is_some_and(|k| k != 0.0) {
+        note("has a spring (`stiffness`), which is not read: its torque is not among those of the robot");
+    }
+    let damping = view.numbers("damping", 1, 9)?;
+    if damping.as_ref().is_some_and(|d| d[1..].iter().any(|x| *x != 0.0)) {
+        note("is damped by a polynomial of its speed; the first coefficient is read");
+    }
+    let joint = MjcfJoint {
+        name,
+        view,
+        body,
+        given: Given {
+            antecedent,
+            pose: place.compose(&Pose { position: point, ..Pose::IDENTITY }),
+            axis,
+            prismatic: slides,
+        },
+        reference,
+        limits: limits(view, compiler, position)?,
+        friction: Friction { viscous: damping.map(|d| d[0]), coulomb: view.number("frictionloss")?, offset: None },
+        armature: view.number("armature")?.unwrap_or(0.0),
+    };
+    Ok((joint, point))
+}
+
+fn limits(view: View, compiler: &Compiler, position: impl Fn(f64) -> f64) -> Result<Limits, Error> {
+    let range = |range: &str, limited: &str| -> Result<Option<[f64; 2]>, Error> {
+        let given = view.vector::<2>(range)?;
+        let is_limited = match view.flag(limited)? {
+            Some(is_limited) => is_limited,
+            None => compiler.limits_are_told_by_ranges && given.is_some_and(|[low, high]| low < high),
+        };
+        Ok(given.filter(|_| is_limited))
+    };
+    let force = range("actuatorfrcrange", "actuatorfrclimited")?.map(|[low, high]| low.abs().max(high.abs()));
+    Ok(Limits {
+        position: range("range", "limited")?.map(|[low, high]| (position(low), position(high))),
+        effort: force.filter(|force| *force > 0.0),
+        ..Limits::default()
+    })
+}
+
+/// Gives joints without a name that of their body, and refuses a name that stands twice.
+fn name(joints: &mut [MjcfJoint], bodies: &[Body]) -> Result<(), Error> {
+    for k in 0..joints.len() {
+        let own = joints[k].name.clone();
+        if own.is_empty() {
+            let body = &bodies[joints[k].body].name;
+            let mut made = format!("{body}_joint");
+            let mut count = 1;
+            while joints.iter().any(|joint| joint.name == made) {
+                count += 1;
+                made = format!("{body}_joint{count}");
+            }
+            joints[k].name = made;
+        } else if let Some(first) = joints[..k].iter().find(|joint| joint.name == own) {
+            let line = first.view.element.at().0;
+            let message = format!("joint `{}` stands twice, first on line {line}", shown(&own));
+            return Err(joints[k].view.element.error(message));
+        }
+    }
+    Ok(())
+}
+
+impl MjcfJoint<'_> {
+    pub(super) fn rotor_inertia(&self) -> RotorInertia {
+        if self.armature > 0.0 { RotorInertia::Known(self.armature) } else { RotorInertia::Absent }
+    }
+}

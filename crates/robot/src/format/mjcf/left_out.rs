@@ -1,0 +1,44 @@
+//! What a model has beside the mechanism, said once.
+
+use super::bodies::Body;
+use super::element::Element;
+use crate::robot::Note;
+
+/// Sections that say nothing of the mechanism and that nobody misses.
+const SILENT: [&str; 12] = [
+    "compiler",
+    "option",
+    "size",
+    "visual",
+    "statistic",
+    "default",
+    "asset",
+    "worldbody",
+    "custom",
+    "keyframe",
+    "equality",
+    "actuator",
+];
+
+/// One note on the sections that have no meaning here, and one on what acts on bodies.
+pub(super) fn note(root: &Element, bodies: &[Body], notes: &mut Vec<Note>) {
+    let mut sections: Vec<&str> = Vec::new();
+    for section in root.children.iter().filter(|s| !s.children.is_empty() && !SILENT.contains(&s.tag.as_str())) {
+        if !sections.contains(&section.tag.as_str()) {
+            sections.push(&section.tag);
+        }
+    }
+    let subject = || "model".to_string();
+    if !sections.is_empty() {
+        let mut text = format!("{} in the file: not read, a robot has no place for it", sections.join(", "));
+        if sections.contains(&"tendon") {
+            text += "; what tendons pull is missing in its torques";
+        }
+        notes.push(Note { subject: subject(), text });
+    }
+    let has = |name: &str| bodies.iter().filter(|b| b.element.attribute(name).is_some_and(|x| x.trim() != "0")).count();
+    if has("gravcomp") > 0 {
+        let text = "`gravcomp` of bodies is not read: the torques here are those against all of gravity";
+        notes.push(Note { subject: subject(), text: text.into() });
+    }
+}

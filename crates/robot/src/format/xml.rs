@@ -1,0 +1,81 @@
+//! An XML text within bounds: what every reader of XML begins with.
+
+use roxmltree::{Document, ParsingOptions};
+
+use crate::error::Error;
+use crate::format::node::Source;
+use crate::format::shown::shown;
+
+/// More elements than this are no robot.
+const MAX_XML_NODES: u32 = 2_000_000;
+/// No element of a description has more attributes. The time to find one that stands twice grows as the square of their
+/// number.
+const MAX_ATTRIBUTES_PER_ELEMENT: usize = 256;
+
+/// The document of a text; `kind` names what it should be.
+///
+/// Fails, with the place, on what is not XML.
+pub(in crate::format) fn document<'a>(source: Source, text: &'a str, kind: &str) -> Result<Document<'a>, Error> {
+    if let Some((line, tag)) = crowded(text) {
+        let message =
+            format!("<{}> has more than {MAX_ATTRIBUTES_PER_ELEMENT} attributes: no element of {kind} has", shown(tag));
+        return Err(source.error(line, 0, message));
+    }
+    let options = ParsingOptions { nodes_limit: MAX_XML_NODES, ..ParsingOptions::default() };
+    Document::parse_with_options(text, options).map_err(|e| {
+        // An element that is never closed is noticed at the end of the text.
+        let at = match e {
+            roxmltree::Error::UnclosedRootNode => roxmltree::TextPos::new(text.lines().count() as u32, 0),
+            _ => e.pos(),
+        };
+        let message = e.to_string();
+        // The library ends its messages with the place, which stands in front here.
+        let message = message.split(" at ").next().unwrap_or("").to_string();
+        let message = if text.trim().is_empty() { "the file is empty".into() } else { message };
+        source.error(at.row as usize, at.col as usize, format!("not valid XML: {message}"))
+    })
+}
+
+/// The tag of the first element of a text, without its prefix; empty where none begins.
+pub(in crate::format) fn root_tag(text: &str) -> &str {
+    let mut rest = text.trim_start_matches('\u{feff}').trim_start();
+    loop {
+        let end = match rest {
+            _ if rest.starts_with("<!--") => "-->",
+            _ if rest.starts_with("<?") => "?>",
+            _ if rest.starts_with("<!") => ">",
+            _ => break,
+        };
+        let Some((_, after)) = rest.split_once(end) else { return "" };
+        rest = after.trim_start();
+    }
+    let tag = rest.strip_prefix('<').unwrap_or("");
+    let tag = tag.split(|c: char| c.is_whitespace() || matches!(c, '>' | '/')).next().unwrap_or("");
+    tag.rsplit(':').next().unwrap_or(tag)
+}
+
+/// Line and tag of the first element with too many attributes.
+fn crowded(text: &str) -> Option<(usize, &str)> {
+    let tags = text.match_indices('<').map(|(at, _)| (at, &text[at + 1..]));
+    let is_element = |rest: &str| !rest.starts_with(['!', '?', '/']);
+    let inside =
+        tags.filter(|(_, rest)| is_element(rest)).map(|(at, rest)| (at, rest.split('>').next().unwrap_or(rest)));
+    let (at, tag) = { inside }
+        .find(|(_, tag)| tag.matches('=').take(MAX_ATTRIBUTES_PER_ELEMENT + 1).count() > MAX_ATTRIBUTES_PER_ELEMENT)?;
+    Some((1 + text[..at].matches('\n').count(), tag.split_whitespace().next().unwrap_or("")))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::root_tag;
+
+    #[test]
+    fn the_first_element_is_found_behind_what_stands_before_it() {
+        let text = "\u{feff}<?xml version=\"1.0\"?>\n<!DOCTYPE robot>\n<!-- <robot> -->\n<mujoco model=\"x\">";
+        assert_eq!(root_tag(text), "mujoco");
+        assert_eq!(
+            (root_tag("<robot/>"), root_tag("<a:sdf>"), root_tag("<!-- "), root_tag("name: x")),
+            ("robot", "sdf", "", "")
+        );
+    }
+}

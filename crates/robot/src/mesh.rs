@@ -1,0 +1,140 @@
+//! The vertices and triangles of a mesh file: STL, binary and text, and OBJ.
+//!
+//! Normals, textures and names are not read. A face of an OBJ with more corners than three is cut into a fan.
+//!
+//! Not here: where a file is looked for; Collada.
+
+use std::path::Path;
+
+use crate::vector::Vector3;
+
+/// The vertices of a file, as often as they stand there; `path` tells the format and stands in messages.
+///
+/// Fails where the file does not have its format.
+pub fn vertices(bytes: &[u8], path: &Path) -> Result<Vec<Vector3>, String> {
+    let read = match format(path)? {
+        Format::Stl => stl(bytes),
+        Format::Obj => text_vertices(bytes, "v"),
+    };
+    read.map_err(|what| format!("{}: {what}", path.display()))
+}
+
+/// The triangles of a file; as [`vertices`].
+pub fn triangles(bytes: &[u8], path: &Path) -> Result<Vec<[Vector3; 3]>, String> {
+    let corners = vertices(bytes, path)?;
+    let fail = |what: String| format!("{}: {what}", path.display());
+    match format(path)? {
+        Format::Stl => Ok(corners.chunks_exact(3).map(|t| [t[0], t[1], t[2]]).collect()),
+        Format::Obj => faces(bytes, &corners).map_err(fail),
+    }
+}
+
+#[derive(Clone, Copy)]
+enum Format {
+    Stl,
+    Obj,
+}
+
+/// Fails where the extension is of no format that is read.
+pub fn check_format(path: &Path) -> Result<(), String> {
+    format(path).map(|_| ())
+}
+
+fn format(path: &Path) -> Result<Format, String> {
+    let kind = path.extension().and_then(|e| e.to_str()).unwrap_or("").to_ascii_lowercase();
+    match kind.as_str() {
+        "stl" => Ok(Format::Stl),
+        "obj" => Ok(Format::Obj),
+        _ => Err(format!("{}: meshes are read from .stl and .obj: convert it", path.display())),
+    }
+}
+
+/// The triangles of the faces of an OBJ: corners by number from 1, or from the last vertex so far back (-1).
+fn faces(bytes: &[u8], corners: &[Vector3]) -> Result<Vec<[Vector3; 3]>, String> {
+    let mut found = Vec::new();
+    let mut so_far = 0;
+    for (k, line) in bytes.split(|b| *b == b'\n').enumerate() {
+        let text = String::from_utf8_lossy(line);
+        let mut words = text.split_whitespace();
+        match words.next() {
+            Some("v") => so_far += 1,
+            Some("f") => {
+                let corner = |word: &str| {
+                    let number: i64 = word.split('/').next()?.parse().ok()?;
+                    let index = if number < 0 { so_far + number } else { number - 1 };
+                    corners.get(usize::try_from(index).ok()?).copied()
+                };
+                let face: Option<Vec<Vector3>> = words.map(corner).collect();
+                let face = face.filter(|face| face.len() >= 3);
+                let face =
+                    face.ok_or_else(|| format!("line {}: no face of known vertices: `{}`", k + 1, text.trim()))?;
+                found.extend(face[1..].windows(2).map(|pair| [face[0], pair[0], pair[1]]));
+            }
+            _ => {}
+        }
+    }
+    Ok(found)
+}
+
+/// Bytes before the triangles: 80 of words, and their number.
+const STL_HEADER_BYTES: usize = 84;
+/// Bytes of a triangle: its normal, three vertices and two bytes.
+const STL_TRIANGLE_BYTES: usize = 50;
+
+fn stl(bytes: &[u8]) -> Result<Vec<Vector3>, String> {
+    let word = |at: usize| bytes.get(at..at + 4).and_then(|b| <[u8; 4]>::try_from(b).ok());
+    let count = word(80).map(u32::from_le_bytes).map_or(0, |n| n as usize);
+    // The head of a binary file may begin with `solid` too, so the length decides.
+    if bytes.len() < STL_HEADER_BYTES
+        || (bytes.len() - STL_HEADER_BYTES) / STL_TRIANGLE_BYTES != count
+        || !(bytes.len() - STL_HEADER_BYTES).is_multiple_of(STL_TRIANGLE_BYTES)
+    {
+        if bytes.trim_ascii_start().starts_with(b"solid") {
+            return text_vertices(bytes, "vertex");
+        }
+        let (found, said) = (bytes.len(), STL_HEADER_BYTES.saturating_add(count.saturating_mul(STL_TRIANGLE_BYTES)));
+        return Err(format!("neither an STL in text nor in binary: {found} bytes, where its head promises {said}"));
+    }
+    let number = |at: usize| word(at).map_or(f64::NAN, |b| f64::from(f32::from_le_bytes(b)));
+    let corner = |triangle: usize, k: usize| {
+        let at = STL_HEADER_BYTES + triangle * STL_TRIANGLE_BYTES + 12 * (k + 1);
+        [number(at), number(at + 4), number(at + 8)]
+    };
+    Ok((0..count).flat_map(|t| [0, 1, 2].map(|k| corner(t, k))).collect())
+}
+
+/// The vertices of a text: the three numbers behind `word` on each line that begins with it.
+fn text_vertices(bytes: &[u8], word: &str) -> Result<Vec<Vector3>, String> {
+    let mut found = Vec::new();
+    for (k, line) in bytes.split(|b| *b == b'\n').enumerate() {
+        let text = String::from_utf8_lossy(line);
+        let mut words = text.split_whitespace();
+        if words.next() != Some(word) {
+            continue;
+        }
+        let numbers: Vec<f64> = words.map_while(|w| w.parse().ok()).take(3).collect();
+        let vertex = <Vector3>::try_from(numbers)
+            .map_err(|_| format!("line {}: a {word} has three numbers, found `{}`", k + 1, text.trim()))?;
+        found.push(vertex);
+    }
+    Ok(found)
+}
+
+#[cfg(test)]
+mod tests {
+    use std::path::Path;
+
+    use super::triangles;
+
+    #[test]
+    fn faces_of_an_obj_are_fans_of_triangles() {
+        let text = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nf 1/1/1 2//3 3 -1\n";
+        let found = triangles(text.as_bytes(), Path::new("a.obj")).unwrap();
+        assert_eq!(found, [[[0.0; 3], [1.0, 0.0, 0.0], [1.0, 1.0, 0.0]], [[0.0; 3], [1.0, 1.0, 0.0], [0.0, 1.0, 0.0]]]);
+        for broken in ["f 1 2 9", "f 1 2", "f a b c", "f 0 1 2", "f -9 1 2"] {
+            let text = format!("v 0 0 0\nv 1 0 0\nv 1 1 0\n{broken}\n");
+            let error = triangles(text.as_bytes(), Path::new("a.obj")).unwrap_err();
+            assert!(error.contains("line 4: no face of known vertices"), "{error}");
+        }
+    }
+}

@@ -1,0 +1,374 @@
+//! MJCF of our own: the torque of each way to say a thing, by a recursion of its own; what is refused, and what is noted.
+
+mod recursion;
+
+use robot::format::{Angles, Mimic, ReadOptions, parse_with, read_yaml};
+use robot::{Drive, JointKind, Robot, RotorInertia};
+
+fn options() -> ReadOptions<'static> {
+    ReadOptions { angles: Angles::AsGiven, ..ReadOptions::default() }
+}
+
+fn read_as(text: &str, options: ReadOptions) -> Result<Robot, String> {
+    parse_with(text, std::path::Path::new("arm.xml"), options).map_err(|e| e.to_string())
+}
+
+fn read(text: &str) -> Robot {
+    read_as(text, options()).unwrap_or_else(|e| panic!("{e}\n{text}"))
+}
+
+fn refused(text: &str) -> String {
+    read_as(text, options()).map(|r| r.name).unwrap_err()
+}
+
+/// A model of one hinge about x in a body.
+fn one(compiler: &str, body: &str, inside: &str) -> String {
+    format!(
+        "<mujoco model=\"one\">\n<compiler {compiler}/>\n<worldbody>\n<body name=\"arm\" {body}>\n<joint name=\"turn\" \
+         axis=\"1 0 0\"/>\n{inside}\n</body></worldbody></mujoco>"
+    )
+}
+
+fn same(a: &Robot, b: &Robot) {
+    assert_eq!(a.n_coordinates(), b.n_coordinates());
+    for k in 0..4 {
+        let state = |shift: f64| -> Vec<f64> {
+            (0..a.n_coordinates()).map(|j| ((j + 3 * k) as f64 * 1.7 + shift).sin() * 1.3).collect()
+        };
+        let (q, dq, ddq) = (state(0.2), state(1.1), state(2.3));
+        let (x, y) = (recursion::torque(a, &q, &dq, &ddq), recursion::torque(b, &q, &dq, &ddq));
+        let scale = x.iter().fold(1e-3, |s: f64, x| s.max(x.abs()));
+        for (x, y) in x.iter().zip(&y) {
+            // Rounding of two chains of frames.
+            assert!((x - y).abs() <= 1e-12 * scale, "{x} {y}");
+        }
+    }
+}
+
+/// Each line says the same orientation, inertia or place in another way.
+#[test]
+fn every_way_to_say_a_thing_is_the_same_robot() {
+    let rod = "<inertial pos=\"0 0.1 0.2\" mass=\"2\" diaginertia=\"0.03 0.02 0.01\"/>";
+    let root = 0.5f64.sqrt();
+    let plain = read(&one("angle=\"radian\"", "euler=\"0 0 1.5707963267948966\"", rod));
+    let turned = |body: &str| read(&one("", body, rod));
+    let radians = |compiler: &str, body: &str| read(&one(&format!("angle=\"radian\" {compiler}"), body, rod));
+    for other in [
+        turned("euler=\"0 0 90\""),
+        turned("quat=\"1 0 0 1\""),
+        turned(&format!("quat=\"{root} 0 0 {root}\"")),
+        turned("axisangle=\"0 0 3 90\""),
+        turned("xyaxes=\"0 2 0 -1 1 0\""),
+        radians("eulerseq=\"zxy\"", "euler=\"1.5707963267948966 0 0\""),
+        radians("eulerseq=\"XYZ\"", "euler=\"0 0 1.5707963267948966\""),
+    ] {
+        same(&plain, &other);
+    }
+    // Intrinsic x y z is extrinsic z y x.
+    same(
+        &radians("eulerseq=\"xyz\"", "euler=\"0.3 -0.4 0.5\""),
+        &radians("eulerseq=\"ZYX\"", "euler=\"0.5 -0.4 0.3\""),
+    );
+    // z along (1, 1, 0) by the shortest way, and the same axis and angle.
+    same(&turned("zaxis=\"1 1 0\""), &turned("axisangle=\"-1 1 0 90\""));
+    same(&turned("zaxis=\"0 0 -1\""), &turned("axisangle=\"1 0 0 180\""));
+    // Inertia in principal axes, and whole.
+    let quarter = "<inertial pos=\"0 0.1 0.2\" quat=\"1 0 0 1\" mass=\"2\" diaginertia=\"0.02 0.03 0.01\"/>";
+    let full = "<inertial pos=\"0 0.1 0.2\" mass=\"2\" fullinertia=\"0.03 0.02 0.01 0 0 0\"/>";
+    for other in [quarter, full] {
+        same(&read(&one("", "", rod)), &read(&one("", "", other)));
+    }
+}
+
+/// Bodies that weigh by their shapes, against the inertials worked out by hand.
+#[test]
+fn shapes_weigh_what_their_formulas_say() {
+    let pi = std::f64::consts::PI;
+    let inertial = |pos: &str, mass: f64, [xx, yy, zz]: [f64; 3]| {
+        format!("<inertial pos=\"{pos}\" mass=\"{mass}\" diaginertia=\"{xx} {yy} {zz}\"/>")
+    };
+    let ball = |m: f64, r: f64| [0.4 * m * r * r; 3];
+    let (r, h) = (0.1, 0.3);
+    let (cylinder, balls) = (2.0 * pi * r * r * h, 4.0 / 3.0 * pi * r * r * r);
+    let (c, b) = (3.0 * cylinder / (cylinder + balls), 3.0 * balls / (cylinder + balls));
+    // Half balls: their centres lie 3/8 r behind their faces.
+    let across = c * (r * r / 4.0 + h * h / 3.0) + b * (0.4 * r * r + h * h + 0.75 * h * r);
+    let along = c * r * r / 2.0 + b * 0.4 * r * r;
+    for (geom, wanted) in [
+        ("<geom size=\"0.1\" pos=\"0 0 1\" mass=\"5\"/>", inertial("0 0 1", 5.0, ball(5.0, 0.1))),
+        ("<geom size=\"0.1\"/>", inertial("0 0 0", 1000.0 * balls, ball(1000.0 * balls, 0.1))),
+        ("<geom type=\"box\" size=\"0.1 0.2 0.3\" density=\"100\"/>", {
+            let m = 100.0 * 0.048;
+            inertial("0 0 0", m, [0.13, 0.10, 0.05].map(|x| m * x / 3.0))
+        }),
+        ("<geom type=\"ellipsoid\" size=\"0.1 0.2 0.3\" mass=\"2\"/>", inertial("0 0 0", 2.0, [0.052, 0.04, 0.02])),
+        ("<geom type=\"cylinder\" size=\"0.1 0.3\" mass=\"3\"/>", inertial("0 0 0", 3.0, [0.0975, 0.0975, 0.015])),
+        ("<geom type=\"capsule\" fromto=\"0 0 0.7 0 0 0.1\" size=\"0.1\" mass=\"3\"/>", {
+            inertial("0 0 0.4", 3.0, [across, across, along])
+        }),
+        ("<geom type=\"capsule\" fromto=\"0 0.1 0 0 0.7 0\" size=\"0.1\" mass=\"3\"/>", {
+            inertial("0 0.4 0", 3.0, [across, along, across])
+        }),
+        // Two shapes, of which one is in a group that does not weigh, and a plane that never does.
+        (
+            "<geom size=\"0.1\" mass=\"5\"/><geom size=\"9\" mass=\"1\" group=\"3\"/><geom type=\"plane\" size=\"1 1 1\"/>",
+            inertial("0 0 0", 5.0, ball(5.0, 0.1)),
+        ),
+    ] {
+        same(&read(&one("inertiagrouprange=\"0 2\"", "", geom)), &read(&one("", "", &wanted)));
+    }
+    // An inertial has the last word, unless the compiler says otherwise.
+    let both = "<inertial pos=\"0 0 0\" mass=\"1\" diaginertia=\"1 1 1\"/><geom size=\"0.1\" mass=\"5\"/>";
+    let of_shape = read(&one("", "", &inertial("0 0 0", 5.0, ball(5.0, 0.1))));
+    same(&read(&one("inertiafromgeom=\"true\"", "", both)), &of_shape);
+    assert_eq!(read(&one("", "", both)).links[0].inertial.unwrap()[9], 1.0);
+    // Bounds, balance, total.
+    let x = |compiler: &str, inside: &str| read(&one(compiler, "", inside)).links[0].inertial.unwrap();
+    let thin = inertial("0 0 0", 0.5, [0.1, 0.2, 0.9]);
+    assert!((x("balanceinertia=\"true\"", &thin)[0] - 0.4).abs() < 1e-15);
+    // The frame of the link has z along x of the body, about which the joint turns.
+    assert_eq!(x("boundmass=\"2\" boundinertia=\"0.15\"", &thin)[..6], [0.2, 0.0, 0.0, 0.9, 0.0, 0.15]);
+    assert_eq!((x("boundmass=\"2\"", &thin)[9], x("settotalmass=\"4\"", &thin)[9]), (2.0, 4.0));
+    assert!((x("settotalmass=\"4\"", &thin)[3] - 7.2).abs() < 1e-14);
+}
+
+/// A mesh in the file, and its scale, as the cuboid that it is.
+#[test]
+fn a_mesh_weighs_by_what_it_encloses() {
+    let corners: Vec<String> =
+        (0..8).map(|k: u8| format!("{} {} {}", 2 * (k & 1), (k >> 1 & 1) * 2, (k >> 2 & 1) * 2)).collect();
+    let faces = "0 2 3 0 3 1 4 5 7 4 7 6 0 1 5 0 5 4 2 6 7 2 7 3 0 4 6 0 6 2 1 3 7 1 7 5";
+    for how in ["legacy", "exact"] {
+        let text = one("", "", "<geom type=\"mesh\" mesh=\"m\" density=\"10\" pos=\"0 0 1\"/>").replace(
+            "<worldbody>",
+            &format!(
+                "<asset><mesh name=\"m\" inertia=\"{how}\" scale=\"0.1 0.2 0.3\" refpos=\"1 1 1\" vertex=\"{}\" face=\"{faces}\"/>\
+                 </asset><worldbody>",
+                corners.join(" ")
+            ),
+        );
+        let cuboid = one("", "", "<geom type=\"box\" size=\"0.1 0.2 0.3\" density=\"10\" pos=\"0 0 1\"/>");
+        same(&read(&text), &read(&cuboid));
+    }
+}
+
+const ARM: &str = r#"<mujoco model="arm">
+  <compiler angle="radian"/>
+  <default>
+    <joint damping="0.1"/>
+    <default class="wrist"><joint axis="0 1 0" armature="0.02" range="-1 2"/>
+      <default class="soft"><joint frictionloss="0.3" damping="0.7"/></default></default>
+    <motor ctrlrange="-2 2"/>
+  </default>
+  <worldbody>
+    <body name="shoulder" pos="0 0 0.5" childclass="wrist">
+      <inertial pos="0.1 0 0" mass="1" diaginertia="0.01 0.02 0.03"/>
+      <joint name="pan" axis="0 0 1" class="main"/>
+      <joint name="lift" pos="0.05 0 0.1"/>
+      <frame pos="0.3 0 0" euler="0 0 0.4" childclass="soft">
+        <body name="hand" pos="0 0 0.1">
+          <joint name="reach" type="slide" axis="0.6 0 0.8" ref="0.2"/>
+          <joint name="bend"/>
+          <geom size="0.05" mass="0.4"/>
+          <body name="tip" pos="0 0 0.2"><geom size="0.02" mass="0.1"/></body>
+        </body>
+      </frame>
+    </body>
+  </worldbody>
+  <actuator><motor joint="pan" gear="50"/><position joint="lift" forcerange="-9 8"/></actuator>
+  <sensor><jointpos joint="pan"/></sensor>
+  <tendon><fixed><joint joint="pan" coef="1"/></fixed></tendon>
+</mujoco>"#;
+
+#[test]
+fn joints_take_what_their_classes_and_actuators_say() {
+    let robot = read(ARM);
+    let names: Vec<&str> = robot.coordinates.iter().map(|c| c.name.as_str()).collect();
+    assert_eq!(names, ["pan", "lift", "reach", "bend"]);
+    let joint = |k: usize| &robot.links[k].joint;
+    assert_eq!((joint(0).friction.viscous, joint(0).rotor_inertia), (Some(0.1), RotorInertia::Absent));
+    assert_eq!((joint(1).friction.viscous, joint(1).rotor_inertia), (Some(0.1), RotorInertia::Known(0.02)));
+    assert_eq!((joint(2).friction.viscous, joint(2).friction.coulomb), (Some(0.7), Some(0.3)));
+    assert_eq!((joint(2).kind, joint(3).kind), (JointKind::Prismatic, JointKind::Revolute));
+    let limits = |k: usize| robot.coordinates[k].limits;
+    assert_eq!((limits(0).position, limits(0).effort), (None, Some(100.0)));
+    assert_eq!((limits(1).position, limits(1).effort), (Some((-1.0, 2.0)), Some(9.0)));
+    // Of the links without a mass nothing is unknown.
+    assert_eq!(robot.links[0].inertial, Some([0.0; 10]));
+    assert_eq!((robot.links[0].name.as_str(), robot.links[1].name.as_str()), ("shoulder_pan", "shoulder"));
+    let parts: Vec<&str> = robot.links[3].parts.iter().map(|p| p.name.as_str()).collect();
+    assert_eq!(parts, ["hand", "tip"]);
+    let notes: Vec<String> = robot.notes.iter().map(|n| format!("{}: {}", n.subject, n.text)).collect();
+    let has = |text: &str| notes.iter().filter(|n| n.contains(text)).count();
+    assert_eq!(has("sensor, tendon in the file: not read"), 1, "{notes:?}");
+    assert_eq!(has("pan: its actuator has the gear 50"), 1, "{notes:?}");
+}
+
+/// Two joints of a body are one in a body inside the other, and `ref` is a shifted coordinate.
+#[test]
+fn several_joints_of_a_body_move_it_one_after_the_other() {
+    let nested = r#"<mujoco><compiler angle="radian"/><worldbody>
+      <body pos="0 0 0.5"><joint name="pan" axis="0 0 1"/><geom size="1e-3" mass="1e-300"/>
+        <body pos="0.05 0 0.1"><joint name="lift" axis="0 1 0" armature="0.02"/>
+          <inertial pos="0.05 0 -0.1" mass="1" diaginertia="0.01 0.02 0.03"/>
+          <body pos="0.25 0 -0.1" euler="0 0 0.4"><body pos="0 0 0.1">
+            <joint name="reach" type="slide" axis="0.6 0 0.8" armature="0.02"/><geom size="1e-3" mass="1e-300"/>
+            <body><joint name="bend" axis="0 1 0" armature="0.02"/><geom size="0.05" mass="0.4"/>
+              <geom pos="0 0 0.2" size="0.02" mass="0.1"/></body></body></body></body></body></worldbody></mujoco>"#;
+    let (arm, nested) = (read(ARM), read(nested));
+    let (q, dq, ddq) = ([0.3, -0.7, 0.4, 1.1], [1.2, 0.5, -0.8, 0.9], [0.1, -2.0, 3.0, 0.7]);
+    let (mut shifted, tau) = (q, recursion::torque(&arm, &q, &dq, &ddq));
+    shifted[2] -= 0.2;
+    for (a, b) in tau.iter().zip(recursion::torque(&nested, &shifted, &dq, &ddq)) {
+        assert!((a - b).abs() < 1e-13, "{a} {b}");
+    }
+}
+
+#[test]
+fn a_joint_equality_is_a_joint_that_follows() {
+    let tied = |equality: &str| ARM.replace("<sensor>", &format!("<equality>{equality}</equality><sensor>"));
+    let text = tied("<joint joint1=\"bend\" joint2=\"reach\" polycoef=\"0.1 -3 0 0 0\"/>");
+    let (robot, free) = (read(&text), read(ARM));
+    assert_eq!((robot.n_coordinates(), robot.links[3].joint.drive), (3, Drive::Passive));
+    let (q, dq, ddq) = ([0.3, -0.7, 0.4], [1.2, 0.5, -0.8], [0.1, -2.0, 3.0]);
+    // bend = 0.1 - 3 (reach - 0.2), since `reach` has the ref 0.2.
+    let all = |v: [f64; 3], offset: f64| [v[0], v[1], v[2], -3.0 * v[2] + offset];
+    let whole = recursion::torque(&free, &all(q, 0.7), &all(dq, 0.0), &all(ddq, 0.0));
+    let found = recursion::torque(&robot, &q, &dq, &ddq);
+    let wanted = [whole[0], whole[1], whole[2] - 3.0 * whole[3]];
+    for (a, b) in found.iter().zip(wanted) {
+        assert!((a - b).abs() < 1e-13, "{a} {b}");
+    }
+    let held = read(&tied("<joint joint1=\"bend\" polycoef=\"0.5\"/>"));
+    assert_eq!((held.n_coordinates(), held.links[3].joint.drive), (3, Drive::Locked));
+    let independent = ReadOptions { mimic: Mimic::Independent, ..options() };
+    assert_eq!(read_as(&text, independent).unwrap().n_coordinates(), 4);
+    let curve = refused(&tied("<joint joint1=\"bend\" joint2=\"reach\" polycoef=\"0 1 2\"/>"));
+    assert!(curve.contains("ties `bend` to `reach` by a curve") && curve.contains("[mimic=independent]"), "{curve}");
+    let weld = read(&tied("<weld name=\"w\" body1=\"tip\"/>"));
+    assert!(weld.notes.iter().any(|n| n.subject == "weld `w`" && n.text.contains("is not read")), "{:?}", weld.notes);
+}
+
+/// A four-bar of MJCF closes as that of the YAML does: its poses at the same angle are the same.
+#[test]
+fn a_connect_in_a_plane_is_a_loop() {
+    let text = r#"<mujoco><worldbody>
+  <body name="crank"><joint name="drive" axis="0 0 1"/><inertial pos="0.1 0 0" mass="1" diaginertia="0.1 0.1 0.1"/>
+    <body name="coupler" pos="0 0.2 0"><joint name="c" axis="0 0 1"/><inertial pos="0.3 0 0" mass="1" diaginertia="0.1 0.1 0.1"/></body></body>
+  <body name="rocker" pos="0.5 0 0"><joint name="r" axis="0 0 1"/><inertial pos="0 0.1 0" mass="1" diaginertia="0.1 0.1 0.1"/></body>
+  </worldbody>
+  <equality><connect name="pin" body1="coupler" body2="rocker" anchor="0.6 0.1 0"/></equality>
+  <actuator><motor joint="drive"/></actuator></mujoco>"#;
+    let robot = read(text);
+    // Of the three that are not driven, the sum of the angles around the loop gives one.
+    assert_eq!((robot.n_coordinates(), robot.passive.len(), robot.loops.len()), (1, 2, 1));
+    assert!(robot::closure::largest_gap(&robot, &robot.loops[0]).position > 0.1, "it closes at some places only");
+    let parallelogram = read(&text.replace("anchor=\"0.6 0.1 0\"", "anchor=\"0.5 0 0\""));
+    // Opposite sides are equal: the rocker turns as the crank, and no search is needed.
+    assert!(parallelogram.passive.is_empty(), "{:?}", parallelogram.passive);
+    let yaml = read_yaml(
+        "convention: khalil-kleinfinger\nname: p\nlinks:\n  - {link: 1, antecedent: base, theta: q1}\n  - {link: 2, antecedent: \
+         base, d: 0.5, theta: q1, drive: passive}\n",
+        "p.yaml",
+    )
+    .unwrap();
+    let rocker = parallelogram.links.iter().position(|l| l.name == "rocker").unwrap();
+    for q in [0.0, 0.4, -1.3] {
+        let frame = parallelogram.link_poses(&[q])[rocker].compose(&parallelogram.links[rocker].file_frame);
+        let wanted = yaml.link_poses(&[q])[1];
+        for i in 0..3 {
+            assert!((frame.rotation[i][0] - wanted.rotation[i][0]).abs() < 1e-12, "{q}: {frame:?} {wanted:?}");
+        }
+    }
+    let spatial = read(&text.replace("<joint name=\"r\" axis=\"0 0 1\"/>", "<joint name=\"r\" axis=\"0 1 1\"/>"));
+    assert!(spatial.loops.is_empty());
+    assert!(spatial.notes.iter().any(|n| n.subject == "connect `pin`" && n.text.contains("cut open")));
+}
+
+#[test]
+fn what_floats_is_asked_for() {
+    let text = r#"<mujoco><worldbody><geom type="plane" size="1 1 1"/>
+  <body name="trunk"><freejoint name="root"/><geom size="0.2" mass="9"/>
+    <body name="leg"><joint name="hip"/><geom size="0.1" mass="1"/></body></body>
+  <body name="ball"><freejoint/><geom size="0.1" mass="1"/></body></worldbody></mujoco>"#;
+    assert!(refused(text).contains("arm.xml:2:22: the body is free to move"), "{}", refused(text));
+    let robot = read_as(text, ReadOptions { floating_base: true, ..options() }).unwrap();
+    assert_eq!((robot.n_coordinates(), robot.base.inertial.unwrap()[9]), (1, 9.0));
+    assert!(robot.notes.iter().any(|n| n.text.contains("left out (ball)")), "{:?}", robot.notes);
+    assert_eq!(robot.floating().n_coordinates(), 7);
+    // Beside an arm on the ground, an object that floats is left out.
+    let arm = text.replace("<freejoint name=\"root\"/>", "");
+    assert_eq!(read(&arm).n_coordinates(), 1);
+}
+
+/// Each with the line, what was found and what to do.
+#[test]
+fn what_is_not_read_is_named() {
+    let body = |inside: &str| one("", "", inside);
+    for (text, place, wanted) in [
+        (body("<joint name=\"b\" type=\"ball\"/>"), "arm.xml:6:1", "is a ball"),
+        (body("<replicate count=\"3\"/>"), "arm.xml:6:1", "mj_saveLastXML"),
+        (body("<inertail mass=\"1\"/>"), "arm.xml:6:1", "did you mean <inertial>?"),
+        (body("<inertial pos=\"0 0 0\" mas=\"1\"/>"), "arm.xml:6:1", "did you mean `mass`?"),
+        (body("<geom type=\"bocks\"/>"), "arm.xml:6:1", "expected: sphere, capsule"),
+        (body("<geom type=\"box\" size=\"1 1\"/>"), "arm.xml:6:1", "a box has 3 sizes above 0"),
+        (body("<geom size=\"1\" class=\"nine\"/>"), "arm.xml:6:1", "no <default> has the class `nine`"),
+        (body("<geom size=\"one\"/>"), "arm.xml:6:1", "holds `one`, which is no number"),
+        (body("<geom type=\"mesh\" mesh=\"m\"/>"), "arm.xml:6:1", "there is no mesh `m`"),
+        (body("<joint name=\"turn\"/>"), "arm.xml:6:1", "joint `turn` stands twice, first on line 5"),
+        (body("<body name=\"arm\"/>"), "arm.xml:6:1", "body `arm` stands twice, first on line 4"),
+        (one("coordinate=\"global\"", "", ""), "arm.xml:2:1", "with an older MuJoCo"),
+        (one("eulerseq=\"abc\"", "", ""), "arm.xml:2:1", "three of the letters"),
+        (one("", "quat=\"0 0 0 0\"", ""), "arm.xml:4:1", "is zero"),
+        (one("", "quat=\"1 0 0 0\" euler=\"1 2 3\"", ""), "arm.xml:4:1", "one of them"),
+        ("<mujoco/>".into(), "arm.xml:1:1", "describes no robot"),
+        ("<mujocoinclude/>".into(), "arm.xml", "give the file with <mujoco> that includes it"),
+        ("<sdf/>".into(), "arm.xml", "SDF is not read"),
+        (
+            format!("<mujoco>{}{}</mujoco>", "<body>".repeat(400), "</body>".repeat(400)),
+            "arm.xml:1",
+            "deep in each other",
+        ),
+    ] {
+        let message = refused(&text);
+        assert!(message.starts_with(place) && message.contains(wanted), "{message}");
+    }
+}
+
+/// Includes come from below the folder of the file, once.
+#[test]
+fn includes_stay_in_the_folder() {
+    let folder = std::env::temp_dir().join(format!("rist-mjcf-{}", std::process::id()));
+    let _ = std::fs::remove_dir_all(&folder);
+    std::fs::create_dir_all(folder.join("robot/parts")).unwrap();
+    let write = |name: &str, text: &str| std::fs::write(folder.join(name), text).unwrap();
+    let model = |name: &str| {
+        format!("<mujoco><worldbody><body name=\"a\"><joint/><include file=\"{name}\"/></body></worldbody></mujoco>")
+    };
+    write(
+        "robot/parts/hand.xml",
+        "<mujocoinclude><geom size=\"0.1\" mass=\"3\"/><include file=\"nail.xml\"/></mujocoinclude>",
+    );
+    write("robot/parts/nail.xml", "<mujocoinclude><geom size=\"0.1\" mass=\"1\"/></mujocoinclude>");
+    write("outside.xml", "<mujocoinclude/>");
+    write("robot/self.xml", "<mujocoinclude><include file=\"self.xml\"/></mujocoinclude>");
+    write("robot/bad.xml", "<mujocoinclude>\n<geom size=\"x\"/></mujocoinclude>");
+    let read = |name: &str| {
+        write("robot/arm.xml", &model(name));
+        robot::format::read_with(&folder.join("robot/arm.xml"), options()).map_err(|e| e.to_string())
+    };
+    assert_eq!(read("parts/hand.xml").unwrap().links[0].inertial.unwrap()[9], 4.0);
+    for (name, wanted) in [
+        ("../outside.xml", "outside"),
+        ("/etc/passwd", "outside"),
+        ("absent.xml", "there is no"),
+        ("self.xml", "includes itself"),
+        ("bad.xml", "bad.xml:2:1: `size`"),
+    ] {
+        let message = read(name).map(|r| r.name).unwrap_err();
+        assert!(message.contains(wanted), "{name}: {message}");
+    }
+    std::fs::remove_dir_all(folder).unwrap();
+    let piped = parse_with(&model("x.xml"), std::path::Path::new("-"), options()).map(|r| r.name).unwrap_err();
+    assert!(piped.to_string().contains("has no folder to include from"), "{piped}");
+}

@@ -1,0 +1,107 @@
+//! MJCF against MuJoCo: mass matrix and bias of the models that packages for Python ship.
+//!
+//! It needs a Python with mujoco (`python3`, or `RIST_PYTHON`) and models: those of gymnasium, dm_control and robosuite
+//! where they are installed, and of the folders in `RIST_MJCF`. Where there are none, the test says so.
+
+mod recursion;
+
+use std::io::Write;
+use std::path::Path;
+use std::process::{Command, Stdio};
+
+use robot::format::{Angles, Mimic, ReadOptions, read_with};
+use robot::{Error, Robot};
+
+/// What the two may differ by, relative to the largest entry: MuJoCo holds masses by their principal axes.
+const TOLERANCE: f64 = 1e-10;
+/// The same where bodies weigh by meshes: MuJoCo holds vertices in single precision, and leaves out the smallest faces.
+const MESH_TOLERANCE: f64 = 1e-5;
+/// The same where axes that are parallel but for 1e-7 rad were taken as parallel, which the robot notes.
+const SNAPPED_TOLERANCE: f64 = 1e-8;
+
+fn python(arguments: &[&str], input: &str) -> Option<String> {
+    let program = std::env::var("RIST_PYTHON").unwrap_or_else(|_| "python3".into());
+    let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/states_of_mujoco.py");
+    let mut command = Command::new(program);
+    // MuJoCo writes its warnings into a file where it runs.
+    command
+        .arg(script)
+        .args(arguments)
+        .current_dir(std::env::temp_dir())
+        .stdin(Stdio::piped())
+        .stdout(Stdio::piped())
+        .stderr(Stdio::null());
+    let mut running = command.spawn().ok()?;
+    running.stdin.take()?.write_all(input.as_bytes()).ok()?;
+    let output = running.wait_with_output().ok()?;
+    output.status.success().then(|| String::from_utf8_lossy(&output.stdout).into_owned())
+}
+
+/// The robot as MuJoCo has it: every joint a coordinate, angles as given; and whether its base floats.
+fn read(path: &str) -> Result<(Robot, bool), Error> {
+    let options = ReadOptions { mimic: Mimic::Independent, angles: Angles::AsGiven, ..ReadOptions::default() };
+    match read_with(Path::new(path), options) {
+        Err(error) if error.message.contains("floating_base=true") => {
+            let floating = ReadOptions { floating_base: true, ..options };
+            read_with(Path::new(path), floating).map(|robot| (robot.floating(), true))
+        }
+        read => read.map(|robot| (robot, false)),
+    }
+}
+
+#[test]
+fn mass_matrix_and_bias_are_those_of_mujoco() {
+    let Some(list) = python(&["list"], "") else {
+        println!("NOT looked at: no Python with mujoco");
+        return;
+    };
+    let (mut robots, mut asked) = (Vec::new(), String::new());
+    for path in list.lines() {
+        match read(path) {
+            Ok((robot, floats)) => {
+                asked += &format!("{} {path}\n", u8::from(floats));
+                robots.push((path.to_string(), robot));
+            }
+            Err(error) => println!("refused: {error}"),
+        }
+    }
+    let answer = python(&["run"], &asked).unwrap_or_default();
+    let mut agree = 0;
+    let mut wrong = Vec::new();
+    let mut models = answer.split("model ").skip(1);
+    for (path, robot) in &robots {
+        let Some(block) = models.next() else { break };
+        let mut lines = block.lines().skip(1);
+        let first = lines.next().unwrap_or("");
+        let numbers: Vec<usize> = first.split(' ').map_while(|x| x.parse().ok()).collect();
+        let [n, by_mesh] = numbers[..] else {
+            println!("MuJoCo: {path}: {first}");
+            continue;
+        };
+        let tolerance = match (by_mesh, robot.snapped.is_empty()) {
+            (1, _) => MESH_TOLERANCE,
+            (_, false) => SNAPPED_TOLERANCE,
+            _ => TOLERANCE,
+        };
+        assert_eq!(n, robot.n_coordinates(), "{path}");
+        let worst = lines.map(|line| difference(robot, n, line)).fold(0.0, f64::max);
+        println!("{worst:.1e} {n:3} {path}");
+        if worst <= tolerance { agree += 1 } else { wrong.push(format!("{worst:.1e} {path}")) }
+    }
+    println!("{agree} models agree");
+    assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+}
+
+/// The largest difference of an entry, relative to the largest of its kind.
+fn difference(robot: &Robot, n: usize, line: &str) -> f64 {
+    let numbers: Vec<f64> = line.split(' ').map(|x| x.parse().unwrap()).collect();
+    let (q, rest) = numbers.split_at(n);
+    let (dq, rest) = rest.split_at(n);
+    let (mass, bias) = rest.split_at(n * n);
+    let (found_mass, found_bias) = recursion::mass_matrix_and_bias(robot, q, dq);
+    let of = |found: &[f64], wanted: &[f64]| {
+        let scale = wanted.iter().fold(1e-3, |s: f64, x| s.max(x.abs()));
+        found.iter().zip(wanted).map(|(a, b)| (a - b).abs() / scale).fold(0.0, f64::max)
+    };
+    of(&found_mass, mass).max(of(&found_bias, bias))
+}
