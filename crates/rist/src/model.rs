@@ -47,7 +47,7 @@ pub struct Model {
 }
 
 impl Model {
-    /// Reads a description (.yaml, .urdf, .par) and derives its dynamics.
+    /// Reads a description (.yaml, .urdf, .xml of MuJoCo, .par) and derives its dynamics.
     ///
     /// Fails with the place of what cannot be read, where a symbol has no value, and where the rank of the base
     /// parameters is not clear-cut.

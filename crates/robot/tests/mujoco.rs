@@ -98,10 +98,26 @@ fn difference(robot: &Robot, n: usize, line: &str) -> f64 {
     let (q, rest) = numbers.split_at(n);
     let (dq, rest) = rest.split_at(n);
     let (mass, bias) = rest.split_at(n * n);
-    let (found_mass, found_bias) = recursion::mass_matrix_and_bias(robot, q, dq);
+    let (found_mass, found_bias) = mass_matrix_and_bias(robot, q, dq);
     let of = |found: &[f64], wanted: &[f64]| {
         let scale = wanted.iter().fold(1e-3, |s: f64, x| s.max(x.abs()));
         found.iter().zip(wanted).map(|(a, b)| (a - b).abs() / scale).fold(0.0, f64::max)
     };
     of(&found_mass, mass).max(of(&found_bias, bias))
+}
+
+/// M(q), row by row, and the torque at rates `dq` without acceleration.
+fn mass_matrix_and_bias(robot: &Robot, q: &[f64], dq: &[f64]) -> (Vec<f64>, Vec<f64>) {
+    let n = dq.len();
+    let rest = vec![0.0; n];
+    let still = recursion::torque(robot, q, &rest, &rest);
+    let mut matrix = vec![0.0; n * n];
+    for k in 0..n {
+        let mut unit = rest.clone();
+        unit[k] = 1.0;
+        for (i, (moved, still)) in recursion::torque(robot, q, &rest, &unit).iter().zip(&still).enumerate() {
+            matrix[i * n + k] = moved - still;
+        }
+    }
+    (matrix, recursion::torque(robot, q, dq, &rest))
 }

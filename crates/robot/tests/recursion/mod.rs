@@ -23,7 +23,7 @@ fn dot(a: Vector, b: Vector) -> f64 {
 }
 
 /// tau(q, dq, ddq), N m (N), rotors included.
-pub fn torque(robot: &Robot, q: &[f64], dq: &[f64], ddq: &[f64]) -> Vec<f64> {
+pub(crate) fn torque(robot: &Robot, q: &[f64], dq: &[f64], ddq: &[f64]) -> Vec<f64> {
     let poses = robot.link_poses(q);
     let gravity = robot.gravity_number().map(|g| -g);
     // w, dw, a of each link, at its origin.
@@ -86,20 +86,4 @@ fn wrench(x: &[f64; 10], r: &[[f64; 3]; 3], [w, dw, a]: [Vector; 3]) -> [Vector;
     let f = plus(times(a, m), plus(cross(dw, s), cross(w, cross(w, s))));
     let n = plus(inertia(dw), plus(cross(w, inertia(w)), cross(s, a)));
     [f, n]
-}
-
-/// M(q), row by row, and the torque at rates `dq` without acceleration.
-pub fn mass_matrix_and_bias(robot: &Robot, q: &[f64], dq: &[f64]) -> (Vec<f64>, Vec<f64>) {
-    let n = dq.len();
-    let rest = vec![0.0; n];
-    let still = torque(robot, q, &rest, &rest);
-    let mut matrix = vec![0.0; n * n];
-    for k in 0..n {
-        let mut unit = rest.clone();
-        unit[k] = 1.0;
-        for (i, (moved, still)) in torque(robot, q, &rest, &unit).iter().zip(&still).enumerate() {
-            matrix[i * n + k] = moved - still;
-        }
-    }
-    (matrix, torque(robot, q, dq, &rest))
 }
