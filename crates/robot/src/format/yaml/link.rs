@@ -1,5 +1,6 @@
 //! One link of a YAML description: its place, its joint and what is known of its motor.
 
+use super::convention::Convention;
 use crate::error::Error;
 use crate::format::budget::MAX_LINKS;
 use crate::format::expression::Names;
@@ -9,25 +10,9 @@ use crate::robot::{Drive, Friction, JointKind, Limits, LinkId, ModifiedDh, Passi
 use crate::value::Affine;
 use crate::value::{CoordinateId, Value};
 
-/// The keys of a link.
-const LINK_KEYS: [&str; 16] = [
-    "link",
-    "name",
-    "antecedent",
-    "joint",
-    "drive",
-    "gamma",
-    "b",
-    "alpha",
-    "d",
-    "theta",
-    "r",
-    "start",
-    "rotor_inertia",
-    "friction",
-    "limits",
-    "drive_gain",
-];
+/// The keys of a link beside its placement.
+const LINK_KEYS: [&str; 10] =
+    ["link", "name", "antecedent", "joint", "drive", "start", "rotor_inertia", "friction", "limits", "drive_gain"];
 
 /// A link whose keys are known, its values not yet read.
 #[derive(Clone, Debug)]
@@ -37,11 +22,12 @@ pub(super) struct Draft<'a> {
     pub fields: Fields<'a>,
     pub kind: JointKind,
     pub drive: Drive,
+    pub convention: Convention,
     index: usize,
 }
 
 /// The links of the description, in its order, each with a label of its own.
-pub(super) fn drafts<'a>(source: Source<'a>, node: &'a Node) -> Result<Vec<Draft<'a>>, Error> {
+pub(super) fn drafts<'a>(source: Source<'a>, node: &'a Node, convention: Convention) -> Result<Vec<Draft<'a>>, Error> {
     let items = node.list(source, "`links`")?;
     if items.is_empty() {
         return Err(source.at(node, "a robot has one link at least; `links` is empty"));
@@ -51,8 +37,9 @@ pub(super) fn drafts<'a>(source: Source<'a>, node: &'a Node) -> Result<Vec<Draft
     }
     let mut drafts: Vec<Draft> = Vec::with_capacity(items.len());
     let mut seen = std::collections::BTreeMap::new();
+    let keys = [&LINK_KEYS[..5], convention.placement_keys(), &LINK_KEYS[5..]].concat();
     for (index, node) in items.iter().enumerate() {
-        let fields = node.fields(source, "a link", &LINK_KEYS)?;
+        let fields = node.fields(source, "a link", &keys)?;
         let called = fields.require("link")?;
         let label = called.word(source, "`link`")?;
         if !label.chars().all(|c| c.is_alphanumeric() || c == '_') || label == "base" {
@@ -76,7 +63,7 @@ pub(super) fn drafts<'a>(source: Source<'a>, node: &'a Node) -> Result<Vec<Draft
                 drive
             }
         };
-        drafts.push(Draft { label, node, fields, kind, drive, index });
+        drafts.push(Draft { label, node, fields, kind, drive, convention, index });
     }
     Ok(drafts)
 }
@@ -88,22 +75,17 @@ pub(super) fn joint_kind(source: Source, fields: &Fields, default: JointKind) ->
     Ok([JointKind::Revolute, JointKind::Prismatic, JointKind::Fixed][which])
 }
 
-/// The key that holds a joint variable.
-pub(super) fn variable_key(kind: JointKind) -> &'static str {
-    if kind == JointKind::Prismatic { "r" } else { "theta" }
-}
-
 /// The passive coordinate of a joint whose variable the file does not give. The loops determine it, and a search for it
 /// begins at `start`.
 pub(super) fn passive_coordinate(
     source: Source,
     names: &Names,
     fields: &Fields,
-    kind: JointKind,
+    (kind, convention): (JointKind, Convention),
     label: &str,
     passive: &mut Vec<PassiveCoordinate>,
 ) -> Result<Option<CoordinateId>, Error> {
-    let (key, start) = (variable_key(kind), fields.get("start"));
+    let (key, start) = (convention.variable_key(kind), fields.get("start"));
     if kind == JointKind::Fixed || fields.get(key).is_some() {
         return match start {
             Some(node) => Err(source.at(node, format!("`start` belongs to a passive joint without {key}"))),
@@ -111,6 +93,7 @@ pub(super) fn passive_coordinate(
         };
     }
     let start = start.map(|n| names.number(source, "`start`", n)).transpose()?.unwrap_or(0.0);
+    let start = convention.si_of(kind, start);
     let separator = if label.starts_with(|c: char| c.is_ascii_digit()) { "" } else { "_" };
     passive.push(PassiveCoordinate { name: format!("{key}{separator}{label}"), start });
     Ok(Some(CoordinateId(names.coordinates.len() + passive.len() - 1)))
@@ -123,15 +106,26 @@ pub(super) fn placement(
     names: &Names,
     fields: &Fields,
     what: &str,
-    kind: JointKind,
+    (kind, convention): (JointKind, Convention),
     unknown: Option<CoordinateId>,
 ) -> Result<(ModifiedDh, Affine), Error> {
     let mut variable = unknown.map_or(Affine::constant(Value::ZERO), Affine::coordinate);
-    let mut read = |key: &str, moving: bool| -> Result<Value, Error> {
-        let Some(node) = fields.get(key) else { return Ok(Value::ZERO) };
+    let mut read = |parameter: &str, moving: bool| -> Result<Value, Error> {
+        let Some((key, node)) = convention.key(parameter).and_then(|key| Some((key, fields.get(key)?))) else {
+            return Ok(Value::ZERO);
+        };
         let named = format!("{key} of {what}");
+        // In the units of the file, and no angle beyond a turn.
+        let in_si = |value: Value| {
+            let value = convention.si(parameter, value);
+            let is_angle = ["gamma", "alpha", "theta"].contains(&parameter);
+            match convention.refused_angle(&value, &names.symbols).filter(|_| is_angle) {
+                Some(why) => Err(source.at(node, format!("{named} {why}"))),
+                None => Ok(value),
+            }
+        };
         if !moving {
-            return names.constant(source, &named, node);
+            return in_si(names.constant(source, &named, node)?);
         }
         let value = names.variable(source, &named, node)?;
         let affine = Affine::from_value(&value, &names.symbols).ok_or_else(|| {
@@ -147,7 +141,7 @@ pub(super) fn placement(
             names.finite(source, &named, node, *coefficient)?;
         }
         variable.terms = affine.terms;
-        Ok(affine.offset)
+        in_si(affine.offset)
     };
     let geometry = ModifiedDh {
         gamma: read("gamma", false)?,
@@ -163,7 +157,7 @@ pub(super) fn placement(
 impl<'a> Draft<'a> {
     /// The key that holds the joint variable.
     pub(super) fn variable_key(&self) -> &'static str {
-        variable_key(self.kind)
+        self.convention.variable_key(self.kind)
     }
 
     pub(super) fn variable_node(&self) -> Option<&'a Node> {
@@ -202,10 +196,13 @@ impl<'a> Draft<'a> {
     ) -> Result<(ModifiedDh, Affine), Error> {
         let what = format!("link {}", self.label);
         let unknown = match self.drive {
-            Drive::Passive => passive_coordinate(source, names, &self.fields, self.kind, &self.label, passive)?,
+            Drive::Passive => {
+                passive_coordinate(source, names, &self.fields, (self.kind, self.convention), &self.label, passive)?
+            }
             _ => None,
         };
-        let (geometry, variable) = placement(source, names, &self.fields, &what, self.kind, unknown)?;
+        let (geometry, variable) =
+            placement(source, names, &self.fields, &what, (self.kind, self.convention), unknown)?;
         let node = self.variable_node().unwrap_or(self.node);
         let key = self.variable_key();
         match (self.kind, self.drive, &variable.terms[..]) {
@@ -261,7 +258,7 @@ impl<'a> Draft<'a> {
             let degrees = format!("{key}_deg");
             match (fields.get(key), fields.get(&degrees)) {
                 (Some(_), Some(n)) => Err(source.at(n, format!("`{degrees}` stands beside `{key}`: one of them"))),
-                (Some(n), None) => Ok(Some((n, 1.0))),
+                (Some(n), None) => Ok(Some((n, self.convention.si_of(self.kind, 1.0)))),
                 (None, Some(n)) if self.kind == JointKind::Prismatic => {
                     Err(source.at(n, format!("the joint of link {} slides: `{key}` in m, not degrees", self.label)))
                 }

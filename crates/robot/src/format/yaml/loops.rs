@@ -1,5 +1,6 @@
 //! The loops of a YAML description: pairs of frames that coincide wherever the robot goes.
 
+use super::convention::Convention;
 use super::link::{Draft, find_link, joint_kind, passive_coordinate, placement};
 use crate::closure;
 use crate::error::Error;
@@ -7,8 +8,8 @@ use crate::format::expression::Names;
 use crate::format::node::{Node, Source};
 use crate::robot::{JointKind, Loop, LoopFrame, PassiveCoordinate, Robot};
 
-/// The keys of a frame that closes a loop.
-const FRAME_KEYS: [&str; 9] = ["antecedent", "joint", "gamma", "b", "alpha", "d", "theta", "r", "start"];
+/// The keys of a frame that closes a loop, beside its placement.
+const FRAME_KEYS: [&str; 3] = ["antecedent", "joint", "start"];
 
 /// Reads `loops: [{cut: {..}, twin: {..}}]`; a cut moves as a revolute joint unless it says
 /// otherwise, a twin is fixed to its link. A cut without its variable is a passive coordinate.
@@ -17,13 +18,20 @@ pub(super) fn loops(
     node: &Node,
     names: &Names,
     drafts: &[Draft],
+    convention: Convention,
     passive: &mut Vec<PassiveCoordinate>,
 ) -> Result<Vec<Loop>, Error> {
+    if !convention.has_loops() {
+        let message = "loops are written with `convention: khalil-kleinfinger` or `craig`, whose frames stand at the near \
+                       ends of links";
+        return Err(source.at(node, message));
+    }
     let mut loops = Vec::new();
     for (k, item) in node.list(source, "`loops`")?.iter().enumerate() {
         let fields = item.fields(source, "a loop", &["cut", "twin"])?;
-        let mut frame =
-            |key: &str, kind| loop_frame(source, fields.require(key)?, names, drafts, k, key, kind, passive);
+        let mut frame = |key: &str, kind| {
+            loop_frame(source, fields.require(key)?, names, drafts, (k, convention), key, kind, passive)
+        };
         loops.push(Loop { cut: frame("cut", JointKind::Revolute)?, twin: frame("twin", JointKind::Fixed)? });
     }
     Ok(loops)
@@ -34,20 +42,22 @@ fn loop_frame(
     node: &Node,
     names: &Names,
     drafts: &[Draft],
-    k: usize,
+    (k, convention): (usize, Convention),
     key: &str,
     default: JointKind,
     passive: &mut Vec<PassiveCoordinate>,
 ) -> Result<LoopFrame, Error> {
     let what = format!("the {key} of loop {}", k + 1);
-    let fields = node.fields(source, &what, &FRAME_KEYS)?;
+    let keys = [&FRAME_KEYS[..2], convention.placement_keys(), &FRAME_KEYS[2..]].concat();
+    let fields = node.fields(source, &what, &keys)?;
     let carrier = fields.require("antecedent")?;
     let word = carrier.word(source, "`antecedent`")?;
     let antecedent =
         find_link(drafts, &word, drafts.len()).map_err(|e| source.at(carrier, format!("antecedent of {what}: {e}")))?;
     let kind = joint_kind(source, &fields, default)?;
-    let unknown = passive_coordinate(source, names, &fields, kind, &format!("{key}{}", k + 1), passive)?;
-    let (geometry, variable) = placement(source, names, &fields, &what, kind, unknown)?;
+    let kinds = (kind, convention);
+    let unknown = passive_coordinate(source, names, &fields, kinds, &format!("{key}{}", k + 1), passive)?;
+    let (geometry, variable) = placement(source, names, &fields, &what, kinds, unknown)?;
     Ok(LoopFrame { antecedent, geometry, kind, variable })
 }
 

@@ -1,8 +1,10 @@
 //! The YAML of this program.
 
+mod convention;
 mod link;
 mod loops;
 mod read;
+mod standard_parameters;
 mod write;
 
 pub use read::read_yaml;

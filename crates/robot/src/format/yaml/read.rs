@@ -2,14 +2,18 @@
 //!
 //! iTj = Rz(gamma) Tz(b) Rx(alpha) Tx(d) Rz(theta) Tz(r)  [Khalil, Kleinfinger 1986]
 //!
+//! Tables of Craig, and of Denavit and Hartenberg, in degrees or millimetres too, become this one (convention.rs).
+//!
 //! Any number may be an expression in the symbols. The variable of a joint (theta of a revolute
 //! one, r of a prismatic one) may also name coordinates and is affine in them: its constant part
 //! goes into the geometry, its linear part into [`crate::Joint::variable`]. A passive joint or a cut
 //! whose variable is left out is found from the loops ([`crate::passive`]). The keys are listed in
 //! the constants below and in link.rs; an unknown key is refused.
 
+use super::convention::Convention;
 use super::link::{Draft, drafts};
 use super::loops::{check_closure, check_passive, loops};
+use super::standard_parameters::standard_parameters;
 use crate::angle_snap::snap_angles;
 use crate::error::Error;
 use crate::format::budget::MAX_DESCRIPTION_BYTES;
@@ -18,14 +22,15 @@ use crate::format::node::{Content, Fields, Node, Source};
 use crate::format::options::ReadOptions;
 use crate::format::suggestion::did_you_mean;
 use crate::inertial::Pose;
-use crate::parameter::Inertial;
 use crate::passive;
 use crate::robot::{Base, Coordinate, Drive, Joint, JointKind, Limits, Link, PassiveCoordinate, Robot, RotorInertia};
 use crate::value::{CoordinateId, Value};
 
 /// The keys of the robot.
-const ROOT_KEYS: [&str; 10] = [
+const ROOT_KEYS: [&str; 12] = [
     "convention",
+    "angles",
+    "lengths",
     "name",
     "source",
     "gravity",
@@ -58,8 +63,9 @@ pub(in crate::format) fn read_yaml_with(text: &str, file: &str, options: ReadOpt
     if matches!(root.content, Content::Null) {
         return Err(source.error(1, 1, "the file is empty; expected a robot with `convention: khalil-kleinfinger`"));
     }
-    check_convention(source, &root)?;
+    let convention = Convention::of(source, &root)?;
     let fields = root.fields(source, "the robot", &ROOT_KEYS)?;
+    let convention = convention.with_units(source, &fields)?;
     let name = fields.require("name")?.word(source, "`name`")?;
     let cited = fields.get("source").map(|n| n.word(source, "`source`")).transpose()?;
 
@@ -67,7 +73,7 @@ pub(in crate::format) fn read_yaml_with(text: &str, file: &str, options: ReadOpt
     names.set_values(source, options.values)?;
     // Links are drafts until the coordinates are known, since variables name them.
     let gravity = gravity(source, &fields, &names)?;
-    let drafts = drafts(source, fields.require("links")?)?;
+    let drafts = drafts(source, fields.require("links")?, convention)?;
     names.coordinates = match fields.get("coordinates") {
         Some(node) => listed_coordinates(source, node, &names)?,
         None => found_coordinates(source, &drafts, &names)?,
@@ -82,17 +88,14 @@ pub(in crate::format) fn read_yaml_with(text: &str, file: &str, options: ReadOpt
     let mut coordinates: Vec<Coordinate> =
         names.coordinates.iter().map(|c| Coordinate { name: c.clone(), limits: Limits::default() }).collect();
     assign_coordinates(source, &fields, &names, &drafts, &links, &mut coordinates)?;
-    if let Some(node) = fields.get("standard_parameters") {
-        standard_parameters(source, node, &names, &mut links)?;
-    }
     let loops = match fields.get("loops") {
-        Some(node) => loops(source, node, &names, &drafts, &mut passive)?,
+        Some(node) => loops(source, node, &names, &drafts, convention, &mut passive)?,
         None => Vec::new(),
     };
     let mut robot = Robot {
         name,
         source: cited,
-        symbols: names.symbols,
+        symbols: names.symbols.clone(),
         coordinates,
         passive,
         links,
@@ -103,6 +106,11 @@ pub(in crate::format) fn read_yaml_with(text: &str, file: &str, options: ReadOpt
         notes: vec![],
         snapped: vec![],
     };
+    let places = convention.to_near_ends(&mut robot, options.angles);
+    if let Some(node) = fields.get("standard_parameters") {
+        standard_parameters(source, node, &names, convention, &places, &mut robot.links)?;
+    }
+    robot.notes.extend(convention.far_away(&robot));
     snap_angles(&mut robot, options.angles);
     check_passive(source, &robot, &drafts)?;
     if let Some(node) = fields.get("loops") {
@@ -110,29 +118,6 @@ pub(in crate::format) fn read_yaml_with(text: &str, file: &str, options: ReadOpt
     }
     check_closure(source, fields.get("loops"), &robot)?;
     Ok(robot)
-}
-
-fn check_convention(source: Source, root: &Node) -> Result<(), Error> {
-    let entries = root.map(source, "a robot description")?;
-    let Some((_, node)) = entries.iter().find(|(k, _)| k.text == "convention") else {
-        let near = did_you_mean("convention", entries.iter().map(|(k, _)| k.text.as_str()));
-        let message = "`convention: khalil-kleinfinger` is missing: Denavit-Hartenberg parameters mean nothing \
-                       before their convention is named";
-        return Err(source.at(root, format!("{message}{}", near.replace("did you mean", "found"))));
-    };
-    let advice = match &node.content {
-        Content::Text(t) if t == "khalil-kleinfinger" => return Ok(()),
-        Content::Text(t) if t == "craig" => {
-            "Craig's a_(i-1), alpha_(i-1), d_i, theta_i are d, alpha, r, theta of link i here: rename them and say \
-             `convention: khalil-kleinfinger`"
-        }
-        Content::Text(t) if matches!(t.as_str(), "standard" | "paul" | "classical" | "distal") => {
-            "standard Denavit-Hartenberg frames sit at the far end of each link; move each row's a and alpha to the \
-             next link's d and alpha and say `convention: khalil-kleinfinger`"
-        }
-        _ => "expected `khalil-kleinfinger`",
-    };
-    Err(source.at(node, format!("the convention {} is not read: {advice}", node.kind())))
 }
 
 fn symbols(source: Source, fields: &Fields) -> Result<Names, Error> {
@@ -307,28 +292,4 @@ fn assign_coordinates(
             Err(source.at(listed.unwrap_or(drafts[0].node), message))
         }
     }
-}
-
-/// XX .. M of some links, about the origin of the link frame, and IA where the joint has one.
-fn standard_parameters(source: Source, node: &Node, names: &Names, links: &mut [Link]) -> Result<(), Error> {
-    let letters = Inertial::BODY.map(Inertial::letters);
-    let valid: Vec<&str> = letters.iter().copied().chain(["IA"]).collect();
-    for (key, value) in node.map(source, "`standard_parameters`")? {
-        let labels: Vec<String> = links.iter().map(|l| l.label.clone()).collect();
-        let Some(j) = labels.iter().position(|l| *l == key.text) else {
-            let meant = did_you_mean(&key.text, labels.iter().map(String::as_str));
-            return Err(source.at_key(key, format!("no link is called `{}`{meant}", key.text)));
-        };
-        let what = format!("the standard parameters of link {}", key.text);
-        let fields = value.fields(source, &what, &valid)?;
-        let mut x = [0.0; 10];
-        for (x, letters) in x.iter_mut().zip(letters) {
-            *x = names.number(source, letters, fields.require(letters)?)?;
-        }
-        links[j].inertial = Some(x);
-        if let Some(node) = fields.get("IA") {
-            links[j].joint.rotor_inertia = RotorInertia::Known(names.number(source, "IA", node)?);
-        }
-    }
-    Ok(())
 }

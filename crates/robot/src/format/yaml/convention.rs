@@ -1,0 +1,221 @@
+//! How a description writes its placements: whose table, and in which units.
+//!
+//! Every table ends in the six parameters of Khalil and Kleinfinger:
+//!
+//! | `convention` | row of joint i | becomes |
+//! |---|---|---|
+//! | `khalil-kleinfinger` | gamma b alpha d theta r | itself |
+//! | `craig` | alpha_(i-1) a_(i-1) d_i theta_i | alpha, d, r, theta: the frames are the same |
+//! | `denavit-hartenberg` | theta_i d_i a_i alpha_i | theta and r of link i; a and alpha go to the links that i carries |
+//!
+//! In the last, frame i stands at the far end of link i, at Tx(a_i) Rx(alpha_i) in the frame here, and the body of link i
+//! is given in it: A_i = Rz(theta_i) Tz(d_i) Tx(a_i) Rx(alpha_i) [Denavit, Hartenberg 1955].
+
+use std::f64::consts::PI;
+
+use crate::angle_snap::{Angles, computed_angle, given_angle};
+use crate::error::Error;
+use crate::format::node::{Content, Fields, Node, Source};
+use crate::format::suggestion::did_you_mean;
+use crate::inertial::Pose;
+use crate::kinematics::sin_cos;
+use crate::robot::{JointKind, Link, ModifiedDh, Note, Robot};
+use crate::value::{Symbol, Value};
+use crate::vector::rotation_by;
+
+/// A longer length of a table is likelier given in millimetres, m.
+const LONGEST_LENGTH_M: f64 = 20.0;
+
+/// Whose table the rows are.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Table {
+    KhalilKleinfinger,
+    Craig,
+    DenavitHartenberg,
+}
+
+/// The convention and the units of a description.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Convention {
+    table: Table,
+    degrees: bool,
+    millimetres: bool,
+}
+
+/// The words of `convention`; those after the third are other names of the last table.
+const CONVENTIONS: [(&str, Table); 7] = [
+    ("khalil-kleinfinger", Table::KhalilKleinfinger),
+    ("craig", Table::Craig),
+    ("denavit-hartenberg", Table::DenavitHartenberg),
+    ("standard", Table::DenavitHartenberg),
+    ("classical", Table::DenavitHartenberg),
+    ("distal", Table::DenavitHartenberg),
+    ("paul", Table::DenavitHartenberg),
+];
+
+impl Convention {
+    /// `convention` of a description; its units are those of SI until [`Convention::with_units`].
+    pub(super) fn of(source: Source, root: &Node) -> Result<Convention, Error> {
+        let entries = root.map(source, "a robot description")?;
+        let Some((_, node)) = entries.iter().find(|(k, _)| k.text == "convention") else {
+            let near = did_you_mean("convention", entries.iter().map(|(k, _)| k.text.as_str()));
+            let message = "`convention` is missing: Denavit-Hartenberg parameters mean nothing before it is named: \
+                           khalil-kleinfinger, craig or denavit-hartenberg";
+            return Err(source.at(root, format!("{message}{}", near.replace("did you mean", "found"))));
+        };
+        let known = CONVENTIONS.iter().find(|known| matches!(&node.content, Content::Text(t) if t == known.0));
+        match known {
+            Some((_, table)) => Ok(Convention { table: *table, degrees: false, millimetres: false }),
+            None => {
+                let meant = match &node.content {
+                    Content::Text(text) => did_you_mean(text, CONVENTIONS.iter().map(|known| known.0)),
+                    _ => String::new(),
+                };
+                let message = format!(
+                    "the convention {} is not read: expected `khalil-kleinfinger`, `craig` or `denavit-hartenberg`{meant}",
+                    node.kind()
+                );
+                Err(source.at(node, message))
+            }
+        }
+    }
+
+    /// The same in the units of `angles` and `lengths`.
+    pub(super) fn with_units(mut self, source: Source, fields: &Fields) -> Result<Convention, Error> {
+        if let Some(node) = fields.get("angles") {
+            self.degrees = node.choice(source, "`angles`", &["rad", "deg"])? == 1;
+        }
+        if let Some(node) = fields.get("lengths") {
+            self.millimetres = node.choice(source, "`lengths`", &["m", "mm"])? == 1;
+        }
+        Ok(self)
+    }
+
+    /// The keys of a placement.
+    pub(super) fn placement_keys(self) -> &'static [&'static str] {
+        match self.table {
+            Table::KhalilKleinfinger => &["gamma", "b", "alpha", "d", "theta", "r"],
+            _ => &["alpha", "a", "theta", "d"],
+        }
+    }
+
+    /// The key that holds one of gamma b alpha d theta r, where the table has it.
+    pub(super) fn key(self, parameter: &str) -> Option<&'static str> {
+        match (self.table, parameter) {
+            (_, "alpha") => Some("alpha"),
+            (_, "theta") => Some("theta"),
+            (Table::KhalilKleinfinger, "gamma") => Some("gamma"),
+            (Table::KhalilKleinfinger, "b") => Some("b"),
+            (Table::KhalilKleinfinger, "d") => Some("d"),
+            (Table::KhalilKleinfinger, "r") => Some("r"),
+            (_, "d") => Some("a"),
+            (_, "r") => Some("d"),
+            _ => None,
+        }
+    }
+
+    /// The key that holds a joint variable.
+    pub(super) fn variable_key(self, kind: JointKind) -> &'static str {
+        self.key(if kind == JointKind::Prismatic { "r" } else { "theta" }).unwrap_or("theta")
+    }
+
+    /// What one of gamma b alpha d theta r stands for, rad or m.
+    pub(super) fn si(self, parameter: &str, value: Value) -> Value {
+        let is_angle = matches!(parameter, "gamma" | "alpha" | "theta");
+        let number = |x: f64| Box::new(Value::Number(x));
+        match value {
+            _ if is_angle && !self.degrees || !is_angle && !self.millimetres => value,
+            // A multiple of a right angle stays exact.
+            Value::Number(x) if is_angle => computed_angle_of_any_turn(x),
+            Value::Number(x) => Value::Number(x / 1000.0),
+            value if is_angle => Value::Div(Box::new(Value::Mul(Box::new(value), Box::new(Value::Pi))), number(180.0)),
+            value => Value::Div(Box::new(value), number(1000.0)),
+        }
+    }
+
+    /// What a number of a turning or sliding joint stands for, rad or m.
+    pub(super) fn si_of(self, kind: JointKind, x: f64) -> f64 {
+        match kind {
+            JointKind::Prismatic if self.millimetres => x / 1000.0,
+            JointKind::Revolute if self.degrees => x * PI / 180.0,
+            _ => x,
+        }
+    }
+
+    pub(super) fn length(self, x: f64) -> f64 {
+        if self.millimetres { x / 1000.0 } else { x }
+    }
+
+    /// What speaks against an angle: no robot is turned by more than once around.
+    pub(super) fn refused_angle(self, angle: &Value, symbols: &[Symbol]) -> Option<String> {
+        let x = angle.number(symbols);
+        // One that a symbol gives may be the user's own.
+        if x.abs() <= 2.0 * PI || has_symbol(angle) {
+            return None;
+        }
+        let advice = if self.degrees { "write it within one turn" } else { "degrees are read with `angles: deg`" };
+        Some(format!("is {x:.4} rad, more than a whole turn: {advice}"))
+    }
+
+    /// Moves what stands at the far end of each link to the links that it carries, and gives the place of the far frame
+    /// in the frame of each link.
+    pub(super) fn to_near_ends(self, robot: &mut Robot, angles: Angles) -> Vec<Pose> {
+        if self.table != Table::DenavitHartenberg {
+            return vec![Pose::IDENTITY; robot.links.len()];
+        }
+        let far: Vec<(Value, Value)> =
+            robot.links.iter().map(|l| (l.geometry.alpha.clone(), l.geometry.d.clone())).collect();
+        for link in &mut robot.links {
+            let (alpha, d) = link.antecedent.map_or((Value::ZERO, Value::ZERO), |i| far[i.0].clone());
+            link.geometry = ModifiedDh { alpha, d, ..link.geometry.clone() };
+        }
+        let place = |(alpha, a): &(Value, Value)| {
+            let meant = match alpha.as_multiple_of_pi(&robot.symbols) {
+                Some(_) => alpha.clone(),
+                None => given_angle(alpha.number(&robot.symbols), angles),
+            };
+            let rotation = rotation_by([1.0, 0.0, 0.0], sin_cos(&meant, &robot.symbols));
+            Pose { rotation, position: [a.number(&robot.symbols), 0.0, 0.0] }
+        };
+        let places: Vec<Pose> = far.iter().map(place).collect();
+        for (link, place) in robot.links.iter_mut().zip(&places) {
+            link.file_frame = *place;
+            link.frames = vec![(link.name.clone(), *place)];
+        }
+        places
+    }
+
+    /// A note on the longest length of a table that is too long for a robot.
+    pub(super) fn far_away(self, robot: &Robot) -> Option<Note> {
+        let lengths = |link: &Link| {
+            [&link.geometry.b, &link.geometry.d, &link.geometry.r].map(|v| v.number(&robot.symbols).abs())
+        };
+        let longest = |link: &Link| lengths(link).into_iter().fold(0.0, f64::max);
+        let link = robot.links.iter().max_by(|a, b| longest(a).total_cmp(&longest(b)))?;
+        let length = longest(link);
+        let text = format!("a length of it is {length} m: millimetres are read with `lengths: mm`");
+        (length > LONGEST_LENGTH_M).then(|| Note { subject: format!("link {}", link.label), text })
+    }
+
+    /// Whether loops can be written: their frames are Khalil's.
+    pub(super) fn has_loops(self) -> bool {
+        self.table != Table::DenavitHartenberg
+    }
+}
+
+/// An angle in degrees, rad, an exact multiple of pi where it is one.
+fn computed_angle_of_any_turn(degrees: f64) -> Value {
+    let angle = degrees * PI / 180.0;
+    if angle.abs() <= PI { computed_angle(angle) } else { Value::Number(angle) }
+}
+
+fn has_symbol(value: &Value) -> bool {
+    match value {
+        Value::Symbol(_) => true,
+        Value::Number(_) | Value::Pi | Value::Coordinate(_) => false,
+        Value::Neg(a) | Value::Sqrt(a) | Value::Sin(a) | Value::Cos(a) => has_symbol(a),
+        Value::Add(a, b) | Value::Sub(a, b) | Value::Mul(a, b) | Value::Div(a, b) | Value::Atan2(a, b) => {
+            has_symbol(a) || has_symbol(b)
+        }
+    }
+}

@@ -1,0 +1,83 @@
+//! What a description says of the bodies of its links.
+//!
+//! Of a link either XX .. M about the origin of its frame, or its mass, its centre of mass and the inertia about that.
+//! The frame is that of the convention of the file.
+
+use super::convention::Convention;
+use crate::error::Error;
+use crate::format::expression::Names;
+use crate::format::node::{Fields, Node, Source};
+use crate::format::suggestion::did_you_mean;
+use crate::inertial::{Part, Pose, transform_inertial};
+use crate::parameter::Inertial;
+use crate::robot::{Link, RotorInertia};
+
+/// The keys of a body about its centre of mass.
+const BODY_KEYS: [&str; 3] = ["mass", "centre_of_mass", "inertia"];
+/// The entries of an inertia.
+const ENTRIES: [&str; 6] = ["xx", "xy", "xz", "yy", "yz", "zz"];
+
+/// Reads `standard_parameters`; `places`: the frame of the convention in that of each link.
+pub(super) fn standard_parameters(
+    source: Source,
+    node: &Node,
+    names: &Names,
+    convention: Convention,
+    places: &[Pose],
+    links: &mut [Link],
+) -> Result<(), Error> {
+    let letters = Inertial::BODY.map(Inertial::letters);
+    let valid: Vec<&str> = letters.iter().copied().chain(["IA"]).chain(BODY_KEYS).collect();
+    for (key, value) in node.map(source, "`standard_parameters`")? {
+        let labels: Vec<String> = links.iter().map(|l| l.label.clone()).collect();
+        let Some(j) = labels.iter().position(|l| *l == key.text) else {
+            let meant = did_you_mean(&key.text, labels.iter().map(String::as_str));
+            return Err(source.at_key(key, format!("no link is called `{}`{meant}", key.text)));
+        };
+        let what = format!("the standard parameters of link {}", key.text);
+        let fields = value.fields(source, &what, &valid)?;
+        let about_centre = BODY_KEYS.iter().any(|key| fields.get(key).is_some());
+        let x = match (about_centre, letters.iter().find_map(|key| fields.get(key))) {
+            (true, Some(other)) => {
+                let message = "is given about its origin (XX .. M) and about its centre of mass (mass, centre_of_mass, \
+                               inertia): one of them";
+                return Err(source.at(other, format!("link {} {message}", key.text)));
+            }
+            (true, None) => body(source, &fields, names, convention)?,
+            (false, _) => {
+                let mut x = [0.0; 10];
+                for (x, letters) in x.iter_mut().zip(letters) {
+                    *x = names.number(source, letters, fields.require(letters)?)?;
+                }
+                x
+            }
+        };
+        links[j].inertial = Some(if places[j] == Pose::IDENTITY { x } else { transform_inertial(&x, &places[j]) });
+        if let Some(node) = fields.get("IA") {
+            links[j].joint.rotor_inertia = RotorInertia::Known(names.number(source, "IA", node)?);
+        }
+    }
+    Ok(())
+}
+
+/// XX .. M of a body given about its centre of mass.
+fn body(source: Source, fields: &Fields, names: &Names, convention: Convention) -> Result<[f64; 10], Error> {
+    let mass = names.number(source, "`mass`", fields.require("mass")?)?;
+    let node = fields.require("centre_of_mass")?;
+    let [x, y, z] = node.list(source, "`centre_of_mass`")? else {
+        return Err(source.at(node, format!("`centre_of_mass` is [x, y, z], found {}", node.kind())));
+    };
+    let mut position = [0.0; 3];
+    for (position, node) in position.iter_mut().zip([x, y, z]) {
+        *position = convention.length(names.number(source, "`centre_of_mass`", node)?);
+    }
+    let mut inertia = [0.0; 6];
+    if let Some(node) = fields.get("inertia") {
+        let entries = node.fields(source, "`inertia`", &ENTRIES)?;
+        for (inertia, key) in inertia.iter_mut().zip(ENTRIES) {
+            *inertia = entries.get(key).map_or(Ok(0.0), |node| names.number(source, key, node))?;
+        }
+    }
+    let pose = Pose { position, ..Pose::IDENTITY };
+    Ok(Part { name: String::new(), pose, mass, inertia }.parameters())
+}
