@@ -5,11 +5,11 @@ use std::path::Path;
 
 use experiments::excitation::artefact::ExcitingMotion;
 use experiments::excitation::limits::LimitKind;
-use experiments::excitation::proof::Kept;
+use experiments::excitation::proof::{CertificateRow, Kept};
 use experiments::excitation::space_limits::Floor;
 use rist::Model;
 use rist::request::ExciteRequest;
-use tests::program::{folder, rist as run};
+use tests::program::{Run, folder, rist as run};
 
 /// Three joints, links of half a metre, all round: each body is a segment with a radius.
 const ARM: &str = r#"<robot name="arm">
@@ -258,4 +258,34 @@ fn what_a_user_signs_is_said() {
         "{}",
         refused.err
     );
+}
+
+/// A file does not choose what it is held to: one whose certificate lacks rows, as those of earlier versions do, is held to all
+/// of today's, and what it did not look at is named.
+#[test]
+fn beyond_own_list() {
+    let folder = folder("bodies_beyond");
+    std::fs::write(folder.join("arm.urdf"), ARM).unwrap();
+    let made = ["--starts", "1", "--iterations", "2", "--period", "6", "--limits", "none.yaml", "--out", "motion.yaml"];
+    std::fs::write(folder.join("none.yaml"), "space: {floor: none, distance: 0.001}").unwrap();
+    let excited = run(&folder, &[&["excite", "arm.urdf"][..], &made].concat());
+    assert_eq!(excited.code, Some(0), "{}", excited.err);
+    let text = std::fs::read_to_string(folder.join("motion.yaml")).unwrap();
+    let motion = ExcitingMotion::from_yaml("motion.yaml", &text).unwrap();
+    let of = |file: &str| run(&folder, &["check", "arm.urdf", file]);
+    let said = "the motion's own file did not look at these, and is held to them here: ";
+    let whole = of("motion.yaml");
+    assert!(whole.out.contains(said) && whole.out.contains("fore at the floor"), "{}", whole.out);
+    let without_floor = run(&folder, &["check", "arm.urdf", "motion.yaml", "--limits", "none.yaml"]);
+    assert!(!without_floor.out.contains(said), "{}", without_floor.out);
+    // Rows taken away, and what is left out: the same is proven or broken.
+    let is_kept = |row: &CertificateRow| !matches!(row.limit, LimitKind::Distance | LimitKind::Region);
+    let mut bare = motion.clone();
+    bare.certificate.retain(is_kept);
+    bare.left_out = None;
+    std::fs::write(folder.join("bare.yaml"), bare.to_yaml().unwrap()).unwrap();
+    let bare = of("bare.yaml");
+    assert!(bare.out.contains(said) && bare.out.contains("fore and post, "), "{}", bare.out);
+    let end = |run: &Run| run.out.trim_end().lines().last().unwrap_or_default().to_string();
+    assert_eq!((end(&bare), bare.code), (end(&whole), whole.code));
 }

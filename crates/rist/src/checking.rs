@@ -6,11 +6,11 @@ use experiments::excitation::artefact::ExcitingMotion;
 use experiments::excitation::fitting::Obligations;
 use experiments::excitation::gap_proof::Gap;
 use experiments::excitation::held_limits::{HeldLimit, held, kinds_of_motion_alone};
-use experiments::excitation::ledger::{LowestPoint, MotionLedger, is_of_floor};
+use experiments::excitation::ledger::{LowestPoint, MotionLedger};
 use experiments::excitation::left_out::{LeftOut, Matter};
 use experiments::excitation::limits::{CoordinateLimits, LimitKind, LimitsFile, given};
 use experiments::excitation::motion::Motion;
-use experiments::excitation::proof::{CertificateRow, DescribedTorque, EnclosedTorque, Kept};
+use experiments::excitation::proof::{CertificateRow, DescribedTorque, EnclosedTorque};
 use experiments::excitation::space_limits::{Floor, SpaceLimits};
 
 use crate::adapters::surroundings::RobotSurroundings;
@@ -60,8 +60,8 @@ impl Checked {
 /// tighter than those of the description and of the request. Torques are those of the description or of the estimate in
 /// the request. `file` stands in messages.
 ///
-/// A motion of an earlier version does not say what it leaves out. It is held to the pairs of its own certificate; others
-/// are told, and only where they meet they speak against it.
+/// A motion is held to the distances and the floor of today's rules, whatever its own certificate lists; a note names what
+/// that does not.
 ///
 /// Fails where the motion was made with another model or is none, and where the limits leave no room.
 pub fn check(model: &Model, file: &Path, artefact: &ExcitingMotion, request: &CheckRequest) -> Result<Checked, Error> {
@@ -95,18 +95,16 @@ pub fn check(model: &Model, file: &Path, artefact: &ExcitingMotion, request: &Ch
     let surroundings = RobotSurroundings::new(model, user, Some(&artefact.space), &limits)?;
     let obligations =
         Obligations { limits: &limits, names, torque: torque.as_ref(), surroundings: surroundings.some() };
-    let mut certificate = obligations.certificate(&motion);
+    let certificate = obligations.certificate(&motion);
 
     // What is left out.
     let mut left_out = surroundings.left_out().to_vec();
     left_out.extend(torque_left_out(known.enclosure.is_some(), names, &limits, asked));
     left_out.extend(limits_of_file(&origins));
     left_out.extend(torques_of_file(artefact, request).filter(|_| torque.is_some()));
-    if artefact.left_out.is_none() {
-        left_out.extend(beyond_own_list(artefact, surroundings.gaps(), &mut certificate));
-    }
     left_out.push(LeftOut::approach());
-    let seals = [artefact.seal.note(file.display()), after_note(request)];
+    let seals =
+        [artefact.seal.note(file.display()), after_note(request), beyond_own_list(artefact, surroundings.gaps())];
     let notes = seals.into_iter().flatten().chain(notes(artefact, torque.is_some(), &origins)).collect();
     let (floor, lowest) = (surroundings.floor(), surroundings.lowest(&motion));
     Ok(Checked { certificate, left_out, floor, lowest, notes, limits, origins })
@@ -156,41 +154,22 @@ fn torques_of_file(artefact: &ExcitingMotion, request: &CheckRequest) -> Option<
         .then(|| LeftOut::assumed(Matter::Effort, of, what, "the description"))
 }
 
-/// What a motion of an earlier version did not look at: pairs and a floor that are not in its certificate, and that are
-/// not proven now. Such rows leave the certificate, except where bodies meet.
-fn beyond_own_list(artefact: &ExcitingMotion, gaps: &[Gap], certificate: &mut Vec<CertificateRow>) -> Vec<LeftOut> {
-    // Earlier certificates name links by those that carry them.
+/// What the certificate of the motion's own file is not about. It is proved here all the same: a file does not say what it
+/// is held to.
+fn beyond_own_list(artefact: &ExcitingMotion, gaps: &[Gap]) -> Option<String> {
+    // Certificates of an earlier version name links by those that carry them.
     let is_listed = |gap: &Gap| {
         let [a, b] = &gap.carriers;
-        artefact.certificate.iter().filter(|row| row.limit == gap.limit).any(|row| match gap.limit {
-            LimitKind::Distance => {
-                row.subject == format!("{a} and {b}")
-                    || row.subject == format!("{b} and {a}")
-                    || row.subject == gap.subject
-            }
-            _ => row.subject == gap.subject || Some(a.as_str()) == row.subject.split(" at the ").next(),
+        let mut own = artefact.certificate.iter().filter(|row| row.limit == gap.limit).map(|row| row.subject.as_str());
+        own.any(|own| match gap.limit {
+            LimitKind::Distance => own == gap.subject || own == format!("{a} and {b}") || own == format!("{b} and {a}"),
+            _ => own == gap.subject || Some(a.as_str()) == own.split(" at the ").next(),
         })
     };
-    let is_floor = |gap: &Gap| gap.limit == LimitKind::Region && is_of_floor(&gap.subject);
-    let mut left_out = Vec::new();
-    // What is proven, listed, or asked for stays; so do bodies that meet.
-    certificate.retain(|row| {
-        let gap = gaps.iter().find(|gap| gap.limit == row.limit && gap.subject == row.subject);
-        let Some(gap) = gap.filter(|gap| row.kept != Kept::Proven && !is_listed(gap)) else { return true };
-        let meets = row.limit == LimitKind::Distance && row.value < 0.0;
-        if meets || (row.limit == LimitKind::Region && (artefact.space.floor.is_some() || !is_floor(gap))) {
-            return true;
-        }
-        let matter = if is_floor(gap) { Matter::Floor } else { Matter::Distance };
-        let why = format!(
-            "the motion's file is of an earlier version and did not look at it; it comes to {:.4} m at {:.3} s, where {:.4} m \
-             are asked for now",
-            row.value, row.time_s, row.bound
-        );
-        left_out.push(LeftOut::not_looked_at(matter, vec![row.subject.clone()], why, "a motion of this version"));
-        false
-    });
-    left_out
+    let unlisted: Vec<&str> = gaps.iter().filter(|gap| !is_listed(gap)).map(|gap| gap.subject.as_str()).collect();
+    (!unlisted.is_empty()).then(|| {
+        format!("the motion's own file did not look at these, and is held to them here: {}", unlisted.join(", "))
+    })
 }
 
 /// The limits of each coordinate, and their origins.

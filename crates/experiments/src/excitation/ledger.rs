@@ -107,7 +107,7 @@ impl MotionLedger<'_> {
 const AT_THE_FLOOR: &str = " at the floor";
 
 /// Whether a row of regions is about the floor.
-pub fn is_of_floor(subject: &str) -> bool {
+fn is_of_floor(subject: &str) -> bool {
     subject.ends_with(AT_THE_FLOOR)
 }
 
