@@ -160,26 +160,49 @@ pub const KNOWN_ARMS: [KnownArm; 11] = [
     },
 ];
 
+/// A joint as a URDF has it.
+pub struct PlacedJoint {
+    /// In the frame of the joint before, m.
+    pub origin: [f64; 3],
+    /// Turn of its frame about x, rad.
+    pub alpha: f64,
+    /// Least and greatest position, rad.
+    pub range: (f64, f64),
+    /// rad/s.
+    pub velocity: f64,
+    /// The next joint, in its own frame, m.
+    pub end: [f64; 3],
+}
+
 impl KnownArm {
-    /// The URDF of the arm. In it Tz(d) Tx(a) Rx(alpha), which follow the turn of a joint, are the origin of the next
-    /// joint.
+    /// Its joints. Tz(d) Tx(a) Rx(alpha), which follow the turn of a joint, are the origin of the next joint.
+    pub fn placed(&self) -> Vec<PlacedJoint> {
+        let (mut origin, mut turn) = ([0.0; 3], self.base_alpha);
+        let mut placed = Vec::new();
+        for [d, a, alpha, low, high, velocity] in self.joints.iter().copied() {
+            let end = [a, 0.0, d];
+            let [low, high, velocity] = [low, high, velocity].map(f64::to_radians);
+            placed.push(PlacedJoint { origin, alpha: turn.to_radians(), range: (low, high), velocity, end });
+            (origin, turn) = (end, alpha);
+        }
+        placed
+    }
+
+    /// The URDF of the arm, without bodies.
     pub fn urdf(&self) -> String {
         let mut text = format!("<robot name=\"{}\">\n  <link name=\"base\"/>\n", self.name);
-        let (mut xyz, mut alpha) = ((0.0, 0.0), self.base_alpha);
         let mut parent = "base".to_string();
-        for (i, [d, a, next_alpha, low, high, velocity]) in self.joints.iter().copied().enumerate() {
-            let (name, [low, high, velocity]) = (i + 1, [low, high, velocity].map(f64::to_radians));
+        for (i, joint) in self.placed().into_iter().enumerate() {
+            let (name, [x, _, z], (low, high)) = (i + 1, joint.origin, joint.range);
             // Writing to a string does not fail.
             let _ = write!(
                 text,
                 "  <link name=\"link{name}\"/>\n  <joint name=\"joint{name}\" type=\"revolute\">\n    <parent \
-                 link=\"{parent}\"/><child link=\"link{name}\"/>\n    <origin xyz=\"{} 0 {}\" rpy=\"{} 0 0\"/><axis xyz=\"0 0 \
-                 1\"/>\n    <limit lower=\"{low}\" upper=\"{high}\" velocity=\"{velocity}\" effort=\"0\"/>\n  </joint>\n",
-                xyz.0,
-                xyz.1,
-                alpha.to_radians(),
+                 link=\"{parent}\"/><child link=\"link{name}\"/>\n    <origin xyz=\"{x} 0 {z}\" rpy=\"{} 0 0\"/><axis xyz=\"0 0 \
+                 1\"/>\n    <limit lower=\"{low}\" upper=\"{high}\" velocity=\"{}\" effort=\"0\"/>\n  </joint>\n",
+                joint.alpha, joint.velocity,
             );
-            ((xyz, alpha), parent) = (((a, d), next_alpha), format!("link{name}"));
+            parent = format!("link{name}");
         }
         text + "</robot>\n"
     }

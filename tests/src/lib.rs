@@ -6,6 +6,7 @@
 //! tests of the steps after the model.
 
 pub mod benchmark;
+pub mod bodied_robots;
 pub mod dense_samples;
 pub mod docstrings;
 pub mod faults;

@@ -3,7 +3,13 @@
 use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
 
+use rist::request::PlanRequest;
+use rist::{ExcitingMotion, LimitsFile, Model};
+use robot::StandardParameter;
+use tests::bodied_robots::bodied_robots;
 use tests::program::{LIMITED_ARM, Run, folder, rist};
+use tests::random::State;
+use tests::recursion;
 
 /// The arm, a motion of it, and the files that a controller plays; made once.
 fn played() -> &'static Path {
@@ -125,6 +131,103 @@ fn a_plan_and_its_proof_are_checked() {
     assert_eq!(rist(folder, &short).code, Some(0));
     let found = check(folder, "short.yaml", &[]);
     assert!(found.out.contains("it has no proof that could be found again"), "{}", found.out);
+}
+
+/// A plan chooses among motions whose torques and bodies keep the limits: held by Newton and Euler's recursion, and by the check.
+#[test]
+fn a_plan_keeps_efforts_and_bodies() {
+    let folder = folder("planned-limits");
+    let robots = bodied_robots();
+    let arm = robots.iter().find(|robot| robot.name == "ur5e").unwrap().urdf();
+    // Weak enough that a plan by kinematics alone would break it.
+    let arm = arm.replace("effort=\"80\"", "effort=\"12\"").replace("effort=\"250\"", "effort=\"60\"");
+    let path = folder.join("ur5e.urdf");
+    std::fs::write(&path, &arm).unwrap();
+    let model = Model::parse(&arm, &path, &Default::default()).unwrap();
+    let request = PlanRequest { experiments: 6, starts: 1, configurations: 8, ..PlanRequest::default() };
+    let planned = rist::plan(&model, &request, &|_, _, _| ()).unwrap();
+    let x: Vec<f64> =
+        StandardParameter::all(&model.robot).iter().map(|p| p.value(&model.robot).unwrap_or(0.0)).collect();
+    let mut most = 0.0_f64;
+    for experiment in planned.plan.trajectories("plan").unwrap() {
+        let reference = experiment.reference();
+        for i in (0..reference.q[0].len()).step_by(7) {
+            let of = |series: &[Vec<f64>]| series.iter().map(|x| x[i]).collect::<Vec<f64>>();
+            let state = State { q: of(&reference.q), dq: of(&reference.dq), ddq: of(&reference.ddq) };
+            let tau = recursion::torque(&model.robot, &state, &x);
+            for (tau, coordinate) in tau.iter().zip(&model.robot.coordinates) {
+                most = most.max(tau.abs() / coordinate.limits.effort.unwrap());
+            }
+        }
+    }
+    // A share of 0.9 is asked for at the instants of a period that are looked at.
+    assert!(most > 0.3 && most < 0.95, "{most}");
+    assert!(planned.checked.iter().all(|(_, checked)| checked.is_proven()) && planned.checked.len() == 6);
+    let last = planned.checked[0].1.ledger().to_string();
+    assert!(last.contains("distance of ") && last.contains("effort of 6"), "{last}");
+    let limited = |text: &str| LimitsFile::from_yaml("limits.yaml", text).unwrap();
+    for (text, said) in [
+        ("all: {effort: 0.01}", "the limits leave no motion"),
+        ("all: {jerk: 5}", "acceleration of a bang-bang swing and of a sweep jumps"),
+        ("coordinates: {elbow: {velocity: 1}}", "there is no coordinate `elbow`"),
+    ] {
+        let request = PlanRequest { limits: Some(limited(text)), ..request.clone() };
+        let refused = rist::plan(&model, &request, &|_, _, _| ()).err().unwrap().to_string();
+        assert!(refused.contains(said), "{text}: {refused}");
+    }
+    // A joint that stands still stands where the file says.
+    let locked = PlanRequest { limits: Some(limited("coordinates: {joint2: {locked: -1.2}}")), ..request };
+    let planned = rist::plan(&model, &locked, &|_, _, _| ()).unwrap().plan;
+    assert!(planned.experiments.iter().all(|e| e.centre[1] == -1.2 && e.fast != "joint2"));
+}
+
+/// A motion tells what its own file foresees; a played file and a log of it tell about the same; one that hardly moves says which
+/// joint keeps what back.
+#[test]
+fn what_a_file_tells_is_foreseen() {
+    let folder = played();
+    let told = |file: &str, arguments: &[&str]| {
+        let run = rist(folder, &[&["--json", "visibility", "arm.yaml", file][..], arguments].concat());
+        assert_eq!(run.code, Some(0), "{}{}", run.out, run.err);
+        serde_json::from_str::<serde_json::Value>(&run.out).unwrap()
+    };
+    let deviations = |told: &serde_json::Value| -> Vec<f64> {
+        told["parameters"].as_array().unwrap().iter().map(|p| p["deviation"].as_f64().unwrap()).collect()
+    };
+    let text = std::fs::read_to_string(folder.join("motion.yaml")).unwrap();
+    let motion = ExcitingMotion::from_yaml("motion.yaml", &text).unwrap();
+    let of_motion = told("motion.yaml", &[]);
+    // The motion's own deviations count what encoders add.
+    for (found, own) in deviations(&of_motion).iter().zip(&motion.parameters) {
+        let own = own.deviation.unwrap();
+        assert!(*found <= own * (1.0 + 1e-9) && *found > 0.1 * own, "{found} {own}");
+    }
+    let whole = deviations(&told("ros.json", &[]));
+    let positions: String = {
+        let csv = std::fs::read_to_string(folder.join("motion.csv")).unwrap();
+        csv.lines().map(|line| line.split(',').take(3).collect::<Vec<_>>().join(",") + "\n").collect()
+    };
+    std::fs::write(folder.join("none.csv"), positions).unwrap();
+    let log = deviations(&told("none.csv", &[]));
+    for ((whole, log), one) in whole.iter().zip(&log).zip(deviations(&of_motion)) {
+        // Both have the blends beside the period, and the log loses its ends to the filter.
+        assert!(*whole < 1.1 * one && *log > 0.5 * whole && *log < 4.0 * one, "{whole} {log} {one}");
+    }
+    let still = "t,q_q1,q_q2,dq_q1,dq_q2,ddq_q1,ddq_q2\n0,0,0,0,0,0,0\n1,0.2,0,0,0,0,0\n";
+    std::fs::write(folder.join("still.csv"), still).unwrap();
+    let run = rist(folder, &["visibility", "arm.yaml", "still.csv"]);
+    assert_eq!(run.code, Some(0), "{}", run.err);
+    for said in ["q2: it uses 0 % of its positions", "feedforward at the speed limits: not told", "told: "] {
+        assert!(run.out.contains(said), "no `{said}` in {}", run.out);
+    }
+    let run = rist(folder, &["visibility", "arm.yaml", "motion.yaml"]);
+    assert!(
+        run.out.contains("gravity compensation: unsure by ") && run.out.contains("none of them weak"),
+        "{}",
+        run.out
+    );
+    let refused = rist(folder, &["visibility", "arm.yaml", "motion.yaml", "--friction", "auto"]);
+    assert!(refused.code == Some(2) && refused.err.contains("auto needs a log"), "{}", refused.err);
 }
 
 fn file_with(folder: &Path, name: &str, from: &str, to: &str) {

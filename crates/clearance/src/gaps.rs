@@ -120,42 +120,6 @@ impl Clearance {
         Clearance { tree, bodies: vec![], half_spaces: vec![], gaps: vec![], floor: None, left_out }
     }
 
-    fn check_names(&self, rules: &Rules) -> Result<(), String> {
-        let known = |name: &str| {
-            self.bodies.iter().any(|b| b.name == name || b.carrier == name || b.frames.iter().any(|f| f == name))
-        };
-        let pairs = rules.accepted.iter().flat_map(|(a, b, _)| [a, b]);
-        let walls = rules.half_spaces.iter().filter_map(|h| h.links.as_ref()).flatten();
-        match pairs.chain(walls).find(|name| !known(name)) {
-            None => Ok(()),
-            Some(name) => {
-                let names: Vec<&str> = self.bodies.iter().map(|b| b.name.as_str()).collect();
-                Err(format!("there is no link `{name}`; there are {}", names.join(", ")))
-            }
-        }
-    }
-
-    /// Fails where an accepted pair is none: links of a body of their own that joints move against each other.
-    fn check_accepted(&self, rules: &Rules) -> Result<(), String> {
-        let is_moved =
-            |joints: [Vec<usize>; 2]| joints.iter().flatten().any(|&j| self.tree.kind(j) != JointKind::Fixed);
-        for (a, b, _) in &rules.accepted {
-            let fault = match [a, b].map(|name| self.bodies.iter().find(|body| body.name == *name)) {
-                [Some(body), Some(other)] if is_moved(self.between(body.link, other.link)) => continue,
-                [Some(_), Some(_)] => "no joint moves them against each other".to_string(),
-                found => {
-                    let bare: Vec<&str> =
-                        [a, b].into_iter().zip(found).filter(|(_, f)| f.is_none()).map(|(n, _)| n.as_str()).collect();
-                    format!("{} has no body of its own", bare.join(", nor "))
-                }
-            };
-            return Err(format!(
-                "space: accept has [{a}, {b}], which is no pair that is looked at: {fault}; leave it out"
-            ));
-        }
-        Ok(())
-    }
-
     fn leave_out_unknown_links(&mut self) {
         let unread = self.bodies.iter().filter(|b| !b.missing.is_empty());
         let unread = unread.map(|b| {
@@ -390,18 +354,6 @@ pub(crate) mod tests {
         let signed = LeftOut::assumed(Matter::Distance, vec!["fore and post".into()], "a cover is soft", "the user");
         assert!(accepted.left_out().contains(&signed), "{:?}", accepted.left_out());
         assert_eq!(accepted.gaps().len(), 2);
-        let still = ARM.replace("</robot>", "<joint name=\"f\" type=\"fixed\"><parent link=\"hand\"/><child link=\"tip\"/></joint><link name=\"tip\"><collision><geometry><sphere radius=\"0.01\"/></geometry></collision></link></robot>");
-        let still = robot::format::read_urdf(&still, "arm.urdf").unwrap();
-        let unpaired = |a, b| Clearance::new(&still, Path::new("."), &accepting(a, b), &situation()).err();
-        assert_eq!(unpaired("tip", "post"), None);
-        for (a, b, why) in [
-            ("tip", "hand", "no joint moves them against each other"),
-            ("fore", "fore", "no joint moves them against each other"),
-            ("base", "fore", "base has no body of its own"),
-        ] {
-            let said = format!("space: accept has [{a}, {b}], which is no pair that is looked at: {why}; leave it out");
-            assert_eq!(unpaired(a, b), Some(said));
-        }
         let high = Rules { floor: FloorRule::At(0.1), ..Rules::default() };
         let error = clearance(&high).err().unwrap();
         assert!(error.starts_with("upper is 0.1500 m beyond the floor, and no joint"), "{error}");

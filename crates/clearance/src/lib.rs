@@ -15,6 +15,7 @@ pub mod half_space;
 pub mod kinematic_tree;
 pub mod left_out;
 pub mod mesh;
+mod named_links;
 pub mod sampled_room;
 pub mod separation;
 pub mod solid;

@@ -1,16 +1,12 @@
 //! `rist check`: a model and a motion -> whether the motion keeps its limits, between samples too.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use clap::Args;
 use rist::request::{CheckRequest, PointsFiles};
-use rist::{
-    Checked, ColumnNames, ExcitingMotion, ExperimentPlan, Kind, Model, PointTrajectory, Table, certificate_text,
-    origins_text,
-};
+use rist::{Checked, CheckedFile, Model, PlayedFile, Worth, certificate_text, origins_text};
 use serde_json::{Value, json};
 
-use crate::artefact::read_text;
 use crate::failure::Failure;
 use crate::flags::Flags;
 use crate::model::{ModelArguments, is_prismatic};
@@ -43,56 +39,26 @@ pub(crate) struct Arguments {
     points: Flags<PointsFiles>,
 }
 
-/// What a file holds.
-enum Content {
-    Motion(Box<ExcitingMotion>),
-    Plan(Box<ExperimentPlan>),
-    Points(Box<PointTrajectory>),
-}
-
-/// Ends of the names of files that hold text; others are tables.
-const TEXTS: [&str; 3] = ["yaml", "yml", "json"];
-
 pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let model = arguments.model.derive()?;
     let file = &arguments.motion;
-    let content = read(&model, file)?;
+    let content = PlayedFile::read(&model, file)?;
     let request = arguments.request.read()?;
     let PointsFiles { interpolation } = arguments.points.read()?;
     at_work(format_args!("proving the limits of {}", file.display()));
-    match content {
-        Content::Motion(motion) => print_one(&model, file, &rist::check(&model, file, &motion, &request)?),
-        Content::Points(points) => {
-            print_one(&model, file, &rist::check_points(&model, file, *points, interpolation, &request)?)
-        }
-        Content::Plan(plan) => {
-            if interpolation.is_some() {
-                return Err(Failure::new(format_args!("{}: a plan says itself how it moves", file.display())));
-            }
-            let experiments = rist::check_experiments(&model, file, &plan, &request)?;
-            print_plan(file, &plan, &experiments, rist::efficiency_again(&model, file, &plan)?)
-        }
+    let checked = content.check(&model, file, interpolation, &request)?;
+    match (&checked.worth, &checked.parts[..]) {
+        (None, [(_, one)]) => print_one(&model, one)?,
+        (worth, _) => print_plan(&checked, worth.as_ref())?,
+    }
+    match &checked.faults()[..] {
+        [] => Ok(()),
+        faults => Err(Failure::verdict(format_args!("{}: {}", file.display(), faults.join("; ")))),
     }
 }
 
-fn read(model: &Model, path: &Path) -> Result<Content, Failure> {
-    let extension = path.extension().and_then(|e| e.to_str()).map(str::to_ascii_lowercase);
-    if extension.is_some_and(|extension| !TEXTS.contains(&extension.as_str())) || path.is_dir() {
-        let points = rist::points_of_table(model, &Table::read(path)?, &ColumnNames::default())?;
-        return Ok(Content::Points(Box::new(points)));
-    }
-    let (file, text) = (path.display().to_string(), read_text(path)?);
-    let begins = |word: &str| text.lines().any(|line| line.starts_with(word));
-    Ok(match Kind::of(&text) {
-        Some(Kind::Plan) => Content::Plan(Box::new(ExperimentPlan::from_yaml(&file, &text)?)),
-        None if text.contains("joint_names") => Content::Points(Box::new(PointTrajectory::from_ros(&file, &text)?)),
-        // Of a file of before the first line the keys differ.
-        None if begins("experiments:") => Content::Plan(Box::new(ExperimentPlan::from_yaml(&file, &text)?)),
-        _ => Content::Motion(Box::new(ExcitingMotion::from_yaml(&file, &text)?)),
-    })
-}
-
-fn value(checked: &Checked) -> Result<Value, serde_json::Error> {
+/// A certificate with what it leaves out, as JSON.
+pub(crate) fn value(checked: &Checked) -> Result<Value, serde_json::Error> {
     let ledger = checked.ledger();
     Ok(json!({
         "proven": checked.is_proven(),
@@ -106,63 +72,33 @@ fn value(checked: &Checked) -> Result<Value, serde_json::Error> {
     }))
 }
 
-fn print_one(model: &Model, file: &Path, checked: &Checked) -> Result<(), Failure> {
+fn print_one(model: &Model, checked: &Checked) -> Result<(), Failure> {
     let ledger = checked.ledger();
     let mut text =
         terminal::notes(&checked.notes) + &certificate_text(&checked.certificate, &|name| is_prismatic(model, name));
     text += &ledger.left_out_text();
     text += &format!("\nwhere the limits stand:\n{}\n{ledger}\n", origins_text(&checked.origins));
-    print_result(text, || value(checked))?;
-    match &checked.faults()[..] {
-        [] => Ok(()),
-        faults => Err(Failure::verdict(format_args!("{}: {}", file.display(), faults.join("; ")))),
-    }
+    print_result(text, || value(checked))
 }
 
 /// Each experiment in a line, what all of them leave out, and what the proof is worth.
-fn print_plan(
-    file: &Path,
-    plan: &ExperimentPlan,
-    experiments: &[(String, Checked)],
-    efficiency: Option<f64>,
-) -> Result<(), Failure> {
-    let said = plan.d_efficiency_at_least;
-    // What is proven again differs from what was written by rounding alone.
-    let is_worth = efficiency.is_none_or(|found| found >= said - EFFICIENCY_ROUNDING);
-    let worth = match efficiency {
-        Some(found) if is_worth => format!("proven again: D-efficiency at least {found:.4}"),
-        Some(found) => format!("BROKEN: the file says D-efficiency at least {said:.4}; its proof is worth {found:.4}"),
-        None => format!("the file says: D-efficiency at least {said:.4}; it has no proof that could be found again"),
-    };
+fn print_plan(file: &CheckedFile, worth: Option<&Worth>) -> Result<(), Failure> {
     let mut text = String::new();
-    for (name, checked) in experiments {
+    for (name, checked) in &file.parts {
         text += &format!("{name}: {}\n", checked.ledger());
     }
-    if let Some((_, first)) = experiments.first() {
+    let first = file.parts.first().map(|(_, checked)| checked);
+    if let Some(first) = first {
         text += &format!("\nwhere the limits stand:\n{}", origins_text(&first.origins));
     }
     // What is said of the files; of the experiments' notes each stands with the first of them.
-    let of_first = experiments.first().map_or(&[][..], |(_, checked)| &checked.notes);
-    let notes: Vec<String> = plan.seal.note(file.display()).into_iter().chain(of_first.iter().cloned()).collect();
-    print_result(format_args!("{}{text}\n{worth}\n", terminal::notes(&notes)), || {
+    let of_first = first.map_or(&[][..], |checked| &checked.notes);
+    let notes: Vec<String> = file.notes.iter().chain(of_first).cloned().collect();
+    let sentence = worth.map_or("", |worth| &worth.sentence);
+    print_result(format_args!("{}{text}\n{sentence}\n", terminal::notes(&notes)), || {
         let of = |(name, checked): &(String, Checked)| Ok::<_, serde_json::Error>((name.clone(), value(checked)?));
-        let experiments = experiments.iter().map(of).collect::<Result<serde_json::Map<_, _>, _>>()?;
-        Ok(
-            json!({"notes": notes, "experiments": experiments, "d_efficiency_at_least": efficiency, "proven_again": is_worth}),
-        )
-    })?;
-    let of = |(name, checked): &(String, Checked)| {
-        checked.faults().into_iter().map(move |fault| format!("{name}: {fault}")).collect::<Vec<_>>()
-    };
-    let mut faults: Vec<String> = experiments.iter().flat_map(of).collect();
-    if !is_worth {
-        faults.push(worth);
-    }
-    match &faults[..] {
-        [] => Ok(()),
-        faults => Err(Failure::verdict(format_args!("{}: {}", file.display(), faults.join("; ")))),
-    }
+        let experiments = file.parts.iter().map(of).collect::<Result<serde_json::Map<_, _>, _>>()?;
+        let (found, is_kept) = worth.map_or((None, true), |worth| (worth.found, worth.is_kept));
+        Ok(json!({"notes": notes, "experiments": experiments, "d_efficiency_at_least": found, "proven_again": is_kept}))
+    })
 }
-
-/// How far rounding may take what a proof is worth from what its file says.
-const EFFICIENCY_ROUNDING: f64 = 1e-9;

@@ -103,9 +103,18 @@ pub(crate) const GROUPS: [Group; 7] = [
                 ],
             },
             Told {
+                name: "visibility",
+                shown: Own,
+                examples: &[(
+                    "rist visibility robot.urdf log.csv",
+                    "whether a log is worth an identification, before torques",
+                )],
+            },
+            Told {
                 name: "plan",
                 shown: Only(&[
                     "experiments",
+                    "limits",
                     "profile",
                     "steps",
                     "duration",

@@ -35,6 +35,7 @@ mod solve;
 mod terminal;
 mod validate;
 mod verdict;
+mod visibility;
 
 use std::ffi::OsString;
 use std::io::{self, Write};
@@ -63,6 +64,7 @@ enum Command {
     Convert(convert::Arguments),
     Excite(excite::Arguments),
     Check(check::Arguments),
+    Visibility(visibility::Arguments),
     Plan(plan::Arguments),
     Simulate(simulate::Arguments),
     Doctor(doctor::Arguments),
@@ -162,6 +164,7 @@ fn run(command: Command) -> Result<(), Failure> {
         Command::Plan(arguments) => plan::run(&arguments),
         Command::Excite(arguments) => excite::run(&arguments),
         Command::Check(arguments) => check::run(&arguments),
+        Command::Visibility(arguments) => visibility::run(&arguments),
         Command::Simulate(arguments) => simulate::run(&arguments),
         Command::Doctor(arguments) => doctor::run(&arguments),
         Command::Identify(arguments) => identify::run(&arguments),

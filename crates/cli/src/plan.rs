@@ -1,13 +1,14 @@
 //! `rist plan`: a model -> the experiments that identify it best.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use clap::Args;
 use rist::request::{PlanRequest, TrajectoryFiles};
-use rist::trajectory_file;
+use rist::{Checked, trajectory_file};
 use serde_json::json;
 
 use crate::artefact::make_directory;
+use crate::check::value;
 use crate::failure::Failure;
 use crate::flags::Flags;
 use crate::interrupt::interruptible;
@@ -19,7 +20,8 @@ use rist::output::{check_output, write_file};
 ///
 /// The candidates are all kinds of motion about a grid of configurations. The plan is the set of them whose information
 /// has the greatest determinant (or the least condition number) found. It says how far it can be from the best possible
-/// set.
+/// set. Motions whose torques or bodies do not keep the limits are no candidates, or are slower ones; of the chosen ones
+/// the limits are proved as by rist check, and the last line says what is proven, assumed and not looked at.
 #[derive(Args)]
 pub(crate) struct Arguments {
     #[command(flatten)]
@@ -38,14 +40,20 @@ pub(crate) struct Arguments {
 
 pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let request = arguments.request.read()?;
-    let inputs = [arguments.model.model.as_path()];
+    let inputs: Vec<&Path> = [arguments.model.model.as_path()].into_iter().chain(arguments.request.files()).collect();
     // The search takes seconds: what it cannot be written to is found before.
     arguments.out.iter().try_for_each(|out| check_output(out, &inputs))?;
     let model = arguments.model.derive()?;
     let told = |done: usize, all: usize, best: f64| progress(format_args!("start {done} of {all}, best {best:.3}"));
-    let rist::planning::Planned { plan, notes } = interruptible(|| rist::plan(&model, &request, &told))??;
-    print_result(format_args!("{}{plan}", terminal::notes(&notes)), || {
-        Ok(json!({"notes": notes, "plan": serde_json::to_value(&plan)?}))
+    let rist::planning::Planned { plan, notes, checked } = interruptible(|| rist::plan(&model, &request, &told))??;
+    // The experiment that goes lowest: in all else their last lines are the same.
+    let height = |checked: &Checked| checked.lowest.as_ref().map_or(f64::INFINITY, |lowest| lowest.z_m);
+    let lowest = checked.iter().map(|(_, checked)| checked).min_by(|a, b| height(a).total_cmp(&height(b)));
+    let last = lowest.map_or(String::new(), |checked| format!("\nevery experiment: {}\n", checked.ledger()));
+    print_result(format_args!("{}{plan}{last}", terminal::notes(&notes)), || {
+        let of = |(name, checked): &(String, Checked)| Ok::<_, serde_json::Error>((name.clone(), value(checked)?));
+        let experiments = checked.iter().map(of).collect::<Result<serde_json::Map<_, _>, _>>()?;
+        Ok(json!({"notes": notes, "plan": serde_json::to_value(&plan)?, "experiments": experiments}))
     })?;
     let files: TrajectoryFiles = arguments.files.read()?;
     if let Some(directory) = &files.trajectories {

@@ -8,7 +8,7 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use rist::request::{CheckRequest, ExciteRequest, PlanRequest};
 use rist::simulation::{Motions, SimulateRequest};
-use rist::{Effort, Record};
+use rist::{Effort, Interpolation, PlayedFile, Record};
 
 use crate::arrays::array;
 use crate::artefact::{make_directory, read_text, save};
@@ -30,6 +30,8 @@ use crate::work::{alone, work};
 /// - profile: Acceleration within a swing [default: 'bang-bang']
 /// - steps: Configurations of the grid per coordinate [default: 5]
 /// - configurations: Maximum number of configurations per kind of motion [default: 60]
+/// - limits: YAML with tighter limits, and with the room of the bodies, as for `rist excite`
+/// - effort_share: Share of the limits of effort that the torque of the description may use [default: 0.9]
 /// - duration: Seconds recorded in one experiment [default: 4.0]
 /// - rate: Sample rate of the controller, Hz [default: 1000.0]
 /// - starts: Starts of the search [default: 12]
@@ -39,7 +41,7 @@ use crate::work::{alone, work};
 ///   into the plan [default: 0]
 /// - progress: Called with (done, all, text) as work goes on
 #[pyfunction]
-#[pyo3(signature = (model, **options), text_signature = "(model, *, experiments=8, criterion='determinant', profile='bang-bang', steps=5, configurations=60, duration=4.0, rate=1000.0, starts=12, seed=1, nodes=0, progress=None)")]
+#[pyo3(signature = (model, **options), text_signature = "(model, *, experiments=8, criterion='determinant', profile='bang-bang', steps=5, configurations=60, limits=None, effort_share=0.9, duration=4.0, rate=1000.0, starts=12, seed=1, nodes=0, progress=None)")]
 pub fn plan(py: Python<'_>, model: &Bound<'_, PyAny>, options: Option<&Bound<'_, PyDict>>) -> PyResult<ExperimentPlan> {
     let model = Model::of(model)?;
     let inner = &model.get().inner;
@@ -204,7 +206,8 @@ fn samples<'py>(py: Python<'py>, n: usize, series: &[Vec<f64>]) -> PyResult<Boun
 /// - motion: The form of the motion [default: 'fourier']
 /// - period: Seconds of a period, of a spline from rest to rest [default: by the limits, 5 to 20]
 /// - frequency: Base frequency, Hz: one over the period
-/// - harmonics: Harmonics of the base frequency [default: 5]
+/// - harmonics: Harmonics of the base frequency [default: by the limits and the period, 5 to 8; 5 of more than 8
+///   joints]
 /// - spans: Spans of a spline: the more, the freer, and the longer the search [default: by the limits, 8 to 30]
 /// - repetitions: Whole periods between the blends; times that a spline is played [default: 3]
 /// - blend: Seconds from rest to the series, and back to rest [default: by the limits]
@@ -241,28 +244,49 @@ pub fn excite(
 }
 
 /// Proves anew that a motion keeps its limits, and those of `limits`, a path to YAML or its content as a dict, too; torques
-/// are those of the description, or of the estimate `after`. Returns what speaks against the motion: nothing where all that
-/// is looked at is proven, and where all that `limits` asks for is looked at.
+/// are those of the description, or of the estimate `after`. Of a plan each experiment is proved so, and what its proof is worth is
+/// found again. Returns what speaks against it: nothing where all that is looked at is proven, and where all that `limits` asks
+/// for is looked at.
 ///
-/// model: a Model, or the path of a description. motion: an ExcitingMotion, or the path of one.
+/// model: a Model, or the path of a description. motion: an ExcitingMotion, an ExperimentPlan, or the path of one, of a table
+/// of points (CSV) or of a JointTrajectory (YAML, JSON).
 ///
 /// Options:
 /// - limits: Limits of your own that the motion must keep too, as for `rist excite limits=`; those that the file
 ///   lacks are not assumed. What a motion may leave out, `space: {floor: none, accept: ..}`, counts in this file
 ///   alone
 /// - after: Efforts and powers are proved with its torques instead of the description's
+/// - interpolation: How a controller goes between the points of a table or a JointTrajectory [default: the
+///   smoothest that the points allow]
 #[pyfunction]
-#[pyo3(signature = (model, motion, **options), text_signature = "(model, motion, *, limits=None, after=None)")]
+#[pyo3(signature = (model, motion, **options), text_signature = "(model, motion, *, limits=None, after=None, interpolation=None)")]
 pub fn check(
     py: Python<'_>,
     model: &Bound<'_, PyAny>,
     motion: &Bound<'_, PyAny>,
     options: Option<&Bound<'_, PyDict>>,
 ) -> PyResult<Vec<String>> {
-    let (model, motion) = (Model::of(model)?, ExcitingMotion::of(motion)?);
-    let model = model.get();
-    let call = Call::new("check", &["after"], options)?;
+    let model = Model::of(model)?;
+    let model = &model.get().inner;
+    let call = Call::new("check", &["after", "interpolation"], options)?;
     let asked = CheckRequest { after: estimate_of(&call, "after")?, ..call.request()? };
-    let check = || rist::check(&model.inner, Path::new("motion"), &motion, &asked);
-    Ok(alone(py, check)?.or_error()?.faults())
+    let interpolation = call.own("interpolation").map(interpolation_of).transpose()?;
+    let path: PathBuf = motion.extract().unwrap_or("motion".into());
+    let file = match (motion.cast::<ExcitingMotion>(), motion.cast::<ExperimentPlan>()) {
+        (Ok(motion), _) => PlayedFile::Motion(Box::new(motion.get().inner.clone())),
+        (_, Ok(plan)) => PlayedFile::Plan(Box::new(plan.get().inner.clone())),
+        _ if motion.extract::<PathBuf>().is_ok() => PlayedFile::read(model, &path).or_error()?,
+        _ => return Err(error("check: a motion is an ExcitingMotion, an ExperimentPlan, or the path of a file")),
+    };
+    Ok(alone(py, || file.check(model, &path, interpolation, &asked))?.or_error()?.faults())
+}
+
+/// The interpolation of a word.
+fn interpolation_of(given: &Bound<'_, PyAny>) -> PyResult<Interpolation> {
+    let word: String = given.extract().unwrap_or_default();
+    let found = Interpolation::ALL.into_iter().find(|(_, known)| *known == word);
+    found.map(|(interpolation, _)| interpolation).ok_or_else(|| {
+        let words: Vec<&str> = Interpolation::ALL.iter().map(|(_, word)| *word).collect();
+        error(format_args!("check: interpolation is one of {}", words.join(", ")))
+    })
 }

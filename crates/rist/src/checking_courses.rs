@@ -9,11 +9,12 @@ use experiments::excitation::course::Course;
 use experiments::excitation::fitting::Obligations;
 use experiments::excitation::held_limits::{HeldLimit, Origin};
 use experiments::excitation::left_out::{LeftOut, Matter};
-use experiments::excitation::limits::{AskedLimits, CoordinateLimits, LimitKind, given};
+use experiments::excitation::limits::{AskedLimits, CoordinateLimits, LimitKind, LimitsFile, given};
 use experiments::excitation::polynomial_course::PolynomialCourse;
 use experiments::excitation::space_limits::SpaceLimits;
 use experiments::motion::point_trajectory::{Interpolation, PointTrajectory};
 use experiments::plan::exciting_trajectory::ExcitingTrajectory;
+use experiments::plan::experiment_plan::ExperimentPlan;
 use experiments::plan::planned_experiment::PlannedExperiment;
 use experiments::plan::proof_again;
 use logs::{ColumnNames, Columns, Table};
@@ -24,7 +25,6 @@ use crate::described::torque_left_out;
 use crate::error::Error;
 use crate::exciting::{KnownTorque, identified_torque};
 use crate::model::Model;
-use crate::planning::ExperimentPlan;
 use crate::request::CheckRequest;
 
 /// What of a course no derivative bounds, since it jumps, with the reason.
@@ -56,7 +56,7 @@ pub fn check_points(
 ) -> Result<Checked, Error> {
     let refused = |what: String| Error::new(format_args!("{}: {what}", file.display()));
     let names = model.regressor().coordinates();
-    let asked = limits_of_request(model, request)?;
+    let asked = limits_of_request(model, request.limits.as_ref())?;
     let points = points.of_coordinates(names, &|k| asked[k].locked).map_err(refused)?;
     let interpolation = points.interpolation(interpolation).map_err(refused)?;
     let jumps = match interpolation {
@@ -75,7 +75,7 @@ pub fn check_points(
         Interpolation::Quintic => Jumps { from: LimitKind::Effort, why: "", would_tell: "", slack: 0.0 },
     };
     let course = PolynomialCourse::through(&points, interpolation);
-    let checked = check_course(model, &course, &asked, &jumps, request)?;
+    let checked = CourseCheck::new(model, request, asked, jumps)?.course(&course);
     let mut notes = checked.notes;
     notes.push(format!(
         "{} points over {:.3} s, {} between them; efforts and powers are held to their whole limits",
@@ -99,20 +99,12 @@ pub fn check_experiments(
     request: &CheckRequest,
 ) -> Result<Vec<(String, Checked)>, Error> {
     model.check(file, &plan.model)?;
-    let asked = limits_of_request(model, request)?;
-    // Ramps and corners: the acceleration of a bang-bang swing and of a sweep jumps.
-    let jumps = Jumps {
-        from: LimitKind::Jerk,
-        why: "the acceleration of a bang-bang swing and of a sweep jumps",
-        would_tell: "a smooth profile",
-        slack: PLAN_ROUNDING,
-    };
+    let held = CourseCheck::of_plans(model, request)?;
     let experiments = plan.trajectories(&file.display().to_string())?;
     let one = |(planned, experiment): (&PlannedExperiment, &ExcitingTrajectory)| {
-        let course = PolynomialCourse::of_experiment(experiment);
-        Ok((planned.name.clone(), check_course(model, &course, &asked, &jumps, request)?))
+        (planned.name.clone(), held.experiment(experiment))
     };
-    plan.experiments.iter().zip(&experiments).map(one).collect()
+    Ok(plan.experiments.iter().zip(&experiments).map(one).collect())
 }
 
 /// The least D-efficiency that the proof in a plan's file leaves, found again from the model and the candidates in it; `None`
@@ -141,10 +133,10 @@ pub fn points_of_table(model: &Model, table: &Table, names: &ColumnNames) -> Res
 }
 
 /// What description and request give, one per coordinate.
-fn limits_of_request(model: &Model, request: &CheckRequest) -> Result<Vec<AskedLimits>, Error> {
+pub(crate) fn limits_of_request(model: &Model, file: Option<&LimitsFile>) -> Result<Vec<AskedLimits>, Error> {
     let refused = |what: String| Error::new(format_args!("{}: {what}", model.path.display()));
     let (nothing, names) = (Default::default(), model.regressor().coordinates());
-    let file = request.limits.as_ref().unwrap_or(&nothing);
+    let file = file.unwrap_or(&nothing);
     file.check_names(names).map_err(refused)?;
     let one = |(name, coordinate): (&String, &robot::Coordinate)| {
         given(&coordinate.limits, &file.of(name), &file.all)
@@ -181,50 +173,93 @@ fn bounds(asked: &AskedLimits, jumps: &Jumps) -> CoordinateLimits {
     }
 }
 
-fn check_course(
-    model: &Model,
-    course: &dyn Course,
-    asked: &[AskedLimits],
-    jumps: &Jumps,
-    request: &CheckRequest,
-) -> Result<Checked, Error> {
-    let names = model.regressor().coordinates();
-    let limits: Vec<CoordinateLimits> = asked.iter().map(|asked| bounds(asked, jumps)).collect();
-    // Torques and bodies.
-    let identified = request.after.as_ref().map(|estimate| identified_torque(model, names, estimate)).transpose()?;
-    let known = KnownTorque::new(model, identified.as_ref());
-    let torque = known.described(1.0, &limits);
-    let nothing = SpaceLimits::default();
-    let user = request.limits.as_ref().and_then(|limits| limits.space.as_ref()).unwrap_or(&nothing);
-    let surroundings = RobotSurroundings::new(model, user, None, &limits)?;
-    let obligations =
-        Obligations { limits: &limits, names, torque: torque.as_ref(), surroundings: surroundings.some() };
-    let certificate = obligations.certificate(course);
+/// What courses are held to: limits, torques and bodies.
+pub(crate) struct CourseCheck<'a> {
+    model: &'a Model,
+    request: &'a CheckRequest,
+    asked: Vec<AskedLimits>,
+    jumps: Jumps,
+    limits: Vec<CoordinateLimits>,
+    known: KnownTorque<'a>,
+    surroundings: RobotSurroundings,
+}
 
-    // What is left out.
-    let mut left_out = surroundings.left_out().to_vec();
-    if jumps.from == LimitKind::Acceleration {
-        let of = names.iter().zip(asked).filter(|(_, a)| a.effort.is_some() || a.power.is_some());
-        let of: Vec<String> = of.map(|(name, _)| name.clone()).collect();
-        if !of.is_empty() {
-            left_out.push(LeftOut::not_looked_at(Matter::Effort, of, jumps.why, jumps.would_tell));
-        }
-    } else {
-        left_out.extend(torque_left_out(known.enclosure.is_some(), names, &limits, request.limits.as_ref()));
+impl<'a> CourseCheck<'a> {
+    /// Fails where the bodies have no place.
+    fn new(model: &'a Model, request: &'a CheckRequest, asked: Vec<AskedLimits>, jumps: Jumps) -> Result<Self, Error> {
+        let limits: Vec<CoordinateLimits> = asked.iter().map(|asked| bounds(asked, &jumps)).collect();
+        let names = model.regressor().coordinates();
+        let identified =
+            request.after.as_ref().map(|estimate| identified_torque(model, names, estimate)).transpose()?;
+        let known = KnownTorque::new(model, identified.as_ref());
+        let nothing = SpaceLimits::default();
+        let user = request.limits.as_ref().and_then(|limits| limits.space.as_ref()).unwrap_or(&nothing);
+        let surroundings = RobotSurroundings::new(model, user, None, &limits)?;
+        Ok(CourseCheck { model, request, asked, jumps, limits, known, surroundings })
     }
-    left_out.extend(unbounded(names, asked, &limits, jumps, request));
-    left_out.push(LeftOut::approach());
-    let origins = origins(model, names, asked, &limits);
-    let (floor, lowest) = (surroundings.floor(), surroundings.lowest_of(course));
-    Ok(Checked {
-        certificate,
-        left_out,
-        floor,
-        lowest,
-        notes: after_note(request).into_iter().collect(),
-        limits,
-        origins,
-    })
+
+    /// What the experiments of plans are held to.
+    pub(crate) fn of_plans(model: &'a Model, request: &'a CheckRequest) -> Result<CourseCheck<'a>, Error> {
+        let asked = limits_of_request(model, request.limits.as_ref())?;
+        // Ramps and corners: the acceleration of a bang-bang swing and of a sweep jumps.
+        let jumps = Jumps {
+            from: LimitKind::Jerk,
+            why: "the acceleration of a bang-bang swing and of a sweep jumps",
+            would_tell: "a smooth profile",
+            slack: PLAN_ROUNDING,
+        };
+        CourseCheck::new(model, request, asked, jumps)
+    }
+
+    /// The bodies.
+    pub(crate) fn surroundings(&self) -> &RobotSurroundings {
+        &self.surroundings
+    }
+
+    /// What description and request give, one per coordinate.
+    pub(crate) fn asked(&self) -> &[AskedLimits] {
+        &self.asked
+    }
+
+    /// The proofs of an experiment.
+    pub(crate) fn experiment(&self, experiment: &ExcitingTrajectory) -> Checked {
+        self.course(&PolynomialCourse::of_experiment(experiment))
+    }
+
+    fn course(&self, course: &dyn Course) -> Checked {
+        let (names, limits) = (self.model.regressor().coordinates(), &self.limits);
+        let torque = self.known.described(1.0, limits);
+        let surroundings = self.surroundings.some();
+        let certificate = Obligations { limits, names, torque: torque.as_ref(), surroundings }.certificate(course);
+        Checked {
+            certificate,
+            left_out: self.left_out(),
+            floor: self.surroundings.floor(),
+            lowest: self.surroundings.lowest_of(course),
+            notes: after_note(self.request).into_iter().collect(),
+            limits: limits.clone(),
+            origins: origins(self.model, names, &self.asked, limits),
+        }
+    }
+
+    /// What no row is about, whatever the course.
+    pub(crate) fn left_out(&self) -> Vec<LeftOut> {
+        let (names, asked) = (self.model.regressor().coordinates(), &self.asked);
+        let mut left_out = self.surroundings.left_out().to_vec();
+        if self.jumps.from == LimitKind::Acceleration {
+            let of = names.iter().zip(asked).filter(|(_, a)| a.effort.is_some() || a.power.is_some());
+            let of: Vec<String> = of.map(|(name, _)| name.clone()).collect();
+            if !of.is_empty() {
+                left_out.push(LeftOut::not_looked_at(Matter::Effort, of, self.jumps.why, self.jumps.would_tell));
+            }
+        } else {
+            let file = self.request.limits.as_ref();
+            left_out.extend(torque_left_out(self.known.enclosure.is_some(), names, &self.limits, file));
+        }
+        left_out.extend(unbounded(names, asked, &self.limits, &self.jumps, self.request));
+        left_out.push(LeftOut::approach());
+        left_out
+    }
 }
 
 /// The kinds that no row is about: nobody gives a limit, or they jump.

@@ -7,10 +7,12 @@ use experiments::excitation::quintic_spline::QuinticSpline;
 use experiments::motion::sample_count::check_samples;
 
 use crate::error::Error;
-use crate::request::{ExciteRequest, Family, HARMONICS};
+use crate::request::{ExciteRequest, Family};
 
 /// Instants a period, for each harmonic. They are enough to distinguish products of three harmonics.
 const SAMPLED_INSTANTS: usize = 30;
+/// The highest frequency over the rate: ten samples a period.
+const HIGHEST_SHARE_OF_RATE: f64 = 0.1;
 /// Instants a span of a spline: what its limits do in between costs less than a hundredth.
 const SPAN_INSTANTS: usize = 10;
 
@@ -29,6 +31,26 @@ pub fn default_period(limits: &[CoordinateLimits], harmonics: usize) -> f64 {
     let room = middle(limits, |l| turn * 0.5 * (l.position.1 - l.position.0) / l.velocity);
     let speed = middle(limits, |l| turn * harmonics as f64 * l.velocity / l.acceleration);
     room.max(speed).clamp(5.0, 20.0)
+}
+
+/// Harmonics by which the default period is told, and the least by default.
+const FEW_HARMONICS: usize = 5;
+/// The most by default.
+const MANY_HARMONICS: usize = 8;
+/// With more joints that move a search with many harmonics takes minutes.
+const FEW_JOINTS: usize = 8;
+/// Beyond the harmonic at which velocity and acceleration reach their limits together, others still tell something.
+const BEYOND_CORNER: f64 = 1.5;
+
+/// Harmonics by the limits, 5 to 8: as many as the median joint makes use of in this period. On a UR5 eight tell a quarter
+/// more than five.
+fn default_harmonics(limits: &[CoordinateLimits], period: f64, rate: f64) -> usize {
+    if limits.iter().filter(|l| l.locked.is_none()).count() > FEW_JOINTS {
+        return FEW_HARMONICS;
+    }
+    let corner = middle(limits, |l| l.acceleration / (std::f64::consts::TAU * l.velocity));
+    let told = (BEYOND_CORNER * corner * period).min(HIGHEST_SHARE_OF_RATE * rate * period);
+    (told.round() as usize).clamp(FEW_HARMONICS, MANY_HARMONICS)
 }
 
 /// Spans of a spline by the limits, 8 to 30. Each is one and a half times as long as the median joint takes from rest
@@ -55,24 +77,26 @@ pub(crate) fn timing(request: &ExciteRequest, limits: &[CoordinateLimits]) -> Re
     let tenths = |x: f64| (10.0 * x).ceil() / 10.0;
     let whole = |x: f64| (x * request.rate).round().max(1.0) / request.rate;
     let or_default = |harmonics| whole(request.seconds().unwrap_or_else(|| tenths(default_period(limits, harmonics))));
+    let usual_period = or_default(FEW_HARMONICS);
     // (shape, instants, name of the fastest part, its frequency in Hz).
     let (shape, samples, quickest, highest) = match request.family()? {
         Family::Fourier { blend, harmonics } => {
-            let period = or_default(harmonics);
+            let period = harmonics.map_or(usual_period, or_default);
+            let harmonics = harmonics.unwrap_or_else(|| default_harmonics(limits, period, request.rate));
             let blend = whole(blend.unwrap_or_else(|| tenths(default_blend(limits))));
             let series = FourierSeries { period, blend, harmonics };
             let samples = (SAMPLED_INSTANTS * harmonics).max(100);
             (Shape::Fourier(series), samples, "the highest harmonic", harmonics as f64 / period)
         }
         Family::Spline { spans } => {
-            let period = or_default(HARMONICS);
+            let period = usual_period;
             let spans = spans.unwrap_or_else(|| default_spans(limits, period));
             // There and back takes four spans.
             let highest = spans as f64 / (4.0 * period);
             (Shape::Spline(QuinticSpline { period, spans }), SPAN_INSTANTS * spans, "a swing of four spans", highest)
         }
     };
-    if highest > 0.1 * request.rate {
+    if highest > HIGHEST_SHARE_OF_RATE * request.rate {
         return Err(Error::new(format_args!(
             "{quickest}, {highest:.3} Hz, needs ten samples a period: raise [rate] ({} Hz) or [period] ({} s)",
             request.rate,

@@ -123,7 +123,7 @@ pub fn excite(model: &Model, request: &ExciteRequest, progress: &ExciteProgress)
 }
 
 /// Fails where the user asked for something at which nobody could look, before a search is lost to it.
-fn refuse_what_is_owed(model: &Model, left_out: &[LeftOut]) -> Result<(), Error> {
+pub(crate) fn refuse_what_is_owed(model: &Model, left_out: &[LeftOut]) -> Result<(), Error> {
     let ledger = MotionLedger { rows: &[], left_out, floor: None, lowest: None };
     match &ledger.faults()[..] {
         [] => Ok(()),

@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 
 use experiments::motion::record::Record;
 use experiments::plan::exciting_trajectory::ExcitingTrajectory;
+use experiments::plan::experiment_plan::ExperimentPlan;
 use identification::estimators::drive_gains::likelihood::Gain;
 use identification::spectrum::experiment::SpectralExperiment;
 use identification::spectrum::identify::{SpectralMethod, identify_spectrum};
@@ -13,7 +14,6 @@ use logs::{ColumnNames, Effort, Log};
 use crate::Estimate;
 use crate::error::Error;
 use crate::model::Model;
-use crate::planning::ExperimentPlan;
 use crate::request::{HarmonicRequest, PaperRequest, Request};
 
 /// The logs of a plan that was run.

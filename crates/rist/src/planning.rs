@@ -1,8 +1,10 @@
 //! From a model to the experiments that identify it best.
 
+use experiments::excitation::limits::AskedLimits;
 use experiments::motion::sample_count::check_samples;
-use experiments::plan::candidates::{Candidate, CandidateGrid, candidates};
+use experiments::plan::candidates::{Candidate, CandidateGrid, MotionLimits, permitted_candidates};
 use experiments::plan::exchange::Search;
+use experiments::plan::exciting_trajectory::ExcitingTrajectory;
 use experiments::plan::ranges::check_limits;
 use experiments::simulate::defaults::motion_limits;
 use experiments::simulate::dynamics::RegressorDynamics;
@@ -13,9 +15,13 @@ pub use experiments::plan::experiment_plan::ExperimentPlan;
 
 pub use crate::request::PlanRequest;
 
+use crate::checking::Checked;
+use crate::checking_courses::CourseCheck;
 use crate::error::Error;
+use crate::exciting::refuse_what_is_owed;
 use crate::model::Model;
-use crate::request::Request;
+use crate::plan_permission::PlanPermission;
+use crate::request::{CheckRequest, Request};
 
 /// A plan, and the assumptions behind it.
 pub struct Planned {
@@ -23,39 +29,78 @@ pub struct Planned {
     pub plan: ExperimentPlan,
     /// Sentences on what the description does not say.
     pub notes: Vec<String>,
+    /// The proofs of each experiment, by its name.
+    pub checked: Vec<(String, Checked)>,
 }
 
-/// Chooses the experiments with the greatest determinant (or the least condition number) of their information.
+/// Times that a plan is chosen anew without the experiments whose proof failed.
+const MOST_ROUNDS: usize = 10;
+
+/// Chooses the experiments with the greatest determinant (or the least condition number) of their information, among
+/// those whose torques and bodies keep the limits of the description and of the request, and proves that the chosen ones do.
 /// `progress`: starts done, starts, best value.
 ///
-/// Fails where a number of the request or a limit of the description is out of range, and where the limits leave no
-/// motion. If it is interrupted during the search, it gives the best plan found.
+/// Fails where a number of the request or a limit of the description is out of range, where the limits leave no
+/// motion, and where the request asks for what nobody can look at. If it is interrupted during the search, it gives the
+/// best plan found.
 pub fn plan(
     model: &Model,
     request: &PlanRequest,
     progress: &(dyn Fn(usize, usize, f64) + Sync),
 ) -> Result<Planned, Error> {
-    let Candidates { candidates, mut notes, noise } = candidates_of(model, request)?;
+    check(request)?;
+    let of_check = CheckRequest { limits: request.limits.clone(), ..CheckRequest::default() };
+    let held = CourseCheck::of_plans(model, &of_check)?;
+    refuse_what_is_owed(model, &held.left_out())?;
+    let Candidates { mut candidates, mut notes, noise } = candidates_of(model, request, &held)?;
     let threads = std::thread::available_parallelism().map_or(1, usize::from);
     let search =
         Search { starts: request.starts, threads, seed: request.seed, nodes: request.nodes, ..Search::default() };
-    let plan = ExperimentPlan::choose(
-        model.reference.clone(),
-        model.regressor(),
-        &candidates,
-        &noise,
-        request.experiments,
-        request.criterion,
-        &search,
-        progress,
-    );
-    if Interruption::take() {
-        if plan.experiments.is_empty() {
-            return Err(Error::new("interrupted before there was a plan"));
+    let mut left_out = 0;
+    for _ in 0..MOST_ROUNDS {
+        let plan = ExperimentPlan::choose(
+            model.reference.clone(),
+            model.regressor(),
+            &candidates,
+            &noise,
+            request.experiments,
+            request.criterion,
+            &search,
+            progress,
+        );
+        if Interruption::take() {
+            if plan.experiments.is_empty() {
+                return Err(Error::new("interrupted before there was a plan"));
+            }
+            notes.push("the search was interrupted: this is the best plan up to there".into());
         }
-        notes.push("the search was interrupted: this is the best plan up to there".into());
+        let experiments = plan.trajectories("the plan")?;
+        let proofs: Vec<Checked> = experiments.iter().map(|experiment| held.experiment(experiment)).collect();
+        let failed: Vec<&ExcitingTrajectory> =
+            experiments.iter().zip(&proofs).filter(|(_, proof)| !proof.is_proven()).map(|(e, _)| e).collect();
+        if failed.is_empty() {
+            if left_out > 0 {
+                notes.push(format!("experiments left out since a limit is not kept between instants: {left_out}"));
+            }
+            let checked = plan.experiments.iter().map(|e| e.name.clone()).zip(proofs).collect();
+            return Ok(Planned { plan, notes, checked });
+        }
+        let before = candidates.len();
+        candidates.retain(|candidate| !failed.contains(&&candidate.trajectory));
+        left_out += before - candidates.len();
+        if candidates.is_empty() {
+            break;
+        }
     }
-    Ok(Planned { plan, notes })
+    Err(no_motion(model))
+}
+
+fn no_motion(model: &Model) -> Error {
+    Error::new(format_args!(
+        "{}: the limits leave no motion: widen those of position, or raise [steps], or [effort_share] where torques are near \
+         their limits; for links that may meet, sign the pair in [limits=FILE]: space: accept: [[LINK, LINK, REASON]]",
+        model.path.display()
+    ))
 }
 
 /// The motions to choose from.
@@ -67,9 +112,39 @@ struct Candidates {
     noise: Vec<f64>,
 }
 
-fn candidates_of(model: &Model, request: &PlanRequest) -> Result<Candidates, Error> {
-    check(request)?;
-    let (limits, mut notes) = motion_limits(&model.robot);
+/// From rest to the greatest velocity in this time, where a velocity is given and no acceleration, s.
+const RISE_S: f64 = 0.3;
+
+/// What the motions of a plan keep: of the description and of the user's file, assumed where neither has a limit.
+fn limits_of(model: &Model, asked: &[AskedLimits]) -> (Vec<MotionLimits>, Vec<String>) {
+    let mut robot = model.robot.clone();
+    let mut quick = Vec::new();
+    for (coordinate, asked) in robot.coordinates.iter_mut().zip(asked) {
+        // Of positions that are none, or that hold still, nothing is said here.
+        let around = asked.locked.map(|q| (q - 1.0, q + 1.0));
+        if asked.acceleration.is_none() && asked.velocity.is_some() {
+            quick.push(coordinate.name.clone());
+        }
+        coordinate.limits = robot::Limits {
+            position: around.or(asked.position),
+            velocity: asked.velocity,
+            acceleration: asked.acceleration.or(asked.velocity.map(|velocity| velocity / RISE_S)),
+            effort: asked.effort,
+        };
+    }
+    let (mut limits, mut notes) = motion_limits(&robot);
+    for (limits, asked) in limits.iter_mut().zip(asked) {
+        limits.position = asked.locked.map_or(limits.position, |q| (q, q));
+    }
+    if !quick.is_empty() {
+        let names = quick.join(", ");
+        notes.push(format!("{names}: no greatest acceleration given, the greatest velocity in {RISE_S} s assumed"));
+    }
+    (limits, notes)
+}
+
+fn candidates_of(model: &Model, request: &PlanRequest, held: &CourseCheck) -> Result<Candidates, Error> {
+    let (limits, mut notes) = limits_of(model, held.asked());
     check_limits(model.regressor().coordinates(), &limits)
         .map_err(|e| Error::new(format_args!("{}: {e}", model.path.display())))?;
     // Torque noise is a share of the effort, which needs inertial parameters.
@@ -92,10 +167,11 @@ fn candidates_of(model: &Model, request: &PlanRequest) -> Result<Candidates, Err
         gravity: model.robot.gravity_number() != [0.0; 3],
         seed: request.seed,
     };
-    let candidates = candidates(&grid, &limits, model.regressor(), &noise);
+    let permission = PlanPermission::new(model, held.asked(), request.effort_share, held.surroundings());
+    let candidates = permitted_candidates(&grid, &limits, model.regressor(), &noise, &permission);
     Interruption::check()?;
     if candidates.is_empty() {
-        return Err(Error::new("the limits leave no motion: widen them in the model, or raise [steps]"));
+        return Err(no_motion(model));
     }
     Ok(Candidates { candidates, notes, noise })
 }

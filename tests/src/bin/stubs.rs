@@ -10,7 +10,7 @@ use std::process::ExitCode;
 use rist::request::spelling::{Reader, spelled};
 use rist::request::{
     CheckRequest, CompareRequest, DoctorRequest, ExciteRequest, Field, Flag, Method, MethodRequest, ModelOptions,
-    PlanRequest, Range, Request, SimulateRequest, SumsRequest, ValidateRequest, number, requests,
+    PlanRequest, PointsFiles, Range, Request, SimulateRequest, SumsRequest, ValidateRequest, number, requests,
 };
 use serde_json::Value;
 use tests::docstrings::Docstrings;
@@ -101,6 +101,7 @@ fn functions() -> Vec<Function> {
     ];
     let after = estimate("after", "The motion shows what this estimate leaves open");
     let proved_after = estimate("after", "Efforts and powers are proved with its torques instead of the description's");
+    let of_check = [CheckRequest::fields(), PointsFiles::fields()].concat();
     vec![
         Function::new("Model.__init__", "model.rs", &ModelOptions::fields(), Vec::new()),
         Function::new("Model.read", "model.rs", &ModelOptions::fields(), Vec::new()),
@@ -113,7 +114,7 @@ fn functions() -> Vec<Function> {
         Function::new("plan", "experiments.rs", &PlanRequest::fields(), vec![progress()]),
         Function::new("simulate", "experiments.rs", &SimulateRequest::fields(), of_simulate),
         Function::new("excite", "experiments.rs", &ExciteRequest::fields(), vec![after, progress()]),
-        Function::new("check", "experiments.rs", &CheckRequest::fields(), vec![proved_after]),
+        Function::new("check", "experiments.rs", &of_check, vec![proved_after]),
     ]
 }
 

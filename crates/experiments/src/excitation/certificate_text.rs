@@ -96,7 +96,7 @@ pub fn certificate_text(rows: &[CertificateRow], is_prismatic: &dyn Fn(&str) -> 
 }
 
 /// What a motion makes visible: the deviation with two digits, and the described value as far as they reach.
-pub(crate) fn parameters_text(parameters: &[VisibleParameter]) -> String {
+pub fn parameters_text(parameters: &[VisibleParameter]) -> String {
     let width = parameters.iter().map(|p| p.id.to_string().chars().count()).max().unwrap_or(0).max("parameter".len());
     let mut text =
         format!("{:<width$}  {:>11} {:>11} {:>10}  unit\n", "parameter", "described", "deviation", "relative");

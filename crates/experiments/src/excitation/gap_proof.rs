@@ -9,6 +9,7 @@
 
 use std::collections::VecDeque;
 
+use claims::significant;
 use numerics::interval::Interval;
 
 use crate::excitation::course::Course;
@@ -33,7 +34,7 @@ pub struct Gap {
 impl Gap {
     /// `distance of forearm and base (0.01 m)`.
     pub fn in_words(&self) -> String {
-        format!("{} of {} ({} m)", self.limit, self.subject, self.bound)
+        format!("{} of {} ({} m)", self.limit, self.subject, significant(self.bound, 3))
     }
 }
 

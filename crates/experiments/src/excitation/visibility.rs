@@ -10,7 +10,7 @@ use linear_model::friction::terms::{columns_before, sign};
 use linear_model::linear_model::Model;
 use linear_model::parameter::{Parameter, ParameterId};
 use linear_model::unit::Unit;
-use numerics::least_squares::solve;
+use numerics::least_squares::{Solution, solve};
 use numerics::triangle::{Triangle, TriangleBuilder};
 use serde::{Deserialize, Serialize};
 
@@ -63,6 +63,11 @@ pub struct VisibleParameter {
 }
 
 impl VisibleParameter {
+    /// Whether its deviation is much of its value.
+    pub fn is_weak(&self) -> bool {
+        self.relative_deviation.is_some_and(|r| r > WEAK_RELATIVE_DEVIATION)
+    }
+
     /// What is to be said of a parameter that is not visible, or weak.
     pub fn remark(&self) -> Option<String> {
         match (self.deviation, self.relative_deviation, &self.to_blame) {
@@ -91,6 +96,39 @@ pub struct Visibility {
     pub condition_number: f64,
 }
 
+/// States at even instants, over which an identification sums.
+pub struct SeenStates<'a> {
+    /// Number of instants.
+    pub count: usize,
+    /// Position, velocity and acceleration of each coordinate at an instant.
+    pub at: &'a dyn Fn(usize) -> Vec<[f64; 3]>,
+    /// Times that these instants come.
+    pub repetitions: usize,
+}
+
+/// How unsure torques will be that are computed from the estimate.
+pub struct Foreseen {
+    columns: Vec<usize>,
+    /// Of the columns; `None` where there is none.
+    solution: Option<(Solution, Triangle)>,
+    repetitions: f64,
+}
+
+impl Foreseen {
+    /// Deviation of the torque row . X, N m (N); `row`: over all columns of the model. `None` where a parameter that it needs
+    /// is not told.
+    pub fn torque_deviation(&self, row: &[f64]) -> Option<f64> {
+        let (solution, seen) = self.solution.as_ref()?;
+        let picked: Vec<f64> = self.columns.iter().map(|&c| row[c]).collect();
+        if picked.iter().zip(&solution.determined).any(|(x, told)| *x != 0.0 && !told) {
+            return None;
+        }
+        let at = |i: usize| (0..picked.len()).map(|k| solution.inverse[(i, k)] * picked[k]).sum::<f64>();
+        let along: Vec<f64> = (0..picked.len()).map(at).collect();
+        Some((seen.squares(&along).1 / self.repetitions).sqrt())
+    }
+}
+
 /// What the motion tells, beside what is known already. `described`: one per parameter; `certificate`: that of the motion;
 /// `prior`: rows of the information that is known, over all columns.
 pub fn visibility(
@@ -102,25 +140,44 @@ pub fn visibility(
     certificate: &[CertificateRow],
     prior: &[f64],
 ) -> Visibility {
+    // The whole period, at the instants of the log.
+    let at = |r: usize| -> Vec<[f64; 3]> {
+        let state = motion.at(motion.shape.blend() + r as f64 / motion.rate);
+        state.iter().map(|x| [x[0], x[1], x[2]]).collect()
+    };
+    let count = (motion.shape.period() * motion.rate).round() as usize;
+    let seen = SeenStates { count, at: &at, repetitions: motion.repetitions.max(1) };
+    visibility_of(model, &seen, limits, noise, described, certificate, prior).0
+}
+
+/// The same of any states, with how unsure torques will be.
+pub fn visibility_of(
+    model: &Model,
+    states: &SeenStates,
+    limits: &[CoordinateLimits],
+    noise: &JointNoise,
+    described: &[Option<f64>],
+    certificate: &[CertificateRow],
+    prior: &[f64],
+) -> (Visibility, Foreseen) {
     let visible = visible_columns(model, limits);
     let columns: Vec<usize> = (0..model.p()).filter(|&c| visible[c]).collect();
-    let repetitions = motion.repetitions.max(1) as f64;
+    let repetitions = states.repetitions as f64;
     // The triangle is that of one period, so a share of what is known goes with it.
     let known: Vec<f64> = prior.iter().map(|x| x / repetitions.sqrt()).collect();
-    let triangle_over = |divisor: &[f64]| information(model, motion, limits, divisor, &columns, &known);
+    let triangle_over = |divisor: &[f64]| information(model, states, limits, divisor, &columns, &known);
     let triangle = triangle_over(&noise.torque);
     // Without a column there is nothing to solve for.
     let solution = (!columns.is_empty()).then(|| solve(&triangle));
     let weights = noise.weights();
-    let weighted = solution.as_ref().map(|_| solve(&triangle_over(&weights)).inverse);
     let square: Vec<f64> = weights.iter().zip(&noise.torque).map(|(r, s)| r * r / s).collect();
-    let seen = triangle_over(&square);
+    let weighted = solution.as_ref().map(|_| (solve(&triangle_over(&weights)), triangle_over(&square)));
     let greatest = described.iter().flatten().fold(0.0_f64, |m, x| m.max(x.abs()));
     let one = |(c, parameter): (usize, &Parameter)| {
         let place = columns.iter().position(|k| *k == c);
         let found = place.filter(|&i| solution.as_ref().is_some_and(|s| s.determined[i]));
-        let deviation = found.zip(weighted.as_ref()).map(|(i, inverse)| {
-            let along: Vec<f64> = inverse.column(i).iter().copied().collect();
+        let deviation = found.zip(weighted.as_ref()).map(|(i, (weighted, seen))| {
+            let along: Vec<f64> = weighted.inverse.column(i).iter().copied().collect();
             (seen.squares(&along).1 / repetitions).sqrt()
         });
         let value = described.get(c).copied().flatten();
@@ -141,19 +198,33 @@ pub fn visibility(
             to_blame,
         }
     };
-    let instants = (motion.shape.period() * motion.rate).round().max(1.0);
+    let instants = states.count.max(1) as f64;
     let logarithms: f64 = (0..columns.len()).map(|i| triangle.at(i, i).abs().ln()).sum();
-    Visibility {
+    let seen = Visibility {
         parameters: model.parameters.iter().enumerate().map(one).collect(),
         determinant: (2.0 * logarithms / columns.len().max(1) as f64).exp() / instants,
         condition_number: solution.as_ref().map_or(f64::INFINITY, |s| s.condition_number),
+    };
+    (seen, Foreseen { columns, solution: weighted, repetitions })
+}
+
+/// The row of joint i: its line of Y, then its friction with the exact sign. `y`: Y at the instant, line by line.
+pub fn fill_row(model: &Model, i: usize, y: &[f64], dq: f64, ddq: f64, row: &mut [f64]) {
+    let base = model.regressor.parameters().len();
+    row.fill(0.0);
+    row[..base].copy_from_slice(&y[i * base..][..base]);
+    let mut places = &mut row[base + columns_before(model.friction, i)..];
+    for term in model.friction {
+        let (own, rest) = places.split_at_mut(term.parameters_of(i).len());
+        term.fill(dq, ddq, 0.0, sign(dq), own);
+        places = rest;
     }
 }
 
-/// The triangle of these columns: the rows of one period over their noise, and the rows of what is known.
+/// The triangle of these columns: the rows of the states over their noise, and the rows of what is known.
 fn information(
     model: &Model,
-    motion: &Motion,
+    states: &SeenStates,
     limits: &[CoordinateLimits],
     noise: &[f64],
     columns: &[usize],
@@ -162,22 +233,13 @@ fn information(
     let (n, p, base) = (model.n(), model.p(), model.regressor.parameters().len());
     let mut block = TriangleBuilder::new(columns.len());
     let (mut y, mut row, mut picked) = (vec![0.0; n * base], vec![0.0; p], vec![0.0; columns.len()]);
-    // The rows of the whole period, at the instants of the log.
-    for r in 0..(motion.shape.period() * motion.rate).round() as usize {
-        let state = motion.at(motion.shape.blend() + r as f64 / motion.rate);
+    for r in 0..states.count {
+        let state = (states.at)(r);
         let of = |d: usize| -> Vec<f64> { state.iter().map(|x| x[d]).collect() };
         let (dq, ddq) = (of(1), of(2));
         model.regressor.fill(&of(0), &dq, &ddq, &mut y);
         for i in (0..n).filter(|&i| limits[i].locked.is_none()) {
-            row.fill(0.0);
-            row[..base].copy_from_slice(&y[i * base..][..base]);
-            // The row of joint i: its line of Y, then its friction with the exact sign, over its noise.
-            let mut places = &mut row[base + columns_before(model.friction, i)..];
-            for term in model.friction {
-                let (own, rest) = places.split_at_mut(term.parameters_of(i).len());
-                term.fill(dq[i], ddq[i], 0.0, sign(dq[i]), own);
-                places = rest;
-            }
+            fill_row(model, i, &y, dq[i], ddq[i], &mut row);
             picked.iter_mut().zip(columns).for_each(|(x, &c)| *x = row[c] / noise[i]);
             block.push(&picked, 0.0);
         }

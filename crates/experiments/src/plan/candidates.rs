@@ -14,6 +14,8 @@
 //! L is cut to the range; T is rounded up to a multiple of four samples at this L, which lowers the
 //! acceleration and never raises it. Slow joints move by v_small T/4.
 //!
+//! A motion that a [`Permission`](crate::plan::permission::Permission) refuses, for its torques or for bodies that meet, is tried with lower accelerations.
+//!
 //! [Vandanjon, Gautier, Desbats 1995, section 3.2 and table 1], made exact.
 
 use linear_model::regressor::Regressor;
@@ -24,10 +26,11 @@ use numerics::interruption::Interruption;
 use random::Random;
 
 use crate::motion::profile::Profile;
-use crate::plan::exciting_trajectory::{ExcitingTrajectory, Motion};
+use crate::plan::exciting_trajectory::{ExcitingTrajectory, Motion, SWEEP_ACCELERATION};
 use crate::plan::measured_motion::MeasuredMotion;
 use crate::plan::motion_kind::MotionKind;
 use crate::plan::paper_rows::{gravity_rows, spectral_rows};
+use crate::plan::permission::{Anything, Permission};
 
 /// The limits of a coordinate; rad, rad/s, rad/s^2.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -127,12 +130,29 @@ impl Candidate {
     }
 }
 
+/// Times that a motion which is refused is tried with a lower acceleration, and what each leaves of it.
+const MOST_SLOWER: i32 = 6;
+const SLOWER: f64 = 0.7;
+/// Configurations drawn for each that is taken.
+const MOST_DRAWS: usize = 10;
+
 /// Every motion of the grid that the limits allow and that shows anything; none where the work is interrupted.
 pub fn candidates(
     grid: &CandidateGrid,
     limits: &[MotionLimits],
     regressor: &dyn Regressor,
     noise: &[f64],
+) -> Vec<Candidate> {
+    permitted_candidates(grid, limits, regressor, noise, &Anything)
+}
+
+/// Those of [`candidates`] that a permission lets pass, some at lower accelerations.
+pub fn permitted_candidates(
+    grid: &CandidateGrid,
+    limits: &[MotionLimits],
+    regressor: &dyn Regressor,
+    noise: &[f64],
+    permission: &dyn Permission,
 ) -> Vec<Candidate> {
     let n = limits.len();
     let mut trajectories = Vec::new();
@@ -153,26 +173,56 @@ pub fn candidates(
         // Each motion draws from a stream of its own, whatever the others draw.
         for (index, (kind, slow)) in motions.into_iter().enumerate() {
             let mut random = Random::stream(grid.seed, (fast * 1000 + index) as u64);
-            for centre in configurations(grid, limits, &matters, &mut random) {
-                let trajectory = match kind {
-                    MotionKind::Gravity => sweep(grid, limits, fast, &centre),
-                    _ => swing(grid, limits, kind, fast, &slow, &centre),
-                };
-                trajectories.extend(trajectory);
+            for centre in configurations(grid, limits, &matters, &mut random, permission) {
+                trajectories.extend(about(grid, limits, kind, fast, &slow, &centre));
             }
         }
     }
     // Rows of the regressor for all of them, on all processors; what shows nothing is left out.
     let mut found = Vec::new();
-    let rows = |_, trajectory: &ExcitingTrajectory| Candidate::new(trajectory.clone(), regressor, noise);
+    let rows = |_, trajectory: &ExcitingTrajectory| {
+        let permitted = permitted(grid, limits, trajectory, permission)?;
+        Some(Candidate::new(permitted, regressor, noise)).filter(|candidate| candidate.information.trace() > 0.0)
+    };
     let done = in_order(&trajectories, rows, |_, candidate| {
         Interruption::check().map_err(|e| Error::new(e.message()))?;
-        if candidate.information.trace() > 0.0 {
-            found.push(candidate);
-        }
+        found.extend(candidate);
         Ok(())
     });
     done.map_or_else(|_: Error| Vec::new(), |()| found)
+}
+
+/// The motion of a kind about a centre; `None` when it would be too short.
+fn about(
+    grid: &CandidateGrid,
+    limits: &[MotionLimits],
+    kind: MotionKind,
+    fast: usize,
+    slow: &[usize],
+    centre: &[f64],
+) -> Option<ExcitingTrajectory> {
+    match kind {
+        MotionKind::Gravity => sweep(grid, limits, fast, centre),
+        _ => swing(grid, limits, kind, fast, slow, centre),
+    }
+}
+
+/// A motion, or the same with as low an acceleration as lets it pass; `None` where none does.
+fn permitted(
+    grid: &CandidateGrid,
+    limits: &[MotionLimits],
+    motion: &ExcitingTrajectory,
+    permission: &dyn Permission,
+) -> Option<ExcitingTrajectory> {
+    if permission.motion(motion) {
+        return Some(motion.clone());
+    }
+    let slower = (1..=MOST_SLOWER).filter_map(|k| {
+        let lower = |l: &MotionLimits| MotionLimits { acceleration: SLOWER.powi(k) * l.acceleration, ..*l };
+        let limits: Vec<MotionLimits> = limits.iter().map(lower).collect();
+        about(grid, &limits, motion.kind, motion.fast, &motion.slow, &motion.centre)
+    });
+    slower.into_iter().find(|slower| permission.motion(slower))
 }
 
 /// The swing of a kind that the limits allow about this centre; `None` when it would be too short.
@@ -225,11 +275,16 @@ pub fn swing(
 fn sweep(grid: &CandidateGrid, limits: &[MotionLimits], fast: usize, centre: &[f64]) -> Option<ExcitingTrajectory> {
     let limit = &limits[fast];
     let velocity = limit.slow_velocity.max(1.0_f64.min(limit.velocity));
+    let ramps = SWEEP_ACCELERATION.min(limit.acceleration);
     let longest = LONGEST_SWEEP_S.max(2.5 * grid.duration) * velocity;
     let room = longest.min(1.8 * (centre[fast] - limit.position.0).min(limit.position.1 - centre[fast]));
-    // Ramps at 2 rad/s^2, and 0.15 s of settling that is not used.
-    let least = velocity * velocity / 2.0 + 0.4 * velocity;
-    (room > least).then(|| ExcitingTrajectory::sweep(fast, centre, room, velocity, grid.sample_time))
+    // The ramps, and 0.15 s of settling that is not used.
+    let least = velocity * velocity / ramps + 0.4 * velocity;
+    let mut found = ExcitingTrajectory::sweep(fast, centre, room, velocity, grid.sample_time);
+    if let Motion::Sweep { acceleration, .. } = &mut found.motion {
+        *acceleration = ramps;
+    }
+    (room > least).then_some(found)
 }
 
 /// Whether Y depends on each coordinate. It does not on that of a first axis along gravity.
@@ -258,6 +313,7 @@ fn configurations(
     limits: &[MotionLimits],
     matters: &[bool],
     random: &mut Random,
+    permission: &dyn Permission,
 ) -> Vec<Vec<f64>> {
     let n = limits.len();
     // A coordinate that Y does not depend on stays in the middle; the others take steps within 80 %.
@@ -269,21 +325,20 @@ fn configurations(
         if steps[k] == 1 { 0.5 * (low + high) } else { low + (high - low) * i as f64 / (steps[k] - 1) as f64 }
     };
     // All points of the grid where they are few enough, else random ones of them.
+    let point = |mut index: usize| -> Vec<f64> {
+        let one = |k: usize| {
+            let i = index % steps[k];
+            index /= steps[k];
+            at(k, i)
+        };
+        (0..n).map(one).collect()
+    };
     if total <= grid.configurations {
-        (0..total)
-            .map(|mut index| {
-                (0..n)
-                    .map(|k| {
-                        let i = index % steps[k];
-                        index /= steps[k];
-                        at(k, i)
-                    })
-                    .collect()
-            })
-            .collect()
-    } else {
-        (0..grid.configurations).map(|_| (0..n).map(|k| at(k, random.index(steps[k]))).collect()).collect()
+        return (0..total).map(point).filter(|q| permission.pose(q)).collect();
     }
+    let drawn = (0..MOST_DRAWS * grid.configurations)
+        .map(|_| (0..n).map(|k| at(k, random.index(steps[k]))).collect::<Vec<f64>>());
+    drawn.filter(|q| permission.pose(q)).take(grid.configurations).collect()
 }
 
 #[cfg(test)]

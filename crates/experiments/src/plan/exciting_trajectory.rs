@@ -99,6 +99,8 @@ pub struct SpectralEquation {
     pub projector: Projector,
 }
 
+/// Acceleration of the ramps of a sweep, rad/s^2 (m/s^2).
+pub(crate) const SWEEP_ACCELERATION: f64 = 2.0;
 /// Rest at the ends of a sweep, s.
 const SWEEP_REST_S: f64 = 0.1;
 
@@ -144,7 +146,7 @@ impl ExcitingTrajectory {
             slow: vec![],
             centre: centre.to_vec(),
             sample_time,
-            motion: Motion::Sweep { range, velocity, acceleration: 2.0, settling: 0.15 },
+            motion: Motion::Sweep { range, velocity, acceleration: SWEEP_ACCELERATION, settling: 0.15 },
         }
     }
 

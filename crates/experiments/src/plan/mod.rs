@@ -9,6 +9,7 @@ pub mod experiment_plan;
 pub mod measured_motion;
 pub mod motion_kind;
 pub mod paper_rows;
+pub mod permission;
 mod plan_node;
 pub mod plan_proof;
 pub mod planned_experiment;

@@ -745,6 +745,8 @@ def plan(
     profile: Literal["bang-bang", "smooth"] = "bang-bang",
     steps: int = 5,
     configurations: int = 60,
+    limits: Path | Mapping[str, Any] | None = None,
+    effort_share: float = 0.9,
     duration: float = 4.0,
     rate: float = 1000.0,
     starts: int = 12,
@@ -763,6 +765,8 @@ def plan(
     - profile: Acceleration within a swing [default: 'bang-bang']
     - steps: Configurations of the grid per coordinate [default: 5]
     - configurations: Maximum number of configurations per kind of motion [default: 60]
+    - limits: YAML with tighter limits, and with the room of the bodies, as for `rist excite`
+    - effort_share: Share of the limits of effort that the torque of the description may use [default: 0.9]
     - duration: Seconds recorded in one experiment [default: 4.0]
     - rate: Sample rate of the controller, Hz [default: 1000.0]
     - starts: Starts of the search [default: 12]
@@ -835,7 +839,8 @@ def excite(
     - motion: The form of the motion [default: 'fourier']
     - period: Seconds of a period, of a spline from rest to rest [default: by the limits, 5 to 20]
     - frequency: Base frequency, Hz: one over the period
-    - harmonics: Harmonics of the base frequency [default: 5]
+    - harmonics: Harmonics of the base frequency [default: by the limits and the period, 5 to 8; 5 of more than 8
+      joints]
     - spans: Spans of a spline: the more, the freer, and the longer the search [default: by the limits, 8 to 30]
     - repetitions: Whole periods between the blends; times that a spline is played [default: 3]
     - blend: Seconds from rest to the series, and back to rest [default: by the limits]
@@ -860,18 +865,23 @@ def check(
     *,
     limits: Path | Mapping[str, Any] | None = None,
     after: Estimate | None = None,
+    interpolation: Literal["linear", "cubic", "quintic"] | None = None,
 ) -> list[str]:
     """Proves anew that a motion keeps its limits, and those of `limits`, a path to YAML or its content as a dict, too; torques
-    are those of the description, or of the estimate `after`. Returns what speaks against the motion: nothing where all that
-    is looked at is proven, and where all that `limits` asks for is looked at.
+    are those of the description, or of the estimate `after`. Of a plan each experiment is proved so, and what its proof is worth is
+    found again. Returns what speaks against it: nothing where all that is looked at is proven, and where all that `limits` asks
+    for is looked at.
 
-    model: a Model, or the path of a description. motion: an ExcitingMotion, or the path of one.
+    model: a Model, or the path of a description. motion: an ExcitingMotion, an ExperimentPlan, or the path of one, of a table
+    of points (CSV) or of a JointTrajectory (YAML, JSON).
 
     Options:
     - limits: Limits of your own that the motion must keep too, as for `rist excite limits=`; those that the file
       lacks are not assumed. What a motion may leave out, `space: {floor: none, accept: ..}`, counts in this file
       alone
-    - after: Efforts and powers are proved with its torques instead of the description's"""
+    - after: Efforts and powers are proved with its torques instead of the description's
+    - interpolation: How a controller goes between the points of a table or a JointTrajectory [default: the
+      smoothest that the points allow]"""
 def compare(
     reference: Accumulator,
     robots: Mapping[str,

@@ -5,7 +5,11 @@ use identification::estimate::artefact::Estimate;
 use identification::estimate::fleet::comparison::Compared;
 use identification::estimate::options::Options;
 
-use super::{Range, request};
+use linear_model::friction::terms::FrictionTerm;
+
+use super::friction::terms_without_torque;
+use super::{FrictionChoice, Range, request};
+use crate::error::Error;
 
 request! {
     /// How logs are looked at before anything is fitted.
@@ -35,6 +39,29 @@ request! {
         limits: Option<LimitsFile> = None, value_name("FILE");
         /// An estimate of this model: efforts and powers are proved with its torques instead of the description's.
         after: Option<Estimate> = None, value_name("ESTIMATE");
+    }
+}
+
+request! {
+    /// What an identification from a motion or a log is foreseen with.
+    pub struct VisibilityRequest {
+        /// YAML with tighter limits, as for `rist excite`: joints that it locks give no rows.
+        limits: Option<LimitsFile> = None, value_name("FILE");
+        /// Friction columns a joint that the identification will have, as of `rist identify`, or none.
+        friction: Option<FrictionChoice> = None, value_name("TERMS");
+        /// Noise of a torque sample, as a share of the effort limit.
+        noise: f64 = 0.01, range(Range::Positive), value_name("SHARE");
+        /// Sample rate at which points of a JointTrajectory are looked at, Hz.
+        rate: f64 = 200.0, range(1.0..=2e4), value_name("HZ");
+    }
+}
+
+impl VisibilityRequest {
+    /// The columns of friction.
+    ///
+    /// Fails where they are to be chosen by a log, or stand on a measured torque.
+    pub fn friction_terms(&self) -> Result<Vec<FrictionTerm>, Error> {
+        terms_without_torque(self.friction.as_ref())
     }
 }
 

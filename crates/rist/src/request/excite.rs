@@ -8,6 +8,7 @@ use experiments::excitation::space_limits::SpaceLimits;
 use identification::estimate::artefact::Estimate;
 use linear_model::friction::terms::FrictionTerm;
 
+use super::friction::terms_without_torque;
 use super::words::words;
 use super::{FrictionChoice, Range, Request, request};
 use crate::error::Error;
@@ -35,7 +36,7 @@ request! {
         period: Option<f64> = None, range(Range::Positive), value_name("SECONDS");
         /// Base frequency, Hz: one over the period.
         frequency: Option<f64> = None, range(Range::Positive), value_name("HZ");
-        /// Harmonics of the base frequency [default: 5].
+        /// Harmonics of the base frequency [default: by the limits and the period, 5 to 8; 5 of more than 8 joints].
         harmonics: Option<usize> = None, range(1..=40);
         /// Spans of a spline: the more, the freer, and the longer the search [default: by the limits, 8 to 30].
         spans: Option<usize> = None, range(4..=80);
@@ -77,8 +78,8 @@ pub enum Family {
     Fourier {
         /// s from rest to the series; none: by the limits.
         blend: Option<f64>,
-        /// Number of harmonics.
-        harmonics: usize,
+        /// Number of harmonics; none: by the limits.
+        harmonics: Option<usize>,
     },
     /// See [`Series::Spline`].
     Spline {
@@ -86,9 +87,6 @@ pub enum Family {
         spans: Option<usize>,
     },
 }
-
-/// Harmonics of a series if no number is asked for.
-pub(crate) const HARMONICS: usize = 5;
 
 impl ExciteRequest {
     /// The form of the motion.
@@ -106,9 +104,7 @@ impl ExciteRequest {
             (Some(field), Series::Spline) => Err(Error::new(format_args!(
                 "[{field}] is of Fourier series: a spline starts and ends at rest, and [spans] says how free it is"
             ))),
-            (None, Series::Fourier) => {
-                Ok(Family::Fourier { blend: self.blend, harmonics: self.harmonics.unwrap_or(HARMONICS) })
-            }
+            (None, Series::Fourier) => Ok(Family::Fourier { blend: self.blend, harmonics: self.harmonics }),
             (None, Series::Spline) => Ok(Family::Spline { spans: self.spans }),
         }
     }
@@ -122,22 +118,7 @@ impl ExciteRequest {
     ///
     /// Fails where they are to be chosen by a log, or stand on a measured torque.
     pub fn friction_terms(&self) -> Result<Vec<FrictionTerm>, Error> {
-        match &self.friction {
-            None => Ok(FrictionTerm::STANDARD.to_vec()),
-            Some(FrictionChoice::Auto) => {
-                Err(Error::new("[friction]: name the terms, or none alone; auto needs a log"))
-            }
-            Some(FrictionChoice::Terms(terms)) if terms.contains(&FrictionTerm::Load) => {
-                Err(Error::new("[friction=load] needs a measured torque; a motion that is still to be run has none"))
-            }
-            Some(FrictionChoice::Terms(terms)) => match terms.iter().find(|term| term.is_of_one_joint()) {
-                Some(term) => Err(Error::new(format_args!(
-                    "[friction={term}] is the term of a single joint, and a motion is made for the terms of all joints: leave \
-                     it out"
-                ))),
-                None => Ok(terms.clone()),
-            },
-        }
+        terms_without_torque(self.friction.as_ref())
     }
 
     /// The columns of friction, where the request makes a motion.

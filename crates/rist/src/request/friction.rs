@@ -45,6 +45,25 @@ impl FrictionChoice {
     }
 }
 
+/// The terms of an identification whose torques are not there yet; the standard ones where none are asked for.
+///
+/// Fails where they are to be chosen by a log, stand on a measured torque, or are of a single joint.
+pub(crate) fn terms_without_torque(asked: Option<&FrictionChoice>) -> Result<Vec<FrictionTerm>, Error> {
+    match asked {
+        None => Ok(FrictionTerm::STANDARD.to_vec()),
+        Some(FrictionChoice::Auto) => Err(Error::new("[friction]: name the terms, or none alone; auto needs a log")),
+        Some(FrictionChoice::Terms(terms)) if terms.contains(&FrictionTerm::Load) => {
+            Err(Error::new("[friction=load] needs a measured torque; a motion that is still to be run has none"))
+        }
+        Some(FrictionChoice::Terms(terms)) => match terms.iter().find(|term| term.is_of_one_joint()) {
+            Some(term) => Err(Error::new(format_args!(
+                "[friction={term}] is the term of a single joint, and a motion is made for the terms of all joints: leave it out"
+            ))),
+            None => Ok(terms.clone()),
+        },
+    }
+}
+
 impl FieldType for FrictionChoice {
     fn shape() -> Shape {
         let json = json!({"anyOf": [{"type": "string"}, {"type": "array", "items": {"type": "string"}}]});

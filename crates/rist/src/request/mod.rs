@@ -49,8 +49,7 @@ mod words;
 pub use derive::DeriveRequest;
 pub use describe::{ConvertRequest, DescriptionFormat, EvaluateRequest, InspectRequest, SheetFormat, StateQuantity};
 pub use effect::{Delay, Whose};
-pub use examine::{CheckRequest, CompareRequest, DoctorRequest, ValidateRequest};
-pub(crate) use excite::HARMONICS;
+pub use examine::{CheckRequest, CompareRequest, DoctorRequest, ValidateRequest, VisibilityRequest};
 pub use excite::{ExciteRequest, Family, Series};
 pub use field::Field;
 pub use files::{BodiesFiles, PlanFiles, PointsFiles, ReportFiles, SamplesFiles, TrajectoryFiles};
@@ -87,6 +86,7 @@ pub fn requests() -> Vec<(String, Vec<Field>)> {
         ("doctor", DoctorRequest::fields()),
         ("validate", ValidateRequest::fields()),
         ("check", CheckRequest::fields()),
+        ("visibility", VisibilityRequest::fields()),
         ("compare", CompareRequest::fields()),
         ("accumulate", AccumulateRequest::fields()),
     ];

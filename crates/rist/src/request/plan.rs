@@ -1,9 +1,10 @@
 //! What is asked of a plan.
 
+use experiments::excitation::limits::LimitsFile;
 use experiments::motion::profile::Profile;
 use experiments::plan::exchange::Criterion;
 
-use super::request;
+use super::{Range, request};
 
 request! {
     /// The request for a plan.
@@ -18,6 +19,10 @@ request! {
         steps: usize = 5, range(1..=1000);
         /// Maximum number of configurations per kind of motion.
         configurations: usize = 60, range(1..=100_000);
+        /// YAML with tighter limits, and with the room of the bodies, as for `rist excite`.
+        limits: Option<LimitsFile> = None, value_name("FILE");
+        /// Share of the limits of effort that the torque of the description may use.
+        effort_share: f64 = 0.9, range(Range::Share), value_name("SHARE");
         /// Seconds recorded in one experiment.
         duration: f64 = 4.0, range(0.1..=3600.0);
         /// Sample rate of the controller, Hz.

@@ -1,0 +1,80 @@
+//! Twenty robots get a motion, or a sentence that says why not; Pinocchio and coal look at each motion.
+//!
+//! They are those of [`tests::bodied_robots`]. `RIST_PYTHON` names a Python that has coal, Pinocchio and numpy, else `python3` is
+//! tried; where there is none this test says so. `INSTANTS=3000` asks for more instants than a test takes time for.
+
+use std::process::Command;
+
+use experiments::excitation::artefact::ExcitingMotion;
+use experiments::excitation::limits::LimitKind;
+use rist::Model;
+use rist::request::ExciteRequest;
+use serde_json::Value;
+use tests::bodied_robots::bodied_robots;
+use tests::program::folder;
+use tests::workspace;
+
+/// The Python that has what the oracle needs; said where there is none.
+fn python() -> Option<String> {
+    let python = std::env::var("RIST_PYTHON").unwrap_or("python3".into());
+    let imports = ["-c", "import coal, numpy, pinocchio"];
+    let is_there = Command::new(&python).args(imports).output().is_ok_and(|o| o.status.success());
+    if !is_there {
+        println!("NOT looked at by coal and Pinocchio: {python} does not have them (RIST_PYTHON names another)");
+    }
+    is_there.then_some(python)
+}
+
+#[test]
+fn twenty_robots_get_a_motion() {
+    let here = folder("every_robot");
+    let robots = bodied_robots();
+    assert!(robots.len() == 20 && robots.iter().filter(|robot| !robot.is_arm).count() >= 6);
+    let mut files = Vec::new();
+    let mut refused = Vec::new();
+    for robot in &robots {
+        let path = here.join(robot.name).with_extension("urdf");
+        std::fs::write(&path, robot.urdf()).unwrap();
+        let model = Model::parse(&robot.urdf(), &path, &Default::default()).unwrap();
+        let request = ExciteRequest { starts: 1, iterations: 5, repetitions: 1, ..ExciteRequest::default() };
+        match rist::excite(&model, &request, &|_, _, _| ()) {
+            Ok(motion) => {
+                assert!(motion.proven, "{}: {:?}", robot.name, motion.ledger().faults());
+                held(robot.name, &motion);
+                let file = path.with_extension("json");
+                std::fs::write(&file, serde_json::to_string(&motion).unwrap()).unwrap();
+                files.extend([path, file]);
+            }
+            Err(error) => {
+                let said = error.to_string();
+                assert!(said.contains(" m") && said.contains("distance"), "{}: {said}", robot.name);
+                refused.push(said);
+            }
+        }
+    }
+    assert!(refused.len() <= 2, "{}", refused.join("\n"));
+    let Some(python) = python() else { return };
+    let instants = std::env::var("INSTANTS").unwrap_or("300".into());
+    let script = workspace().join("tests/data/oracle/motion_by_coal.py");
+    let run = Command::new(python).arg(script).arg(instants).args(&files).output().unwrap();
+    let (out, err) = (String::from_utf8_lossy(&run.stdout), String::from_utf8_lossy(&run.stderr));
+    assert!(run.status.success(), "{err}");
+    let mut pairs = 0;
+    for line in out.lines() {
+        let found: Value = serde_json::from_str(line).unwrap();
+        for what in ["contacts", "below_bound", "limits", "torques", "below_floor"] {
+            assert_eq!(found[what], 0, "{line}");
+        }
+        pairs += found["pairs"].as_u64().unwrap();
+    }
+    assert_eq!(2 * out.lines().count(), files.len(), "{err}");
+    // Links that nobody looked at would keep any distance.
+    assert!(pairs > 150, "{pairs}");
+}
+
+/// Bodies are among what is proven, and pairs that touch all the time are the neighbours of a joint.
+fn held(name: &str, motion: &ExcitingMotion) {
+    let count = |kind: LimitKind| motion.certificate.iter().filter(|row| row.limit == kind).count();
+    assert!(count(LimitKind::Effort) == motion.joints.len(), "{name}");
+    assert!(count(LimitKind::Distance) + count(LimitKind::Region) > 0, "{name}");
+}
