@@ -107,6 +107,14 @@ fn a_load_on_the_forearm_gives_all_gains_and_the_estimate_feeds_forward() {
         let (value, sigma) = (found.value.unwrap(), found.sigma.unwrap());
         assert!((value - truth).abs() < 4.0 * sigma && sigma < 0.005 * truth, "{name}: {value} +- {sigma}");
     }
+    // The paper's rows feel friction, and their intervals do not know it.
+    let run_of = |method: &str| {
+        run(&here, &format!("identify arm.yaml logs --plan plan.yaml --method {method} --load load.yaml"))
+    };
+    let narrow = "too narrow where a load gives the gains: --method rist-mh";
+    let paper = run_of("rist").split_whitespace().collect::<Vec<_>>().join(" ");
+    assert!(paper.contains("trust: with care") && paper.contains(narrow), "{paper}");
+    assert!(!run_of("rist-mh").contains("too narrow"));
     // With all gains given the torque of the load is taken off.
     let given = "--gain q1=2.393,q2=0.87,q3=1 --load load.yaml --out given.yaml";
     for method in ["rist", "rist-mh"] {

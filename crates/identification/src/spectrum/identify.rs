@@ -93,6 +93,12 @@ pub fn identify_spectrum(
             }
             with_gains(&mut estimate, regressor, &found);
             paper_residuals(&mut estimate, regressor, &blocks, &found.gain, &found.parameters);
+            // Of gains by a load, 55 to 61 of a hundred such intervals held the truth: the rows feel some friction.
+            if experiments.iter().any(|experiment| !experiment.load.is_empty()) {
+                let doubt =
+                    "the intervals of this method are too narrow where a load gives the gains: [method=rist-mh]";
+                estimate.doubts.push(doubt.into());
+            }
         }
         SpectralMethod::Harmonic => {
             let mut data = HarmonicData::new(experiments, regressor, &one, &noise, &options.band);

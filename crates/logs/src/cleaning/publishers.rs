@@ -27,6 +27,10 @@ pub(crate) fn foreign_rows(velocities: Option<&[Vec<f64>]>, efforts: &[Vec<f64>]
     }
     let are_zero = |r: usize| efforts.iter().all(|x| x[r] == 0.0);
     let torques = leaving(efforts);
+    // Every foreign row shows in the torques.
+    if (torques.iter().filter(|count| **count > 0).count() as f64) < FOREIGN_ROWS_SHARE * rows as f64 {
+        return (0, false);
+    }
     let speeds = velocities.map(|group| (leaving(group), group.len()));
     let is_foreign = |r: &usize| match &speeds {
         Some((speeds, count)) => {
@@ -50,8 +54,8 @@ fn leaving(group: &[Vec<f64>]) -> Vec<usize> {
     let mut leaving = vec![0; group.first().map_or(0, Vec::len)];
     for x in group {
         let n = x.len() as f64;
-        let mean = x.iter().sum::<f64>() / n;
-        let far = FAR * (x.iter().map(|x| (x - mean).powi(2)).sum::<f64>() / n).sqrt();
+        let mean = sum(x, |x| x) / n;
+        let far = FAR * (sum(x, |x| (x - mean) * (x - mean)) / n).sqrt();
         for (w, count) in x.windows(3).zip(&mut leaving[1..]) {
             let (before, after) = (w[1] - w[0], w[1] - w[2]);
             let left = before.abs().min(after.abs());
@@ -59,6 +63,16 @@ fn leaving(group: &[Vec<f64>]) -> Vec<usize> {
         }
     }
     leaving
+}
+
+/// A sum in eight lanes: one after the other, each addition waits for that before.
+fn sum(x: &[f64], of: impl Fn(f64) -> f64) -> f64 {
+    let (eights, rest) = x.as_chunks::<8>();
+    let mut lanes = [0.0; 8];
+    for eight in eights {
+        lanes.iter_mut().zip(eight).for_each(|(lane, x)| *lane += of(*x));
+    }
+    lanes.iter().sum::<f64>() + rest.iter().map(|x| of(*x)).sum::<f64>()
 }
 
 #[cfg(test)]
