@@ -2,12 +2,12 @@
 //!
 //! Files are changed at random, in one process: numbers, lines, whole keys. Those that are read and pass the check are
 //! evaluated by the formulas of docs/motion-and-plan.md and by Newton and Euler's recursion, which know nothing of the check.
-//! `MUTANTS=10000 INSTANTS=10000` in the environment asks for more than a test takes time for.
+//! `MUTANTS=10000 INSTANTS=10000` in the environment asks for more than a test takes time for. Plans are tried in the same way.
 
 use experiments::excitation::artefact::ExcitingMotion;
 use random::Random;
-use rist::Model;
-use rist::request::{CheckRequest, ExciteRequest};
+use rist::request::{CheckRequest, ExciteRequest, PlanRequest};
+use rist::{ExperimentPlan, Model};
 use robot::StandardParameter;
 use tests::program::LIMITED_ARM;
 use tests::random::State;
@@ -161,5 +161,68 @@ fn what_passes_a_check_keeps_the_limits_of_the_description() {
     }
     println!("{count} mutants: {passed} pass, using at most {nearest} of a limit; {broken} are read and do not");
     // Both kinds are there, so that the law was tried.
+    assert!(passed >= count / 10 && broken >= count / 20, "{passed} {broken}");
+}
+
+/// The greatest share of a limit of the description that the experiments of a plan use, at even instants of each.
+fn used_by_plan(model: &Model, plan: &ExperimentPlan, instants: usize) -> Option<f64> {
+    let x: Vec<f64> =
+        StandardParameter::all(&model.robot).iter().map(|p| p.value(&model.robot).unwrap_or(0.0)).collect();
+    let mut greatest = 0.0_f64;
+    for experiment in plan.trajectories("plan").ok()? {
+        let reference = experiment.reference();
+        let all = reference.q.first().map_or(0, Vec::len);
+        for i in (0..all).step_by((all / instants).max(1)) {
+            let of = |series: &[Vec<f64>]| series.iter().map(|x| x[i]).collect::<Vec<f64>>();
+            let state = State { q: of(&reference.q), dq: of(&reference.dq), ddq: of(&reference.ddq) };
+            let tau = recursion::torque(&model.robot, &state, &x);
+            for (k, coordinate) in model.robot.coordinates.iter().enumerate() {
+                let limits = &coordinate.limits;
+                let (low, high) = limits.position.expect("the arm has limits");
+                let middle = 0.5 * (low + high);
+                let shares = [
+                    (state.q[k] - middle).abs() / (high - middle),
+                    state.dq[k].abs() / limits.velocity.expect("the arm has limits"),
+                    tau[k].abs() / limits.effort.expect("the arm has limits"),
+                ];
+                greatest = shares.into_iter().fold(greatest, f64::max);
+            }
+        }
+    }
+    Some(greatest)
+}
+
+#[test]
+fn what_passes_a_check_of_a_plan_keeps_the_limits_of_the_description() {
+    let model = Model::parse(LIMITED_ARM, "arm.yaml", &Default::default()).unwrap();
+    let request =
+        PlanRequest { experiments: 4, starts: 1, configurations: 4, effort_share: 1.0, ..PlanRequest::default() };
+    let plan = rist::plan(&model, &request, &|_, _, _| ()).unwrap().plan;
+    let (instants, count) = (asked("INSTANTS", 400), asked("MUTANTS", 150));
+    let honest = used_by_plan(&model, &plan, instants).unwrap();
+    assert!(honest > 0.5 && honest <= 1.0 + 1e-9, "{honest}");
+    let text = plan.to_yaml().unwrap();
+    // Most changes are to the experiments, of which a plan consists.
+    let head = text.find("\nexperiments:").unwrap();
+    let (mut random, mut passed, mut broken, mut nearest) = (Random::new(40), 0, 0, 0.0_f64);
+    for k in 0..count {
+        let changed = if k % 4 == 3 {
+            mutant(&mut random, &text)
+        } else {
+            text[..=head].to_string() + &mutant(&mut random, &text[head + 1..])
+        };
+        let Ok(read) = ExperimentPlan::from_yaml("plan.yaml", &changed) else { continue };
+        let checked = rist::check_experiments(&model, "plan.yaml".as_ref(), &read, &CheckRequest::default());
+        match checked.is_ok_and(|checked| checked.iter().all(|(_, checked)| checked.is_proven())) {
+            true => {
+                let share = used_by_plan(&model, &read, instants).expect("what was checked can be read");
+                // A plan uses limits to their end; so far beyond them is rounding.
+                assert!(share <= 1.0 + 1e-8, "mutant {k} uses {share} of a limit:\n{changed}");
+                (passed, nearest) = (passed + 1, nearest.max(share));
+            }
+            false => broken += 1,
+        }
+    }
+    println!("{count} mutants: {passed} pass, using at most {nearest} of a limit; {broken} are read and do not");
     assert!(passed >= count / 10 && broken >= count / 20, "{passed} {broken}");
 }
