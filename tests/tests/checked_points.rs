@@ -230,6 +230,55 @@ fn what_a_file_tells_is_foreseen() {
     assert!(refused.code == Some(2) && refused.err.contains("auto needs a log"), "{}", refused.err);
 }
 
+/// Slower, from where the robot stands and back: the file for the controller is one motion that keeps what it promises.
+#[test]
+fn a_motion_goes_to_a_robot_and_back() {
+    let folder = played();
+    let play = |arguments: &[&str]| rist(folder, &[&["play", "arm.yaml", "motion.yaml"][..], arguments].concat());
+    let from = ["--from", "q1=0.5,q2=-0.4", "--speed", "0.3", "--controller", "franka"];
+    let run = play(&[&from[..], &["--out", "slow.csv", "--template", "head.csv"]].concat());
+    holds(
+        &run,
+        0,
+        &["way there: proven", "motion: proven", "way back: proven", "not tried on a controller", "safety function"],
+    );
+    for never in ["where the robot stands is not given", "approach and return", "limit of"] {
+        assert!(!run.out.replace("assumed: limit of", "").contains(never), "{never}: {}", run.out);
+    }
+    let rows = |name: &str| -> Vec<Vec<f64>> {
+        let text = std::fs::read_to_string(folder.join(name)).unwrap();
+        text.lines().skip(1).map(|line| line.split(',').map(|x| x.parse().unwrap()).collect()).collect()
+    };
+    let (slow, quick) = (rows("slow.csv"), rows("motion.csv"));
+    for row in [&slow[0], slow.last().unwrap()] {
+        assert!(
+            (row[1] - 0.5).abs() < 1e-9 && (row[2] + 0.4).abs() < 1e-9 && row[3..].iter().all(|x| *x == 0.0),
+            "{row:?}"
+        );
+    }
+    let most = |rows: &[Vec<f64>], c: usize| rows.iter().map(|row| row[c].abs()).fold(0.0, f64::max);
+    // A thousand rows a second, velocities of three tenths, accelerations of nine hundredths.
+    assert!((slow[1][0] - slow[0][0] - 1e-3).abs() < 1e-9);
+    for c in 3..5 {
+        assert!((most(&slow, c) / most(&quick, c) - 0.3).abs() < 0.01, "{c}");
+        assert!((most(&slow, c + 2) / most(&quick, c + 2) - 0.09).abs() < 0.005, "{c}");
+    }
+    // Nothing jumps where the parts meet.
+    let jump = slow.windows(2).map(|w| (w[1][1] - w[0][1]).abs() / 1e-3).fold(0.0, f64::max);
+    assert!(jump <= most(&slow, 3) * 1.001, "{jump}");
+    holds(&check(folder, "slow.csv", &[]), 0, &["position of q1 and of q2"]);
+    assert_eq!(std::fs::read_to_string(folder.join("head.csv")).unwrap(), "t,q_q1,q_q2,tau_q1,tau_q2\n");
+    holds(&play(&["--out", "ros2.yaml"]), 0, &["where the robot stands is not given (--from)"]);
+    holds(&check(folder, "ros2.yaml", &[]), 0, &["quintic between them"]);
+    std::fs::write(folder.join("slower.yaml"), "all: {velocity: 0.2}\n").unwrap();
+    let broken = play(&["--limits", "slower.yaml", "--out", "never.yaml"]);
+    holds(&broken, 1, &["motion: velocity of q1", "nothing is written"]);
+    assert!(!folder.join("never.yaml").exists());
+    holds(&play(&["--controller", "ur-e", "--out", "x.script"]), 2, &["six joints that turn; arm has 2 coordinates"]);
+    holds(&play(&["--from", "q9=1", "--out", "x.yaml"]), 2, &["--from: there is no coordinate `q9`"]);
+    holds(&play(&["--from", "q1=3", "--out", "x.yaml"]), 1, &["way there: position of q1: 3 rad"]);
+}
+
 fn file_with(folder: &Path, name: &str, from: &str, to: &str) {
     let text = std::fs::read_to_string(folder.join("plan.yaml")).unwrap();
     assert!(text.contains(from));

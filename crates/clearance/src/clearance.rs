@@ -19,7 +19,8 @@ use crate::bodies::{Body, Shape};
 use crate::half_space::HalfSpace;
 use crate::kinematic_tree::{KinematicTree, axis};
 use crate::left_out::LeftOut;
-use crate::separation::{Separation, Standing, separation};
+use crate::separation::{Separation, Standing, apart_along, separation};
+use crate::solid::Core;
 use robot::vector::{Vector3, cross, dot, minus, norm, scaled};
 
 /// A distance that must not become too small.
@@ -97,6 +98,16 @@ impl Clearance {
             body.shapes.iter().map(height).map(|z| (z, body.name.as_str()))
         });
         heights.min_by(|a, b| a.0.total_cmp(&b.0))
+    }
+
+    /// How much larger a body may be than the hull of its mesh, m, and whose it is: the largest; `None` where there is no mesh.
+    pub fn mesh_error(&self) -> Option<(f64, &str)> {
+        let of = |body: &Body| {
+            let hulls = body.shapes.iter().filter(|shape| matches!(shape.solid.core, Core::Hull(_)));
+            hulls.map(|shape| shape.solid.radius).reduce(f64::max)
+        };
+        let all = self.bodies.iter().filter_map(|body| Some((of(body)?, body.name.as_str())));
+        all.max_by(|a, b| a.0.total_cmp(&b.0))
     }
 
     /// The joints from `a` inward to the link that carries both `a` and `b`, the outermost first, and those from `b`.
@@ -233,6 +244,9 @@ impl Clearance {
                                 continue;
                             }
                             let (a, b) = (self.standing(body, shape, &poses), self.standing(other, opposite, &poses));
+                            if apart_along(a, b, towards) - gap.bound > within {
+                                continue;
+                            }
                             let Separation { reached, direction, nearest: [on_a, on_b], .. } =
                                 separation(a, b, towards);
                             if reached - gap.bound < within {

@@ -12,6 +12,7 @@ pub mod bodies;
 pub mod clearance;
 pub mod gaps;
 pub mod half_space;
+pub mod hull;
 pub mod kinematic_tree;
 pub mod left_out;
 pub mod mesh;

@@ -6,6 +6,7 @@
 use robot::Pose;
 
 use crate::clearance::{Against, Clearance, Gap};
+use crate::separation::{apart_along, separation};
 use robot::vector::{minus, norm};
 
 /// Bodies nearer than this touch, m.
@@ -66,7 +67,8 @@ impl Clearance {
                     continue;
                 }
                 let (a, b) = (self.standing(body, shape, poses), self.standing(other, opposite, poses));
-                least = least.min(crate::separation::separation(a, b, towards).reached);
+                let along = apart_along(a, b, towards);
+                least = least.min(if along >= enough { along } else { separation(a, b, towards).reached });
             }
         }
         least

@@ -52,6 +52,16 @@ impl Standing<'_> {
     }
 }
 
+/// A lower bound of how far `a` is from `b`, m, along one direction from b to a: far cheaper than their distance.
+pub(crate) fn apart_along(a: Standing, b: Standing, towards_a: Vector3) -> f64 {
+    let length = norm(towards_a);
+    if length <= f64::EPSILON {
+        return f64::NEG_INFINITY;
+    }
+    let n = scaled(towards_a, 1.0 / length);
+    a.least_along(n) + b.least_along(scaled(n, -1.0))
+}
+
 /// A solid seen in the base frame, so that both solids have the same frame.
 struct InBase<'a>(Standing<'a>);
 
@@ -132,7 +142,7 @@ mod tests {
         let cube = sharp(Core::Cuboid { half: [0.5; 3] });
         let cylinder = sharp(Core::Cylinder { radius: 0.2, half: 1.0 });
         let corners = (0..8).map(|k: u8| [1, 2, 4].map(|bit| if k & bit == 0 { 0.5 } else { -0.5 })).collect();
-        let hull = sharp(Core::Hull(corners));
+        let hull = sharp(Core::Hull(crate::hull::Hull::new(corners)));
         let quarter =
             Pose { rotation: [[1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]], position: [2.0, 0.0, 0.0] };
         let diagonal = 3.0_f64.sqrt();

@@ -15,7 +15,9 @@ use parry3d_f64::query::gjk::{GJKResult, VoronoiSimplex};
 use parry3d_f64::shape::SupportMap;
 use robot::CollisionShape;
 
-use robot::vector::{Vector3, dot, minus, norm};
+use robot::vector::{Vector3, minus, norm};
+
+use crate::hull::{Hull, farthest};
 
 /// A convex solid about its own frame.
 #[derive(Clone, Debug, PartialEq)]
@@ -48,8 +50,8 @@ pub enum Core {
         /// Half its length.
         half: f64,
     },
-    /// The hull of these points, of one at least.
-    Hull(Vec<Vector3>),
+    /// The hull of points.
+    Hull(Hull),
 }
 
 /// Directions along which the outermost vertices of a mesh are kept.
@@ -80,7 +82,7 @@ impl Solid {
         let mut kept: Vec<usize> = directions().filter_map(|along| farthest(points, along)).collect();
         kept.sort_unstable();
         kept.dedup();
-        let hull = Core::Hull(kept.iter().map(|&k| points[k]).collect());
+        let hull = Core::Hull(Hull::new(kept.iter().map(|&k| points[k]).collect()));
         if kept.is_empty() {
             return None;
         }
@@ -97,7 +99,8 @@ impl Solid {
             Core::Segment { half } => ([0.0; 3], *half),
             Core::Cuboid { half } => ([0.0; 3], norm(*half)),
             Core::Cylinder { radius, half } => ([0.0; 3], radius.hypot(*half)),
-            Core::Hull(points) => {
+            Core::Hull(hull) => {
+                let points = hull.points();
                 let end = |k: usize, pick: fn(f64, f64) -> f64, from: f64| points.iter().map(|p| p[k]).fold(from, pick);
                 let middle = |k| 0.5 * (end(k, f64::min, f64::INFINITY) + end(k, f64::max, f64::NEG_INFINITY));
                 let centre = [0, 1, 2].map(middle);
@@ -125,7 +128,7 @@ impl Solid {
                 };
                 (0..8).map(corner).fold(0.0, f64::max)
             }
-            Core::Hull(points) => points.iter().map(|p| from_axis(*p)).fold(0.0, f64::max),
+            Core::Hull(hull) => hull.points().iter().map(|p| from_axis(*p)).fold(0.0, f64::max),
         };
         of_core + self.radius
     }
@@ -144,7 +147,7 @@ impl Core {
                 let share = if across > 0.0 { radius / across } else { 0.0 };
                 [along[0] * share, along[1] * share, sign(along[2], *half)]
             }
-            Core::Hull(points) => farthest(points, along).map_or([0.0; 3], |k| points[k]),
+            Core::Hull(hull) => hull.support(along),
         }
     }
 }
@@ -153,18 +156,6 @@ impl SupportMap for Core {
     fn local_support_point(&self, along: Vector) -> Vector {
         Vector::from_array(self.support(along.to_array()))
     }
-}
-
-/// The point farthest along a direction, the first of equals.
-fn farthest(points: &[Vector3], along: Vector3) -> Option<usize> {
-    let mut best = (f64::NEG_INFINITY, None);
-    for (k, p) in points.iter().enumerate() {
-        let height = dot(*p, along);
-        if height > best.0 {
-            best = (height, Some(k));
-        }
-    }
-    best.1
 }
 
 /// The axes, and directions spread evenly over the ball by the golden angle.
@@ -204,6 +195,7 @@ fn distance_to_point(core: &Core, point: Vector3) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use robot::vector::dot;
 
     /// No point of a mesh is outside the solid, and the solid is hardly larger than the hull.
     #[test]
@@ -218,7 +210,7 @@ mod tests {
             .collect();
         let solid = Solid::around(&points).unwrap();
         let Core::Hull(kept) = &solid.core else { panic!("{solid:?}") };
-        assert!(kept.len() <= KEPT_DIRECTIONS + 6);
+        assert!(kept.points().len() <= KEPT_DIRECTIONS + 6);
         for k in 0..50 {
             let along = [(0.7 * f64::from(k)).sin(), (1.3 * f64::from(k)).cos(), (0.4 * f64::from(k)).sin()];
             let outermost = points.iter().map(|p| dot(*p, along)).fold(f64::NEG_INFINITY, f64::max);
@@ -244,7 +236,7 @@ mod tests {
             Core::Segment { half: 0.3 },
             Core::Cuboid { half: [0.1, 0.2, 0.3] },
             Core::Cylinder { radius: 0.1, half: 0.4 },
-            Core::Hull(vec![[0.1, 0.2, 0.3], [-0.4, 0.0, 0.1]]),
+            Core::Hull(Hull::new(vec![[0.1, 0.2, 0.3], [-0.4, 0.0, 0.1]])),
         ]
         .map(|core| Solid { core, radius: 0.05 });
         let (s, c) = 0.7_f64.sin_cos();

@@ -67,6 +67,7 @@ pub(crate) fn value(checked: &Checked) -> Result<Value, serde_json::Error> {
         "limits": serde_json::to_value(&checked.origins)?,
         "claims": serde_json::to_value(ledger.claims())?,
         "standing": serde_json::to_value(ledger.standing())?,
+        "margins": serde_json::to_value(&checked.margins)?,
         "floor": checked.floor,
         "lowest": serde_json::to_value(&checked.lowest)?,
     }))
@@ -77,7 +78,8 @@ fn print_one(model: &Model, checked: &Checked) -> Result<(), Failure> {
     let mut text =
         terminal::notes(&checked.notes) + &certificate_text(&checked.certificate, &|name| is_prismatic(model, name));
     text += &ledger.left_out_text();
-    text += &format!("\nwhere the limits stand:\n{}\n{ledger}\n", origins_text(&checked.origins));
+    text += &format!("\nwhere the limits stand:\n{}", origins_text(&checked.origins));
+    text += &format!("\nmargins:\n{}\n{ledger}\n", checked.margins.text());
     print_result(text, || value(checked))
 }
 

@@ -37,8 +37,8 @@ pub(crate) struct Arguments {
     #[arg(long, value_name = "FILE")]
     out: Option<PathBuf>,
 
-    /// Write the samples for a controller: .csv, .yaml or .json (ROS JointTrajectory), .script (URScript servoj); may
-    /// be given several times
+    /// Write the samples for a controller: .csv, .yaml or .json (ROS JointTrajectory), .script (URScript servoj, 500 Hz,
+    /// or 125 Hz with --rate 125); may be given several times
     #[arg(long, value_name = "FILE")]
     play: Vec<PathBuf>,
 

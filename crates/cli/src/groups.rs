@@ -103,6 +103,14 @@ pub(crate) const GROUPS: [Group; 7] = [
                 ],
             },
             Told {
+                name: "play",
+                shown: Own,
+                examples: &[(
+                    "rist play robot.urdf motion.yaml --controller ur-e --speed 0.3 --from q1=0,q2=-1 --out motion.script",
+                    "a third of the speed, from where the robot stands and back",
+                )],
+            },
+            Told {
                 name: "visibility",
                 shown: Own,
                 examples: &[(

@@ -27,6 +27,7 @@ mod lint;
 mod merge;
 mod model;
 mod plan;
+mod play;
 mod report;
 mod schema;
 mod shell;
@@ -64,6 +65,7 @@ enum Command {
     Convert(convert::Arguments),
     Excite(excite::Arguments),
     Check(check::Arguments),
+    Play(play::Arguments),
     Visibility(visibility::Arguments),
     Plan(plan::Arguments),
     Simulate(simulate::Arguments),
@@ -164,6 +166,7 @@ fn run(command: Command) -> Result<(), Failure> {
         Command::Plan(arguments) => plan::run(&arguments),
         Command::Excite(arguments) => excite::run(&arguments),
         Command::Check(arguments) => check::run(&arguments),
+        Command::Play(arguments) => play::run(&arguments),
         Command::Visibility(arguments) => visibility::run(&arguments),
         Command::Simulate(arguments) => simulate::run(&arguments),
         Command::Doctor(arguments) => doctor::run(&arguments),

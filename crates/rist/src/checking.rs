@@ -9,6 +9,7 @@ use experiments::excitation::held_limits::{HeldLimit, held, kinds_of_motion_alon
 use experiments::excitation::ledger::{LowestPoint, MotionLedger};
 use experiments::excitation::left_out::{LeftOut, Matter};
 use experiments::excitation::limits::{CoordinateLimits, LimitKind, LimitsFile, given};
+use experiments::excitation::margins::Margins;
 use experiments::excitation::motion::Motion;
 use experiments::excitation::proof::{CertificateRow, DescribedTorque, EnclosedTorque};
 use experiments::excitation::space_limits::{Floor, SpaceLimits};
@@ -30,6 +31,8 @@ pub struct Checked {
     pub floor: Option<f64>,
     /// The lowest point of the links that move, as far as instants show.
     pub lowest: Option<LowestPoint>,
+    /// What the proof has in hand.
+    pub margins: Margins,
     /// What else is to be known, in sentences.
     pub notes: Vec<String>,
     /// The limits that the coordinates are checked against.
@@ -107,7 +110,8 @@ pub fn check(model: &Model, file: &Path, artefact: &ExcitingMotion, request: &Ch
         [artefact.seal.note(file.display()), after_note(request), beyond_own_list(artefact, surroundings.gaps())];
     let notes = seals.into_iter().flatten().chain(notes(artefact, torque.is_some(), &origins)).collect();
     let (floor, lowest) = (surroundings.floor(), surroundings.lowest(&motion));
-    Ok(Checked { certificate, left_out, floor, lowest, notes, limits, origins })
+    let margins = Margins::new(&certificate, &limits, names, surroundings.mesh_error());
+    Ok(Checked { certificate, left_out, floor, lowest, margins, notes, limits, origins })
 }
 
 /// Where the estimate that tells the torques is not as it was written.

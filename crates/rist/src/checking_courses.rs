@@ -10,6 +10,7 @@ use experiments::excitation::fitting::Obligations;
 use experiments::excitation::held_limits::{HeldLimit, Origin};
 use experiments::excitation::left_out::{LeftOut, Matter};
 use experiments::excitation::limits::{AskedLimits, CoordinateLimits, LimitKind, LimitsFile, given};
+use experiments::excitation::margins::Margins;
 use experiments::excitation::polynomial_course::PolynomialCourse;
 use experiments::excitation::space_limits::SpaceLimits;
 use experiments::motion::point_trajectory::{Interpolation, PointTrajectory};
@@ -232,6 +233,7 @@ impl<'a> CourseCheck<'a> {
         let surroundings = self.surroundings.some();
         let certificate = Obligations { limits, names, torque: torque.as_ref(), surroundings }.certificate(course);
         Checked {
+            margins: Margins::new(&certificate, limits, names, self.surroundings.mesh_error()),
             certificate,
             left_out: self.left_out(),
             floor: self.surroundings.floor(),

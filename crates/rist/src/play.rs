@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use experiments::excitation::artefact::ExcitingMotion;
+use experiments::excitation::motion::Motion;
 use experiments::motion::servo_script::servo_script;
 use experiments::motion::trajectory_file::{TrajectoryFormat, trajectory_file};
 
@@ -17,6 +18,11 @@ pub enum Player {
     /// URScript, by servoj.
     ServoScript,
 }
+
+/// Set points a second of an e-Series of Universal Robots.
+pub(crate) const UR_E_SERIES_HZ: f64 = 500.0;
+/// Of a CB3.
+pub(crate) const UR_CB3_HZ: f64 = 125.0;
 
 impl Player {
     /// The player that a file is for, by the end of its name: .csv, .yaml or .json (ROS JointTrajectory), .script (URScript).
@@ -43,14 +49,21 @@ impl Player {
         }
     }
 
-    /// The text of the file: points at the rate of the motion, or the samples of its reference.
+    /// The text of the file: points at the rate of the motion; set points of URScript at that of a controller, 125 Hz where it is
+    /// the motion's, else 500 Hz.
     ///
     /// Fails where it is no motion.
     pub fn text(self, motion: &ExcitingMotion) -> Result<String, Error> {
-        let reference = motion.motion("the motion")?.reference();
+        let found = motion.motion("the motion")?;
+        let rate = match self {
+            Player::ServoScript if found.rate == UR_CB3_HZ => UR_CB3_HZ,
+            Player::ServoScript => UR_E_SERIES_HZ,
+            Player::Trajectory(_) => found.rate,
+        };
+        let reference = Motion { rate, ..found }.reference();
         let coordinates: Vec<String> = motion.joints.iter().map(|j| j.coordinate.clone()).collect();
         Ok(match self {
-            Player::Trajectory(format) => trajectory_file(&reference, &coordinates, motion.rate_hz, format),
+            Player::Trajectory(format) => trajectory_file(&reference, &coordinates, rate, format),
             Player::ServoScript => servo_script(&reference),
         })
     }

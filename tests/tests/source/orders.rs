@@ -37,6 +37,7 @@ pub(crate) const ORDERS: [(&str, &[&str]); 18] = [
     (
         "crates/clearance",
         &[
+            "hull",
             "solid",
             "separation",
             "mesh",
@@ -202,6 +203,7 @@ pub(crate) const ORDERS: [(&str, &[&str]); 18] = [
             "exciting",
             "checking",
             "checking_courses",
+            "staged_play",
             "played_file",
             "told_by",
             "plan_permission",
@@ -248,6 +250,7 @@ pub(crate) const ORDERS: [(&str, &[&str]); 18] = [
             "inspect",
             "lint",
             "plan",
+            "play",
             "shell",
             "simulate",
             "validate",

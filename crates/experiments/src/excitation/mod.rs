@@ -17,6 +17,7 @@ pub mod ledger;
 pub mod left_out;
 mod limit_kind;
 pub mod limits;
+pub mod margins;
 pub mod motion;
 pub mod no_motion;
 pub mod polynomial_course;

@@ -11,7 +11,7 @@ use crate::excitation::gap_proof::Surroundings;
 use crate::excitation::motion::Shape;
 
 /// Room below which bodies feel the wall, m.
-const WALL_REACH_M: f64 = 0.15;
+const WALL_REACH_M: f64 = 0.08;
 /// Instants a period for each two coefficients of a coordinate (a harmonic). Between them the distance of a turning
 /// body at 2 m/s errs by millimetres.
 const INSTANTS_PER_HARMONIC: usize = 50;
@@ -106,7 +106,7 @@ mod tests {
 
     #[test]
     fn slopes_are_those_of_differences() {
-        let rod = Rod::new(0.8);
+        let rod = Rod::new(0.75);
         let series = FourierSeries { period: 5.0, blend: 1.0, harmonics: 2 };
         let wall = SpaceWall::new(&rod, &Shape::Fourier(series));
         let at = |x: &[f64]| {

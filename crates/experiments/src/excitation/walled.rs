@@ -126,8 +126,8 @@ mod tests {
     fn the_gradient_is_exact() {
         let (arm, wall) = (Pendulum::new(), pendulum_torque());
         let limits = [CoordinateLimits { power: Some(12.0), ..pendulum_limits() }];
-        // 0.55 rad and 0.1 m of room: the wall of space is felt.
-        let rod = Rod::new(0.62);
+        // Less than 0.08 m of room: the wall of space is felt.
+        let rod = Rod::new(0.58);
         let series = Shape::Fourier(FourierSeries { period: 5.0, blend: 1.0, harmonics: 3 });
         let spline = Shape::Spline(QuinticSpline { period: 5.0, spans: 7 });
         let (of_series, of_spline) = ([0.1, 0.15, -0.1, 0.1, 0.2, 0.05, -0.1], [0.1, 0.2, -0.2, 0.2, -0.1, 0.2, 0.1]);

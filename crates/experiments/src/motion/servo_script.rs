@@ -14,7 +14,8 @@ pub fn servo_script(reference: &Reference) -> String {
         format!("[{}]", cells.join(", "))
     };
     let samples = reference.q.first().map_or(0, Vec::len);
-    let mut text = String::from("def rist_motion():\n");
+    let mut text =
+        String::from("# Not tried on a controller: run it in the simulator first, then slowly.\ndef rist_motion():\n");
     if samples > 0 {
         // A String never fails to grow.
         let _ = writeln!(text, "  movej({}, a=0.5, v=0.3)", pose(0));
@@ -36,8 +37,9 @@ mod tests {
         let reference = Reference { sample_time: 0.008, q, ..Reference::default() };
         let text = servo_script(&reference);
         let lines: Vec<&str> = text.lines().collect();
-        assert_eq!(lines.len(), 7);
-        assert!(lines[1].starts_with("  movej([0.000000000, 0.100000000, "));
-        assert_eq!(lines[3], format!("  servoj([{}], 0, 0, 0.008, 0.1, 300)", ["0.200000000"; 6].join(", ")));
+        assert_eq!(lines.len(), 8);
+        assert!(lines[0].starts_with("# Not tried on a controller"));
+        assert!(lines[2].starts_with("  movej([0.000000000, 0.100000000, "));
+        assert_eq!(lines[4], format!("  servoj([{}], 0, 0, 0.008, 0.1, 300)", ["0.200000000"; 6].join(", ")));
     }
 }

@@ -82,6 +82,11 @@ impl RobotSurroundings {
         &self.left_out
     }
 
+    /// How much larger a body may be than the hull of its mesh, m, and whose it is.
+    pub(crate) fn mesh_error(&self) -> Option<(f64, String)> {
+        self.clearance.mesh_error().map(|(error, link)| (error, link.to_string()))
+    }
+
     /// Height of the floor, m.
     pub(crate) fn floor(&self) -> Option<f64> {
         self.clearance.floor()

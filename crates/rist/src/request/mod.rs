@@ -36,6 +36,7 @@ mod identify;
 mod method;
 mod model;
 mod plan;
+mod play;
 mod range;
 pub mod schema;
 mod shape;
@@ -62,6 +63,7 @@ pub use identify::{
 pub use method::{Method, MethodRequest};
 pub use model::ModelOptions;
 pub use plan::PlanRequest;
+pub use play::{Controller, PlayRequest};
 pub use range::{Range, number};
 pub use shape::{Flag, Shape};
 pub use simulate::SimulateRequest;
@@ -86,6 +88,7 @@ pub fn requests() -> Vec<(String, Vec<Field>)> {
         ("doctor", DoctorRequest::fields()),
         ("validate", ValidateRequest::fields()),
         ("check", CheckRequest::fields()),
+        ("play", PlayRequest::fields()),
         ("visibility", VisibilityRequest::fields()),
         ("compare", CompareRequest::fields()),
         ("accumulate", AccumulateRequest::fields()),

@@ -1,0 +1,44 @@
+//! How a motion goes to a robot.
+
+use experiments::excitation::limits::LimitsFile;
+use identification::estimate::artefact::Estimate;
+
+use super::words::words;
+use super::{Range, request};
+
+/// Who plays a motion.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Controller {
+    /// An e-Series of Universal Robots.
+    UrE,
+    /// A CB3 of Universal Robots.
+    UrCb3,
+    /// A loop of libfranka.
+    Franka,
+    /// A joint_trajectory_controller of ros2_control.
+    Ros2,
+}
+
+words! { Controller:
+    UrE = "ur-e" "URScript, a set point each 2 ms",
+    UrCb3 = "ur-cb3" "URScript, a set point each 8 ms",
+    Franka = "franka" "CSV, a row each ms: for a loop of libfranka that reads it",
+    Ros2 = "ros2" "A JointTrajectory in YAML, at the rate of the motion: quintic between its points",
+}
+
+request! {
+    /// How a motion goes to a robot.
+    pub struct PlayRequest {
+        /// Who plays it; none of them has been tried on its controller.
+        controller: Controller = Controller::Ros2;
+        /// The same motion slower: velocities times this, accelerations times its square.
+        speed: f64 = 1.0, range(Range::Share), value_name("FACTOR");
+        /// Where the robot stands, rad (m): the way to the first pose and back is planned, proved and played too. Coordinates that
+        /// are not given stand at the first pose.
+        from: Vec<(String, f64)> = Vec::new(), value_name("COORDINATE=POSITION");
+        /// Limits of your own, as for `rist check`.
+        limits: Option<LimitsFile> = None, value_name("FILE");
+        /// An estimate of this model: efforts and powers are proved with its torques instead of the description's.
+        after: Option<Estimate> = None, value_name("ESTIMATE");
+    }
+}
