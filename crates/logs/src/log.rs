@@ -15,8 +15,9 @@ use crate::cleaning::publishers::foreign_rows;
 use crate::cleaning::refresh::Refresh;
 use crate::cleaning::rest::time_at_rest;
 use crate::cleaning::suspects::Suspect;
-use crate::columns::mapping::{Columns, Source};
+use crate::columns::mapping::Columns;
 use crate::columns::names::ColumnNames;
+use crate::columns::source::Source;
 use crate::columns::words::Quantity;
 use crate::table::Table;
 
@@ -123,8 +124,8 @@ impl Log {
         for (x, s) in self.series_mut().zip(columns.sources()) {
             let column = &table.columns[s.column];
             match rows.len() == range.len() {
-                true => x.extend(column[range.clone()].iter().map(|x| s.factor * x)),
-                false => x.extend(rows.iter().map(|&r| s.factor * column[r])),
+                true => x.extend(column[range.clone()].iter().map(|x| s.si(*x))),
+                false => x.extend(rows.iter().map(|&r| s.si(column[r]))),
             }
         }
         self.rows.extend(rows.iter().map(|r| table.skipped + r + 1));

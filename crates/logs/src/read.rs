@@ -179,12 +179,21 @@ mod tests {
         assert!(cut.contains("damaged or cut short"), "{cut}");
     }
 
+    /// A text that begins with numbers has columns by their places.
+    #[test]
+    fn a_file_without_a_header_has_columns_by_place() {
+        let table = read("0,1\n2,3\n").unwrap();
+        assert_eq!((table.header.join(" "), table.columns), ("c1 c2".into(), vec![vec![0.0, 2.0], vec![1.0, 3.0]]));
+        assert!(table.notes[0].contains("no header"), "{:?}", table.notes);
+        assert_eq!(read("# t q1\n0,1\n").unwrap().header, ["c1", "c2"]);
+    }
+
     #[test]
     fn refusals_name_the_line() {
         for (text, expected) in [
             ("", "log.csv: the file is empty"),
             ("\n\n", "only blank lines"),
-            ("0,1\n2,3\n", "log.csv:1: the first line holds numbers"),
+            ("0\n2\n", "log.csv:1: the first line holds numbers"),
             ("# c\nt,q1,q1\n", "log.csv:2: two columns are named `q1`"),
             ("t,q1\0\n", "binary file"),
         ] {

@@ -3,7 +3,7 @@
 /// The folders and files of each `src`, from bottom to top: a file imports only what stands before its own
 /// place in the list.
 pub(crate) const ORDERS: [(&str, &[&str]); 18] = [
-    ("crates/gate", &["budget", "unfolding", "shown", "source"]),
+    ("crates/gate", &["budget", "unfolding", "shown", "suggestion", "source"]),
     ("crates/random", &["split_mix", "random"]),
     ("crates/claims", &["subject", "figure", "remedy", "outcome", "standing", "claim", "purpose", "rule"]),
     ("crates/expr", &["graph", "function", "forward", "fusion", "sine", "slots", "tape", "adjoint", "module"]),

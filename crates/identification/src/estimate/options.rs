@@ -4,7 +4,7 @@ use linear_model::friction::terms::FrictionTerm;
 use linear_model::linear_model::Model;
 use linear_model::regressor::Regressor;
 use linear_model::yaml;
-use logs::{ColumnNames, Error};
+use logs::{ColumnNames, Error, UnitNames};
 use serde::{Deserialize, Serialize};
 
 use crate::estimators::weighted::Weights;
@@ -20,6 +20,9 @@ pub struct Options {
     pub model: String,
     /// Which column of a log is which signal.
     pub columns: ColumnNames,
+    /// Units of a log that its headers do not name: those of `columns`, where they stand once read.
+    #[serde(skip_serializing_if = "UnitNames::is_empty")]
+    pub units: UnitNames,
     /// Transmission between the log and the joints.
     pub transmission: Transmission,
     /// How signals become states.
@@ -40,6 +43,7 @@ impl Default for Options {
         Options {
             model: String::new(),
             columns: ColumnNames::default(),
+            units: UnitNames::default(),
             transmission: Transmission::default(),
             signal: Signal::default(),
             friction: FrictionTerm::STANDARD.to_vec(),
@@ -60,7 +64,13 @@ impl Options {
 
     /// The same of a text; `file` stands in messages.
     pub fn parse(file: &str, text: &str) -> Result<Options, Error> {
-        let options: Options = yaml::read(text).map_err(|e| Error::at(file, 0, e))?;
+        let mut options: Options = yaml::read(text).map_err(|e| Error::at(file, 0, e))?;
+        if !options.units.is_empty() {
+            if !options.columns.units.is_empty() {
+                return Err(Error::at(file, 0, "`units` stands beside `columns` and within it: one of them"));
+            }
+            options.columns.units = std::mem::take(&mut options.units);
+        }
         possible_delay(options.signal.delay).map_err(|message| Error::at(file, 0, message))?;
         Ok(options)
     }

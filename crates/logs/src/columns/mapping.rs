@@ -8,32 +8,11 @@ use std::fmt;
 use Quantity::*;
 
 use crate::Error;
+use crate::columns::finder::Finder;
 use crate::columns::names::{ColumnNames, Names};
-use crate::columns::words::{Designator, Quantity, Reading, of_sliding, readings, units, written};
+use crate::columns::source::Source;
+use crate::columns::words::{Quantity, of_sliding, written};
 use crate::table::Table;
-
-/// One column put to use.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Source {
-    /// Index in the table.
-    pub column: usize,
-    /// As the file has it.
-    pub header: String,
-    /// Unit of its numbers; empty where the header names none and SI is assumed.
-    pub unit: &'static str,
-    /// SI per unit of the file.
-    pub factor: f64,
-}
-
-impl fmt::Display for Source {
-    /// The header and the unit, which is not said twice.
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let unit = written(self.unit);
-        let said = [format!("[{unit}]"), format!("({unit})")];
-        let said = said.iter().any(|said| self.header.to_lowercase().ends_with(&said.to_lowercase()));
-        if said { f.write_str(&self.header) } else { write!(f, "{} [{unit}]", self.header) }
-    }
-}
 
 /// The mapping from a table to the quantities of a robot; printing it shows every choice made.
 #[derive(Clone, Debug, PartialEq)]
@@ -69,8 +48,8 @@ impl Columns {
         for sources in groups.into_iter().flatten() {
             let sliding = sources.iter_mut().zip(slides).zip(&self.coordinates).filter(|((_, slides), _)| **slides);
             for ((source, _), name) in sliding {
-                source.unit = of_sliding(source.unit).ok_or_else(|| {
-                    let unit = written(source.unit);
+                source.unit = of_sliding(&source.unit).map(str::to_string).ok_or_else(|| {
+                    let unit = written(&source.unit);
                     Error::new(format!(
                         "column `{}` is in {unit}, and joint {name} slides: m, m/s, m/s^2 or N are expected; check the \
                          order of the columns, or name them in [options.columns]",
@@ -102,7 +81,7 @@ impl Columns {
         names: &ColumnNames,
         needs_efforts: bool,
     ) -> Result<Columns, Error> {
-        let finder = Finder { table, coordinates, readings: readings(table, coordinates)? };
+        let finder = Finder::new(table, coordinates, names)?;
         let mut time = match &names.time {
             Some(name) => finder.named(Time, name)?,
             None => finder.group(Time, 1)?.and_then(|mut g| g.pop()).ok_or_else(|| {
@@ -110,9 +89,10 @@ impl Columns {
             })?,
         };
         if time.unit == "s"
+            && names.units.time.is_none()
             && let Some((unit, factor)) = epoch_unit(&table.columns[time.column])
         {
-            (time.unit, time.factor) = (unit, factor);
+            (time.unit, time.factor) = (unit.to_string(), factor);
         }
         let quantity = |quantity: Quantity, given: &Option<Names>| match given {
             Some(given) => finder.given(quantity, given).map(Some),
@@ -137,7 +117,7 @@ impl Columns {
             effort,
             effort_is,
             unused: Vec::new(),
-            notes: table.notes.clone(),
+            notes: table.notes.iter().cloned().chain(finder.notes).collect(),
         };
         let used: Vec<usize> = columns.sources().map(|s| s.column).collect();
         let unused = (0..table.header.len()).filter(|c| !used.contains(c) && !table.header[*c].is_empty());
@@ -194,117 +174,10 @@ fn epoch_unit(clock: &[f64]) -> Option<(&'static str, f64)> {
     units.into_iter().find(|unit| SECONDS_SINCE_1970.contains(&(first * unit.1)))
 }
 
-struct Finder<'a> {
-    table: &'a Table,
-    coordinates: &'a [String],
-    readings: Vec<Reading>,
-}
-
-impl Finder<'_> {
-    fn error(&self, message: impl Into<String>) -> Error {
-        let header = self.table.header.join(", ");
-        let line = usize::from(!self.table.lines.is_empty());
-        let notes: String = self.table.notes.iter().map(|note| format!("; {note}")).collect();
-        let message = format!("{}; the columns are: {}{}", message.into(), clipped(&header), clipped(&notes));
-        Error::at(&self.table.file, line, message)
-    }
-
-    fn missing(&self, quantity: Quantity) -> Error {
-        let (what, examples) = match quantity {
-            Position => ("joint positions", "q1.., q_<joint>, position_<joint>, actual_q_0.."),
-            _ => ("joint torques or motor currents", "tau1.., effort_<joint>, i1.., actual_current_0.."),
-        };
-        self.error(format!(
-            "no columns hold the {what} (looked for {examples}, also with units); other names go into [options.columns]"
-        ))
-    }
-
-    /// The columns of a quantity by its stems, in the order of the coordinates; `None`: not there.
-    fn group(&self, quantity: Quantity, n: usize) -> Result<Option<Vec<Source>>, Error> {
-        let group: Vec<&Reading> = self.readings.iter().filter(|r| r.quantity == quantity).collect();
-        if group.is_empty() {
-            return Ok(None);
-        }
-        // Joints are counted from 0 where one of them has the number 0, else from 1.
-        let from_zero = group.iter().any(|r| r.joint == Designator::Number(0));
-        let mut places: Vec<Option<&Reading>> = vec![None; n];
-        for reading in group {
-            let place = match reading.joint {
-                Designator::None => 0,
-                Designator::Coordinate(k) => k,
-                Designator::Number(i) => i.wrapping_sub(usize::from(!from_zero)),
-            };
-            // A number beyond the joints is another device, such as a gripper: left out.
-            let Some(slot) = places.get_mut(place) else { continue };
-            if let Some(other) = slot {
-                let (a, b) = (&self.table.header[other.column], &self.table.header[reading.column]);
-                let what = match quantity {
-                    Time => "time".into(),
-                    _ => format!("{quantity:?} of joint {}", place + 1).to_lowercase(),
-                };
-                return Err(self.error(format!(
-                    "`{a}` and `{b}` both hold the {what}; say which one to use by naming the columns"
-                )));
-            }
-            *slot = Some(reading);
-        }
-        // A quantity that only some of the joints have is refused.
-        if let Some(k) = places.iter().position(Option::is_none) {
-            let name = self.coordinates.get(k).map_or("", String::as_str);
-            return Err(self.error(format!(
-                "the {} of joint {} ({name}) is missing, though other joints have it",
-                format!("{quantity:?}").to_lowercase(),
-                k + 1
-            )));
-        }
-        let source = |r: &Reading| Source {
-            column: r.column,
-            header: self.table.header[r.column].clone(),
-            unit: r.unit.0,
-            factor: r.unit.1,
-        };
-        Ok(Some(places.into_iter().flatten().map(source).collect()))
-    }
-
-    fn given(&self, quantity: Quantity, names: &Names) -> Result<Vec<Source>, Error> {
-        let n = self.coordinates.len();
-        let names: Vec<String> = match names {
-            Names::Pattern(p) if p.contains("{}") => (1..=n).map(|i| p.replace("{}", &i.to_string())).collect(),
-            Names::Pattern(p) if n == 1 => vec![p.clone()],
-            Names::Pattern(p) => {
-                return Err(self.error(format!("`{p}` names one column for {n} joints; write `{{}}` for the number")));
-            }
-            Names::Each(names) if names.len() == n => names.clone(),
-            Names::Each(names) => {
-                return Err(
-                    self.error(format!("{} names of {quantity:?} columns are given for {n} joints", names.len()))
-                );
-            }
-        };
-        names.iter().map(|name| self.named(quantity, name)).collect()
-    }
-
-    fn named(&self, quantity: Quantity, name: &str) -> Result<Source, Error> {
-        let column = self.table.header.iter().position(|h| h == name);
-        let column = column.ok_or_else(|| self.error(format!("there is no column `{name}`")))?;
-        let lower = name.to_lowercase();
-        let units = units(quantity);
-        let bare = lower.trim_end_matches(|c: char| c.is_ascii_digit() || c == '_');
-        let separated =
-            |text: &str, unit: &str| text.strip_suffix(unit).is_some_and(|r| r.ends_with(['_', '.', '-', '[', '(']));
-        let unit = units.iter().find(|u| separated(&lower, u.0) || separated(bare, u.0));
-        let unit = unit.or(units.first()).copied().unwrap_or(("", 1.0));
-        Ok(Source { column, header: name.into(), unit: unit.0, factor: unit.1 })
-    }
-}
-
-fn clipped(text: &str) -> String {
-    if text.chars().count() <= 300 { text.into() } else { text.chars().take(300).chain(" ..".chars()).collect() }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::columns::units::UnitNames;
 
     fn find(header: &str, coordinates: &[&str], names: &ColumnNames) -> Result<Columns, Error> {
         let header: Vec<String> = header.split(',').map(Into::into).collect();
@@ -334,7 +207,7 @@ mod tests {
             assert_eq!(columns.position[0].column, first, "{header}");
         }
         let columns = find("t,q1_deg,i1_mA", &["q1"], &ColumnNames::default()).unwrap();
-        assert_eq!((columns.position[0].unit, columns.effort[0].factor), ("deg", 1e-3));
+        assert_eq!((columns.position[0].unit.as_str(), columns.effort[0].factor), ("deg", 1e-3));
     }
 
     /// `rostopic echo -p` writes the joints in the order of the message and says which they are.
@@ -356,7 +229,7 @@ mod tests {
         let columns = find(&table);
         assert_eq!((columns.position[0].column, columns.effort[1].column), (4, 5));
         // 1.6e18 as s, ms or us after 1970 is beyond 2100, so the unit is ns.
-        assert_eq!((columns.time.unit, columns.time.factor), ("ns", 1e-9));
+        assert_eq!((columns.time.unit.as_str(), columns.time.factor), ("ns", 1e-9));
     }
 
     #[test]
@@ -371,7 +244,7 @@ mod tests {
         let position = Some(Names::Pattern("q_motor_deg{}".into()));
         let names = ColumnNames { position, ..ColumnNames::default() };
         let columns = find("t,q_link1,q_motor_deg1,tau1", &["a"], &names).unwrap();
-        assert_eq!((columns.position[0].column, columns.position[0].unit), (2, "deg"));
+        assert_eq!((columns.position[0].column, columns.position[0].unit.as_str()), (2, "deg"));
     }
 
     #[test]
@@ -396,6 +269,70 @@ mod tests {
             let message = of(header).unwrap_err().to_string();
             assert!(message.contains("joint x slides"), "{message}");
         }
+    }
+
+    /// Patterns by number from 1 or 0 and by name; a unit in brackets behind; what was meant.
+    #[test]
+    fn patterns_find_numbers_and_names() {
+        let given = |position: &str, header: &str| {
+            let names = ColumnNames { position: Some(Names::Pattern(position.into())), ..ColumnNames::default() };
+            find(header, &["shoulder", "elbow"], &names)
+        };
+        for (pattern, header) in [
+            ("A{} Ist", "t,A1 Ist_[°],A2 Ist_[°],tau1,tau2"),
+            ("present_{}", "t,present_0,present_1,tau1,tau2"),
+            ("my_{}", "t,my_shoulder,my_elbow,tau1,tau2"),
+            ("my_{joint}_x", "t,my_shoulder_x,my_elbow_x,tau1,tau2"),
+        ] {
+            let columns = given(pattern, header).unwrap();
+            assert_eq!((columns.position[0].column, columns.position[1].column), (1, 2), "{header}");
+            assert_eq!(columns.position[0].unit == "°", header.contains('°'), "{header}");
+        }
+        let message = given("positon_{}", "t,position_1,position_2,tau1,tau2").unwrap_err().to_string();
+        assert!(message.contains("no column `positon_1` (did you mean `position_1`?)"), "{message}");
+    }
+
+    #[test]
+    fn a_unit_by_option_stands_for_that_of_the_header() {
+        let units = |position: &str, torque: &str| UnitNames {
+            position: Some(position.into()),
+            torque: Some(torque.into()),
+            ..UnitNames::default()
+        };
+        let with = |units| find("t,q1,tau1", &["a"], &ColumnNames { units, ..ColumnNames::default() });
+        let columns = with(units("ticks(4096)", "int16 counts(0.01)")).unwrap();
+        assert_eq!(columns.position[0].si(2048.0), std::f64::consts::PI);
+        assert_eq!(columns.effort[0].si(65436.0), -1.0);
+        let shown = columns.to_string();
+        assert!(shown.contains("a <- q1 [ticks(4096)]") && shown.contains("tau1 [int16 counts(0.01)]"), "{shown}");
+        let refused = with(units("degg", "N m")).unwrap_err().to_string();
+        assert!(refused.contains("[options.units]: `degg` is no unit of a position"), "{refused}");
+        // A joint that slides keeps what the user scales.
+        let slides = |unit: &str| with(units(unit, "counts(2)")).unwrap().with_sliding(&[true]);
+        assert!(slides("counts(0.001)").is_ok() && slides("mm").is_ok() && slides("deg").is_err());
+    }
+
+    /// The names of a log and of a description that differ by a prefix.
+    #[test]
+    fn a_prefix_that_all_names_share_is_no_obstacle() {
+        let joints = ["j1", "j2"];
+        for header in [
+            "t,position_left_j1,position_left_j2,effort_left_j1,effort_left_j2",
+            "t,left/j1/position,left/j2/position,left/j1/effort,left/j2/effort",
+            "t,/arm/left_j1/position,/arm/left_j2/position,/arm/left_j1/effort,/arm/left_j2/effort",
+        ] {
+            let columns = find(header, &joints, &ColumnNames::default()).unwrap();
+            assert_eq!((columns.position[1].column, columns.effort[0].column), (2, 3), "{header}");
+            assert!(columns.notes[0].contains("in front of the names"), "{:?}", columns.notes);
+        }
+        let columns = find("t,q_pan,q_lift,tau_pan,tau_lift", &["my_pan", "my_lift"], &ColumnNames::default()).unwrap();
+        assert_eq!(columns.notes, ["the joints are named without the `my_` of the description"]);
+        let two = "t,q_left_j1,q_left_j2,q_right_j1,q_right_j2,tau_left_j1,tau_left_j2,tau_right_j1,tau_right_j2";
+        let message = find(two, &joints, &ColumnNames::default()).unwrap_err().to_string();
+        assert!(message.contains("several times") && message.contains("`right_`"), "{message}");
+        // One joint that fits is none of the robot.
+        let message = find("t,q_left_j1,tau_left_j1", &joints, &ColumnNames::default()).unwrap_err().to_string();
+        assert!(message.contains("no columns hold the joint positions"), "{message}");
     }
 
     #[test]

@@ -1,5 +1,9 @@
 //! Which column is which signal.
 
+pub(crate) mod finder;
 pub(crate) mod mapping;
 pub(crate) mod names;
+pub(crate) mod prefixes;
+pub(crate) mod source;
+pub(crate) mod units;
 pub(crate) mod words;

@@ -35,7 +35,7 @@ type Words = (Quantity, &'static [&'static str], &'static [Unit]);
 const QUANTITY_WORDS: [Words; 6] = [
     (
         Time,
-        &["t", "time", "timestamp", "stamp", "clock", "timestamps", "times", "sec", "secs", "seconds"],
+        &["t", "time", "timestamp", "stamp", "clock", "timestamps", "times", "sec", "secs", "seconds", "zeit"],
         &[("s", 1.0), ("sec", 1.0), ("ms", 1e-3), ("us", 1e-6), ("ns", 1e-9)],
     ),
     (
@@ -58,6 +58,8 @@ const QUANTITY_WORDS: [Words; 6] = [
             ("radians", 1.0),
             ("deg", std::f64::consts::PI / 180.0),
             ("degrees", std::f64::consts::PI / 180.0),
+            ("°", std::f64::consts::PI / 180.0),
+            ("grad", std::f64::consts::PI / 180.0),
             ("m", 1.0),
             ("mm", 1e-3),
         ],
@@ -86,6 +88,7 @@ const QUANTITY_WORDS: [Words; 6] = [
             ("deg_s", std::f64::consts::PI / 180.0),
             ("degps", std::f64::consts::PI / 180.0),
             ("deg/s", std::f64::consts::PI / 180.0),
+            ("°/s", std::f64::consts::PI / 180.0),
             ("rpm", std::f64::consts::PI / 30.0),
             ("m_s", 1.0),
             ("m/s", 1.0),
@@ -102,6 +105,7 @@ const QUANTITY_WORDS: [Words; 6] = [
             ("deg_s2", std::f64::consts::PI / 180.0),
             ("degps2", std::f64::consts::PI / 180.0),
             ("deg/s^2", std::f64::consts::PI / 180.0),
+            ("°/s^2", std::f64::consts::PI / 180.0),
         ],
     ),
     (
@@ -132,12 +136,14 @@ const QUANTITY_WORDS: [Words; 6] = [
             ("nmm", 1e-3),
             ("n mm", 1e-3),
             ("knm", 1e3),
+            ("permille", 1.0),
+            ("percent", 1.0),
         ],
     ),
     (
         Current,
         &["i", "current", "currents", "cur", "actual_current", "motor_current", "joint_current", "iq"],
-        &[("a", 1.0), ("ma", 1e-3)],
+        &[("a", 1.0), ("ma", 1e-3), ("permille", 1.0), ("percent", 1.0)],
     ),
 ];
 
@@ -151,13 +157,13 @@ pub(crate) fn written(unit: &str) -> &str {
     match unit {
         "sec" => "s",
         "radians" => "rad",
-        "degrees" => "deg",
+        "degrees" | "°" | "grad" => "deg",
         "rad_s" | "radps" => "rad/s",
-        "deg_s" | "degps" => "deg/s",
+        "deg_s" | "degps" | "°/s" => "deg/s",
         "m_s" => "m/s",
         "mm_s" => "mm/s",
         "rad_s2" | "radps2" => "rad/s^2",
-        "deg_s2" | "degps2" => "deg/s^2",
+        "deg_s2" | "degps2" | "°/s^2" => "deg/s^2",
         "nm" | "n_m" | "n.m" | "n*m" | "n m" => "N m",
         "n" => "N",
         "ncm" | "n cm" => "N cm",
@@ -171,13 +177,17 @@ pub(crate) fn written(unit: &str) -> &str {
 
 /// The unit of a sliding joint where the header of a turning one would have `unit`; `None` where `unit` is of neither a
 /// length nor a force. The default unit of a turning joint stands for a header without a unit.
-pub(crate) fn of_sliding(unit: &'static str) -> Option<&'static str> {
+pub(crate) fn of_sliding(unit: &str) -> Option<&str> {
+    // What the user scales, he scales to the SI of the joint.
+    if unit.contains('(') || unit.starts_with("int") {
+        return Some(unit);
+    }
     match written(unit) {
         "rad" => Some("m"),
         "rad/s" => Some("m/s"),
         "rad/s^2" => Some("m/s^2"),
         "N m" => Some("N"),
-        "m" | "mm" | "m/s" | "mm/s" | "m/s^2" | "N" | "A" | "mA" => Some(unit),
+        "m" | "mm" | "m/s" | "mm/s" | "m/s^2" | "N" | "A" | "mA" | "permille" | "percent" => Some(unit),
         _ => None,
     }
 }

@@ -58,10 +58,15 @@ pub(crate) struct TableReader<'a> {
     idle: usize,
     /// A row already read, and its line.
     waiting: Option<(usize, Vec<Vec<u8>>)>,
+    /// What was read otherwise than it stands there.
+    notes: Vec<String>,
     /// Rows handed out so far.
     rows: usize,
     threads: usize,
 }
+
+/// What is said of a text that begins with numbers.
+const NO_HEADER: &str = "the file has no header: its columns are c1, c2, .., for [options.columns] to name";
 
 impl<'a> TableReader<'a> {
     /// Reads the header of a text, or of one in a gzip stream.
@@ -120,12 +125,15 @@ impl<'a> TableReader<'a> {
             return Err(Error::at(file, line + 1, format!("the header cannot be read: {}", too_long())));
         };
         let mut header: Vec<String> = row.cells.iter().map(|c| String::from_utf8_lossy(c).into_owned()).collect();
-        let mut waiting = None;
+        let (mut waiting, mut notes) = (None, Vec::new());
         if row.cells.iter().all(|h| number(h, delimiter).is_some()) {
             let names = |c: Vec<u8>| split(&String::from_utf8_lossy(&c), delimiter);
             let names =
                 comment.map(names).filter(|n| n.len() == header.len() && n.iter().all(|n| n.parse::<f64>().is_err()));
-            if let Some(names) = names {
+            // Without a header a column is known by its place; one column of numbers is no log.
+            let places = (header.len() > 1).then(|| (1..=header.len()).map(|k| format!("c{k}")).collect());
+            notes.extend(places.as_ref().filter(|_| names.is_none()).map(|_| NO_HEADER.to_string()));
+            if let Some(names) = names.or(places) {
                 (header, waiting) = (names, Some((line + 1, row.cells)));
             }
         }
@@ -142,6 +150,7 @@ impl<'a> TableReader<'a> {
             ends: line + row.ends,
             idle: 0,
             waiting,
+            notes,
             rows: 0,
             threads: std::thread::available_parallelism().map_or(1, usize::from),
         })
@@ -158,6 +167,7 @@ impl<'a> TableReader<'a> {
             texts: vec![None; self.header.len()],
             header: self.header.clone(),
             skipped: self.rows,
+            notes: self.notes.clone(),
             ..Table::default()
         };
         // The row that was read while the header was looked for.

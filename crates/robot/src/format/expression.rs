@@ -1,9 +1,9 @@
 //! Values of a description: numbers and expressions, with every refusal placed.
 
 use super::node::{Content, Node, Source};
-use super::suggestion::did_you_mean;
 use crate::error::Error;
 use crate::value::{CoordinateId, Name, Symbol, SymbolId, Value, parse};
+use gate::suggestion::did_you_mean;
 
 /// Larger numbers, in SI units, are no robot's: products of a few of them would drown all other terms.
 pub(in crate::format) const LARGEST_NUMBER: f64 = 1e15;

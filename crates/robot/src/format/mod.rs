@@ -16,7 +16,6 @@ mod par;
 mod read;
 mod reframe;
 mod shown;
-mod suggestion;
 mod urdf;
 mod xml;
 mod yaml;

@@ -9,8 +9,8 @@ use serde::de::{Deserialize, Deserializer, MapAccess, SeqAccess, Visitor};
 use serde_yaml::Spanned;
 
 use super::budget::{REPEATS_TOO_MUCH, budget, is_beyond_budget};
-use super::suggestion::did_you_mean;
 use crate::error::{Error, Place};
+use gate::suggestion::did_you_mean;
 
 /// One value of the text and where it stands.
 #[derive(Clone, Debug)]

@@ -5,8 +5,8 @@ use super::element::Element;
 use super::joints::MjcfJoint;
 use crate::error::Error;
 use crate::format::shown::shown;
-use crate::format::suggestion::did_you_mean;
 use crate::robot::Note;
+use gate::suggestion::did_you_mean;
 
 /// What drives a joint.
 #[derive(Clone, Debug, Default)]

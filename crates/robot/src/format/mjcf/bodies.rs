@@ -10,9 +10,9 @@ use super::inertials::Shape;
 use crate::error::Error;
 use crate::format::budget::MAX_LINKS;
 use crate::format::shown::shown;
-use crate::format::suggestion::{did_you_mean, nearest};
 use crate::inertial::Pose;
 use crate::robot::Note;
+use gate::suggestion::{did_you_mean, nearest};
 
 /// A body as the file has it.
 pub(super) struct Body<'a> {

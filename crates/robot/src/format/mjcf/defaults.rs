@@ -8,7 +8,7 @@ use std::collections::BTreeMap;
 use super::element::Element;
 use crate::error::Error;
 use crate::format::shown::shown;
-use crate::format::suggestion::did_you_mean;
+use gate::suggestion::did_you_mean;
 
 /// Attributes that turn an element: one of them stands for all.
 pub(super) const ORIENTATIONS: [&str; 5] = ["quat", "axisangle", "euler", "xyaxes", "zaxis"];

@@ -16,10 +16,10 @@ use crate::format::follows::{Follows, resolved};
 use crate::format::loop_frames::FileLoop;
 use crate::format::options::Mimic;
 use crate::format::shown::shown;
-use crate::format::suggestion::did_you_mean;
 use crate::inertial::Pose;
 use crate::robot::Note;
 use crate::vector::{Vector3, cross, dot, norm, turned};
+use gate::suggestion::did_you_mean;
 
 /// Sine of the angle between axes of one plane's normal.
 const PARALLEL_SINE: f64 = 1e-6;

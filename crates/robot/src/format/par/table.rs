@@ -3,8 +3,8 @@
 use super::text::{Entry, ParText};
 use crate::error::Error;
 use crate::format::node::{Content, Node, Source};
-use crate::format::suggestion::did_you_mean;
 use crate::robot::Note;
+use gate::suggestion::did_you_mean;
 
 /// How long a list is.
 #[derive(Clone, Copy, PartialEq, Eq)]

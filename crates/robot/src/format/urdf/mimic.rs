@@ -8,7 +8,7 @@ use crate::format::follows::{Follows, resolved};
 use crate::format::node::Source;
 use crate::format::options::Mimic;
 use crate::format::shown::shown;
-use crate::format::suggestion::did_you_mean;
+use gate::suggestion::did_you_mean;
 
 /// What each joint of the file follows. A joint that mimics no other follows itself.
 pub(super) fn followed(

@@ -16,8 +16,8 @@ use crate::format::budget::MAX_LINKS;
 use crate::format::expression::LARGEST_NUMBER;
 use crate::format::node::Source;
 use crate::format::shown::shown;
-use crate::format::suggestion::{did_you_mean, nearest};
 use crate::format::xml::document;
+use gate::suggestion::{did_you_mean, nearest};
 
 /// Elements with the children and attributes that are read. Each attribute has the count of its numbers (0: a name) and
 /// whether it is required.

@@ -13,10 +13,10 @@ use crate::error::Error;
 use crate::format::node::Source;
 use crate::format::reframe::Given;
 use crate::format::shown::shown;
-use crate::format::suggestion::did_you_mean;
 use crate::inertial::Pose;
 use crate::robot::Note;
 use crate::value::Value;
+use gate::suggestion::did_you_mean;
 
 /// A moving link: its joint, and the links fixed to it with their place in its joint frame.
 #[derive(Clone, Debug)]

@@ -16,12 +16,12 @@ use std::f64::consts::PI;
 use crate::angle_snap::{Angles, computed_angle, given_angle};
 use crate::error::Error;
 use crate::format::node::{Content, Fields, Node, Source};
-use crate::format::suggestion::did_you_mean;
 use crate::inertial::Pose;
 use crate::kinematics::sin_cos;
 use crate::robot::{JointKind, Link, ModifiedDh, Note, Robot};
 use crate::value::{Symbol, Value};
 use crate::vector::rotation_by;
+use gate::suggestion::did_you_mean;
 
 /// A longer length of a table is likelier given in millimetres, m.
 const LONGEST_LENGTH_M: f64 = 20.0;

@@ -5,10 +5,10 @@ use crate::error::Error;
 use crate::format::budget::MAX_LINKS;
 use crate::format::expression::Names;
 use crate::format::node::{Fields, Node, Source};
-use crate::format::suggestion::did_you_mean;
 use crate::robot::{Drive, Friction, JointKind, Limits, LinkId, ModifiedDh, PassiveCoordinate, RotorInertia};
 use crate::value::Affine;
 use crate::value::{CoordinateId, Value};
+use gate::suggestion::did_you_mean;
 
 /// The keys of a link beside its placement.
 const LINK_KEYS: [&str; 10] =

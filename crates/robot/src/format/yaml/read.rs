@@ -20,11 +20,11 @@ use crate::format::budget::MAX_DESCRIPTION_BYTES;
 use crate::format::expression::{Names, identifiers, is_name};
 use crate::format::node::{Content, Fields, Node, Source};
 use crate::format::options::ReadOptions;
-use crate::format::suggestion::did_you_mean;
 use crate::inertial::Pose;
 use crate::passive;
 use crate::robot::{Base, Coordinate, Drive, Joint, JointKind, Limits, Link, PassiveCoordinate, Robot, RotorInertia};
 use crate::value::{CoordinateId, Value};
+use gate::suggestion::did_you_mean;
 
 /// The keys of the robot.
 const ROOT_KEYS: [&str; 12] = [

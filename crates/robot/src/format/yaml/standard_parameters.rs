@@ -7,10 +7,10 @@ use super::convention::Convention;
 use crate::error::Error;
 use crate::format::expression::Names;
 use crate::format::node::{Fields, Node, Source};
-use crate::format::suggestion::did_you_mean;
 use crate::inertial::{Part, Pose, transform_inertial};
 use crate::parameter::Inertial;
 use crate::robot::{Link, RotorInertia};
+use gate::suggestion::did_you_mean;
 
 /// The keys of a body about its centre of mass.
 const BODY_KEYS: [&str; 3] = ["mass", "centre_of_mass", "inertia"];

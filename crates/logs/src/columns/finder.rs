@@ -1,0 +1,207 @@
+//! Finds the columns of a quantity, by what their headers can mean or by the names that the user gives.
+
+use Quantity::{Position, Time};
+use gate::suggestion::did_you_mean;
+
+use crate::Error;
+use crate::columns::names::{ColumnNames, Names};
+use crate::columns::prefixes::prefixes;
+use crate::columns::source::Source;
+use crate::columns::units::{GivenUnit, given_unit};
+use crate::columns::words::{Designator, Quantity, Reading, readings, units};
+use crate::table::Table;
+
+pub(crate) struct Finder<'a> {
+    table: &'a Table,
+    coordinates: &'a [String],
+    readings: Vec<Reading>,
+    names: &'a ColumnNames,
+    /// What was taken for granted.
+    pub notes: Vec<String>,
+}
+
+impl<'a> Finder<'a> {
+    /// Reads the headers of a table.
+    ///
+    /// Fails where a header may be of two quantities, and where the joints stand there several times.
+    pub(crate) fn new(
+        table: &'a Table,
+        coordinates: &'a [String],
+        names: &'a ColumnNames,
+    ) -> Result<Finder<'a>, Error> {
+        let mut finder = Finder { table, coordinates, readings: readings(table, coordinates)?, names, notes: vec![] };
+        finder.look_behind_prefixes()?;
+        Ok(finder)
+    }
+
+    pub(crate) fn error(&self, message: impl Into<String>) -> Error {
+        let header = self.table.header.join(", ");
+        let line = usize::from(!self.table.lines.is_empty());
+        let notes: String = self.table.notes.iter().map(|note| format!("; {note}")).collect();
+        let message = format!("{}; the columns are: {}{}", message.into(), clipped(&header), clipped(&notes));
+        Error::at(&self.table.file, line, message)
+    }
+
+    pub(crate) fn missing(&self, quantity: Quantity) -> Error {
+        let (what, examples) = match quantity {
+            Position => ("joint positions", "q1.., q_<joint>, position_<joint>, actual_q_0.."),
+            _ => ("joint torques or motor currents", "tau1.., effort_<joint>, i1.., actual_current_0.."),
+        };
+        self.error(format!(
+            "no columns hold the {what} (looked for {examples}, also with units); other names go into [options.columns]"
+        ))
+    }
+
+    /// The columns of a quantity by its stems, in the order of the coordinates; `None`: not there.
+    pub(crate) fn group(&self, quantity: Quantity, n: usize) -> Result<Option<Vec<Source>>, Error> {
+        let group: Vec<&Reading> = self.readings.iter().filter(|r| r.quantity == quantity).collect();
+        if group.is_empty() {
+            return Ok(None);
+        }
+        // Joints are counted from 0 where one of them has the number 0, else from 1.
+        let from_zero = group.iter().any(|r| r.joint == Designator::Number(0));
+        let mut places: Vec<Option<&Reading>> = vec![None; n];
+        for reading in group {
+            let place = match reading.joint {
+                Designator::None => 0,
+                Designator::Coordinate(k) => k,
+                Designator::Number(i) => i.wrapping_sub(usize::from(!from_zero)),
+            };
+            // A number beyond the joints is another device, such as a gripper: left out.
+            let Some(slot) = places.get_mut(place) else { continue };
+            if let Some(other) = slot {
+                let (a, b) = (&self.table.header[other.column], &self.table.header[reading.column]);
+                let what = match quantity {
+                    Time => "time".into(),
+                    _ => format!("{quantity:?} of joint {}", place + 1).to_lowercase(),
+                };
+                return Err(self.error(format!(
+                    "`{a}` and `{b}` both hold the {what}; say which one to use by naming the columns"
+                )));
+            }
+            *slot = Some(reading);
+        }
+        // A quantity that only some of the joints have is refused.
+        if let Some(k) = places.iter().position(Option::is_none) {
+            let name = self.coordinates.get(k).map_or("", String::as_str);
+            return Err(self.error(format!(
+                "the {} of joint {} ({name}) is missing, though other joints have it; a joint that stood still is left out \
+                 of the model by [lock={name}=0], with its position",
+                format!("{quantity:?}").to_lowercase(),
+                k + 1
+            )));
+        }
+        places
+            .into_iter()
+            .flatten()
+            .map(|r| self.source(quantity, r.column, r.unit))
+            .collect::<Result<_, _>>()
+            .map(Some)
+    }
+
+    /// A column in the unit that the user names, or in that of its header.
+    fn source(&self, quantity: Quantity, column: usize, of_header: (&str, f64)) -> Result<Source, Error> {
+        let header = self.table.header[column].clone();
+        let given = self.names.units.of(quantity).map(|text| given_unit(quantity, text));
+        let given = given.transpose().map_err(|what| Error::new(format!("[options.units]: {what}")))?;
+        let (name, factor) = of_header;
+        let GivenUnit { name: unit, factor, word } =
+            given.unwrap_or(GivenUnit { name: name.to_string(), factor, word: None });
+        Ok(Source { column, header, unit, factor, word })
+    }
+
+    /// Where no position is found, takes the names of the log for those of the coordinates with a prefix, or without
+    /// theirs.
+    fn look_behind_prefixes(&mut self) -> Result<(), Error> {
+        let has_positions = |readings: &[Reading]| readings.iter().any(|r| r.quantity == Position);
+        if self.names.position.is_some() || has_positions(&self.readings) || self.coordinates.is_empty() {
+            return Ok(());
+        }
+        let found: Vec<(String, Vec<Reading>)> = prefixes(self.table, self.coordinates)
+            .into_iter()
+            .filter_map(|(said, coordinates)| {
+                let readings = readings(self.table, &coordinates).ok()?;
+                let of =
+                    |k: usize| readings.iter().any(|r| r.quantity == Position && r.joint == Designator::Coordinate(k));
+                (0..coordinates.len()).all(of).then_some((said, readings))
+            })
+            .collect();
+        let mut found = found;
+        match found.len() {
+            0 => Ok(()),
+            1 => {
+                let (said, readings) = found.remove(0);
+                self.notes.push(said);
+                self.readings = readings;
+                Ok(())
+            }
+            _ => {
+                let said: Vec<&str> = found.iter().map(|(said, _)| said.as_str()).collect();
+                Err(self.error(format!(
+                    "the joints stand there several times: {}; name the columns of one of them, with {{joint}} for the name, \
+                     in [options.columns]",
+                    said.join("; ")
+                )))
+            }
+        }
+    }
+
+    pub(crate) fn given(&self, quantity: Quantity, names: &Names) -> Result<Vec<Source>, Error> {
+        let n = self.coordinates.len();
+        let by_name = |pattern: &str, braces: &str| -> Vec<String> {
+            self.coordinates.iter().map(|name| pattern.replace(braces, name)).collect()
+        };
+        let names: Vec<String> = match names {
+            Names::Pattern(p) if p.contains("{joint}") => by_name(p, "{joint}"),
+            Names::Pattern(p) if p.contains("{}") => {
+                let counted = |first: usize| (first..n + first).map(|i| p.replace("{}", &i.to_string())).collect();
+                let ways: [Vec<String>; 3] = [counted(1), counted(0), by_name(p, "{}")];
+                let are_there = |way: &&Vec<String>| way.iter().all(|name| self.column(name).is_some());
+                ways.iter().find(are_there).unwrap_or(&ways[0]).clone()
+            }
+            Names::Pattern(p) if n == 1 => vec![p.clone()],
+            Names::Pattern(p) => {
+                return Err(self.error(format!(
+                    "`{p}` names one column for {n} joints; write `{{}}` for the number, or `{{joint}}` for the name"
+                )));
+            }
+            Names::Each(names) if names.len() == n => names.clone(),
+            Names::Each(names) => {
+                return Err(
+                    self.error(format!("{} names of {quantity:?} columns are given for {n} joints", names.len()))
+                );
+            }
+        };
+        names.iter().map(|name| self.named(quantity, name)).collect()
+    }
+
+    /// The column of a header; a unit in brackets behind it need not be named.
+    fn column(&self, name: &str) -> Option<usize> {
+        let bracketed = |header: &str| {
+            let rest = header.strip_prefix(name)?.trim_start_matches(['_', ' ']);
+            (rest.starts_with(['[', '(']) && rest.ends_with([']', ')'])).then_some(())
+        };
+        let header = &self.table.header;
+        header.iter().position(|h| h == name).or_else(|| header.iter().position(|h| bracketed(h).is_some()))
+    }
+
+    pub(crate) fn named(&self, quantity: Quantity, name: &str) -> Result<Source, Error> {
+        let column = self.column(name).ok_or_else(|| {
+            let meant = did_you_mean(name, self.table.header.iter().map(String::as_str));
+            self.error(format!("there is no column `{name}`{meant}"))
+        })?;
+        let lower = self.table.header[column].to_lowercase();
+        let lower = lower.trim_end_matches([']', ')']);
+        let units = units(quantity);
+        let bare = lower.trim_end_matches(|c: char| c.is_ascii_digit() || c == '_');
+        let separated =
+            |text: &str, unit: &str| text.strip_suffix(unit).is_some_and(|r| r.ends_with(['_', '.', '-', '[', '(']));
+        let unit = units.iter().find(|u| separated(lower, u.0) || separated(bare, u.0));
+        let unit = unit.or(units.first()).copied().unwrap_or(("", 1.0));
+        self.source(quantity, column, unit)
+    }
+}
+
+fn clipped(text: &str) -> String {
+    if text.chars().count() <= 300 { text.into() } else { text.chars().take(300).chain(" ..".chars()).collect() }
+}
