@@ -23,6 +23,9 @@ pub struct DescriptionOptions {
     /// How the base is mounted, rad: roll, pitch and yaw of its frame in a frame in which gravity is as the file says.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub base: Option<[f64; 3]>,
+    /// Joints that stand still, at these positions, rad or m.
+    #[serde(skip_serializing_if = "BTreeMap::is_empty")]
+    pub locked: BTreeMap<String, f64>,
     /// Whether the base is a link with parameters of its own, behind six coordinates.
     #[serde(skip_serializing_if = "is_false")]
     pub floating_base: bool,

@@ -24,6 +24,10 @@ pub fn read_robot(path: &Path, options: &ModelOptions) -> Result<Robot, Error> {
 pub fn parse_robot(text: &str, path: &Path, options: &ModelOptions) -> Result<Robot, Error> {
     let ModelOptions { mimic, angles, floating_base, value: ref values, .. } = *options;
     let mut robot = robot::format::parse_with(text, path, ReadOptions { mimic, angles, floating_base, values })?;
+    for (name, position) in &options.lock {
+        let refused = |why: String| Error::new(format_args!("{}: [lock]: {why}", path.display()));
+        robot = robot.locked(name, *position).map_err(refused)?;
+    }
     if let Some(rotors) = options.rotor_inertia {
         set_rotor_inertias(&mut robot, rotors);
     }

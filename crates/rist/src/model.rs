@@ -257,7 +257,7 @@ impl Model {
         }
         Err(Error::new(format_args!(
             "{}: made with `{}` ({}), but this model is `{}` ({}): its geometry or joints have changed, or it was read with \
-             other options ([rotor_inertia], [value], [mimic], [base], [floating_base]), or by another version of rist",
+             other options ([rotor_inertia], [value], [mimic], [lock], [base], [floating_base]), or by another version of rist",
             file.display(),
             made_with.name,
             made_with.fingerprint,

@@ -20,6 +20,7 @@ mod inertial;
 pub mod kinematics;
 mod linear_angle;
 pub mod lint;
+mod locked;
 pub mod mesh;
 mod parameter;
 mod passive;

@@ -201,7 +201,13 @@ fn joints_take_what_their_classes_and_actuators_say() {
     let notes: Vec<String> = robot.notes.iter().map(|n| format!("{}: {}", n.subject, n.text)).collect();
     let has = |text: &str| notes.iter().filter(|n| n.contains(text)).count();
     assert_eq!(has("sensor, tendon in the file: not read"), 1, "{notes:?}");
-    assert_eq!(has("pan: its actuator has the gear 50"), 1, "{notes:?}");
+    assert_eq!(
+        has(
+            "actuators: have gears in the file (pan 50): of a log with positions and torques of the motors say `transmission: {ratios: [50, 1, 1, 1]}`"
+        ),
+        1,
+        "{notes:?}"
+    );
 }
 
 /// Two joints of a body are one in a body inside the other, and `ref` is a shifted coordinate.

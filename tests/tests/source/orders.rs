@@ -25,6 +25,7 @@ pub(crate) const ORDERS: [(&str, &[&str]); 18] = [
             "floating",
             "lint",
             "angle_snap",
+            "locked",
             "agreement",
             "linear_angle",
             "polygon",

@@ -17,6 +17,9 @@ request! {
         /// Which joints have a rotor inertia (IA) among their parameters [default: as the file says; a YAML file that does
         /// not say: actuated; a URDF, which cannot say: none].
         rotor_inertia: Option<RotorInertias> = None, value_name("JOINTS");
+        /// Joints that stand still at a position, rad or m, as a gripper that the log does not have: finger=0.02. Without it
+        /// no joint is locked.
+        lock: Vec<(String, f64)> = Vec::new(), value_name("JOINT=POSITION");
         /// How the base is mounted, rad: roll, pitch and yaw of its frame in one in which gravity is as the file says.
         /// 3.1416,0,0 is a robot on a ceiling [default: as the file says].
         base: Option<[f64; 3]> = None, value_name("ROLL,PITCH,YAW");
@@ -36,6 +39,7 @@ impl ModelOptions {
             mimic: if description.independent_mimic { Mimic::Independent } else { Mimic::Constraint },
             angles: if description.angles_as_given { Angles::AsGiven } else { Angles::Meant },
             rotor_inertia: description.rotor_inertia,
+            lock: description.locked.iter().map(|(name, position)| (name.clone(), *position)).collect(),
             base: description.base,
             floating_base: description.floating_base,
             any_size: false,
@@ -49,6 +53,7 @@ impl ModelOptions {
             independent_mimic: self.mimic == Mimic::Independent,
             angles_as_given: self.angles == Angles::AsGiven,
             rotor_inertia: self.rotor_inertia,
+            locked: self.lock.iter().cloned().collect(),
             base: self.base,
             floating_base: self.floating_base,
         };

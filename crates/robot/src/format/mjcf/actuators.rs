@@ -9,21 +9,18 @@ use crate::robot::Note;
 use gate::suggestion::did_you_mean;
 
 /// What drives a joint.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug)]
 pub(super) struct Drives {
     pub is_driven: bool,
+    /// Angle of the actuator per angle of the joint.
+    pub gear: f64,
     /// The most that the actuators bring to the joint, N m or N.
     pub effort: Option<f64>,
 }
 
-/// The drives of the joints, in their order. A gear other than one is noted, with the option that says it of a log.
-pub(super) fn drives(
-    root: &Element,
-    defaults: &Defaults,
-    joints: &[MjcfJoint],
-    notes: &mut Vec<Note>,
-) -> Result<Vec<Drives>, Error> {
-    let mut drives = vec![Drives::default(); joints.len()];
+/// The drives of the joints, in their order.
+pub(super) fn drives(root: &Element, defaults: &Defaults, joints: &[MjcfJoint]) -> Result<Vec<Drives>, Error> {
+    let mut drives = vec![Drives { is_driven: false, gear: 1.0, effort: None }; joints.len()];
     for element in root.children("actuator").flat_map(|actuators| &actuators.children) {
         let view = defaults.view(element, None)?;
         let Some(name) = view.get("joint").or(view.get("jointinparent")) else { continue };
@@ -46,15 +43,26 @@ pub(super) fn drives(
             (Some(a), Some(b)) => Some(a + b),
             (a, b) => a.or(b),
         };
-        if gear != 1.0 && gear != 0.0 {
-            let text = format!(
-                "its actuator has the gear {gear}: where a log has positions and torques of that motor, its options say \
-                 `transmission: {{ratios: [..]}}` with {gear} for this joint"
-            );
-            notes.push(Note { subject: joints[k].name.clone(), text });
+        if gear != 0.0 {
+            drives[k].gear = gear;
         }
     }
     Ok(drives)
+}
+
+/// A note on gears other than one, of the joints that are coordinates: the line that says them of a log of the motors.
+pub(super) fn gears<'a>(coordinates: impl Iterator<Item = (&'a str, &'a Drives)>) -> Option<Note> {
+    let all: Vec<(&str, f64)> = coordinates.map(|(name, drives)| (name, drives.gear)).collect();
+    let geared: Vec<String> =
+        all.iter().filter(|(_, gear)| *gear != 1.0).map(|(name, gear)| format!("{name} {gear}")).collect();
+    let ratios: Vec<String> = all.iter().map(|(_, gear)| gear.to_string()).collect();
+    let text = format!(
+        "have gears in the file ({}): of a log with positions and torques of the motors say `transmission: {{ratios: \
+         [{}]}}`",
+        geared.join(", "),
+        ratios.join(", ")
+    );
+    (!geared.is_empty()).then(|| Note { subject: "actuators".into(), text })
 }
 
 /// The most that an actuator brings to its joint.

@@ -184,9 +184,6 @@ fn joint<'a>(
     let name = view.element.attribute("name").unwrap_or("").to_string();
     let subject = if name.is_empty() { of.name.clone() } else { name.clone() };
     let mut note = |text: &str| notes.push(Note { subject: subject.clone(), text: text.into() });
-    if view.number("stiffness")?.is_some_and(|k| k != 0.0) {
-        note("has a spring (`stiffness`), which is not read: its torque is not among those of the robot");
-    }
     let damping = view.numbers("damping", 1, 9)?;
     if damping.as_ref().is_some_and(|d| d[1..].iter().any(|x| *x != 0.0)) {
         note("is damped by a polynomial of its speed; the first coefficient is read");

@@ -2,6 +2,8 @@
 
 use super::bodies::Body;
 use super::element::Element;
+use super::joints::MjcfJoint;
+use crate::error::Error;
 use crate::robot::Note;
 
 /// Sections that say nothing of the mechanism and that nobody misses.
@@ -21,7 +23,7 @@ const SILENT: [&str; 12] = [
 ];
 
 /// One note on the sections that have no meaning here, and one on what acts on bodies.
-pub(super) fn note(root: &Element, bodies: &[Body], notes: &mut Vec<Note>) {
+pub(super) fn note(root: &Element, bodies: &[Body], joints: &[MjcfJoint], notes: &mut Vec<Note>) -> Result<(), Error> {
     let mut sections: Vec<&str> = Vec::new();
     for section in root.children.iter().filter(|s| !s.children.is_empty() && !SILENT.contains(&s.tag.as_str())) {
         if !sections.contains(&section.tag.as_str()) {
@@ -41,4 +43,18 @@ pub(super) fn note(root: &Element, bodies: &[Body], notes: &mut Vec<Note>) {
         let text = "`gravcomp` of bodies is not read: the torques here are those against all of gravity";
         notes.push(Note { subject: subject(), text: text.into() });
     }
+    let mut springs = Vec::new();
+    for joint in joints {
+        if joint.view.number("stiffness")?.is_some_and(|k| k != 0.0) {
+            springs.push(joint.name.as_str());
+        }
+    }
+    if !springs.is_empty() {
+        let text = format!(
+            "{} have springs (`stiffness`), which are not read: theirs is no torque of the robot",
+            springs.join(", ")
+        );
+        notes.push(Note { subject: subject(), text });
+    }
+    Ok(())
 }

@@ -10,7 +10,7 @@
 
 use std::path::Path;
 
-use super::actuators::{Drives, drives};
+use super::actuators::{Drives, drives, gears};
 use super::bodies::{Body, bodies};
 use super::compiler::Compiler;
 use super::defaults::{Defaults, View};
@@ -49,7 +49,7 @@ pub(in crate::format) fn read_mjcf_with(
     let (mut notes, mut snapped) = (Vec::new(), Vec::new());
     let bodies = bodies(&root, &defaults, &compiler, &mut snapped)?;
     let moved = moved(&bodies, &compiler, options.floating_base, &mut notes)?;
-    let drives = drives(&root, &defaults, &moved.joints, &mut notes)?;
+    let drives = drives(&root, &defaults, &moved.joints)?;
     let tied = equalities(&root, &defaults, &bodies, &moved, &drives, options.mimic, &mut notes)?;
     let mut carried = carried(&bodies, &moved, &compiler, &meshes, &mut snapped)?;
     if let Some(total) = compiler.total_mass {
@@ -60,7 +60,9 @@ pub(in crate::format) fn read_mjcf_with(
     if !options.floating_base && !joints.iter().any(|joint| joint.follows.leader == joint.id && !joint.is_passive) {
         return Err(root.error("no joint of the robot moves by itself; its base may float: [floating_base=true]"));
     }
-    left_out::note(&root, &bodies, &mut notes);
+    let leads = |k: &usize| joints[*k].follows.leader == *k && !joints[*k].is_passive;
+    notes.extend(gears((0..joints.len()).filter(leads).map(|k| (joints[k].name.as_str(), &drives[k]))));
+    left_out::note(&root, &bodies, &moved.joints, &mut notes)?;
     let rest = Rest {
         name: root.attribute("model").map(str::trim).filter(|n| !n.is_empty()).unwrap_or("robot").to_string(),
         base: jointed::base(&rooted),
