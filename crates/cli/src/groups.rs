@@ -155,11 +155,21 @@ pub(crate) const GROUPS: [Group; 7] = [
     },
     Group {
         title: "Look at logs",
-        commands: &[Told {
-            name: "doctor",
-            shown: Own,
-            examples: &[("rist doctor robot.urdf log.csv", "do they belong together, and if not, what mends it")],
-        }],
+        commands: &[
+            Told {
+                name: "columns",
+                shown: Own,
+                examples: &[(
+                    "rist columns robot.urdf log.csv > options.yaml",
+                    "names and units of columns that are not found by themselves",
+                )],
+            },
+            Told {
+                name: "doctor",
+                shown: Own,
+                examples: &[("rist doctor robot.urdf log.csv", "do they belong together, and if not, what mends it")],
+            },
+        ],
     },
     Group {
         title: "Identify",

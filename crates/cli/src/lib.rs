@@ -8,6 +8,7 @@
 mod accumulate;
 mod artefact;
 mod check;
+mod columns;
 mod compare;
 mod convert;
 mod derive;
@@ -69,6 +70,7 @@ enum Command {
     Visibility(visibility::Arguments),
     Plan(plan::Arguments),
     Simulate(simulate::Arguments),
+    Columns(columns::Arguments),
     Doctor(doctor::Arguments),
     Identify(Box<identify::Arguments>),
     Validate(validate::Arguments),
@@ -169,6 +171,7 @@ fn run(command: Command) -> Result<(), Failure> {
         Command::Play(arguments) => play::run(&arguments),
         Command::Visibility(arguments) => visibility::run(&arguments),
         Command::Simulate(arguments) => simulate::run(&arguments),
+        Command::Columns(arguments) => columns::run(&arguments),
         Command::Doctor(arguments) => doctor::run(&arguments),
         Command::Identify(arguments) => identify::run(&arguments),
         Command::Validate(arguments) => validate::run(&arguments),

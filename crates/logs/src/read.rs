@@ -116,6 +116,14 @@ impl Table {
         }
     }
 
+    /// Reads the first rows of a file, at most `most`; as [`Table::read`].
+    pub fn glance(path: &Path, most: usize) -> Result<Table, Error> {
+        match open(path)? {
+            Opened::Rows { mut reader, .. } => reader.rows(most),
+            Opened::Whole(table) => Ok(table),
+        }
+    }
+
     /// Reads the content of a file; its first bytes say of which kind it is.
     pub fn from_bytes(file: &str, bytes: &[u8]) -> Result<Table, Error> {
         Table::within(file, bytes, &mut Budget::of(bytes.len()))

@@ -4,6 +4,7 @@ pub(crate) mod finder;
 pub(crate) mod mapping;
 pub(crate) mod names;
 pub(crate) mod prefixes;
+pub(crate) mod proposal;
 pub(crate) mod source;
 pub(crate) mod units;
 pub(crate) mod words;

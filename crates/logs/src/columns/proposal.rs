@@ -1,0 +1,410 @@
+//! A proposal of names and units for the columns of a table, each with its reason.
+//!
+//! What headers say is taken first ([`Columns::find`]). Where that is not enough, headers that differ by a number or by the
+//! name of a joint make a pattern, words in it tell the quantity, and the numbers tell the unit: an angle beyond three
+//! turns is in degrees or ticks, a velocity is held against the slope of the position, a clock against the rates that logs
+//! have.
+
+use std::collections::BTreeMap;
+use std::fmt;
+
+use crate::cleaning::raw_words::RawWord;
+use crate::cleaning::turns::extremes;
+use crate::columns::mapping::Columns;
+use crate::columns::names::{ColumnNames, Names};
+use crate::columns::units::given_unit;
+use crate::columns::words::Quantity;
+use crate::table::Table;
+
+/// A line of the proposal.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Proposed {
+    /// `time`, `position`, ..
+    pub key: &'static str,
+    /// What stands behind it.
+    pub value: String,
+    /// Why.
+    pub reason: String,
+}
+
+/// Lines for the file of options.
+#[derive(Clone, Debug, Default)]
+pub struct Proposal {
+    /// Which column is which.
+    pub columns: Vec<Proposed>,
+    /// Units that headers do not name.
+    pub units: Vec<Proposed>,
+    /// What could not be told.
+    pub missing: Vec<String>,
+    /// The mapping that it gives; `None` where something is missing.
+    pub mapping: Option<Columns>,
+}
+
+/// Words of measured quantities in headers of many tongues, the likelier first.
+const WORDS: [(Quantity, &[&str]); 4] = [
+    (Quantity::Position, &["position", "pos", "angle", "winkel", "state", "ist", "actual", "theta", "q", "axisact"]),
+    (Quantity::Velocity, &["velocity", "vel", "speed", "geschwindigkeit", "omega", "dq", "qd"]),
+    (Quantity::Torque, &["torque", "effort", "moment", "drehmoment", "tau", "trq", "load", "force", "kraft"]),
+    (Quantity::Current, &["current", "strom", "amp", "curr"]),
+];
+/// Words of what is not measured, or is another quantity.
+const OTHERS: [&str; 20] = [
+    "command",
+    "commanded",
+    "cmd",
+    "target",
+    "desired",
+    "des",
+    "ref",
+    "reference",
+    "soll",
+    "setpoint",
+    "goal",
+    "external",
+    "ext",
+    "error",
+    "temp",
+    "temperature",
+    "acc",
+    "voltage",
+    "stiffness",
+    "model",
+];
+/// Words of clocks.
+const CLOCKS: [&str; 8] = ["time", "zeit", "stamp", "timestamp", "clock", "temps", "tiempo", "sec"];
+
+/// Looks at a table for the coordinates of a robot.
+pub fn propose(table: &Table, coordinates: &[String]) -> Proposal {
+    let found = Columns::find(table, coordinates, &ColumnNames::default());
+    if let Ok(mapping) = found {
+        return Proposal { mapping: Some(mapping), ..Proposal::default() };
+    }
+    let mut proposal = Proposal::default();
+    let mut names = ColumnNames::default();
+    let clock = clock(table, &mut proposal, &mut names);
+    let patterns = patterns(table, coordinates);
+    for (quantity, words) in WORDS {
+        // A log has torques or currents.
+        if quantity == Quantity::Current && names.torque.is_some() {
+            continue;
+        }
+        let score = |pattern: &str| score(pattern, words);
+        let best = patterns.iter().filter(|(p, _)| score(p).is_some()).min_by_key(|(p, _)| score(p));
+        let Some((pattern, columns)) = best else {
+            if matches!(quantity, Quantity::Position) {
+                proposal.missing.push("no columns, one per joint, are named like positions".into());
+            }
+            continue;
+        };
+        let key = key(quantity);
+        let (first, last) = (&table.header[columns[0]], &table.header[columns[columns.len() - 1]]);
+        proposal.columns.push(Proposed {
+            key,
+            value: quoted(pattern),
+            reason: format!("{first} .. {last}: one per joint, named like a {key}"),
+        });
+        *names_of(&mut names, quantity) = Some(Names::Pattern(pattern.clone()));
+        if let Some((unit, reason)) = unit(table, columns, quantity, clock, &names) {
+            proposal.units.push(Proposed { key, value: quoted(&unit), reason });
+            set_unit(&mut names, quantity, unit);
+        }
+    }
+    if names.torque.is_none() && names.current.is_none() {
+        proposal.missing.push("no columns, one per joint, are named like torques or currents".into());
+    }
+    match Columns::find(table, coordinates, &names) {
+        Ok(mapping) => proposal.mapping = Some(mapping),
+        Err(error) if proposal.missing.is_empty() => proposal.missing.push(error.to_string()),
+        Err(_) => {}
+    }
+    proposal
+}
+
+impl fmt::Display for Proposal {
+    /// The lines to paste, with their reasons behind them.
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        for (title, lines) in [("columns", &self.columns), ("units", &self.units)] {
+            if lines.is_empty() {
+                continue;
+            }
+            writeln!(f, "{title}:")?;
+            let width = lines.iter().map(|line| line.key.len() + line.value.len()).max().unwrap_or(0);
+            for Proposed { key, value, reason } in lines {
+                let gap = " ".repeat(width - key.len() - value.len());
+                writeln!(f, "  {key}: {value}{gap}  # {reason}")?;
+            }
+        }
+        Ok(())
+    }
+}
+
+fn key(quantity: Quantity) -> &'static str {
+    match quantity {
+        Quantity::Time => "time",
+        Quantity::Position => "position",
+        Quantity::Velocity => "velocity",
+        Quantity::Acceleration => "acceleration",
+        Quantity::Torque => "torque",
+        Quantity::Current => "current",
+    }
+}
+
+fn quoted(text: &str) -> String {
+    format!("\"{}\"", text.replace('\\', "\\\\").replace('"', "\\\""))
+}
+
+fn names_of(names: &mut ColumnNames, quantity: Quantity) -> &mut Option<Names> {
+    match quantity {
+        Quantity::Velocity => &mut names.velocity,
+        Quantity::Acceleration => &mut names.acceleration,
+        Quantity::Torque => &mut names.torque,
+        Quantity::Current => &mut names.current,
+        _ => &mut names.position,
+    }
+}
+
+fn set_unit(names: &mut ColumnNames, quantity: Quantity, unit: String) {
+    let place = match quantity {
+        Quantity::Time => &mut names.units.time,
+        Quantity::Position => &mut names.units.position,
+        Quantity::Velocity => &mut names.units.velocity,
+        Quantity::Acceleration => &mut names.units.acceleration,
+        Quantity::Torque => &mut names.units.torque,
+        Quantity::Current => &mut names.units.current,
+    };
+    *place = Some(unit);
+}
+
+/// The words of a header in lower case.
+fn words(header: &str) -> Vec<String> {
+    let lower = header.to_lowercase();
+    lower.split(|c: char| !c.is_alphabetic()).filter(|word| !word.is_empty()).map(str::to_string).collect()
+}
+
+/// How well a pattern fits some words, the best first; `None`: not at all.
+fn score(pattern: &str, wanted: &[&str]) -> Option<(usize, usize)> {
+    let own = words(&pattern.replace("{joint}", " "));
+    if own.iter().any(|word| OTHERS.contains(&word.as_str())) {
+        return None;
+    }
+    let rank = wanted.iter().position(|word| own.iter().any(|own| own == word))?;
+    Some((rank, pattern.len()))
+}
+
+/// Patterns of headers that are there once for each joint, with their columns in the order of the joints.
+fn patterns(table: &Table, coordinates: &[String]) -> Vec<(String, Vec<usize>)> {
+    let mut numbered: BTreeMap<String, BTreeMap<usize, usize>> = BTreeMap::new();
+    let mut named: BTreeMap<String, BTreeMap<usize, usize>> = BTreeMap::new();
+    for (column, header) in table.header.iter().enumerate() {
+        for (start, end, number) in digits(header) {
+            let pattern = format!("{}{{}}{}", &header[..start], &header[end..]);
+            numbered.entry(pattern).or_default().insert(number, column);
+        }
+        for (k, name) in coordinates.iter().enumerate() {
+            let at = header.match_indices(name.as_str()).next();
+            if let Some((start, _)) = at {
+                let pattern = format!("{}{{joint}}{}", &header[..start], &header[start + name.len()..]);
+                named.entry(pattern).or_default().insert(k, column);
+            }
+        }
+    }
+    let n = coordinates.len();
+    let whole = |(pattern, columns): (String, BTreeMap<usize, usize>), first: usize| {
+        let all: Option<Vec<usize>> = (first..first + n).map(|k| columns.get(&k).copied()).collect();
+        all.map(|columns| (pattern, columns))
+    };
+    let mut found: Vec<(String, Vec<usize>)> = named.into_iter().filter_map(|entry| whole(entry, 0)).collect();
+    for entry in numbered {
+        found.extend(whole(entry.clone(), 1).or_else(|| whole(entry, 0)));
+    }
+    found
+}
+
+/// The numbers in a header: from where to where, and which.
+fn digits(header: &str) -> Vec<(usize, usize, usize)> {
+    let bytes = header.as_bytes();
+    let mut found = Vec::new();
+    let mut at = 0;
+    while at < bytes.len() {
+        let end = (at..bytes.len()).find(|&k| !bytes[k].is_ascii_digit()).unwrap_or(bytes.len());
+        if end > at && end - at <= 3 {
+            found.extend(header[at..end].parse().ok().map(|number| (at, end, number)));
+        }
+        at = end.max(at + 1);
+    }
+    found
+}
+
+/// The clock: its column and its factor to s.
+fn clock(table: &Table, proposal: &mut Proposal, names: &mut ColumnNames) -> Option<(usize, f64)> {
+    let rises = |column: &&usize| {
+        let x = &table.columns[**column];
+        x.len() > 2 && x.windows(2).all(|w| w[1] >= w[0]) && x[x.len() - 1] > x[0]
+    };
+    let is_named = |column: &usize| words(&table.header[*column]).iter().any(|w| CLOCKS.contains(&w.as_str()));
+    let all: Vec<usize> = (0..table.header.len()).collect();
+    let rising: Vec<usize> = all.iter().filter(rises).copied().collect();
+    let Some(column) = rising.iter().find(|c| is_named(c)).or(rising.first()).copied() else {
+        proposal.missing.push("no column counts up as a clock does".into());
+        return None;
+    };
+    let x = &table.columns[column];
+    let step = (x[x.len() - 1] - x[0]) / (x.len() - 1) as f64;
+    proposal.columns.push(Proposed {
+        key: "time",
+        value: quoted(&table.header[column]),
+        reason: format!("counts up, by {} a row", short(step)),
+    });
+    names.time = Some(table.header[column].clone());
+    // Logs have 20 Hz to 4 kHz.
+    let units = [("s", 1.0), ("ms", 1e-3), ("us", 1e-6), ("ns", 1e-9)];
+    let unit = units.into_iter().find(|unit| (2.5e-4..0.0501).contains(&(step * unit.1)));
+    let Some((unit, factor)) = unit else { return Some((column, 1.0)) };
+    if unit != "s" {
+        let reason = format!(
+            "{} a row would be {} Hz in s, and are {:.0} Hz so",
+            short(step),
+            short(1.0 / step),
+            1.0 / (step * factor)
+        );
+        proposal.units.push(Proposed { key: "time", value: unit.into(), reason });
+        names.units.time = Some(unit.into());
+    }
+    Some((column, factor))
+}
+
+/// The unit of the columns of a quantity and why; `None` where it is that of SI, or that of the header.
+fn unit(
+    table: &Table,
+    columns: &[usize],
+    quantity: Quantity,
+    clock: Option<(usize, f64)>,
+    names: &ColumnNames,
+) -> Option<(String, String)> {
+    let words: Vec<RawWord> = columns.iter().filter_map(|&c| RawWord::of(&table.columns[c])).collect();
+    let word = words.first().map(|word| match word {
+        RawWord::TwosComplement { bits, .. } => format!("int{bits}"),
+        RawWord::SignBit { bit, .. } => format!("signbit({bit})"),
+    });
+    if let Some(word) = word {
+        let reason = "jumps by the whole word where its sign changes; add what a count is: counts(2.69 mA)";
+        return Some((word, reason.into()));
+    }
+    let spans: Vec<f64> = columns.iter().map(|&c| extremes(&table.columns[c])).map(|(low, high)| high - low).collect();
+    let widest = spans.iter().copied().fold(0.0, f64::max);
+    let whole = columns.iter().all(|&c| table.columns[c].iter().all(|x| x.fract() == 0.0));
+    // Three turns are more than a joint of most arms goes, in rad.
+    const THREE_TURNS: f64 = 19.0;
+    match quantity {
+        Quantity::Position if whole && widest > 100.0 => Some((
+            "ticks(4096)".into(),
+            "whole numbers: ticks of an encoder; 4096 a turn is a guess, say how many".into(),
+        )),
+        Quantity::Position if widest > THREE_TURNS && widest < 800.0 => Some((
+            "deg".into(),
+            format!("they span {} and would be {:.0} turns in rad", short(widest), widest / std::f64::consts::TAU),
+        )),
+        Quantity::Velocity => {
+            let position = names.units.position.as_deref().unwrap_or("rad");
+            let to_si = given_unit(Quantity::Position, position).ok()?.factor;
+            let ratio = slope_ratio(table, columns, clock?, to_si)?;
+            let known = [("rad/s", 1.0), ("deg/s", 57.29578), ("rpm", 9.549297)];
+            let (unit, _) = known.into_iter().find(|(_, k)| (ratio / k - 1.0).abs() < 0.1)?;
+            (unit != "rad/s")
+                .then(|| (unit.into(), format!("they are {} times the slope of the position", short(ratio))))
+        }
+        _ => None,
+    }
+}
+
+/// The numbers of a velocity per slope of the position beside it, in rad/s; of the joint that moves most.
+fn slope_ratio(table: &Table, velocity: &[usize], (clock, second): (usize, f64), to_si: f64) -> Option<f64> {
+    let t = &table.columns[clock];
+    // The position of the same joint stands in the column whose slope fits best.
+    let fit = |q: &[f64], v: &[f64]| {
+        let (mut vs, mut ss, mut vv) = (0.0, 0.0, 0.0);
+        for k in 1..t.len().saturating_sub(1) {
+            let slope = to_si * (q[k + 1] - q[k - 1]) / (second * (t[k + 1] - t[k - 1]));
+            if slope.is_finite() && v[k].is_finite() {
+                (vs, ss, vv) = (vs + v[k] * slope, ss + slope * slope, vv + v[k] * v[k]);
+            }
+        }
+        (vs / ss, vs * vs / (ss * vv))
+    };
+    let v = &table.columns[velocity[0]];
+    let others = (0..table.columns.len()).filter(|c| *c != clock && !velocity.contains(c));
+    let best = others.map(|c| fit(&table.columns[c], v)).filter(|(_, r)| *r > 0.8);
+    best.max_by(|a, b| a.1.total_cmp(&b.1)).map(|(ratio, _)| ratio)
+}
+
+/// A number to four digits.
+fn short(x: f64) -> String {
+    let rounded: f64 = format!("{x:.3e}").parse().unwrap_or(x);
+    rounded.to_string()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A table of two joints that swing, its numbers in these units.
+    fn table(header: &str, scales: [f64; 4]) -> Table {
+        let [time, position, velocity, torque] = scales;
+        let header: Vec<String> = header.split(',').map(Into::into).collect();
+        let at = |k: usize| k as f64 * 0.005;
+        let series = |f: &dyn Fn(f64) -> f64| (0..400).map(|k| f(at(k))).collect::<Vec<f64>>();
+        let columns = vec![
+            series(&|t| time * t),
+            series(&|t| position * (3.0 * t).sin()),
+            series(&|t| position * (2.0 * t).cos()),
+            series(&|t| velocity * 3.0 * (3.0 * t).cos()),
+            series(&|t| velocity * -2.0 * (2.0 * t).sin()),
+            series(&|t| torque * (3.0 * t).sin()),
+            series(&|t| torque * (2.0 * t).sin()),
+        ];
+        Table { file: "log.csv".into(), texts: vec![None; header.len()], columns, header, ..Table::default() }
+    }
+
+    fn joints() -> [String; 2] {
+        ["shoulder".to_string(), "elbow".to_string()]
+    }
+
+    #[test]
+    fn what_is_found_by_name_needs_no_words() {
+        let proposal = propose(&table("t,q1,q2,dq1,dq2,tau1,tau2", [1.0; 4]), &joints());
+        assert!(proposal.columns.is_empty() && proposal.mapping.is_some(), "{proposal}");
+    }
+
+    #[test]
+    fn words_and_numbers_make_a_proposal_that_is_read() {
+        let trace = "Takt,A1 Ist,A2 Ist,A1 Geschwindigkeit,A2 Geschwindigkeit,A1 Moment,A2 Moment";
+        let degrees = 180.0 / std::f64::consts::PI;
+        let proposal = propose(&table(trace, [1e3, degrees, degrees, 1.0]), &joints());
+        let shown = proposal.to_string();
+        for line in [
+            "time: \"Takt\"",
+            "position: \"A{} Ist\"",
+            "velocity: \"A{} Geschwindigkeit\"",
+            "torque: \"A{} Moment\"",
+            "time: ms",
+            "position: \"deg\"",
+            "velocity: \"deg/s\"",
+        ] {
+            assert!(shown.contains(line), "{line}\n{shown}");
+        }
+        let mapping = proposal.mapping.unwrap();
+        assert!((mapping.position[0].factor * degrees - 1.0).abs() < 1e-12);
+        // By names, set points left aside.
+        let named = "stamp,shoulder_state,elbow_state,shoulder_cmd_state,elbow_cmd_state,shoulder load,elbow load";
+        let shown = propose(&table(named, [1.0; 4]), &joints()).to_string();
+        assert!(shown.contains("position: \"{joint}_state\"") && shown.contains("torque: \"{joint} load\""), "{shown}");
+    }
+
+    #[test]
+    fn what_cannot_be_told_is_said() {
+        let proposal = propose(&table("t,a,b,c,d,e,f", [1.0; 4]), &joints());
+        assert!(proposal.mapping.is_none());
+        let said = proposal.missing.join("; ");
+        assert!(said.contains("named like positions") && said.contains("torques or currents"), "{said}");
+    }
+}

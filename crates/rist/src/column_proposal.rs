@@ -1,0 +1,76 @@
+//! Names and units for the columns of a log, to paste into the file of options.
+
+use std::fmt;
+use std::path::Path;
+
+use logs::{Proposal, Proposed, Table, propose};
+use robot::Robot;
+use serde_json::{Value, json};
+
+use crate::error::Error;
+
+/// Rows that are looked at: what a column is shows in some seconds.
+const LOOKED_AT_ROWS: usize = 20_000;
+
+/// What the columns of a log seem to be.
+pub struct ColumnProposal {
+    /// The lines, and what could not be told.
+    pub proposal: Proposal,
+    /// The headers of the log.
+    pub header: Vec<String>,
+}
+
+/// Looks at the first rows of a log for the signals of a robot's coordinates; nothing is derived.
+///
+/// Fails where the log cannot be read.
+pub fn propose_columns(robot: &Robot, path: &Path) -> Result<ColumnProposal, Error> {
+    let table = Table::glance(path, LOOKED_AT_ROWS)?;
+    let coordinates: Vec<String> = robot.coordinates.iter().map(|coordinate| coordinate.name.clone()).collect();
+    Ok(ColumnProposal { proposal: propose(&table, &coordinates), header: table.header })
+}
+
+impl ColumnProposal {
+    /// Whether a log is read with it.
+    pub fn is_whole(&self) -> bool {
+        self.proposal.mapping.is_some()
+    }
+
+    /// All of it as values.
+    pub fn to_json(&self) -> Value {
+        let lines = |lines: &[Proposed]| -> Vec<Value> {
+            lines
+                .iter()
+                .map(|l| json!({"key": l.key, "value": l.value.trim_matches('"'), "reason": l.reason}))
+                .collect()
+        };
+        let Proposal { columns, units, missing, mapping } = &self.proposal;
+        json!({
+            "columns": lines(columns),
+            "units": lines(units),
+            "missing": missing,
+            "mapping": mapping.as_ref().map(ToString::to_string),
+            "header": self.header,
+        })
+    }
+}
+
+impl fmt::Display for ColumnProposal {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Proposal { columns, missing, mapping, .. } = &self.proposal;
+        match (columns.is_empty(), mapping) {
+            (true, Some(mapping)) => {
+                return write!(f, "no options are needed: the columns are found by their names\n{mapping}");
+            }
+            (false, Some(_)) => writeln!(f, "# for the file of options; look through the reasons")?,
+            _ => writeln!(f, "# not all is told; write what is missing")?,
+        }
+        write!(f, "{}", self.proposal)?;
+        for what in missing {
+            writeln!(f, "# missing: {what}")?;
+        }
+        match mapping {
+            Some(mapping) => mapping.to_string().lines().try_for_each(|line| writeln!(f, "# {line}")),
+            None => writeln!(f, "# the columns are: {}", self.header.join(", ")),
+        }
+    }
+}
