@@ -7,43 +7,12 @@
 //!
 //! Not here: whether the figures are those of the robot; that is identification's.
 
+use crate::habits::habits;
 use crate::inertial::{Part, Pose, transform_inertial};
 use crate::principal::principal_axes;
 use crate::robot::{Link, Robot};
 
-/// One suspicion about one link.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Finding {
-    /// Name of the link, or of the part of it.
-    pub link: String,
-    /// What looks wrong.
-    pub mistake: Mistake,
-    /// The evidence, with numbers.
-    pub text: String,
-}
-
-/// The classic mistakes.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Mistake {
-    /// The mass is below zero.
-    NegativeMass,
-    /// There is an inertia, but no mass that could have it.
-    InertiaWithoutMass,
-    /// A principal moment is negative.
-    NotPositive,
-    /// A principal moment is larger than the sum of the two others.
-    TriangleInequality,
-    /// Exchanging Ixz and Iyz would make it possible.
-    SwappedProducts,
-    /// Pinocchio's order read as another.
-    SwappedOrder,
-    /// About the centre of mass where the origin is meant, or the other way round.
-    WrongPoint,
-    /// The inertial frame is turned, and a program that ignores rpy reads another inertia.
-    TurnedInertialFrame,
-    /// g or mm where kg or m are meant.
-    Units,
-}
+pub use crate::finding::{Finding, Mistake};
 
 /// Smallest eigenvalue of S allowed below zero, relative to the trace of I. It covers the rounded digits of a file.
 const EIGENVALUE_SLACK: f64 = 1e-4;
@@ -74,6 +43,7 @@ pub fn lint(robot: &Robot) -> Vec<Finding> {
             turned_frame(link, part, &mut findings);
         }
     }
+    habits(robot, &mut findings);
     findings
 }
 

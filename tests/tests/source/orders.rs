@@ -23,6 +23,8 @@ pub(crate) const ORDERS: [(&str, &[&str]); 18] = [
             "parameter",
             "closure",
             "floating",
+            "finding",
+            "habits",
             "lint",
             "angle_snap",
             "locked",

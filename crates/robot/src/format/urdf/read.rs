@@ -39,10 +39,10 @@ pub fn read_urdf(text: &str, file: &str) -> Result<Robot, Error> {
 pub fn read_urdf_with(text: &str, file: &str, options: ReadOptions) -> Result<Robot, Error> {
     let source = Source { file };
     no_values(source, options.values)?;
-    let checked = check(source, text)?;
+    let checked = check(source, text, options.floating_base)?;
     let model = urdf_rs::read_from_string(&checked.text)
         .map_err(|e| source.place(checked.at, format!("not a URDF: {}", shown(&e.to_string()))))?;
-    let (mut notes, mut snapped) = (Vec::new(), Vec::new());
+    let (mut notes, mut snapped) = (checked.notes.clone(), Vec::new());
     let floating = options.floating_base;
     let links = moving_links(source, &checked, &model, options.angles, floating, &mut snapped)?;
     let MovingLinks { moving, rooted } = links;
@@ -169,6 +169,9 @@ fn limits(joint: &urdf_rs::Joint, checked: &Checked, notes: &mut Vec<Note>) -> L
             note("has no limit, though a URDF should give it one: taken as unlimited");
         }
         return Limits::default();
+    }
+    if !checked.joints.get(&joint.name).is_some_and(|m| m.has_velocity) {
+        note("has a <limit> without a velocity: taken as none");
     }
     let limit = &joint.limit;
     let magnitude = |x: f64| (x > 0.0 && x.is_finite()).then_some(x);

@@ -17,6 +17,7 @@ use crate::format::expression::LARGEST_NUMBER;
 use crate::format::node::Source;
 use crate::format::shown::shown;
 use crate::format::xml::document;
+use crate::robot::Note;
 use gate::suggestion::{did_you_mean, nearest};
 
 /// Elements with the children and attributes that are read. Each attribute has the count of its numbers (0: a name) and
@@ -50,7 +51,7 @@ const KNOWN_ELEMENTS: [Element; 13] = [
             ("lower", 1, false),
             ("upper", 1, false),
             ("effort", 1, false),
-            ("velocity", 1, true),
+            ("velocity", 1, false),
             ("acceleration", 1, false),
         ],
     ),
@@ -97,6 +98,7 @@ pub(super) struct JointMark {
     pub child_at: At,
     pub mimic_at: At,
     pub has_limit: bool,
+    pub has_velocity: bool,
     /// Whether both of its positions are written.
     pub has_range: bool,
     pub has_damping: bool,
@@ -113,15 +115,26 @@ pub(super) struct Checked {
     pub joints: BTreeMap<String, JointMark>,
     /// The shapes of each link, in its frame in the file.
     pub collisions: BTreeMap<String, Vec<Collision>>,
+    /// What was taken otherwise than it stands there, and what was left out.
+    pub notes: Vec<Note>,
 }
 
 /// The largest limit of a joint.
 const LARGEST_LIMIT: f64 = 1e100;
 
-pub(super) fn check(source: Source, text: &str) -> Result<Checked, Error> {
+/// Checks a text; `floats`: whether the base is asked to float, so that the joint which says so is left out.
+pub(super) fn check(source: Source, text: &str, floats: bool) -> Result<Checked, Error> {
     let document = document(source, text, "a URDF")?;
     let root = document.root_element();
-    let mut reader = Reader { source, document: &document, out: String::new() };
+    let base = if floats { floating_root(root) } else { None };
+    let mut reader =
+        Reader { source, document: &document, out: String::new(), notes: Vec::new(), left_out: Vec::new() };
+    if let Some((joint, link)) = base {
+        let text = "lets the base float, as is asked for: neither it nor its parent is a part of the robot";
+        reader.notes.push(Note { subject: joint.attribute("name").unwrap_or("").to_string(), text: text.into() });
+        reader.left_out = vec![joint, link];
+    }
+    reader.notes.extend(stated_loops(root));
     if root.tag_name().name() != "robot" {
         let message = format!("a URDF begins with <robot>, found <{}>", shown(root.tag_name().name()));
         return Err(reader.error(root, message));
@@ -141,16 +154,54 @@ pub(super) fn check(source: Source, text: &str) -> Result<Checked, Error> {
     let at = reader.at(root);
     let shapes = root.children().filter(|n| n.has_tag_name("link"));
     let shapes = shapes.map(|n| (n.attribute("name").unwrap_or("").to_string(), collisions(n))).collect();
-    Ok(Checked { text: reader.out, at, links, joints, collisions: shapes })
+    Ok(Checked { text: reader.out, at, links, joints, collisions: shapes, notes: reader.notes })
 }
 
 struct Reader<'a, 'i> {
     source: Source<'a>,
     document: &'a Document<'i>,
     out: String,
+    notes: Vec<Note>,
+    /// Elements of the robot that are read as if they were not there.
+    left_out: Vec<Node<'a, 'i>>,
 }
 
-impl Reader<'_, '_> {
+/// The joint that lets the base float or slide over the ground, and its parent, where that is nothing but the ground.
+fn floating_root<'a, 'i>(root: Node<'a, 'i>) -> Option<(Node<'a, 'i>, Node<'a, 'i>)> {
+    let joints = || root.children().filter(|n| n.has_tag_name("joint"));
+    let end = |joint: Node, tag: &str| first(joint, tag).and_then(|n| n.attribute("link")).map(str::to_string);
+    let joint = joints().find(|j| matches!(j.attribute("type"), Some("floating" | "planar")))?;
+    let parent = end(joint, "parent")?;
+    let others = joints().filter(|j| *j != joint);
+    let is_ground = others.into_iter().all(|j| ![end(j, "parent"), end(j, "child")].contains(&Some(parent.clone())));
+    let link = root.children().find(|n| n.has_tag_name("link") && n.attribute("name") == Some(parent.as_str()))?;
+    is_ground.then_some((joint, link))
+}
+
+/// Notes on elements beside the URDF's own that close a loop: they do not say which of its joints are driven.
+fn stated_loops(root: Node) -> Vec<Note> {
+    let is_loop = |n: &Node| {
+        let tag = n.tag_name().name();
+        let in_extension = n.parent().is_some_and(|p| p.has_tag_name("gazebo"));
+        matches!(
+            tag,
+            "constraint" | "loop_joint" | "loop" | "linear_bushing_rpy" | "ball_constraint" | "weld_constraint"
+        ) || (tag == "joint" && in_extension)
+    };
+    let note = |n: Node| {
+        let name = n.attribute("name").map_or_else(|| format!("<{}>", n.tag_name().name()), str::to_string);
+        let line = n.document().text_pos_at(n.range().start).row;
+        let text = format!(
+            "<{}> on line {line} closes a loop, which is not read: the robot is taken cut open there; a description in YAML \
+             has loops and says which joints are driven",
+            n.tag_name().name()
+        );
+        Note { subject: name, text }
+    };
+    root.descendants().filter(Node::is_element).filter(is_loop).map(note).collect()
+}
+
+impl<'a, 'i> Reader<'a, 'i> {
     fn error(&self, node: Node, message: String) -> Error {
         let at = self.at(node);
         self.source.error(at.0, at.1, message)
@@ -162,7 +213,10 @@ impl Reader<'_, '_> {
     }
 
     /// Checks an element and what it holds, and writes it out; `owner` names its link or joint.
-    fn copy(&mut self, node: Node, owner: &str) -> Result<(), Error> {
+    fn copy(&mut self, node: Node<'a, 'i>, owner: &str) -> Result<(), Error> {
+        if self.left_out.contains(&node) {
+            return Ok(());
+        }
         let tag = node.tag_name().name();
         let Some((_, children, attributes)) = KNOWN_ELEMENTS.iter().find(|e| e.0 == tag) else { return Ok(()) };
         let named = match (tag, node.attribute("name")) {
@@ -180,6 +234,8 @@ impl Reader<'_, '_> {
                     let value = self.attribute(node, &named, attribute, value, count)?;
                     let _ = write!(self.out, " {attribute}=\"{value}\"");
                 }
+                // The library of URDFs wants one; zero is none (read.rs).
+                None if (tag, attribute) == ("limit", "velocity") => self.out += " velocity=\"0\"",
                 None if required => {
                     return Err(self.error(node, format!("<{tag}> of {named} has no `{attribute}`")));
                 }
@@ -201,7 +257,11 @@ impl Reader<'_, '_> {
                 continue;
             }
             if tag != "robot" && first(node, name) != Some(child) {
-                return Err(self.error(child, format!("<{name}> stands twice in {named}")));
+                let line = self.at(child).0;
+                let text =
+                    format!("<{name}> stands twice, again on line {line}: the first is taken, as other readers do");
+                self.notes.push(Note { subject: named.clone(), text });
+                continue;
             }
             self.copy(child, &named)?;
         }
@@ -250,7 +310,7 @@ impl Reader<'_, '_> {
 
     fn links(&self, root: Node) -> Result<BTreeMap<String, LinkMark>, Error> {
         let mut links: BTreeMap<String, LinkMark> = BTreeMap::new();
-        for node in root.children().filter(|n| n.has_tag_name("link")) {
+        for node in root.children().filter(|n| n.has_tag_name("link") && !self.left_out.contains(n)) {
             let name = node.attribute("name").unwrap_or("").to_string();
             let has = |tag: &str| first(node, tag).is_some();
             let mark = LinkMark {
@@ -270,12 +330,20 @@ impl Reader<'_, '_> {
     fn joints(&self, root: Node) -> Result<BTreeMap<String, JointMark>, Error> {
         const KINDS: [&str; 7] = ["revolute", "continuous", "prismatic", "fixed", "floating", "planar", "spherical"];
         let mut joints: BTreeMap<String, JointMark> = BTreeMap::new();
-        for node in root.children().filter(|n| n.has_tag_name("joint")) {
+        for node in root.children().filter(|n| n.has_tag_name("joint") && !self.left_out.contains(n)) {
             let name = node.attribute("name").unwrap_or("").to_string();
             let kind = node.attribute("type").unwrap_or("");
             if !KINDS.contains(&kind) {
                 let meant = did_you_mean(kind, KINDS[..4].iter().copied());
                 let message = format!("joint `{}` is of the unknown type `{}`{meant}", shown(&name), shown(kind));
+                return Err(self.error(node, message));
+            }
+            if !KINDS[..4].contains(&kind) && floating_root(root).is_some_and(|(joint, _)| joint == node) {
+                let message = format!(
+                    "joint `{}` is {kind}: the base floats, which is asked for by [floating_base=true]; for a base that \
+                     stands make it fixed",
+                    shown(&name)
+                );
                 return Err(self.error(node, message));
             }
             if !KINDS[..4].contains(&kind) {
@@ -295,6 +363,7 @@ impl Reader<'_, '_> {
                 child_at: at("child"),
                 mimic_at: at("mimic"),
                 has_limit: first(node, "limit").is_some(),
+                has_velocity: has("limit", "velocity"),
                 has_range: has("limit", "lower") && has("limit", "upper"),
                 has_damping: has("dynamics", "damping"),
                 has_friction: has("dynamics", "friction"),

@@ -1,0 +1,112 @@
+//! What other readers of URDF take, and what stands beside it: each taken or named, with a note.
+
+use std::path::Path;
+
+use robot::Robot;
+use robot::format::{ReadOptions, parse_with};
+
+const LINKS: &str = "<link name=\"world\"/><link name=\"trunk\"><inertial><mass value=\"3\"/><inertia ixx=\"1\" ixy=\"0\" \
+                     ixz=\"0\" iyy=\"1\" iyz=\"0\" izz=\"1\"/></inertial></link><link name=\"arm\"/>";
+const ARM: &str = "<joint name=\"turn\" type=\"revolute\"><parent link=\"trunk\"/><child link=\"arm\"/><limit lower=\"-1\" \
+                   upper=\"1\" effort=\"2\" velocity=\"3\"/></joint>";
+
+fn read(joints: &str, floating_base: bool) -> Result<Robot, String> {
+    let text = format!("<robot name=\"r\">\n{LINKS}\n{joints}</robot>");
+    let options = ReadOptions { floating_base, ..ReadOptions::default() };
+    parse_with(&text, Path::new("r.urdf"), options).map_err(|e| e.to_string())
+}
+
+fn root(kind: &str) -> String {
+    format!("<joint name=\"root\" type=\"{kind}\"><parent link=\"world\"/><child link=\"trunk\"/></joint>\n{ARM}")
+}
+
+#[test]
+fn a_root_that_floats_is_the_base_where_that_is_asked_for() {
+    for kind in ["floating", "planar"] {
+        let refused = read(&root(kind), false).map(|r| r.name).unwrap_err();
+        assert!(refused.contains("[floating_base=true]"), "{refused}");
+        let robot = read(&root(kind), true).unwrap();
+        assert_eq!((robot.n_coordinates(), robot.base.inertial.unwrap()[9]), (1, 3.0));
+        assert!(robot.notes.iter().any(|n| n.subject == "root" && n.text.contains("lets the base float")));
+    }
+    // A joint that floats elsewhere is none of the base.
+    let elsewhere = format!("{}{}", root("fixed").replace(ARM, ""), ARM.replace("revolute", "floating"));
+    let refused = read(&elsewhere, true).map(|r| r.name).unwrap_err();
+    assert!(refused.contains("joint `turn` is floating: only revolute"), "{refused}");
+}
+
+#[test]
+fn what_stands_twice_or_is_missing_is_taken_as_others_take_it() {
+    let twice = root("fixed")
+        .replace("<child link=\"arm\"/>", "<child link=\"arm\"/><origin xyz=\"1 0 0\"/><origin xyz=\"2 0 0\"/>");
+    let robot = read(&twice, false).unwrap();
+    assert_eq!(robot.link_poses(&[0.0])[0].compose(&robot.links[0].file_frame).position, [1.0, 0.0, 0.0]);
+    assert!(
+        robot.notes.iter().any(|n| n.subject == "joint `turn`" && n.text.contains("again on line 4")),
+        "{:?}",
+        robot.notes
+    );
+    let unlimited = read(&root("fixed").replace(" velocity=\"3\"", ""), false).unwrap();
+    assert_eq!(unlimited.coordinates[0].limits.velocity, None);
+    assert!(unlimited.notes.iter().any(|n| n.text.contains("without a velocity")));
+    assert!(read(&root("fixed"), false).unwrap().notes.iter().all(|n| !n.text.contains("without a velocity")));
+}
+
+/// No loop is dropped in silence.
+#[test]
+fn loops_that_an_extension_states_are_named() {
+    for (extension, name) in [
+        (
+            "<constraint name=\"close\" type=\"revolute\"><parent link=\"arm\"/><child link=\"trunk\"/></constraint>",
+            "close",
+        ),
+        ("<loop_joint name=\"close\" type=\"revolute\"><predecessor link=\"arm\"/></loop_joint>", "close"),
+        ("<gazebo><joint name=\"close\" type=\"revolute\"><parent>arm</parent></joint></gazebo>", "close"),
+        ("<drake:linear_bushing_rpy xmlns:drake=\"d\"/>", "<linear_bushing_rpy>"),
+    ] {
+        let robot = read(&format!("{}{extension}", root("fixed")), false).unwrap();
+        let said: Vec<_> = robot.notes.iter().filter(|n| n.text.contains("closes a loop, which is not read")).collect();
+        assert!(said.len() == 1 && said[0].subject == name, "{extension}: {:?}", robot.notes);
+    }
+    let gazebo = format!("{}<gazebo reference=\"arm\"><mu1>0.2</mu1></gazebo>", root("fixed"));
+    assert!(read(&gazebo, false).unwrap().notes.iter().all(|n| !n.text.contains("loop")));
+}
+
+/// The inputs of the field, where they are at hand: loops named, bodies that are hardly meant found.
+#[test]
+fn the_files_of_the_field_are_read_as_they_should() {
+    let here = std::env::var_os("RIST_SHARED").map(std::path::PathBuf::from);
+    let shared = here.unwrap_or_else(|| Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../shared"));
+    let folder = shared.join("findings/inputs/field");
+    if !folder.is_dir() {
+        println!("NOT looked at: no folder of shared inputs");
+        return;
+    }
+    let robot = |name: &str, floating_base: bool| {
+        let options = ReadOptions { floating_base, ..ReadOptions::default() };
+        robot::format::read_with(&folder.join(name), options).unwrap_or_else(|e| panic!("{e}"))
+    };
+    for name in ["loop_constraint.urdf", "loop_loopjoint.urdf", "loop_gazebo_sdf.urdf", "loop_drake.urdf"] {
+        assert!(robot(name, false).notes.iter().any(|n| n.text.contains("closes a loop")), "{name}");
+    }
+    assert_eq!(robot("floating_root.urdf", true).n_coordinates(), 3);
+    assert_eq!(robot("planar_base.urdf", true).n_coordinates(), 3);
+    assert_eq!(robot("limit_no_velocity.urdf", false).n_coordinates(), 3);
+    for name in [
+        "lint_8g.urdf",
+        "lint_com_outside.urdf",
+        "lint_gram_small.urdf",
+        "lint_magnitude.urdf",
+        "lint_placeholder.urdf",
+        "lint_zero_inertia.urdf",
+        "limit_swapped.urdf",
+        "limit_degrees.urdf",
+        "num_999999limit.urdf",
+    ] {
+        assert!(!robot::lint::lint(&robot(name, false)).is_empty(), "{name}");
+    }
+    for name in ["a0_arm.urdf", "mimic_offset.urdf", "continuous_limits.urdf"] {
+        let found = robot::lint::lint(&robot(name, false));
+        assert!(found.is_empty(), "{name}: {found:?}");
+    }
+}
