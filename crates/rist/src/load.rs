@@ -8,7 +8,7 @@ use identification::estimate::options::Options;
 use identification::estimators::payload::payload;
 use identification::rows::observation::Observation;
 use identification::signals::records::SourceRecords;
-use linear_model::pseudo_inertia::{Ten, centroidal, smallest_eigenvalue};
+use linear_model::pseudo_inertia::{Centroidal, Ten, centroidal, smallest_eigenvalue};
 use logs::LogSource;
 use nalgebra::DMatrix;
 use robot::{Inertial, LinkId, transform_inertial};
@@ -88,6 +88,38 @@ fn body(model: &Model, link: Option<&str>) -> Result<usize, Error> {
     }
 }
 
+impl Load {
+    /// Mass, centre of mass and the inertia about it, in the axes of the link's frame as the model's file has it; `None`
+    /// where the logs do not tell a body that can exist.
+    pub fn body(&self) -> Option<Centroidal> {
+        let is_told = self.is_whole && self.parameters[9].abs() > INTERVAL * self.sigma[9];
+        let can_exist = smallest_eigenvalue(&self.parameters) >= 0.0;
+        centroidal(&self.parameters).filter(|_| is_told && can_exist)
+    }
+}
+
+/// A load in the words of those who take one; each wants the inertia about the centre of mass, in the axes of its flange.
+///
+/// UR: set_target_payload(m, cog, [Ixx, Iyy, Izz, Ixy, Ixz, Iyz]). Franka: setLoad with the nine entries by columns. KUKA:
+/// centre in mm. The last is the file of our own `load`.
+fn words_of_controllers(f: &mut fmt::Formatter<'_>, link: &str, body: &Centroidal) -> fmt::Result {
+    // Rounded as printed, so that nothing is a negative zero.
+    let rounded = |x: f64, digits: f64| (x * digits).round() / digits + 0.0;
+    let [x, y, z] = body.centre.map(|x| rounded(x, 1e4));
+    let [xx, xy, xz, yy, yz, zz] = body.inertia.map(|i| rounded(i, 1e5));
+    let mass = body.mass;
+    writeln!(f, "about its centre of mass, in the axes of that frame (that of the flange, for a controller):")?;
+    let ur = format!("[{xx:.5}, {yy:.5}, {zz:.5}, {xy:.5}, {xz:.5}, {yz:.5}]");
+    writeln!(f, "UR      set_target_payload({mass:.4}, [{x:.4}, {y:.4}, {z:.4}], {ur})")?;
+    let franka = format!("{{{xx:.5}, {xy:.5}, {xz:.5}, {xy:.5}, {yy:.5}, {yz:.5}, {xz:.5}, {yz:.5}, {zz:.5}}}");
+    writeln!(f, "Franka  setLoad({mass:.4}, {{{x:.4}, {y:.4}, {z:.4}}}, {franka})")?;
+    let [x_mm, y_mm, z_mm] = [x, y, z].map(|x| 1000.0 * x);
+    writeln!(f, "KUKA    M {mass:.4}, X {x_mm:.1}, Y {y_mm:.1}, Z {z_mm:.1} (mm)")?;
+    let own = format!("{{xx: {xx:.5}, xy: {xy:.5}, xz: {xz:.5}, yy: {yy:.5}, yz: {yz:.5}, zz: {zz:.5}}}");
+    let place = format!("centre_of_mass: [{x:.4}, {y:.4}, {z:.4}]");
+    writeln!(f, "rist    {{link: {link}, mass: {mass:.4}, {place}, inertia: {own}}}")
+}
+
 impl fmt::Display for Load {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let (x, sigma) = (&self.parameters, &self.sigma);
@@ -112,6 +144,43 @@ impl fmt::Display for Load {
             let [x, y, z] = c.centre;
             writeln!(f, "{:.4} kg, centre of mass ({x:.4}, {y:.4}, {z:.4}) m", c.mass)?;
         }
-        Ok(())
+        match self.body() {
+            Some(body) => words_of_controllers(f, &self.link, &body),
+            None => Ok(()),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn load(parameters: Ten) -> Load {
+        Load { link: "tool0".into(), is_whole: true, parameters, sigma: [1e-4; 10], determined: [true; 10] }
+    }
+
+    /// 2 kg at (0.1, 0, 0.2) with 0.01 0.02 0.025 about it: the blocks have it back, in each order.
+    #[test]
+    fn a_load_is_told_in_the_words_of_controllers() {
+        let (m, [x, z]) = (2.0, [0.1, 0.2]);
+        let about_origin = [0.01 + m * z * z, 0.0, -m * x * z, 0.02 + m * (x * x + z * z), 0.0, 0.025 + m * x * x];
+        let [xx, xy, xz, yy, yz, zz] = about_origin;
+        let shown = load([xx, xy, xz, yy, yz, zz, m * x, 0.0, m * z, m]).to_string();
+        for line in [
+            "UR      set_target_payload(2.0000, [0.1000, 0.0000, 0.2000], [0.01000, 0.02000, 0.02500, 0.00000, ",
+            "Franka  setLoad(2.0000, {0.1000, 0.0000, 0.2000}, {0.01000, ",
+            "KUKA    M 2.0000, X 100.0, Y 0.0, Z 200.0 (mm)",
+            "rist    {link: tool0, mass: 2.0000, centre_of_mass: [0.1000, 0.0000, 0.2000], inertia: {xx: 0.01000, ",
+        ] {
+            assert!(shown.contains(line), "{line}\n{shown}");
+        }
+    }
+
+    #[test]
+    fn what_is_no_body_is_told_to_nobody() {
+        for parameters in [[-0.1, 0.0, 0.0, 0.1, 0.0, 0.1, 0.0, 0.0, 0.0, 2.0], [0.0; 10]] {
+            let shown = load(parameters).to_string();
+            assert!(!shown.contains("set_target_payload"), "{shown}");
+        }
     }
 }

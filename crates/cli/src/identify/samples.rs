@@ -128,7 +128,12 @@ fn load_as_json(load: &Load) -> Value {
     let one = |i: usize| json!({"value": load.parameters[i], "sigma": load.sigma[i], "determined": load.determined[i]});
     let parameters: serde_json::Map<_, _> =
         Inertial::BODY.iter().enumerate().map(|(i, inertial)| (inertial.letters().to_string(), one(i))).collect();
-    json!({"link": load.link, "whole": load.is_whole, "parameters": parameters})
+    let body = load.body().map(|body| {
+        let [xx, xy, xz, yy, yz, zz] = body.inertia;
+        let inertia = json!({"xx": xx, "xy": xy, "xz": xz, "yy": yy, "yz": yz, "zz": zz});
+        json!({"mass": body.mass, "centre_of_mass": body.centre, "inertia": inertia})
+    });
+    json!({"link": load.link, "whole": load.is_whole, "parameters": parameters, "about_centre_of_mass": body})
 }
 
 /// The texts for simulators that the flags ask for, with their files; prints what a format cannot hold.
