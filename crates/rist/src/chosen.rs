@@ -167,12 +167,17 @@ impl Chosen<'_> {
     }
 }
 
-/// Whether rotor inertias are to be asked for: the model is of a URDF, which cannot say them, and nobody decided.
+/// Whether rotor inertias are to be asked for: the model is of a URDF, which cannot say them, or of an MJCF, which does not
+/// need to, and nobody decided.
 fn may_lack_rotors(model: &Model) -> bool {
-    let is_urdf = model.path.extension().is_some_and(|e| e.eq_ignore_ascii_case("urdf"));
+    let is_urdf = ["urdf", "xml", "mjcf"].into_iter().any(|kind| has_extension(model, kind));
     let is_pinned = model.description.as_ref().is_some_and(|d| d.rotor_inertia.is_some());
     let lacks = model.robot.links.iter().all(|link| link.joint.rotor_inertia == RotorInertia::Absent);
     is_urdf && !is_pinned && lacks
+}
+
+fn has_extension(model: &Model, kind: &str) -> bool {
+    model.path.extension().is_some_and(|e| e.eq_ignore_ascii_case(kind))
 }
 
 /// The model with rotor inertias where a URDF lacks them and parts left out are predicted better with them.
@@ -192,8 +197,9 @@ fn rotors(model: &Model, looked: &mut Looked<'_>, options: &Options) -> Result<O
         return Ok(None);
     }
     let rotating = rotating(model)?;
+    let lack = if has_extension(model, "urdf") { "a URDF cannot say" } else { "the description does not give" };
     let sentence = format!(
-        "rotor inertias are among the parameters, which a URDF cannot say: parts left out are predicted with an error of \
+        "rotor inertias are among the parameters, which {lack}: parts left out are predicted with an error of \
          {with:.4} instead of {without:.4} ([rotor_inertia=none] leaves them out)"
     );
     Ok(Some((rotating, sentence)))

@@ -19,8 +19,10 @@ use crate::samples::Bodies;
 /// Fails where the text is no URDF, and with a verdict where the bodies are not to be used.
 pub fn write_urdf(model: &Model, urdf: &str, bodies: &Bodies, estimate: &Estimate) -> Result<WrittenBack, Error> {
     let file = model.path.display().to_string();
-    if !urdf.trim_start().starts_with('<') {
-        return Err(Error::new(format_args!("{file}: [write_urdf] needs a model that is a URDF")));
+    if !urdf.contains("<robot") {
+        let other = "; into an MJCF writes [write_mjcf], with [into]";
+        let other = if urdf.contains("<mujoco") { other } else { "" };
+        return Err(Error::new(format_args!("{file}: [write_urdf] needs a model that is a URDF{other}")));
     }
     usable(bodies)?;
     let dynamics = joint_dynamics(model, bodies, estimate).unwrap_or_default();
