@@ -1,0 +1,141 @@
+//! The table of docs/what-is-read.md: each kind of description and log, read here with what it takes and with no less.
+//!
+//! `SNAPSHOTS=write cargo test -p tests --test what_is_read` writes the page anew.
+
+use std::path::Path;
+
+use identification::estimate::options::Options;
+use logs::{Columns, Table, propose};
+use robot::format::{ReadOptions, parse_with};
+use tests::workspace;
+
+/// A description: its kind, the name of a file, its text, and whether the base must be asked to float.
+const DESCRIPTIONS: [(&str, &str, &str, bool); 9] = [
+    (
+        "YAML, modified Denavit-Hartenberg",
+        "arm.yaml",
+        "convention: khalil-kleinfinger\nname: arm\nlinks: [{link: 1, antecedent: base, theta: q1}]\n",
+        false,
+    ),
+    (
+        "YAML, Craig's table",
+        "arm.yaml",
+        "convention: craig\nname: arm\nlinks: [{link: 1, antecedent: base, a: 0.1, theta: q1}]\n",
+        false,
+    ),
+    (
+        "YAML, standard Denavit-Hartenberg in degrees and millimetres",
+        "arm.yaml",
+        "convention: denavit-hartenberg\nangles: deg\nlengths: mm\nname: arm\nlinks: [{link: 1, antecedent: base, a: 100, \
+         alpha: 90, theta: q1}]\n",
+        false,
+    ),
+    ("URDF", "arm.urdf", URDF, false),
+    ("URDF with a floating or planar root joint", "arm.urdf", FLOATING, true),
+    ("MJCF", "arm.xml", MJCF, false),
+    ("MJCF with a free joint", "arm.xml", FREE, true),
+    (
+        "SYMORO's .par",
+        "arm.par",
+        "(* Robotname = 'arm' *)\nNL = 1\nNJ = 1\nNF = 1\nType = 0\nAnt = {0}\nSigma = {0}\nmu = {1}\n",
+        false,
+    ),
+    ("YAML with a loop", "arm.yaml", LOOP, false),
+];
+
+const URDF: &str = "<robot name=\"r\"><link name=\"b\"/><link name=\"l\"/><joint name=\"j\" type=\"continuous\"><parent link=\"b\"/>\
+                    <child link=\"l\"/></joint></robot>";
+const FLOATING: &str = "<robot name=\"r\"><link name=\"w\"/><link name=\"b\"/><joint name=\"f\" type=\"floating\"><parent \
+                        link=\"w\"/><child link=\"b\"/></joint></robot>";
+const MJCF: &str = "<mujoco><worldbody><body><joint/><geom size=\"0.1\"/></body></worldbody></mujoco>";
+const FREE: &str = "<mujoco><worldbody><body><freejoint/><geom size=\"0.1\"/></body></worldbody></mujoco>";
+const LOOP: &str = "convention: khalil-kleinfinger\nname: p\nlinks:\n- {link: 1, antecedent: base, theta: q1}\n- {link: 2, \
+                    antecedent: base, d: 1, theta: q1, drive: passive}\n- {link: 3, antecedent: 1, d: 1, theta: -q1, drive: \
+                    passive}\nloops:\n- {cut: {antecedent: 3, d: 1, theta: q1}, twin: {antecedent: 2, d: 1}}\n";
+
+/// Files that are refused, with what their refusal names.
+const CONVERTED: [(&str, &str, &str); 3] = [
+    ("xacro", "arm.xacro", "`xacro FILE.xacro > FILE.urdf`"),
+    ("SDF", "arm.sdf", "`sdf2urdf`"),
+    ("a compiled model of MuJoCo", "arm.mjb", "mj_saveLastXML"),
+];
+
+/// A log of two joints j1, j2: its kind, the head of a CSV, and the options that it takes.
+const LOGS: [(&str, &str, &str); 11] = [
+    ("columns by number", "t,q1,q2,tau1,tau2", ""),
+    ("columns by joint, as of ROS", "time,j1/position,j2/position,j1/effort,j2/effort", ""),
+    ("columns counted from 0, currents", "timestamp,actual_q_0,actual_q_1,actual_current_0,actual_current_1", ""),
+    ("units in brackets", "t [s],q1 [°],q2 [°],tau1 [Nm],tau2 [Nm]", ""),
+    ("names with a prefix", "t,position_left_j1,position_left_j2,effort_left_j1,effort_left_j2", ""),
+    ("degrees and N mm that no header names", "t,q1,q2,tau1,tau2", "units: {position: deg, torque: N mm}"),
+    ("ticks and counts of a servo", "t,q1,q2,i1,i2", "units: {position: ticks(4096), current: int16 counts(2.69 mA)}"),
+    ("per mille of a rated torque", "t,q_j1,q_j2,torque_j1,torque_j2", "units: {torque: permille(25 N m)}"),
+    (
+        "a trace in German",
+        "Zeit,A1 Ist,A2 Ist,A1 Moment,A2 Moment",
+        "columns: {time: Zeit, position: \"A{} Ist\", torque: \"A{} Moment\"}",
+    ),
+    (
+        "names of the joints inside the headers",
+        "t,my_j1_x,my_j2_x,your_j1_y,your_j2_y",
+        "columns: {position: \"my_{joint}_x\", torque: \"your_{joint}_y\"}",
+    ),
+    ("no header", "", "columns: {time: c1, position: [c2, c3], torque: [c4, c5]}"),
+];
+
+fn joints() -> [String; 2] {
+    ["j1".to_string(), "j2".to_string()]
+}
+
+/// A table with this head: two joints that swing.
+fn table(head: &str) -> Table {
+    let mut text = if head.is_empty() { String::new() } else { format!("{head}\n") };
+    for k in 0..200 {
+        let t = f64::from(k) * 0.005;
+        text += &format!("{t},{},{},{},{}\n", (3.0 * t).sin(), (2.0 * t).cos(), 4.0 * (3.0 * t).cos(), 1.5 * t);
+    }
+    Table::from_bytes("log.csv", text.as_bytes()).unwrap_or_else(|e| panic!("{e}"))
+}
+
+#[test]
+fn the_page_says_what_each_kind_takes() {
+    let mut page = String::from(
+        "# What is read\n\nMade by tests/tests/what_is_read.rs, which reads an example of each kind with what stands here, and \
+         finds that it is not read with less.\n\n| description | takes |\n|---|---|\n",
+    );
+    for (kind, file, text, floats) in DESCRIPTIONS {
+        let read =
+            |floating_base| parse_with(text, Path::new(file), ReadOptions { floating_base, ..ReadOptions::default() });
+        assert_eq!(read(false).is_err(), floats, "{kind}: {:?}", read(false).err());
+        if let Err(error) = read(floats) {
+            panic!("{kind}: {error}");
+        }
+        page += &format!("| {kind} | {} |\n", if floats { "`--floating-base`" } else { "nothing" });
+    }
+    for (kind, file, tool) in CONVERTED {
+        let refused = parse_with("<robot/>", Path::new(file), ReadOptions::default()).unwrap_err().to_string();
+        assert!(refused.contains(tool.trim_matches('`')), "{kind}: {refused}");
+        page += &format!("| {kind} | another program first: {tool} |\n");
+    }
+    page += "\n| log | takes |\n|---|---|\n";
+    for (kind, head, options) in LOGS {
+        let table = table(head);
+        let names =
+            Options::parse("options.yaml", &format!("{options}\nmodel: arm\n")).unwrap_or_else(|e| panic!("{e}"));
+        Columns::find(&table, &joints(), &names.columns).unwrap_or_else(|e| panic!("{kind}: {e}"));
+        let bare = Columns::find(&table, &joints(), &Options::default().columns);
+        // What the units change, a log without them is read as something else.
+        assert_eq!(bare.is_err(), options.starts_with("columns"), "{kind}");
+        let takes = if options.is_empty() { "nothing".into() } else { format!("`{options}`") };
+        page += &format!("| {kind} | {takes} |\n");
+    }
+    page += "\nCSV stands for every format of logs: gzip, zstd, `.npz`, Parquet, MCAP and rosbag2 give such columns too. `rist columns \
+             ROBOT LOG` proposes the options, with reasons.\n";
+    let trace = propose(&table(LOGS[8].1), &joints());
+    assert!(trace.mapping.is_some() && trace.to_string().contains("position: \"A{} Ist\""), "{trace}");
+    let path = workspace().join("docs/what-is-read.md");
+    if std::env::var_os("SNAPSHOTS").is_some() {
+        std::fs::write(&path, &page).unwrap();
+    }
+    assert_eq!(std::fs::read_to_string(&path).unwrap_or_default(), page, "SNAPSHOTS=write writes it anew");
+}
