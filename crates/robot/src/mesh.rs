@@ -45,7 +45,13 @@ fn format(path: &Path) -> Result<Format, String> {
     match kind.as_str() {
         "stl" => Ok(Format::Stl),
         "obj" => Ok(Format::Obj),
-        _ => Err(format!("{}: meshes are read from .stl and .obj: convert it", path.display())),
+        _ => {
+            let (path, stem) = (path.display(), path.with_extension("stl"));
+            let stem = stem.display();
+            Err(format!(
+                "{path}: meshes are read from .stl and .obj: convert it (assimp export {path} {stem}, or MeshLab)"
+            ))
+        }
     }
 }
 

@@ -7,6 +7,7 @@ import json
 import os
 import pathlib
 import sys
+import xml.etree.ElementTree as xml
 
 import coal
 import numpy as np
@@ -69,6 +70,18 @@ def lowest(shape, placement):
     return z + float(np.min(np.asarray(vertices) @ up))
 
 
+def followers(urdf, model):
+    """Joints that follow others: (joint, multiplier, offset) by the name of the one that they follow."""
+    found = {}
+    for joint in xml.parse(urdf).getroot().iter("joint"):
+        mimic = joint.find("mimic")
+        if mimic is not None:
+            own = model.joints[model.getJointId(joint.get("name"))]
+            entry = (own, float(mimic.get("multiplier", 1)), float(mimic.get("offset", 0)))
+            found.setdefault(mimic.get("joint"), []).append(entry)
+    return found
+
+
 def look(urdf, motion, instants):
     places = [str(folder) for folder in pathlib.Path(urdf).resolve().parents]
     model = pin.buildModelFromUrdf(urdf)
@@ -89,6 +102,7 @@ def look(urdf, motion, instants):
             if names in certified:
                 pairs.append((i, j, certified[names]))
     indices = [model.joints[model.getJointId(joint["coordinate"])] for joint in motion["joints"]]
+    follow = followers(urdf, model)
     duration = 2 * motion["blend_s"] + motion["repetitions"] * motion["period_s"]
     # The first blend and one period, and the last blend: all periods are alike.
     once = motion["blend_s"] + motion["period_s"]
@@ -105,6 +119,9 @@ def look(urdf, motion, instants):
             else:
                 q[joint.idx_q : joint.idx_q + 2] = np.cos(rows[0][k]), np.sin(rows[0][k])
             v[joint.idx_v], a[joint.idx_v] = rows[1][k], rows[2][k]
+            for other, times, offset in follow.get(motion["joints"][k]["coordinate"], []):
+                q[other.idx_q] = times * rows[0][k] + offset
+                v[other.idx_v], a[other.idx_v] = times * rows[1][k], times * rows[2][k]
             if joint.nq == 1:
                 low, high = model.lowerPositionLimit[joint.idx_q], model.upperPositionLimit[joint.idx_q]
                 found["limits"] += not low - 1e-9 <= rows[0][k] <= high + 1e-9
@@ -114,7 +131,8 @@ def look(urdf, motion, instants):
             effort = own["limits"].get("effort")
             if effort is not None:
                 friction = model.friction[joint.idx_v] + abs(model.damping[joint.idx_v] * v[joint.idx_v])
-                found["torques"] += not abs(tau[joint.idx_v]) + friction <= model.effortLimit[joint.idx_v] * (1 + 1e-9)
+                torque = tau[joint.idx_v] + sum(times * tau[other.idx_v] for other, times, _ in follow.get(own["coordinate"], []))
+                found["torques"] += not abs(torque) + friction <= model.effortLimit[joint.idx_v] * (1 + 1e-9)
         pin.updateGeometryPlacements(model, data, bodies, where, q)
         for i, j, bound in pairs:
             # Balls about the bodies first.
