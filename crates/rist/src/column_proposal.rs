@@ -59,7 +59,10 @@ impl fmt::Display for ColumnProposal {
         let Proposal { columns, missing, mapping, .. } = &self.proposal;
         match (columns.is_empty(), mapping) {
             (true, Some(mapping)) => {
-                return write!(f, "no options are needed: the columns are found by their names\n{mapping}");
+                return write!(
+                    f,
+                    "the columns are found by their names; a unit that no header names is taken for that of SI\n{mapping}"
+                );
             }
             (false, Some(_)) => writeln!(f, "# for the file of options; look through the reasons")?,
             _ => writeln!(f, "# not all is told; write what is missing")?,
