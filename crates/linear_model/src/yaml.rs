@@ -14,16 +14,16 @@ pub fn read<T: DeserializeOwned>(text: &str) -> Result<T, String> {
         .map_err(|e| if is_beyond_budget(&e) { REPEATS_TOO_MUCH.to_string() } else { meant(&e.to_string()) })
 }
 
-/// A message on an unknown word with the known one that is nearest to it: the library names both between backticks.
+/// A message on an unknown word with the known one that is nearest to it: behind the word stands which are expected.
 fn meant(message: &str) -> String {
-    let mut words = message.split('`').skip(1).step_by(2);
-    let (Some(word), true) = (words.next(), message.contains("unknown")) else { return message.to_string() };
-    let known: Vec<&str> = words.filter(|known| *known != word).collect();
-    let meant = did_you_mean(word, known);
-    match message.split_once(&format!("`{word}`")) {
-        Some((before, after)) if !meant.is_empty() => format!("{before}`{word}`{meant}{after}"),
-        _ => message.to_string(),
-    }
+    let parts = message.split_once('`').and_then(|(before, rest)| Some((before, rest.split_once('`')?)));
+    let Some((before, (word, after))) = parts.filter(|(before, _)| before.contains("unknown")) else {
+        return message.to_string();
+    };
+    let listed = after.lines().next().unwrap_or("").split_once("expected").map_or("", |(_, listed)| listed);
+    let names = listed.split(|c: char| !(c.is_alphanumeric() || c == '_' || c == '-'));
+    let known = names.filter(|name| !["", "one", "of", "or"].contains(name));
+    format!("{before}`{word}`{}{after}", did_you_mean(word, known))
 }
 
 #[cfg(test)]
