@@ -40,6 +40,8 @@ use crate::work::alone;
 ///   [default: 'meant']
 /// - rotor_inertia: Which joints have a rotor inertia (IA) among their parameters [default: as the file says; a
 ///   YAML file that does not say: actuated; a URDF, which cannot say: none]
+/// - lock: Joints that stand still at a position, rad or m, as a gripper that the log does not have: finger=0.02.
+///   Without it no joint is locked
 /// - base: How the base is mounted, rad: roll, pitch and yaw of its frame in one in which gravity is as the file
 ///   says. 3.1416,0,0 is a robot on a ceiling [default: as the file says]
 /// - floating_base: Let the base float: six coordinates come first (base_x, base_y, base_z, base_yaw, base_pitch,
@@ -149,7 +151,7 @@ fn options(function: &'static str, given: Option<&Bound<'_, PyDict>>) -> PyResul
 #[pymethods]
 impl Model {
     #[new]
-    #[pyo3(signature = (path, **options), text_signature = "(path, *, value=None, mimic='constraint', angles='meant', rotor_inertia=None, base=None, floating_base=False, any_size=False)")]
+    #[pyo3(signature = (path, **options), text_signature = "(path, *, value=None, mimic='constraint', angles='meant', rotor_inertia=None, lock=None, base=None, floating_base=False, any_size=False)")]
     fn new(py: Python<'_>, path: PathBuf, options: Option<&Bound<'_, PyDict>>) -> PyResult<Model> {
         Model::read(py, path, options)
     }
@@ -165,6 +167,8 @@ impl Model {
     ///   [default: 'meant']
     /// - rotor_inertia: Which joints have a rotor inertia (IA) among their parameters [default: as the file says; a
     ///   YAML file that does not say: actuated; a URDF, which cannot say: none]
+    /// - lock: Joints that stand still at a position, rad or m, as a gripper that the log does not have: finger=0.02.
+    ///   Without it no joint is locked
     /// - base: How the base is mounted, rad: roll, pitch and yaw of its frame in one in which gravity is as the file
     ///   says. 3.1416,0,0 is a robot on a ceiling [default: as the file says]
     /// - floating_base: Let the base float: six coordinates come first (base_x, base_y, base_z, base_yaw, base_pitch,
@@ -172,7 +176,7 @@ impl Model {
     /// - any_size: Derive the model even where that takes more than about 10 s or 1 GiB, which is refused with the
     ///   figures otherwise [default: False]
     #[staticmethod]
-    #[pyo3(signature = (path, **options), text_signature = "(path, *, value=None, mimic='constraint', angles='meant', rotor_inertia=None, base=None, floating_base=False, any_size=False)")]
+    #[pyo3(signature = (path, **options), text_signature = "(path, *, value=None, mimic='constraint', angles='meant', rotor_inertia=None, lock=None, base=None, floating_base=False, any_size=False)")]
     fn read(py: Python<'_>, path: PathBuf, options: Option<&Bound<'_, PyDict>>) -> PyResult<Model> {
         let options = self::options("Model", options)?;
         let text = rist::text_of(&path).or_error()?;
@@ -189,6 +193,8 @@ impl Model {
     ///   [default: 'meant']
     /// - rotor_inertia: Which joints have a rotor inertia (IA) among their parameters [default: as the file says; a
     ///   YAML file that does not say: actuated; a URDF, which cannot say: none]
+    /// - lock: Joints that stand still at a position, rad or m, as a gripper that the log does not have: finger=0.02.
+    ///   Without it no joint is locked
     /// - base: How the base is mounted, rad: roll, pitch and yaw of its frame in one in which gravity is as the file
     ///   says. 3.1416,0,0 is a robot on a ceiling [default: as the file says]
     /// - floating_base: Let the base float: six coordinates come first (base_x, base_y, base_z, base_yaw, base_pitch,
@@ -196,7 +202,7 @@ impl Model {
     /// - any_size: Derive the model even where that takes more than about 10 s or 1 GiB, which is refused with the
     ///   figures otherwise [default: False]
     #[staticmethod]
-    #[pyo3(signature = (text, name="robot.urdf", **options), text_signature = "(text, name='robot.urdf', *, value=None, mimic='constraint', angles='meant', rotor_inertia=None, base=None, floating_base=False, any_size=False)")]
+    #[pyo3(signature = (text, name="robot.urdf", **options), text_signature = "(text, name='robot.urdf', *, value=None, mimic='constraint', angles='meant', rotor_inertia=None, lock=None, base=None, floating_base=False, any_size=False)")]
     fn parse(py: Python<'_>, text: String, name: &str, options: Option<&Bound<'_, PyDict>>) -> PyResult<Model> {
         Model::derive(py, text, name.into(), self::options("Model.parse", options)?)
     }

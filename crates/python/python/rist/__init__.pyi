@@ -74,6 +74,7 @@ class Model:
         mimic: Literal["constraint", "independent"] = "constraint",
         angles: Literal["meant", "as-given"] = "meant",
         rotor_inertia: Literal["none", "actuated", "all"] | None = None,
+        lock: Mapping[str, float] | None = None,
         base: Sequence[float] | None = None,
         floating_base: bool = False,
         any_size: bool = False,
@@ -97,6 +98,8 @@ class Model:
           [default: 'meant']
         - rotor_inertia: Which joints have a rotor inertia (IA) among their parameters [default: as the file says; a
           YAML file that does not say: actuated; a URDF, which cannot say: none]
+        - lock: Joints that stand still at a position, rad or m, as a gripper that the log does not have: finger=0.02.
+          Without it no joint is locked
         - base: How the base is mounted, rad: roll, pitch and yaw of its frame in one in which gravity is as the file
           says. 3.1416,0,0 is a robot on a ceiling [default: as the file says]
         - floating_base: Let the base float: six coordinates come first (base_x, base_y, base_z, base_yaw, base_pitch,
@@ -111,6 +114,7 @@ class Model:
         mimic: Literal["constraint", "independent"] = "constraint",
         angles: Literal["meant", "as-given"] = "meant",
         rotor_inertia: Literal["none", "actuated", "all"] | None = None,
+        lock: Mapping[str, float] | None = None,
         base: Sequence[float] | None = None,
         floating_base: bool = False,
         any_size: bool = False,
@@ -126,6 +130,8 @@ class Model:
           [default: 'meant']
         - rotor_inertia: Which joints have a rotor inertia (IA) among their parameters [default: as the file says; a
           YAML file that does not say: actuated; a URDF, which cannot say: none]
+        - lock: Joints that stand still at a position, rad or m, as a gripper that the log does not have: finger=0.02.
+          Without it no joint is locked
         - base: How the base is mounted, rad: roll, pitch and yaw of its frame in one in which gravity is as the file
           says. 3.1416,0,0 is a robot on a ceiling [default: as the file says]
         - floating_base: Let the base float: six coordinates come first (base_x, base_y, base_z, base_yaw, base_pitch,
@@ -141,6 +147,7 @@ class Model:
         mimic: Literal["constraint", "independent"] = "constraint",
         angles: Literal["meant", "as-given"] = "meant",
         rotor_inertia: Literal["none", "actuated", "all"] | None = None,
+        lock: Mapping[str, float] | None = None,
         base: Sequence[float] | None = None,
         floating_base: bool = False,
         any_size: bool = False,
@@ -155,6 +162,8 @@ class Model:
           [default: 'meant']
         - rotor_inertia: Which joints have a rotor inertia (IA) among their parameters [default: as the file says; a
           YAML file that does not say: actuated; a URDF, which cannot say: none]
+        - lock: Joints that stand still at a position, rad or m, as a gripper that the log does not have: finger=0.02.
+          Without it no joint is locked
         - base: How the base is mounted, rad: roll, pitch and yaw of its frame in one in which gravity is as the file
           says. 3.1416,0,0 is a robot on a ceiling [default: as the file says]
         - floating_base: Let the base float: six coordinates come first (base_x, base_y, base_z, base_yaw, base_pitch,
