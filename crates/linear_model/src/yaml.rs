@@ -33,14 +33,14 @@ mod tests {
     #[derive(Deserialize)]
     #[serde(deny_unknown_fields)]
     struct Pair {
-        #[allow(dead_code, reason = "read by nobody: the test is about the message")]
         columns: f64,
-        #[allow(dead_code, reason = "as above")]
         signal: Option<f64>,
     }
 
     #[test]
     fn a_misspelt_key_comes_with_the_one_that_was_meant() {
+        let whole: Pair = super::read("columns: 1\nsignal: 2\n").unwrap();
+        assert_eq!((whole.columns, whole.signal), (1.0, Some(2.0)));
         let said = |text: &str| super::read::<Pair>(text).map(|_| ()).unwrap_err();
         let message = said("columns: 1\nsignl: 2\n");
         assert!(message.contains("`signl` (did you mean `signal`?)"), "{message}");

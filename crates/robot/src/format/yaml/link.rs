@@ -11,8 +11,19 @@ use crate::value::{CoordinateId, Value};
 use gate::suggestion::did_you_mean;
 
 /// The keys of a link beside its placement.
-const LINK_KEYS: [&str; 10] =
-    ["link", "name", "antecedent", "joint", "drive", "start", "rotor_inertia", "friction", "limits", "drive_gain"];
+const LINK_KEYS: [&str; 10] = [
+    "link",
+    "name",
+    "antecedent",
+    "joint",
+    "drive",
+    // Behind the placement.
+    "start",
+    "rotor_inertia",
+    "friction",
+    "limits",
+    "drive_gain",
+];
 
 /// A link whose keys are known, its values not yet read.
 #[derive(Clone, Debug)]
