@@ -15,7 +15,7 @@ use crate::report::page_of_motion;
 use crate::terminal::{self, print_result, progress};
 use rist::output::write_file;
 
-/// Search one motion of all joints that makes the parameters visible, and prove that it keeps its limits
+/// Search one motion that makes the parameters visible, and prove that it keeps its limits
 ///
 /// The motion is a finite Fourier series that starts and ends at rest, or a quintic spline (--motion). Its limits are
 /// those of the description, tightened by --limits. A kinematic limit that neither gives is assumed, with a note.

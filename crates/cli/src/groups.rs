@@ -106,7 +106,7 @@ pub(crate) const GROUPS: [Group; 7] = [
                 name: "play",
                 shown: Own,
                 examples: &[(
-                    "rist play robot.urdf motion.yaml --controller ur-e --speed 0.3 --from q1=0,q2=-1 --out motion.script",
+                    "rist play robot.urdf motion.yaml --controller ur-e --speed 0.3 --from q1=0,q2=-1 --out m.script",
                     "a third of the speed, from where the robot stands and back",
                 )],
             },

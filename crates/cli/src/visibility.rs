@@ -12,7 +12,7 @@ use crate::flags::Flags;
 use crate::model::ModelArguments;
 use crate::terminal::{self, print_result};
 
-/// Say whether a motion or a log is exciting enough: for which parameters, for which purposes, and what would tell more
+/// Say whether a motion or a log is exciting enough, for what, and what would tell more
 ///
 /// No torque is needed: the deviations to expect follow from the motion and from the noise. Taken are a motion of
 /// rist excite, a plan of rist plan, a JointTrajectory, and a log or another table. Positions of a table alone are
