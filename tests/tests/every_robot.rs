@@ -1,7 +1,8 @@
 //! Twenty robots get a motion, or a sentence that says why not; Pinocchio and coal look at each motion.
 //!
 //! They are those of [`tests::bodied_robots`]. `RIST_PYTHON` names a Python that has coal, Pinocchio and numpy, else `python3` is
-//! tried; where there is none this test says so. `INSTANTS=3000` asks for more instants than a test takes time for.
+//! tried; where there is none this test says so. `ROBOTS=all INSTANTS=3000` asks for all robots, where a test has time for every
+//! third, and for more instants.
 
 use std::process::Command;
 
@@ -26,10 +27,12 @@ fn python() -> Option<String> {
 }
 
 #[test]
-fn twenty_robots_get_a_motion() {
+fn robots_get_a_motion() {
     let here = folder("every_robot");
     let robots = bodied_robots();
     assert!(robots.len() == 20 && robots.iter().filter(|robot| !robot.is_arm).count() >= 6);
+    let every = if std::env::var("ROBOTS").as_deref() == Ok("all") { 1 } else { 3 };
+    let robots: Vec<_> = robots.iter().step_by(every).collect();
     let mut files = Vec::new();
     let mut refused = Vec::new();
     for robot in &robots {
@@ -67,9 +70,9 @@ fn twenty_robots_get_a_motion() {
         }
         pairs += found["pairs"].as_u64().unwrap();
     }
-    assert_eq!(2 * out.lines().count(), files.len(), "{err}");
+    assert!(2 * out.lines().count() == files.len() && files.len() >= 2 * (robots.len() - 2), "{err}");
     // Links that nobody looked at would keep any distance.
-    assert!(pairs > 150, "{pairs}");
+    assert!(pairs > 5 * robots.len() as u64, "{pairs}");
 }
 
 /// Bodies are among what is proven, and pairs that touch all the time are the neighbours of a joint.

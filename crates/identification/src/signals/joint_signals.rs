@@ -24,7 +24,7 @@ use crate::signals::resample::{interpolate, uniform_clock};
 use crate::signals::reversals::{columns, directions};
 use crate::signals::seldom::{are_seldom, at_places, changes, sample_period};
 use crate::signals::signal_options::{REVERSAL_CUTOFF_RATIO, Signal, Velocity, possible_delay};
-use crate::signals::standstill::standstill;
+use crate::signals::standstill::{rest, standstill};
 use crate::signals::velocity_check::check_velocity;
 
 /// Signals of a log as joint torques and joint positions: `Log` after its transmission.
@@ -117,16 +117,8 @@ impl JointSignals {
             Some(dq) if !differentiated => Some(dq.clone()),
             _ => Some(q.iter().map(|q| differences.of(q)).collect()),
         };
-        let filtering = Filtering {
-            signal,
-            filters: &filters,
-            friction,
-            load,
-            differences: &differences,
-            period,
-            chosen: &chosen,
-            joints: log.coordinates.len(),
-        };
+        let filtering =
+            Filtering { signal, filters: &filters, friction, load, differences: &differences, period, chosen: &chosen };
         let motion = || filtering.motion(q, dq, ddq);
         let torques = || filtering.rounded(tau);
         let directions = || wide.map(|wide| filtering.directions(filters.reversal.pass(wide), &couplings));
@@ -232,15 +224,6 @@ fn chosen_rows<T: Copy>(chosen: &[usize], x: &[Vec<T>]) -> Vec<T> {
     rows
 }
 
-/// Sets to zero the rates of joints that stand still in all samples: they are noise, whose square would decide parameters
-/// that only this joint's motion shows.
-fn rest(used: &[bool], n: usize, rates: &mut [&mut Vec<f64>]) {
-    let rests = |j: &usize| !used.iter().skip(*j).step_by(n).any(|used| *used);
-    for j in (0..n).filter(rests) {
-        rates.iter_mut().for_each(|x| x.iter_mut().skip(j).step_by(n).for_each(|x| *x = 0.0));
-    }
-}
-
 /// The filters and options that the motion and the torques of a log go through.
 struct Filtering<'a> {
     signal: &'a Signal,
@@ -251,8 +234,6 @@ struct Filtering<'a> {
     differences: &'a Differences<'a>,
     period: f64,
     chosen: &'a [usize],
-    /// Number of coordinates.
-    joints: usize,
 }
 
 impl Filtering<'_> {
@@ -268,19 +249,16 @@ impl Filtering<'_> {
             Some(dq) => dq,
             None => q.iter().map(|q| self.differences.of(q)).collect(),
         };
+        let n = q.len();
         let q = chosen_rows(self.chosen, &q);
         let mut ddq = match self.measured(signal.acceleration, ddq, "acceleration")? {
             Some(ddq) => chosen_rows(self.chosen, &ddq),
             None => self.chosen.iter().flat_map(|&r| dq.iter().map(move |dq| self.differences.at(dq, r))).collect(),
         };
         let mut dq = chosen_rows(self.chosen, &dq);
-        let used: Vec<bool> = match (signal.standstill, still) {
+        let used = match (signal.standstill, still) {
             (Some(speed), _) => dq.iter().map(|dq| dq.abs() > speed || speed == 0.0).collect(),
-            (None, still) => {
-                let used = still.unwrap_or_default();
-                rest(&used, self.joints, &mut [&mut dq, &mut ddq]);
-                used
-            }
+            (None, still) => rest(still.unwrap_or_default(), n, [&mut dq, &mut ddq]),
         };
         Ok(States { q, dq, ddq, used, ..States::default() })
     }

@@ -84,6 +84,16 @@ fn is_reversal(q: &[f64], sign: f64, span: usize) -> bool {
     within(TURNING_SHARE) < REVERSAL_TIME_SHARE * within(1.0)
 }
 
+/// Sets to zero the rates of those of n joints that stand still in all samples: they are noise, whose square would decide
+/// parameters that only this joint's motion shows. Hands `used` back.
+pub(crate) fn rest(used: Vec<bool>, n: usize, rates: [&mut Vec<f64>; 2]) -> Vec<bool> {
+    let rests: Vec<usize> = (0..n).filter(|j| !used.iter().skip(*j).step_by(n).any(|used| *used)).collect();
+    for x in rates {
+        rests.iter().for_each(|j| x.iter_mut().skip(*j).step_by(n).for_each(|x| *x = 0.0));
+    }
+    used
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

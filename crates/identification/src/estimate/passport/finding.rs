@@ -128,9 +128,7 @@ impl Finding {
             Fault::MotionSign => format!("the position of {of} has the wrong sign"),
             Fault::Reversed => format!("{of} runs the other way round: position and torque have the wrong sign"),
             Fault::FrictionSign => format!("friction drives {of}: the sign of its torque or of its position is wrong"),
-            Fault::Zero(angle) => {
-                format!("the zero of {of} is off by {:.0} degrees", angle.to_degrees())
-            }
+            Fault::Zero(angle) => format!("the zero of {of} is off by {:.0} degrees", angle.to_degrees()),
             Fault::Mount(angle) => {
                 format!("the base is mounted otherwise: turned by {:.0} degrees", angle.to_degrees())
             }
