@@ -14,7 +14,7 @@
 //! L is cut to the range; T is rounded up to a multiple of four samples at this L, which lowers the
 //! acceleration and never raises it. Slow joints move by v_small T/4.
 //!
-//! A motion that a [`Permission`](crate::plan::permission::Permission) refuses, for its torques or for bodies that meet, is tried with lower accelerations.
+//! A motion that a [`Permission`] refuses, for its torques or for bodies that meet, is tried with lower accelerations.
 //!
 //! [Vandanjon, Gautier, Desbats 1995, section 3.2 and table 1], made exact.
 
