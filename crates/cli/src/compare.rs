@@ -12,7 +12,7 @@ use crate::flags::Flags;
 use crate::terminal::print_result;
 use rist::output::{check_output, write_file};
 
-/// Say which parameters moved between sums of rist accumulate: two robots, or two days of one
+/// Say which parameters moved between sums: two robots, or two days of one
 ///
 /// Exit code 1 where something moved.
 #[derive(Args)]

@@ -15,7 +15,7 @@ use crate::flags::Flags;
 use crate::model::ModelArguments;
 use crate::terminal::{at_work, print_result};
 
-/// Look for what is wrong with logs: units, signs, zeros, swapped columns, delays, another robot
+/// Look for what is wrong with logs: units, signs, zeros, columns, delays, another robot
 ///
 /// The torque of each joint is held against what the description computes for its motion. Exit code 1 where something
 /// is wrong.
