@@ -130,6 +130,14 @@ fn a_base_on_a_wall_or_a_ceiling_is_named_with_what_mends_it() {
             let found = verdict(&format!("mended{degrees}{file}"), &mended, &log);
             assert!(contradicted(&found).is_empty(), "{file}: {found}");
         }
+        // A joint that rests has no rows, and no look at it may end the program.
+        let rest = |l: &mut JointLog| {
+            each(&mut l.q[5..6], |_| 0.1);
+            each(&mut l.dq[5..6], |_| 0.0);
+        };
+        let hanging = swinging(&tilted(robot, f64::to_radians(180.0)), &truth, AMPLITUDE, 0.0);
+        let found = verdict(&format!("rest{file}"), &model, &changed(&hanging, rest));
+        assert!(found.trust == Trust::No, "{file}: {found}");
         let zero = |l: &mut JointLog| each(&mut l.q[1..2], |x| x - f64::to_radians(40.0));
         let log = changed(&swinging(robot, &truth, AMPLITUDE, 0.0), zero);
         let found = verdict(&format!("zero40{file}"), &model, &log);

@@ -26,6 +26,8 @@ const SAMPLES: usize = 400;
 const WORTHWHILE_RATIO: f64 = 0.5;
 /// A change explains a log as well where it leaves at most so many times as much.
 const AS_WELL_RATIO: f64 = 1.25;
+/// A joint of fewer samples says nothing beside its own four columns.
+const LEAST_SAMPLES: usize = 9;
 /// A joint's torque is explained where less than this is left of it, in squares.
 const EXPLAINED_JOINT: f64 = 0.5;
 /// Descriptions that explain all but this share, in squares, need no other mount.
@@ -200,15 +202,18 @@ impl Look {
     fn joint(&self, j: usize) -> Option<(DVector<f64>, DMatrix<f64>)> {
         let states = &self.states;
         let used: Vec<usize> = (0..states.len()).map(|r| r * states.n + j).filter(|&i| states.used[i]).collect();
+        if used.len() < LEAST_SAMPLES {
+            return None;
+        }
         let column = |x: &[f64]| DVector::from_iterator(used.len(), used.iter().map(|&i| x[i]));
         let own =
             [column(&states.ddq), column(&states.dq), column(&states.direction), DVector::repeat(used.len(), 1.0)];
-        let own = DMatrix::from_columns(&own).svd(true, false).u?;
+        let own = finite(DMatrix::from_columns(&own))?.svd(true, false).u?;
         let without = |x: DVector<f64>| &x - &own * own.tr_mul(&x);
         let torque = without(column(&states.tau));
         let norm = torque.norm();
         let columns = DMatrix::from_columns(&self.columns.each_ref().map(|x| without(column(x))));
-        (used.len() > 2 * own.ncols() && norm > 0.0).then(|| (torque / norm, columns / norm))
+        (norm > 0.0).then(|| (torque / norm, columns / norm))
     }
 
     /// What gravity leaves of each joint's torque, in squares; `None` of a joint without torque.
@@ -229,7 +234,7 @@ impl Look {
             normal += columns.tr_mul(&columns);
             right += columns.tr_mul(&torque);
         }
-        let found = normal.svd(true, true).solve(&right, f64::EPSILON).ok()?;
+        let found = finite(normal)?.svd(true, true).solve(&right, f64::EPSILON).ok()?;
         let direction = Vector3::new(found[1], found[2], found[3]).try_normalize(f64::MIN_POSITIVE)?;
         let nearest = direction.iamax();
         let axis = Vector3::ith(nearest, direction[nearest].signum());
@@ -251,6 +256,11 @@ impl Look {
     fn left(&self, gravity: Vector3<f64>, joints: &[usize]) -> f64 {
         mean(&self.by_joint(gravity), joints)
     }
+}
+
+/// A matrix of finite numbers: the decomposition of another would not end.
+fn finite(matrix: DMatrix<f64>) -> Option<DMatrix<f64>> {
+    matrix.iter().all(|x| x.is_finite()).then_some(matrix)
 }
 
 /// The root of the mean square of some joints.

@@ -112,9 +112,7 @@ pub fn identify_spectrum(
     Ok(estimate)
 }
 
-/// Gains and parameters by the paper's rows, of currents.
-///
-/// Fails where the equations do not determine the gains.
+/// Gains and parameters by the paper's rows, of currents. Fails where the equations do not determine the gains.
 fn with_paper_gains(
     estimate: &mut Estimate,
     regressor: &dyn Regressor,
