@@ -1,8 +1,7 @@
 //! Files that the program reads, changed at random, through the program itself.
 //!
-//! Law: whatever a file holds, the program ends by itself with 0, 1 or 2, in 2 s of processor time and an address space that
-//! the size of the file bounds. A file in which a hundred links can stand has 12 s, since the program begins a derivation
-//! of 10 s without asking. A signal, an abort, a panic or another code is a finding.
+//! Law: whatever a file holds, the program ends by itself with 0, 1 or 2, in [`SECONDS`] of processor time and an address
+//! space that the size of the file bounds. A signal, an abort, a panic or another code is a finding.
 
 use std::path::Path;
 use std::process::Command;
@@ -12,15 +11,9 @@ use crate::program::{LIMITED_ARM, Run, run};
 use crate::random::Random;
 use crate::workspace;
 
-/// Processor time of a run on a file of so many bytes, s, as `xtask fuzz` holds it. Tests run a program that is hardly
-/// optimised: there it only ends a hang.
-fn seconds(bytes: usize) -> usize {
-    let allowed = if bytes < BYTES_OF_A_HUNDRED_LINKS { 2 } else { 12 };
-    if cfg!(debug_assertions) { 5 * allowed } else { allowed }
-}
-
-/// A link takes some seventy bytes in a description of ours, and more in a URDF.
-const BYTES_OF_A_HUNDRED_LINKS: usize = 7_000;
+/// Processor time of a run, s, as `xtask fuzz` holds it. Tests run a program that is hardly optimised: there it only ends a
+/// hang.
+pub const SECONDS: usize = if cfg!(debug_assertions) { 10 } else { 2 };
 
 /// Address space of a run beside what its file may take, KiB: the program and its threads map some 300 MiB.
 const SPACE_KIB: usize = 512 << 10;
@@ -51,8 +44,7 @@ pub struct Finding {
 
 /// Runs the program in `folder`, bounded as for a file of so many bytes.
 pub fn bounded(program: &Path, folder: &Path, bytes: usize, arguments: &[&str]) -> Run {
-    let (space, seconds) = (SPACE_KIB + allowance_kib(bytes), seconds(bytes));
-    let limits = format!("ulimit -v {space}; ulimit -t {seconds}; exec \"$@\"");
+    let limits = format!("ulimit -v {}; ulimit -t {SECONDS}; exec \"$@\"", SPACE_KIB + allowance_kib(bytes));
     let mut shell = Command::new("sh");
     shell.arg("-c").arg(limits).arg("sh").arg(program).args(arguments).current_dir(folder);
     // A thread each is enough, and says the same.

@@ -86,8 +86,8 @@ fn default_cutoff(here: &Path, model: &str) {
         errors.into_iter().fold(0.0, f64::max)
     };
     let (found, expected) = (largest(&parameters(here, "default.yaml")), largest(&at_20));
-    // Of forty normal errors the largest is beyond two deviations in most draws.
-    assert!(found < 1.5 * expected.max(2.0), "{model}: {found} deviations from the truth, {expected} with --cutoff 20");
+    // Within one deviation an error is the noise of this draw.
+    assert!(found < 1.5 * expected.max(1.0), "{model}: {found} deviations from the truth, {expected} with --cutoff 20");
 }
 
 /// The files of models/, one of `of` after another from `from` on.

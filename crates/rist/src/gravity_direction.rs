@@ -105,8 +105,11 @@ pub(crate) fn look_for_mount<R: Records + ?Sized>(
         _ => None,
     };
     let others: Vec<f64> = passport.findings.iter().map(|f| of(f).unwrap_or(f64::INFINITY)).collect();
-    let mut kept = others.iter().map(|left| *left <= AS_WELL_RATIO * gravity.left);
-    passport.findings.retain(|finding| !may_be_mount(finding.fault) || kept.next() == Some(true));
+    let mut lefts = others.iter();
+    passport.findings.retain(|finding| {
+        let explains_as_well = lefts.next().is_some_and(|left| *left <= AS_WELL_RATIO * gravity.left);
+        !may_be_mount(finding.fault) || explains_as_well
+    });
     let along = |v: Vector3<f64>| v.normalize().iter().map(|x| format!("{x:.2}")).collect::<Vec<_>>().join(", ");
     let finding = Finding {
         fault: Fault::Mount(turn.angle()),

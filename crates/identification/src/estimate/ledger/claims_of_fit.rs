@@ -35,9 +35,7 @@ const LARGE_RESIDUAL: f64 = 0.25;
 /// Error on data that were not fitted over that of the fit above which the fit holds for its own log only.
 const OVERFITTED_ERROR_RATIO: f64 = 2.0;
 /// Held-out errors below this are small enough whatever that ratio.
-const SMALL_HELD_OUT_ERROR: f64 = 0.03;
-/// Below this nobody minds that the description predicts better.
-const SMALL_RIVAL_ERROR: f64 = 0.02;
+const SMALL_HELD_OUT_ERROR: f64 = 0.02;
 
 /// Scaled condition number above which errors of the model decide the weakest direction. Estimates of the bench
 /// `random_situations` that are right have up to 2831.
@@ -158,7 +156,7 @@ fn other_motion(estimate: &Estimate, prediction: &Prediction) -> Claim {
     // The description is a rival: where it predicts better, the fit holds for its own log only.
     if let (Some(error), Some(described)) = (of_logs, prediction.others_described)
         && error > WORSE_ERROR_RATIO * described
-        && error > SMALL_RIVAL_ERROR
+        && error > SMALL_HELD_OUT_ERROR
     {
         let why = format!(
             "the description predicts the other log better ({}) than these parameters do ({})",
