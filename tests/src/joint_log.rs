@@ -120,10 +120,15 @@ pub fn unlike(robot: &Robot, seed: u64) -> Vec<f64> {
 /// The log of a machine with friction and noise, in which each joint swings by `amplitude` rad and torques are late by
 /// `delay` s.
 pub fn swinging(robot: &Robot, x: &[f64], amplitude: f64, delay: f64) -> JointLog {
+    swinging_by(robot, x, &vec![amplitude; robot.n_coordinates()], delay)
+}
+
+/// As [`swinging`], each joint by an amplitude of its own, rad (m).
+pub fn swinging_by(robot: &Robot, x: &[f64], amplitude: &[f64], delay: f64) -> JointLog {
     let n = robot.n_coordinates();
     let share = |k: usize| (1.0 - k as f64 / n as f64).powi(2) + 0.05;
     let viscous: Vec<f64> = (0..n).map(|k| 5.0 * share(k)).collect();
     let coulomb: Vec<f64> = (0..n).map(|k| 4.0 * share(k)).collect();
-    let (viscous, coulomb, amplitude) = (&viscous, &coulomb, &vec![amplitude; n]);
+    let (viscous, coulomb) = (&viscous, &coulomb);
     Machine { robot, parameters: x, amplitude, viscous, coulomb, noise: 0.1, encoder: 0.0, speed: 1e-3, delay }.log()
 }

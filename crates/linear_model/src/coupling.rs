@@ -11,7 +11,7 @@
 //!
 //! An element of the user's own has the columns that [`CouplingParameter`] names, as they stand.
 
-use crate::parameter::CouplingParameter;
+use crate::coupling_parameter::CouplingParameter;
 
 /// What acts along a combination of joints.
 #[derive(Clone, Debug, PartialEq)]

@@ -17,6 +17,7 @@
 pub mod artefact;
 pub mod compiled;
 pub mod coupling;
+pub mod coupling_parameter;
 pub mod description_options;
 pub mod differentiable;
 pub mod friction;

@@ -9,10 +9,10 @@
 //! | friction with the speed; with its root | FV, FVP, FVN, FVA; FR | N m s/rad (N s/m); N m (s/rad)^(1/2) (N (s/m)^(1/2)) |
 //! | Coulomb friction, offset, Stribeck | FS, FSP, FSN, OFF, FT, FTP, FTN | N m (N) |
 //! | friction that grows with the load | FL, FLP, FLN | 1 |
-//! | coupled motor | IAM, FVM, FSM | as IA, FV, FS |
-//! | element between joints: inertia, viscous and Coulomb friction | IAE, FVE, FSE | as IA, FV, FS |
-//! | stiffness of an element; its torque that goes with sine and cosine, and constant | KE; SE, CE, OFFE | N m/rad (N/m); N m (N) |
+//! | coupled motor, element between joints | IAM, FVM, FSM; IAE, FVE, FSE, KE, SE, CE, OFFE | [`coupling_parameter`] |
 //! | drive gain | KT | N m/A (N/A) |
+//!
+//! [`coupling_parameter`]: crate::coupling_parameter
 
 use std::fmt;
 use std::str::FromStr;
@@ -20,6 +20,7 @@ use std::str::FromStr;
 use robot::Inertial;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
+use crate::coupling_parameter::CouplingParameter;
 use crate::label::Label;
 use crate::unit::Unit;
 
@@ -288,78 +289,6 @@ impl FrictionParameter {
             Self::Load | Self::LoadForward | Self::LoadBackward => Unit::ONE,
             Self::Rotor => Unit::INERTIA,
             _ => Unit::TORQUE,
-        }
-    }
-}
-
-/// A parameter of a motor that turns with a joint other than its own, or of an element between joints.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum CouplingParameter {
-    /// IAM: rotor inertia of the motor.
-    #[serde(skip)]
-    Rotor,
-    /// FVM: its viscous friction.
-    #[serde(skip)]
-    Viscous,
-    /// FSM: its Coulomb friction.
-    #[serde(skip)]
-    Coulomb,
-    /// IAE: torque of an element per acceleration along it.
-    Inertia,
-    /// FVE: per speed.
-    #[serde(rename = "viscous")]
-    ElementViscous,
-    /// FSE: with the direction.
-    #[serde(rename = "coulomb")]
-    ElementCoulomb,
-    /// KE: per position.
-    #[serde(rename = "spring")]
-    Stiffness,
-    /// SE: with the sine of the position.
-    Sine,
-    /// CE: with the cosine of the position.
-    Cosine,
-    /// OFFE: constant.
-    Offset,
-}
-
-impl CouplingParameter {
-    /// Those of a motor, in the order of their columns.
-    pub const MOTOR: [CouplingParameter; 3] = [Self::Rotor, Self::Viscous, Self::Coulomb];
-    /// Those that an element may have.
-    pub const ELEMENT: [CouplingParameter; 7] = [
-        Self::Inertia,
-        Self::ElementViscous,
-        Self::ElementCoulomb,
-        Self::Stiffness,
-        Self::Sine,
-        Self::Cosine,
-        Self::Offset,
-    ];
-
-    /// The letters of its name.
-    pub fn letters(self) -> &'static str {
-        match self {
-            CouplingParameter::Rotor => "IAM",
-            CouplingParameter::Viscous => "FVM",
-            CouplingParameter::Coulomb => "FSM",
-            CouplingParameter::Inertia => "IAE",
-            CouplingParameter::ElementViscous => "FVE",
-            CouplingParameter::ElementCoulomb => "FSE",
-            CouplingParameter::Stiffness => "KE",
-            CouplingParameter::Sine => "SE",
-            CouplingParameter::Cosine => "CE",
-            CouplingParameter::Offset => "OFFE",
-        }
-    }
-
-    fn unit(self) -> Unit {
-        match self {
-            Self::Rotor | Self::Inertia => Unit::INERTIA,
-            Self::Viscous | Self::ElementViscous => Unit::VISCOUS,
-            Self::Stiffness => Unit::STIFFNESS,
-            Self::Coulomb | Self::ElementCoulomb | Self::Sine | Self::Cosine | Self::Offset => Unit::TORQUE,
         }
     }
 }

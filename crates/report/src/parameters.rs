@@ -4,7 +4,8 @@ use std::collections::BTreeMap;
 
 use identification::estimate::artefact::Estimate;
 use identification::estimate::identified::{INTERVAL, Identified, Status};
-use linear_model::parameter::{BaseName, CouplingParameter, FrictionParameter, ParameterId};
+use linear_model::coupling_parameter::CouplingParameter;
+use linear_model::parameter::{BaseName, FrictionParameter, ParameterId};
 use modeling::BaseParameters;
 use robot::value::CoordinateId;
 use robot::{Inertial, Robot};

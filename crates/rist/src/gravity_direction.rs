@@ -7,7 +7,7 @@
 //! ```
 //! P without gravity, G_i that of gravity along axis i. Least squares over all joints, each with the weight of its torque,
 //! gives b, and its direction is that of gravity. The mount is found where the torques then are predicted much better, and
-//! where the passport of the robot so turned has no gross finding left.
+//! where the passport of the robot so turned has no gross finding left, or fewer, which are said beside it.
 
 use identification::estimate::passport::finding::{Fault, Finding};
 use identification::estimate::passport::{JointPassport, Passport};
@@ -37,11 +37,17 @@ const SMALLEST_TURN_RAD: f64 = 0.26;
 /// Bases are mounted along an axis: a direction so near to one is that of the axis, rad.
 const AXIS_RAD: f64 = 0.09;
 
-/// The samples of a log, with what the description computes for them.
+/// The samples of a log, and of each joint what they and the description say.
 struct Look {
     states: States,
-    /// P, then G by axis: sample by sample, n each.
-    columns: [Vec<f64>; 4],
+    joints: Vec<Option<Joint>>,
+}
+
+/// Of one joint: its torque, and P and G of the description by axis, without what the joint's own columns explain, over the
+/// norm of the torque.
+struct Joint {
+    torque: DVector<f64>,
+    columns: DMatrix<f64>,
 }
 
 /// Gravity in the frame of the base, m/s^2, and the share of the torques that it leaves.
@@ -64,12 +70,12 @@ pub(crate) fn gravity<R: Records + ?Sized>(model: &Model, records: &R) -> Result
 /// The turn of the base, as it is described, under which gravity points so: by the shortest way.
 pub(crate) fn turn(model: &Model, gravity: &Gravity) -> Rotation3<f64> {
     let described = Vector3::from(model.robot.gravity_number());
-    Rotation3::rotation_between(&gravity.vector, &described)
-        // Opposite: half a turn about x, or about y where gravity is along x.
-        .unwrap_or_else(|| {
-            let axis = if described.y != 0.0 || described.z != 0.0 { Vector3::x() } else { Vector3::y() };
-            Rotation3::from_axis_angle(&Unit::new_normalize(axis), std::f64::consts::PI)
-        })
+    Rotation3::rotation_between(&gravity.vector, &described).unwrap_or_else(|| {
+        // Opposite: half a turn about an axis across it, x where that is one.
+        let axis = if described.x == 0.0 { Vector3::x() } else { described.cross(&Vector3::z()) };
+        let axis = Unit::try_new(axis, f64::MIN_POSITIVE).unwrap_or(Vector3::y_axis());
+        Rotation3::from_axis_angle(&axis, std::f64::consts::PI)
+    })
 }
 
 /// Adds a mount to the findings of a passport, where one explains the log. `again` makes the passport of another model.
@@ -91,25 +97,34 @@ pub(crate) fn look_for_mount<R: Records + ?Sized>(
     let base = turn_of_rpy(model.description.as_ref().and_then(|d| d.base).unwrap_or_default()) * turn;
     let (roll, pitch, yaw) = base.euler_angles();
     let rpy = [roll, pitch, yaw];
-    let turned = model.changed(|robot| turn_base(robot, &turn), |description| description.base = Some(rpy))?;
-    if again(&turned)?.findings.iter().any(|finding| finding.fault.is_gross()) {
+    // A base under which no base parameters are told is none to advise.
+    let Ok(turned) = model.changed(|robot| turn_base(robot, &turn), |description| description.base = Some(rpy)) else {
+        return Ok(());
+    };
+    let gross = |passport: &Passport| passport.findings.iter().filter(|finding| finding.fault.is_gross()).count();
+    let turned = again(&turned)?;
+    if gross(&turned) > 0 && gross(&turned) >= gross(passport) {
         return Ok(());
     }
     // What else was found stays where it explains the log as well.
     let of = |finding: &Finding| match finding.fault {
         Fault::Zero(angle) => {
-            let joint =
-                finding.joints.first().and_then(|name| model.regressor().coordinates().iter().position(|c| c == name));
-            joint.map(|k| look.moved(model, k, angle).left(described, &gravity.joints))
+            let name = finding.joints.first()?;
+            let joint = model.regressor().coordinates().iter().position(|c| c == name)?;
+            Some(look.moved(model, joint, angle)?.left(described, &gravity.joints))
         }
         _ => None,
     };
     let others: Vec<f64> = passport.findings.iter().map(|f| of(f).unwrap_or(f64::INFINITY)).collect();
+    let same = |a: &Finding, b: &Finding| a.fault == b.fault && a.joints == b.joints;
     let mut lefts = others.iter();
     passport.findings.retain(|finding| {
         let explains_as_well = lefts.next().is_some_and(|left| *left <= AS_WELL_RATIO * gravity.left);
-        !may_be_mount(finding.fault) || explains_as_well
+        explains_as_well || !may_be_mount(finding.fault) && turned.findings.iter().any(|f| same(f, finding))
     });
+    let is_new = |finding: &Finding| !passport.findings.iter().any(|known| same(known, finding));
+    let left_over: Vec<Finding> = turned.findings.into_iter().filter(is_new).collect();
+    passport.findings.extend(left_over);
     let along = |v: Vector3<f64>| v.normalize().iter().map(|x| format!("{x:.2}")).collect::<Vec<_>>().join(", ");
     let finding = Finding {
         fault: Fault::Mount(turn.angle()),
@@ -169,12 +184,12 @@ impl Look {
     fn of_states(model: &Model, states: States) -> Option<Look> {
         let (parameters, n, p) = (model.described_parameters()?, states.n, model.regressor().parameters().len());
         let axes = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
-        let tilts = axes.map(|axis| Tilt::of(&model.robot, axis));
-        let [Some(x), Some(y), Some(z)] = tilts else { return None };
+        let [Some(x), Some(y), Some(z)] = axes.map(|axis| Tilt::of(&model.robot, axis)) else { return None };
         if !model.robot.passive.is_empty() {
             return None;
         }
         let described = model.robot.gravity_number();
+        // P, then G by axis: sample by sample, n each.
         let mut columns = [const { Vec::new() }; 4];
         let mut rows = vec![0.0; n * p];
         for r in 0..states.len() {
@@ -188,54 +203,34 @@ impl Look {
                 (0..3).for_each(|i| columns[i + 1].push(by_axis[i][j]));
             }
         }
-        Some(Look { states, columns })
+        let joints = (0..n).map(|j| Joint::of(&states, &columns, j)).collect();
+        Some(Look { states, joints })
     }
 
     /// The same with the zero of a joint moved.
-    fn moved(&self, model: &Model, k: usize, angle: f64) -> Look {
+    fn moved(&self, model: &Model, k: usize, angle: f64) -> Option<Look> {
         let mut states = self.states.clone();
         states.q.iter_mut().skip(k).step_by(states.n).for_each(|q| *q += angle);
-        // The robot has columns, since this look has.
         Look::of_states(model, states)
-            .unwrap_or_else(|| Look { states: self.states.clone(), columns: self.columns.clone() })
-    }
-
-    /// Of joint j: its torque and the columns of the description, without what the joint's own columns explain, over the norm
-    /// of the torque; `None` where nothing is left.
-    fn joint(&self, j: usize) -> Option<(DVector<f64>, DMatrix<f64>)> {
-        let states = &self.states;
-        let used: Vec<usize> = (0..states.len()).map(|r| r * states.n + j).filter(|&i| states.used[i]).collect();
-        if used.len() < LEAST_SAMPLES {
-            return None;
-        }
-        let column = |x: &[f64]| DVector::from_iterator(used.len(), used.iter().map(|&i| x[i]));
-        let own =
-            [column(&states.ddq), column(&states.dq), column(&states.direction), DVector::repeat(used.len(), 1.0)];
-        let own = finite(DMatrix::from_columns(&own))?.svd(true, false).u?;
-        let without = |x: DVector<f64>| &x - &own * own.tr_mul(&x);
-        let torque = without(column(&states.tau));
-        let norm = torque.norm();
-        let columns = DMatrix::from_columns(&self.columns.each_ref().map(|x| without(column(x))));
-        (norm > 0.0).then(|| (torque / norm, columns / norm))
     }
 
     /// What gravity leaves of each joint's torque, in squares; `None` of a joint without torque.
     fn by_joint(&self, gravity: Vector3<f64>) -> Vec<Option<f64>> {
-        let of_joint = |(torque, columns): (DVector<f64>, DMatrix<f64>)| {
+        let of_joint = |Joint { torque, columns }: &Joint| {
             let predicted = columns * Vector4::new(1.0, gravity.x, gravity.y, gravity.z);
             // Bodies of a description are wrong by tens of per cent.
-            let slope = (predicted.dot(&torque) / predicted.norm_squared().max(f64::MIN_POSITIVE)).clamp(0.5, 2.0);
+            let slope = (predicted.dot(torque) / predicted.norm_squared().max(f64::MIN_POSITIVE)).clamp(0.5, 2.0);
             (torque - predicted * slope).norm_squared()
         };
-        (0..self.states.n).map(|j| self.joint(j).map(of_joint)).collect()
+        self.joints.iter().map(|joint| joint.as_ref().map(of_joint)).collect()
     }
 
     /// Gravity by least squares, and what it leaves as described.
     fn gravity(&self, described: Vector3<f64>) -> Option<(Gravity, f64)> {
         let (mut normal, mut right) = (DMatrix::zeros(4, 4), DVector::zeros(4));
-        for (torque, columns) in (0..self.states.n).filter_map(|j| self.joint(j)) {
-            normal += columns.tr_mul(&columns);
-            right += columns.tr_mul(&torque);
+        for Joint { torque, columns } in self.joints.iter().flatten() {
+            normal += columns.tr_mul(columns);
+            right += columns.tr_mul(torque);
         }
         let found = finite(normal)?.svd(true, true).solve(&right, f64::EPSILON).ok()?;
         let direction = Vector3::new(found[1], found[2], found[3]).try_normalize(f64::MIN_POSITIVE)?;
@@ -246,7 +241,7 @@ impl Look {
         // Light joints follow no description.
         let is_explained = |left: Option<f64>| left.is_some_and(|left| left < EXPLAINED_JOINT);
         let by_joint = self.by_joint(vector);
-        let joints: Vec<usize> = (0..self.states.n).filter(|&j| is_explained(by_joint[j])).collect();
+        let joints: Vec<usize> = (0..by_joint.len()).filter(|&j| is_explained(by_joint[j])).collect();
         let gravity = Gravity { vector, left: mean(&by_joint, &joints), joints };
         let before = self.left(described, &gravity.joints);
         let is_found = vector.angle(&described) > SMALLEST_TURN_RAD
@@ -258,6 +253,25 @@ impl Look {
     /// What gravity leaves of the torques of some joints, these alike.
     fn left(&self, gravity: Vector3<f64>, joints: &[usize]) -> f64 {
         mean(&self.by_joint(gravity), joints)
+    }
+}
+
+impl Joint {
+    /// Of joint j; `None` where nothing of its torque is left.
+    fn of(states: &States, columns: &[Vec<f64>; 4], j: usize) -> Option<Joint> {
+        let used: Vec<usize> = (0..states.len()).map(|r| r * states.n + j).filter(|&i| states.used[i]).collect();
+        if used.len() < LEAST_SAMPLES {
+            return None;
+        }
+        let column = |x: &[f64]| DVector::from_iterator(used.len(), used.iter().map(|&i| x[i]));
+        let own =
+            [column(&states.ddq), column(&states.dq), column(&states.direction), DVector::repeat(used.len(), 1.0)];
+        let own = finite(DMatrix::from_columns(&own))?.svd(true, false).u?;
+        let without = |x: DVector<f64>| &x - &own * own.tr_mul(&x);
+        let torque = without(column(&states.tau));
+        let norm = torque.norm();
+        let columns = DMatrix::from_columns(&columns.each_ref().map(|x| without(column(x))));
+        (norm > 0.0).then(|| Joint { torque: torque / norm, columns: columns / norm })
     }
 }
 

@@ -119,6 +119,7 @@ pub(crate) const ORDERS: [(&str, &[&str]); 18] = [
             "artefact",
             "unit",
             "label",
+            "coupling_parameter",
             "parameter",
             "friction",
             "coupling",

@@ -5,8 +5,9 @@
 //! does not show is bounded by the torque that it would make. The standard deviation of FV_j is max|tau_j| / (fastest
 //! joint's speed), and that of FS_j, FT_j and OFF_j is max|tau_j|.
 
+use linear_model::coupling_parameter::CouplingParameter;
 use linear_model::linear_model::Model;
-use linear_model::parameter::{CouplingParameter, FrictionParameter, Parameter, ParameterId};
+use linear_model::parameter::{FrictionParameter, Parameter, ParameterId};
 use linear_model::pseudo_inertia::Ten;
 use linear_model::regressor::Regressor;
 use linear_model::standard_map::StandardMap;

@@ -8,7 +8,7 @@
 //! ([`linear_model::coupling`]).
 
 use linear_model::coupling::{Coupled, Coupling};
-use linear_model::parameter::CouplingParameter;
+use linear_model::coupling_parameter::CouplingParameter;
 use logs::{Effort, Error, Log, unwrap_angle};
 use nalgebra::DMatrix;
 use serde::{Deserialize, Serialize};
