@@ -55,7 +55,8 @@ fn robots_get_a_motion() {
             }
         }
     }
-    assert!(refused.len() <= 2, "{}", refused.join("\n"));
+    // Eighteen of twenty, and as many of those that are tried.
+    assert!(20 * refused.len() <= 2 * robots.len(), "{}", refused.join("\n"));
     let Some(python) = python() else { return };
     let instants = std::env::var("INSTANTS").unwrap_or("300".into());
     let script = workspace().join("tests/data/oracle/motion_by_coal.py");
@@ -70,9 +71,9 @@ fn robots_get_a_motion() {
         }
         pairs += found["pairs"].as_u64().unwrap();
     }
-    assert!(2 * out.lines().count() == files.len() && files.len() >= 2 * (robots.len() - 2), "{err}");
+    assert!(2 * out.lines().count() == files.len(), "{err}");
     // Links that nobody looked at would keep any distance.
-    assert!(pairs > 5 * robots.len() as u64, "{pairs}");
+    assert!(20 * pairs > 150 * robots.len() as u64, "{pairs}");
 }
 
 /// Bodies are among what is proven, and pairs that touch all the time are the neighbours of a joint.

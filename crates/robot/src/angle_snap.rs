@@ -103,9 +103,9 @@ pub(crate) fn computed_length(length: f64) -> Value {
     if length.abs() <= SNAPPED_VALUE_ROUNDING { Value::ZERO } else { Value::Number(decimal(length)) }
 }
 
-/// A length as given, m.
-pub(crate) fn given_length(length: f64) -> f64 {
-    if length.abs() < LENGTH_NOISE_M { 0.0 } else { length }
+/// A length of a file, m; what is meant is without noise, and as given it stays.
+pub(crate) fn given_length(length: f64, angles: Angles) -> f64 {
+    if angles == Angles::Meant && length.abs() < LENGTH_NOISE_M { 0.0 } else { length }
 }
 
 /// n pi / 12, reduced.

@@ -72,7 +72,7 @@ pub(super) fn moved<'a>(
             continue;
         }
         let (mut carrier, pose) = body.parent.map_or((None, Pose::IDENTITY), |p| all.carriers[p]);
-        let position = body.pose.position.map(given_length);
+        let position = body.pose.position.map(|x| given_length(x, compiler.angles));
         let mut place = pose.compose(&Pose { position, ..body.pose });
         place.rotation = crate::angle_snap::exact(&place.rotation);
         for (view, frame) in &body.joints {
@@ -176,7 +176,7 @@ fn joint<'a>(
 ) -> Result<(MjcfJoint<'a>, [f64; 3]), Error> {
     let slides = kind(view)? == Kind::Slide;
     let point = frame.compose(&Pose { position: view.vector("pos")?.unwrap_or([0.0; 3]), ..Pose::IDENTITY }).position;
-    let point = point.map(given_length);
+    let point = point.map(|x| given_length(x, compiler.angles));
     let axis = turned(&frame.rotation, direction(view, "axis", view.vector("axis")?.unwrap_or([0.0, 0.0, 1.0]))?);
     let axis = unit_axis(axis, compiler.angles).unwrap_or(axis);
     let position = |x: f64| if slides { x } else { compiler.angle(x) };

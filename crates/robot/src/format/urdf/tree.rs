@@ -196,7 +196,7 @@ fn origin(joint: &urdf_rs::Joint, angles: Angles, snapped: &mut Vec<Note>) -> Po
     for ((name, given), taken) in ["roll", "pitch", "yaw"].into_iter().zip(given).zip(&rpy) {
         snapped.extend(angle_snap::note_of(&joint.name, name, given, taken));
     }
-    let position = joint.origin.xyz.map(angle_snap::given_length);
+    let position = joint.origin.xyz.map(|x| angle_snap::given_length(x, angles));
     Pose { rotation: angle_snap::rotation(&rpy), position }
 }
 
