@@ -64,15 +64,25 @@ fn what_takes_long_is_refused_with_the_figures() {
         let antecedent = if j == 1 { "base".into() } else { (j - 1).to_string() };
         format!("  - {{link: {j}, antecedent: {antecedent}, alpha: pi/2, d: 0.1, theta: q{j}}}\n")
     };
-    let links: String = (1..=300).map(link).collect();
-    let text = format!("convention: khalil-kleinfinger\nname: long\nrotor_inertia: none\nlinks:\n{links}");
-    std::fs::write(here.join("long.yaml"), text).unwrap();
-    for command in ["inspect", "generate", "excite"] {
-        let run = rist(&here, &[command, "long.yaml"]);
-        assert_eq!(run.code, Some(2), "{command}: {}", run.err);
-        let parts = ["300 links with 3000 standard parameters", " s and ", " GiB", "--any-size"];
-        assert!(parts.iter().all(|part| run.err.contains(part)), "{command}: {}", run.err);
+    let chain = |n: usize| {
+        let links: String = (1..=n).map(link).collect();
+        let text = format!("convention: khalil-kleinfinger\nname: long\nrotor_inertia: none\nlinks:\n{links}");
+        std::fs::write(here.join("long.yaml"), text).unwrap();
+    };
+    // What 120 links take is no more than some seconds, and is told before they have passed.
+    for n in [120, 300] {
+        chain(n);
+        for command in ["inspect", "generate", "excite"] {
+            let run = rist(&here, &[command, "long.yaml"]);
+            assert_eq!(run.code, Some(2), "{command}: {}", run.err);
+            let size = format!("{n} links with {} standard parameters", 10 * n);
+            let parts = [&size, " s and ", " GiB", "--any-size"];
+            assert!(parts.iter().all(|part| run.err.contains(part)), "{command}: {}", run.err);
+        }
     }
+    chain(60);
+    let run = rist(&here, &["inspect", "long.yaml"]);
+    assert!(run.code == Some(0) && run.out.contains("base parameters"), "{}{}", run.out, run.err);
 }
 
 /// Lengths far apart, in loops whose search for the passive joints would divide by what overflows.

@@ -3,6 +3,7 @@
 
 use identification::estimate::ledger::hypotheses::Hypothesis;
 use logs::ColumnNames;
+use rist::Model;
 use rist::request::{IdentifyRequest, Unknown};
 use rist::samples::Identification;
 use tests::random_situations::Situation;
@@ -64,7 +65,42 @@ fn zeros_come_out() {
         let said = &found.estimate.remarks[0];
         assert!(said.starts_with("zeros: ") && said.contains("transmission: {offsets: ["), "{said}");
         assert!(found.estimate.remarks.iter().all(|remark| !remark.contains("do not settle")), "seed {seed}");
+        assert_held_are_said(&found);
     }
+}
+
+/// The parts of the remark on zeros: one a joint, of those that were asked for.
+fn zeros_said(found: &Identification) -> Vec<&str> {
+    let remark = found.estimate.remarks.iter().find_map(|r| r.strip_prefix("zeros: ")).expect("a remark on zeros");
+    remark.split(';').next().unwrap().split(", ").filter(|part| !part.starts_with("within ")).collect()
+}
+
+/// A zero is said to be held where the prior told it, and only there; every other one is said with its deviation.
+fn assert_held_are_said(found: &Identification) -> usize {
+    let said = zeros_said(found);
+    let zeros: Vec<_> = found.unknowns.iter().filter(|s| matches!(s.of, Hypothesis::Zero(_))).collect();
+    assert_eq!(said.len(), zeros.len(), "{said:?}");
+    for (said, zero) in said.iter().zip(&zeros) {
+        assert_eq!(said.ends_with(" is held to what it was"), zero.told.is_some() && zero.is_prior, "{said}");
+        assert_eq!(said.contains(" +- "), zero.told.is_some() && !zero.is_prior, "{said}");
+    }
+    zeros.iter().filter(|zero| zero.is_prior).count()
+}
+
+/// The first axis of an upright arm is along gravity: its zero leaves no trace in a log. The description holds it, that is
+/// said, and the others and the mount come out.
+#[test]
+fn a_zero_about_gravity_is_held_and_said() {
+    let model = Model::read(tests::model_path("ur5.urdf")).unwrap();
+    let log = tests::workspace().join("docs/ur5/log.csv");
+    let (log, _) = model.open_log(&log, &ColumnNames::default()).unwrap();
+    let mut request = IdentifyRequest::default();
+    request.samples.unknowns = vec![Unknown::Zeros, Unknown::Mount];
+    let found = rist::identify(&model, &[log], &request).unwrap();
+    let said = zeros_said(&found);
+    assert!(said[0].starts_with("shoulder_pan cannot be told and is held to what it was"), "{said:?}");
+    assert_eq!(assert_held_are_said(&found), 1, "{said:?}");
+    assert!(found.estimate.remarks.iter().all(|remark| !remark.contains("do not settle")));
 }
 
 /// A torque that is a quarter too large beside the others. Of all scales one is not told, and the others count from it.

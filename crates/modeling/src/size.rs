@@ -32,8 +32,8 @@ pub struct Size {
 
 /// Steps of a path to a state, and evaluations of a step.
 const EVALUATIONS_PER_STATE: f64 = 150.0;
-/// Time beyond which nobody wants to be surprised, s.
-const SURPRISING_TIME_S: f64 = 10.0;
+/// Time beyond which one is asked, s: nothing takes 2 s unasked, with the factor within which the estimate is right.
+const SURPRISING_TIME_S: f64 = 2.0 / 1.7;
 /// Memory that a small machine has, B.
 const SMALL_MACHINE_BYTES: f64 = (1u64 << 30) as f64;
 

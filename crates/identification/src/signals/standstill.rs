@@ -143,4 +143,14 @@ mod tests {
         let stop: Vec<f64> = (0..1000).map(|i| 0.05 * (period * i as f64 - 5.0).powi(3)).collect();
         assert!(standstill(&stop, period).contains(&true));
     }
+
+    /// Of three joints the second rests throughout; the third rests in half of the samples and keeps its rates.
+    #[test]
+    fn joints_that_rest_throughout_have_no_rates() {
+        let used = vec![true, false, false, true, false, true];
+        let (mut dq, mut ddq) = (vec![0.1, 0.2, 0.3, 0.4, 0.5, 0.6], vec![1.0, 2.0, 3.0, 4.0, 5.0, 6.0]);
+        assert_eq!(rest(used.clone(), 3, [&mut dq, &mut ddq]), used);
+        assert_eq!(dq, [0.1, 0.0, 0.3, 0.4, 0.0, 0.6]);
+        assert_eq!(ddq, [1.0, 0.0, 3.0, 4.0, 0.0, 6.0]);
+    }
 }
