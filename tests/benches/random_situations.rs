@@ -7,6 +7,7 @@
 //! |---|---|
 //! | yes, care, no, error | what the program says of the situation |
 //! | yes: torque > 5 % | of "yes", those whose torque on another motion is more than 5 % wrong, friction and all |
+//! | as logged > 5 % | the same in the units of the torques as logged, where they have a wrong scale |
 //! | bodies > 5 % | the same of the torque of bodies and rotors |
 //! | > 5 sigma | of "yes", those with a parameter beyond five of its printed deviations |
 //! | good | torque within 2 %, all parameters within four deviations, both logs of one machine |

@@ -135,6 +135,39 @@ fn a_good_log_is_trusted() {
     assert!(verdict(&refused)[1].contains("wrong sign"), "{}", refused.out);
 }
 
+/// The power of the common scale and the sentence on units go together: bodies that are wrong by 15 % leave a factor of all
+/// torques open, a description without bodies any factor, and an exact one none that counts.
+#[test]
+fn a_factor_of_all_torques_is_said_where_it_counts() {
+    let here = folder("units");
+    let path = model_path("ur5.urdf");
+    let robot = Model::read(&path).unwrap().robot;
+    let ur5 = path.display().to_string();
+    let text = std::fs::read_to_string(&path).unwrap();
+    let bare: String = text.split("<inertial>").map(|part| part.split("</inertial>").last().unwrap()).collect();
+    std::fs::write(here.join("bare.urdf"), bare).unwrap();
+    let names = Model::read(&path).unwrap().regressor().coordinates().to_vec();
+    let logs = |x: &[f64], name: &str| {
+        [1.2, 0.8].map(|a| {
+            let file = format!("{name}_{a}.csv");
+            swinging(&robot, x, a, 0.0).write(&here.join(&file), &names);
+            file
+        })
+    };
+    let [other, exact] = [logs(&unlike(&robot, 5), "other"), logs(&described(&robot), "exact")];
+    let scale = "in the units of the torques as logged: a factor";
+    for (model, [a, b], said) in
+        [(&ur5[..], &other, Some("below ")), ("bare.urdf", &other, Some("that all")), (&ur5, &exact, None)]
+    {
+        let run = rist(&here, &["identify", model, a, "--validate", b]);
+        let trust = verdict(&run)[1].split_whitespace().collect::<Vec<_>>().join(" ");
+        assert!(trust.starts_with("trust: yes"), "{model} {a}: {}", run.out);
+        let found = trust.split_once(scale).map(|(_, rest)| rest.trim_start());
+        assert_eq!(found.is_some(), said.is_some(), "{model} {a}: {trust}");
+        assert!(found.zip(said).is_none_or(|(found, said)| found.starts_with(said)), "{model} {a}: {trust}");
+    }
+}
+
 /// A load that nobody noted: the description predicts the other log far better than the estimate, and what the fit left
 /// says nothing of it.
 #[test]

@@ -124,9 +124,10 @@ mod tests {
     }
 
     #[test]
-    fn two_hundred_joints_pass_and_three_hundred_do_not() {
+    fn eighty_joints_pass_and_a_hundred_and_twenty_do_not() {
         assert!(!Size::of(&chain(6)).is_large());
-        assert!(!Size::of(&chain(200)).is_large());
+        assert!(!Size::of(&chain(80)).is_large());
+        assert!(Size::of(&chain(120)).is_large());
         let large = Size::of(&chain(300));
         assert!(large.is_large());
         let text = large.to_string();

@@ -15,7 +15,7 @@ use rist::{Error, LogSource, Model};
 
 use super::Situation;
 use super::chain::Chain;
-use super::defects::Kind;
+use super::defects::{Defect, Kind};
 use super::sensors::zero;
 use super::torque::{FINE, series, standing};
 use super::truth::{Truth, truth};
@@ -27,6 +27,8 @@ pub type Worst = (String, f64);
 pub struct Judgement {
     /// |predicted - true torque| / |true torque| on the motion of use, all that the motors give.
     pub torque: f64,
+    /// The same in the units of the torques as logged: where a scale is wrong, beside the true torque times that scale.
+    pub as_logged: f64,
     /// The same of the torque that bodies and rotors take.
     pub rigid: f64,
     /// The joint with the largest error over its own torque.
@@ -63,6 +65,11 @@ impl Outcome {
     /// Whether the torque on another motion is more than 5 % wrong.
     pub fn predicts_wrong(&self) -> bool {
         self.judgement.as_ref().is_some_and(|j| beyond(j.torque, 0.05))
+    }
+
+    /// Whether it is so even in the units of the torques as logged.
+    pub fn predicts_wrong_as_logged(&self) -> bool {
+        self.judgement.as_ref().is_some_and(|j| beyond(j.as_logged, 0.05))
     }
 
     /// Whether the torque of the bodies is more than 5 % wrong.
@@ -138,7 +145,10 @@ impl Situation {
         let linear = LinearModel::new(model.regressor(), &options.friction, &couplings);
         let x: Vec<f64> = linear.parameters.iter().map(|p| estimate.prediction(&p.id).unwrap_or(f64::NAN)).collect();
         let chain = standing(&self.machine, &self.defects, self.is_loaded(0));
-        let (torque, rigid, worst_joint) = self.torque_errors(&linear, &chain, &x, &options.friction_load);
+        let joints = self.machine.chain.len();
+        let errors = |units: &[f64]| self.torque_errors(&linear, &chain, &x, &options.friction_load, units);
+        let (torque, rigid, worst_joint) = errors(&vec![1.0; joints]);
+        let (as_logged, ..) = errors(&(0..joints).map(|k| self.logged_scale(k)).collect::<Vec<f64>>());
         let upright = Chain { gravity: self.machine.chain.gravity, ..chain };
         let true_base = truth(&upright, model.regressor(), within);
         let true_value = |id: &ParameterId| self.true_value(id, model, &true_base, &options.friction);
@@ -151,6 +161,7 @@ impl Situation {
         let worst_sigma = worst.map_or((String::new(), 0.0), |p| (p.0.clone(), off(p)));
         Judgement {
             torque,
+            as_logged,
             rigid,
             worst_joint,
             worst_sigma,
@@ -161,8 +172,15 @@ impl Situation {
     }
 
     /// Errors of the torque on the motion of use: of all, of the bodies, and of the worst joint. `load`: the base parameters
-    /// that predict the load, where friction grows with it.
-    fn torque_errors(&self, linear: &LinearModel, chain: &Chain, x: &[f64], load: &[f64]) -> (f64, f64, Worst) {
+    /// that predict the load, where friction grows with it. `units`: of each joint, by which the true torque counts.
+    fn torque_errors(
+        &self,
+        linear: &LinearModel,
+        chain: &Chain,
+        x: &[f64],
+        load: &[f64],
+        units: &[f64],
+    ) -> (f64, f64, Worst) {
         /// Steps of the fine grid between two states.
         const EVERY: usize = 20;
         let n = chain.len();
@@ -192,7 +210,7 @@ impl Situation {
             for k in 0..n {
                 let row = &w[k * p..][..p];
                 let sum = |range: std::ops::Range<usize>| range.map(|c| row[c] * x[c]).sum::<f64>();
-                let (tau, rigid) = (states.tau[r * n + k], rigid_tau[r * n + k]);
+                let (tau, rigid) = (units[k] * states.tau[r * n + k], rigid_tau[r * n + k]);
                 error[k] += (sum(0..p) - tau).powi(2);
                 size[k] += tau * tau;
                 of_bodies += (sum(0..base) - rigid).powi(2);
@@ -203,6 +221,12 @@ impl Situation {
         let worst = (0..n).max_by(|&a, &b| of_joint(a).total_cmp(&of_joint(b))).unwrap_or(0);
         let total = (error.iter().sum::<f64>() / size.iter().sum::<f64>()).sqrt();
         (total, (of_bodies / bodies).sqrt(), (format!("joint_{}", worst + 1), of_joint(worst)))
+    }
+
+    /// By what the torque of joint k is logged too large.
+    fn logged_scale(&self, k: usize) -> f64 {
+        let is_scale = |d: &&Defect| d.kind == Kind::ScaleOfAll || d.kind == Kind::ScaleOfJoint && d.joint == k;
+        self.defects.iter().filter(is_scale).map(Defect::factor).product()
     }
 
     /// The true value of a parameter; `None` where it has none, as FS of a machine whose friction is of another law.

@@ -19,6 +19,8 @@ pub struct Counts {
     pub errors: usize,
     /// Of "yes": the torque on another motion is more than 5 % wrong.
     pub yes_torque: usize,
+    /// Of "yes": it is so even in the units of the torques as logged.
+    pub yes_as_logged: usize,
     /// Of "yes": the torque of the bodies is more than 5 % wrong.
     pub yes_bodies: usize,
     /// Of "yes": a parameter beyond 5 deviations.
@@ -40,6 +42,7 @@ impl Counts {
         }
         if outcome.is_yes() {
             self.yes_torque += usize::from(outcome.predicts_wrong());
+            self.yes_as_logged += usize::from(outcome.predicts_wrong_as_logged());
             self.yes_bodies += usize::from(outcome.bodies_wrong());
             self.yes_sigma += usize::from(outcome.is_oversure());
         }
@@ -95,8 +98,9 @@ pub fn line(situation: &Situation, outcome: &Outcome) -> String {
         let (joint, of_joint) = &j.worst_joint;
         let (parameter, sigma) = &j.worst_sigma;
         format!(
-            "torque {:.2} % ({joint} {:.1} %), bodies {:.2} %, {parameter} {sigma:.1} sigma{}",
+            "torque {:.2} % ({:.2} % as logged; {joint} {:.1} %), bodies {:.2} %, {parameter} {sigma:.1} sigma{}",
             100.0 * j.torque,
+            100.0 * j.as_logged,
             100.0 * of_joint,
             100.0 * j.rigid,
             if j.unsaid > 0 { " (rotors left out)" } else { "" }
@@ -111,22 +115,23 @@ impl fmt::Display for Tally {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         writeln!(
             f,
-            "| situations | n | yes, care, no, error | yes: torque > 5 % | bodies > 5 % | > 5 sigma | good | no | with care |"
+            "| situations | n | yes, care, no, error | yes: torque > 5 % | as logged > 5 % | bodies > 5 % | > 5 sigma | good | no | with care |"
         )?;
-        writeln!(f, "|---|---|---|---|---|---|---|---|---|")?;
+        writeln!(f, "|---|---|---|---|---|---|---|---|---|---|")?;
         let share = |k: usize, of: usize| {
             if of == 0 { "-".into() } else { format!("{k} ({:.0} %)", 100.0 * k as f64 / of as f64) }
         };
         for ((_, name), c) in &self.groups {
             writeln!(
                 f,
-                "| {name} | {} | {} {} {} {} | {} | {} | {} | {} | {} | {} |",
+                "| {name} | {} | {} {} {} {} | {} | {} | {} | {} | {} | {} | {} |",
                 c.situations,
                 c.yes,
                 c.with_care,
                 c.no,
                 c.errors,
                 share(c.yes_torque, c.yes),
+                share(c.yes_as_logged, c.yes),
                 share(c.yes_bodies, c.yes),
                 share(c.yes_sigma, c.yes),
                 c.good,

@@ -17,7 +17,9 @@ use crate::estimate::ledger::topics::{
     BODIES, COMMON_SCALE, GRAVITY_TORQUE, LOG, OTHER_MOTION, TORQUE_AT_LIMITS, TORQUE_SEEN,
 };
 use crate::estimate::ledger::torque_error::{TorqueError, Use};
-use crate::estimate::ledger::{FreeFit, claims_of_faults, claims_of_fit, claims_of_log, not_noise};
+use crate::estimate::ledger::{
+    FreeFit, SMALLEST_COMMON_FACTOR, claims_of_faults, claims_of_fit, claims_of_log, not_noise,
+};
 use crate::estimate::passport::Passport;
 
 pub use claims::Trust;
@@ -121,8 +123,8 @@ impl Verdict {
             .filter(|claim| trust != Trust::No || claim.standing() == Standing::Refused)
             .collect();
         let next = lowered.first().map_or_else(|| use_it(evidence), |claim| what_mends(claim));
-        let reasons = match trust {
-            Trust::Yes => favours(evidence),
+        let reasons: Vec<String> = match trust {
+            Trust::Yes => favours(evidence).into_iter().chain(units_of_logs(&claims)).collect(),
             _ => lowered.iter().map(|claim| sentence(claim)).collect(),
         };
         // What the fit left says nothing of other logs.
@@ -293,6 +295,19 @@ fn favours(evidence: &Evidence) -> Vec<String> {
         reasons.push(format!("condition number {condition:.0}"));
     }
     reasons
+}
+
+/// In which units the answer is, where a factor of all torques that counts would not have shown.
+fn units_of_logs(claims: &[Claim]) -> Option<String> {
+    let claim = claims.iter().find(|claim| claim.subject().topic == COMMON_SCALE)?;
+    let hidden = match claim.outcome() {
+        Outcome::Agrees { smallest } if smallest.value > SMALLEST_COMMON_FACTOR => {
+            format!("below {} ", claims::significant(smallest.value, 3))
+        }
+        Outcome::CannotTell { .. } | Outcome::NotLookedAt { .. } => String::new(),
+        _ => return None,
+    };
+    Some(format!("in the units of the torques as logged: a factor {hidden}that all of them share would not have shown"))
 }
 
 fn found(evidence: &Evidence) -> String {

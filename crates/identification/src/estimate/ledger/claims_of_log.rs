@@ -100,7 +100,7 @@ fn common_scale(passport: &Passport) -> Vec<Claim> {
 }
 
 /// Common factors below this are errors of nominal masses.
-const SMALLEST_COMMON_FACTOR: f64 = 1.05;
+pub(crate) const SMALLEST_COMMON_FACTOR: f64 = 1.05;
 /// How often joints whose slopes scatter about 1 have a mean this far from it.
 const COMMON_FACTOR_CHANCE: f64 = 0.01;
 

@@ -25,6 +25,7 @@ mod widening;
 pub(crate) use claims_of_faults::claims_of_faults;
 pub use claims_of_fit::Prediction;
 pub(crate) use claims_of_fit::{LACKING_MODEL_CHI_SQUARE, NOISE_CHI_SQUARE, claims_of_fit, not_noise};
+pub(crate) use claims_of_log::SMALLEST_COMMON_FACTOR;
 pub use claims_of_log::{FreeFit, claims_of_log};
 pub use unknowns::widen_by_unknowns;
 pub use widening::{widen_by_faults, widen_by_rotors};

@@ -5,6 +5,8 @@
 //! ```text
 //! e_j^2 = mean y_j C y_j'       t_j^2 = mean (y_j x)^2       e = sqrt(sum e_j^2 / sum t_j^2)
 //! ```
+//! N m and N are not added: of a robot that turns and slides, e is the larger of both.
+//!
 //! Gravity compensation asks for gravity alone, at rest; friction is left out of it. Its error is compared with the
 //! larger of that torque and `MOVING_SHARE` of the torque of motion, since a vertical axis has none to be compared with.
 //!
@@ -69,7 +71,7 @@ pub struct TorqueError {
     pub of: Use,
     /// One per coordinate.
     pub joints: Vec<JointTorqueError>,
-    /// Over all joints, relative.
+    /// Over all joints, relative; the larger one of those that turn and those that slide.
     pub relative: f64,
 }
 
@@ -144,8 +146,13 @@ fn error(model: &Model, of: Use, sums: &[(f64, f64)]) -> TorqueError {
         error: error.max(0.0).sqrt(),
         torque: torque.sqrt(),
     };
-    let (error, torque) = sums.iter().fold((0.0, 0.0), |sum, one| (sum.0 + one.0, sum.1 + one.1));
-    TorqueError { of, joints: named.map(joint).collect(), relative: (error / torque).max(0.0).sqrt() }
+    let over = |slides: bool| {
+        let alike = (0..sums.len()).filter(|k| model.regressor.is_prismatic(*k) == slides);
+        let (error, torque) = alike.fold((0.0, 0.0), |sum, k| (sum.0 + sums[k].0, sum.1 + sums[k].1));
+        // Joints that have no torque have none to be wrong by.
+        if error > 0.0 { (error / torque).sqrt() } else { 0.0 }
+    };
+    TorqueError { of, joints: named.map(joint).collect(), relative: over(false).max(over(true)) }
 }
 
 fn random_states(model: &Model, range: &MotionRange, count: usize, moves: bool) -> States {
@@ -178,6 +185,9 @@ mod tests {
     use super::*;
     use crate::test_arm::Pendulum;
     use linear_model::friction::terms::FrictionTerm;
+    use linear_model::parameter::BaseParameter;
+    use linear_model::regressor::Regressor;
+    use std::sync::OnceLock;
 
     fn range(speed: f64) -> MotionRange {
         MotionRange { position: vec![(-3.0, 3.0)], speed: vec![speed], acceleration: vec![5.0 * speed] }
@@ -216,5 +226,44 @@ mod tests {
         // The faster, the more inertia counts.
         let found = torque_errors(&model, &x, &only, &range(1.0), &range(3.0));
         assert!(found[2].joints[0].error > 2.0 * found[1].joints[0].error, "{found:?}");
+    }
+
+    /// A joint that turns and a light one, and a heavy one that slides: tau_k = x_k ddq_k.
+    struct TurnsAndSlides;
+
+    impl Regressor for TurnsAndSlides {
+        fn coordinates(&self) -> &[String] {
+            static NAMES: OnceLock<Vec<String>> = OnceLock::new();
+            NAMES.get_or_init(|| ["turns", "wrist", "slides"].map(String::from).to_vec())
+        }
+
+        fn parameters(&self) -> &[BaseParameter] {
+            static PARAMETERS: OnceLock<Vec<BaseParameter>> = OnceLock::new();
+            PARAMETERS.get_or_init(|| Pendulum::new().parameters().to_vec())
+        }
+
+        fn is_prismatic(&self, k: usize) -> bool {
+            k == 2
+        }
+
+        fn fill(&self, _: &[f64], _: &[f64], ddq: &[f64], y: &mut [f64]) {
+            y.fill(0.0);
+            (0..3).for_each(|k| y[4 * k] = ddq[k]);
+        }
+    }
+
+    /// A tenth of what turns is unsure. The force of a hundred times its size hides it no more; the torque of one hundredth
+    /// beside it, all of which is unsure, is hidden as before.
+    #[test]
+    fn torques_and_forces_are_not_added() {
+        let (model, x) = (Model::new(&TurnsAndSlides, &[], &[]), [1.0, 0.01, 100.0]);
+        let sigma = [0.1, 0.01, 0.1];
+        let covariance: Vec<Vec<f64>> =
+            (0..3).map(|i| (0..3).map(|j| if i == j { sigma[i] * sigma[i] } else { 0.0 }).collect()).collect();
+        let range = MotionRange { position: vec![(-1.0, 1.0); 3], speed: vec![1.0; 3], acceleration: vec![2.0; 3] };
+        let found = &torque_errors(&model, &x, &covariance, &range, &range)[1];
+        let exact = ((0.01f64 + 1e-4) / (1.0 + 1e-4)).sqrt();
+        // The joints have random accelerations of their own: a twentieth with 200 states.
+        assert!((found.relative / exact - 1.0).abs() < 0.05, "{found:?} {exact}");
     }
 }
