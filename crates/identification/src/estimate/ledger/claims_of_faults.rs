@@ -5,7 +5,7 @@ use claims::{Claim, Figure, Outcome, Remedy, Subject, Topic, Trial};
 use crate::estimate::digits::significant;
 use crate::estimate::identified::Identified;
 use crate::estimate::ledger::hypotheses::{Hypothesis, Tested};
-use crate::estimate::ledger::topics::{DRIFT, MOUNT, RESIDUAL, ROTOR, SCALE, SPRING, ZERO};
+use crate::estimate::ledger::topics::{DELAY, DRIFT, FRICTION, MOUNT, RESIDUAL, ROTOR, SCALE, SPRING, ZERO};
 use crate::estimate::ledger::topics::{at, cannot_tell};
 use crate::estimate::residuals::JointResidual;
 use linear_model::unit::Unit;
@@ -19,6 +19,7 @@ pub(crate) fn claims_of_faults(tested: &[Tested], joints: &[JointResidual], para
     let found = tested.iter().filter_map(|t| Some((t.gain()?, t)));
     let strongest = found.min_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, t)| t);
     let mut claims: Vec<Claim> = strongest.map(|t| contradicted(t, joints)).into_iter().collect();
+    // Late torques and friction under load have claims of their own.
     let kinds: [fn(&Hypothesis) -> bool; 6] = [
         |h| matches!(h, Hypothesis::Mount(_)),
         |h| matches!(h, Hypothesis::Zero(_)),
@@ -64,6 +65,8 @@ fn topic(of: &Hypothesis) -> Topic {
         Hypothesis::Mount(_) => MOUNT,
         Hypothesis::Rotor(_) => ROTOR,
         Hypothesis::Drift(_) => DRIFT,
+        Hypothesis::Late(_) => DELAY,
+        Hypothesis::LoadFriction(_) => FRICTION,
     }
 }
 
@@ -71,25 +74,30 @@ fn is_useful(tested: &Tested) -> bool {
     match tested.of {
         Hypothesis::Zero(_) | Hypothesis::Mount(_) => tested.power < USELESS_ANGLE_RAD,
         Hypothesis::Scale(_) | Hypothesis::Drift(_) => tested.power < USELESS_SCALE,
-        Hypothesis::Spring(_) | Hypothesis::Rotor(_) => tested.power.is_finite(),
+        Hypothesis::Spring(_) | Hypothesis::Rotor(_) | Hypothesis::Late(_) | Hypothesis::LoadFriction(_) => {
+            tested.power.is_finite()
+        }
     }
 }
 
 fn subject(of: &Hypothesis, joints: &[JointResidual]) -> Subject {
     match *of {
         Hypothesis::Mount(axis) => Subject::of(MOUNT, [if axis == 0 { "x" } else { "y" }]),
+        Hypothesis::Late(k) => at(DELAY, k.map(|k| &joints[k].coordinate)),
         Hypothesis::Zero(k)
         | Hypothesis::Scale(k)
         | Hypothesis::Spring(k)
         | Hypothesis::Rotor(k)
-        | Hypothesis::Drift(k) => at(topic(of), [&joints[k].coordinate]),
+        | Hypothesis::Drift(k)
+        | Hypothesis::LoadFriction(k) => at(topic(of), [&joints[k].coordinate]),
     }
 }
 
 fn figure(of: &Hypothesis, x: f64, joints: &[JointResidual]) -> Figure {
     match *of {
         Hypothesis::Zero(_) | Hypothesis::Mount(_) => Figure::new(x.to_degrees(), "deg"),
-        Hypothesis::Scale(_) | Hypothesis::Drift(_) => Figure::new(100.0 * x, "%"),
+        Hypothesis::Scale(_) | Hypothesis::Drift(_) | Hypothesis::LoadFriction(_) => Figure::new(100.0 * x, "%"),
+        Hypothesis::Late(_) => Figure::new(1e3 * x, "ms"),
         Hypothesis::Rotor(k) => Figure::new(x, if joints[k].unit == Unit::TORQUE { "kg m^2" } else { "kg" }),
         Hypothesis::Spring(k) => Figure::new(x, if joints[k].unit == Unit::TORQUE { "N m/rad" } else { "N/m" }),
     }
@@ -129,6 +137,9 @@ pub(super) fn statement(tested: &Tested, joints: &[JointResidual]) -> String {
         Hypothesis::Mount(axis) => format!("gravity is tilted by {off} about {} of the base", ["x", "y"][axis]),
         Hypothesis::Rotor(k) => format!("a rotor of {off} that the model lacks stands behind {}", at(k)),
         Hypothesis::Drift(k) => format!("the torque of {} grows by {off} from the first sample to the last", at(k)),
+        Hypothesis::Late(Some(k)) => format!("the torque of {} is late by {off}", at(k)),
+        Hypothesis::Late(None) => format!("the torques are late by {off}"),
+        Hypothesis::LoadFriction(k) => format!("friction of {} grows by {off} of its load", at(k)),
     }
 }
 
@@ -144,6 +155,8 @@ fn contradicted(tested: &Tested, joints: &[JointResidual]) -> Claim {
             format!("in the file of [options]: transmission: {{springs: [..]}}, {} for {}", significant(*value), at(k))
         }
         Hypothesis::Rotor(_) => "take rotor inertias among the parameters: [rotor_inertia=actuated]".into(),
+        Hypothesis::Late(_) => "[delay=auto] takes it out".into(),
+        Hypothesis::LoadFriction(_) => "[friction=auto] takes it among the parameters".into(),
         Hypothesis::Drift(k) => format!("log {} again when its drive is warm and its gain is known", at(k)),
         Hypothesis::Mount(_) => {
             "[unknowns=mount] finds how the base is mounted, and prints the line that says it".into()

@@ -34,7 +34,7 @@ const LARGE_RESIDUAL: f64 = 0.25;
 
 /// Error on data that were not fitted over that of the fit above which the fit holds for its own log only.
 const OVERFITTED_ERROR_RATIO: f64 = 2.0;
-/// Held-out errors below this are small enough whatever that ratio.
+/// Errors on data that were not fitted below this are small enough, even where the description predicts better.
 const SMALL_HELD_OUT_ERROR: f64 = 0.02;
 
 /// Scaled condition number above which errors of the model decide the weakest direction. Estimates of the bench
@@ -221,7 +221,7 @@ pub(crate) fn not_noise(estimate: &Estimate) -> Option<String> {
 fn overfitted(estimate: &Estimate, prediction: &Prediction) -> Option<String> {
     let error = prediction.others.or(prediction.held_out)?;
     let total = estimate.total?;
-    (error > SMALL_HELD_OUT_ERROR && error > OVERFITTED_ERROR_RATIO * total).then(|| {
+    (error > GOOD_PREDICTION_ERROR && error > OVERFITTED_ERROR_RATIO * total).then(|| {
         format!(
             "data that were not fitted are predicted with {}, those that were with {}: the log is too short or too poor \
              for so many parameters",

@@ -9,6 +9,8 @@
 //!                        rotor of k    h_k = ddq_k
 //!                        drift of k    h_k = s tau_k, s from -1/2 at the first sample of a record to 1/2 at its last
 //!                        mount         h   = the torques per angle of a tilted gravity
+//!                        late          h_k = -d tau_k/dt, of one joint or of all
+//!                        load of k     h_k = sign(dq_k) |Y_k x|
 //! ```
 //! W is taken out of h and of tau by one triangle: what is left of both tells u, its deviation, and how large u must be to
 //! be found. A fault is found where u is above `FOUND_FAULT_SIGMAS` deviations and parts of the record that were left out are
@@ -16,16 +18,17 @@
 //! The deviation is the scatter of u while tenths of the record are left out (jackknife), at least that of white noise.
 //!
 //! A fault that is told by its deviations, and explains too little to be named, moves the parameters all the same. By how
-//! much is part of their deviation (`widening`).
+//! much is part of their deviation (`widening`). Late torques and friction that grows with the load are looked for elsewhere
+//! (the passport, `friction: auto`), and what was not taken there is never more here than part of the deviations.
 //!
 //! A rotor whose column the others contain is told by nothing: the parameters that contain it are named ([`Tested::within`]).
 //! Not told: a common scale of all torques, and the zero of a joint whose bodies may lie as they like.
 
 use linear_model::linear_model::Model;
-use linear_model::states::States;
 use logs::Error;
 use numerics::triangle::{Triangle, TriangleBuilder, select};
 
+use crate::estimate::ledger::hypothesis_columns::{all, columns};
 use crate::signals::records::Records;
 use crate::signals::thinned::MOST_THINNED_SAMPLES;
 
@@ -44,19 +47,30 @@ pub enum Hypothesis {
     Rotor(usize),
     /// The torque of a coordinate grows by this share of itself between the first and the last sample.
     Drift(usize),
+    /// The torque of a coordinate, or of all, is logged late, s.
+    Late(Option<usize>),
+    /// Coulomb friction of a coordinate grows with its load, N m per N m.
+    LoadFriction(usize),
 }
 
 impl Hypothesis {
-    /// The coordinate; `None` for the mount.
+    /// The coordinate; `None` for the mount and for torques that are all late.
     pub fn joint(&self) -> Option<usize> {
         match *self {
             Hypothesis::Mount(_) => None,
+            Hypothesis::Late(k) => k,
             Hypothesis::Zero(k)
             | Hypothesis::Scale(k)
             | Hypothesis::Spring(k)
             | Hypothesis::Rotor(k)
-            | Hypothesis::Drift(k) => Some(k),
+            | Hypothesis::Drift(k)
+            | Hypothesis::LoadFriction(k) => Some(k),
         }
+    }
+
+    /// Whether a claim may name it.
+    fn is_claimed(&self) -> bool {
+        !matches!(self, Hypothesis::Late(_) | Hypothesis::LoadFriction(_))
     }
 }
 
@@ -87,7 +101,7 @@ impl Tested {
             let explained = (without * without - with * with).max(0.0).sqrt();
             with < WORTHWHILE_ERROR_RATIO * without && explained > least_share(&self.of)
         };
-        self.is_told() && is_large && self.held_out.is_some_and(is_worth_naming)
+        self.of.is_claimed() && self.is_told() && is_large && self.held_out.is_some_and(is_worth_naming)
     }
 
     /// Error on parts left out with the fault over that without it; `None` where it is not found.
@@ -112,7 +126,7 @@ impl Tested {
         match self.of {
             Hypothesis::Zero(_) | Hypothesis::Mount(_) => LEAST_ANGLE_RAD,
             Hypothesis::Scale(_) | Hypothesis::Drift(_) => LEAST_SCALE,
-            Hypothesis::Spring(_) | Hypothesis::Rotor(_) => 0.0,
+            Hypothesis::Spring(_) | Hypothesis::Rotor(_) | Hypothesis::Late(_) | Hypothesis::LoadFriction(_) => 0.0,
         }
     }
 }
@@ -148,8 +162,6 @@ const HELD_COLUMN_SHARE: f64 = 1e-4;
 pub(super) const EXPLAINED_COLUMN_SHARE: f64 = 1e-3;
 /// A parameter explains such a column where its own column is this share of it at least.
 const WITHIN_COLUMN_SHARE: f64 = 0.01;
-/// Step of the derivative by a position, rad (m).
-const POSITION_STEP: f64 = 1e-4;
 /// Robots of more coordinates take too long.
 pub(super) const MOST_COORDINATES: usize = 12;
 
@@ -212,58 +224,6 @@ pub(super) fn triangles<R: Records + ?Sized>(
         });
     }
     Ok(parts.into_iter().map(TriangleBuilder::finish).collect())
-}
-
-pub(super) fn all(model: &Model, open: Open) -> Vec<Hypothesis> {
-    let n = model.n();
-    let turning = (0..n).filter(|&k| !model.regressor.is_prismatic(k)).map(Hypothesis::Zero);
-    let scales = (0..n).filter(|_| n > 1).map(Hypothesis::Scale);
-    let springs = (0..n).map(Hypothesis::Spring);
-    let mounts = (0..open.tilts.len()).map(Hypothesis::Mount);
-    let rotors = open.rotors.iter().copied().map(Hypothesis::Rotor);
-    turning.chain(scales).chain(springs).chain(mounts).chain(rotors).chain((0..n).map(Hypothesis::Drift)).collect()
-}
-
-/// The columns of the hypotheses, sample by sample, n each.
-fn columns(model: &Model, states: &States, x: &[f64], all: &[Hypothesis], tilts: &[Tilt]) -> Vec<Vec<f64>> {
-    let (n, base) = (model.n(), model.regressor.parameters().len());
-    // Y(q) x at sample r, with another q than the sample's where a zero is moved.
-    let torques = |q: &[f64], r: usize, y: &mut [f64]| -> Vec<f64> {
-        let at = r * n..(r + 1) * n;
-        model.regressor.fill(q, &states.dq[at.clone()], &states.ddq[at], y);
-        y.chunks_exact(base).map(|row| row.iter().zip(x).map(|(y, x)| y * x).sum()).collect()
-    };
-    let mut columns = vec![Vec::with_capacity(states.len() * n); all.len()];
-    let mut y = vec![0.0; n * base];
-    let first = states.t.first().copied().unwrap_or(0.0);
-    let seconds = states.t.last().map_or(0.0, |last| last - first).max(f64::MIN_POSITIVE);
-    for r in 0..states.len() {
-        let along = (states.t[r] - first) / seconds - 0.5;
-        let mut q = states.q[r * n..(r + 1) * n].to_vec();
-        let here = torques(&q, r, &mut y);
-        for (column, hypothesis) in columns.iter_mut().zip(all) {
-            let only = |k: usize, x: f64| (0..n).map(move |j| if j == k { x } else { 0.0 });
-            match *hypothesis {
-                Hypothesis::Zero(k) => {
-                    // h_j = d(Y_j x)/dq_k, by a central difference.
-                    let position = q[k];
-                    let mut moved = |by: f64| {
-                        q[k] = position + by;
-                        torques(&q, r, &mut y)
-                    };
-                    let (behind, before) = (moved(POSITION_STEP), moved(-POSITION_STEP));
-                    q[k] = position;
-                    column.extend(behind.iter().zip(before).map(|(a, b)| (a - b) / (2.0 * POSITION_STEP)));
-                }
-                Hypothesis::Scale(k) => column.extend(only(k, here[k])),
-                Hypothesis::Spring(k) => column.extend(only(k, q[k])),
-                Hypothesis::Mount(axis) => column.extend(tilts[axis](&q)),
-                Hypothesis::Rotor(k) => column.extend(only(k, states.ddq[r * n + k])),
-                Hypothesis::Drift(k) => column.extend(only(k, along * states.tau[r * n + k])),
-            }
-        }
-    }
-    columns
 }
 
 /// The hypotheses by the triangles of parts of the record.

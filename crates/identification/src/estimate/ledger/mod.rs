@@ -5,7 +5,7 @@
 //! | `claims_of_log` | what the passport found, and what it would have found |
 //! | `claims_of_columns` | whether velocities and accelerations are the slopes they should be |
 //! | `claims_of_fit` | what the fit leaves open, and what it predicts |
-//! | `claims_of_faults` | what unknowns more explain ([`hypotheses`]) |
+//! | `claims_of_faults` | what unknowns more explain ([`hypotheses`], by their `hypothesis_columns`) |
 //! | `widening` | by how much those that explain too little to be named widen deviations |
 //! | `unknowns` | the same unknowns all at once, where they are asked for |
 //! | `torque_error` | how wrong torques may be, by the covariance |
@@ -16,6 +16,7 @@ mod claims_of_faults;
 mod claims_of_fit;
 mod claims_of_log;
 pub mod hypotheses;
+mod hypothesis_columns;
 pub mod purposes;
 pub mod topics;
 pub mod torque_error;

@@ -21,8 +21,9 @@ use numerics::triangle::{Triangle, TriangleBuilder};
 
 use crate::estimate::artefact::Estimate;
 use crate::estimate::ledger::hypotheses::{
-    EXPLAINED_COLUMN_SHARE, Hypothesis, MOST_COORDINATES, Open, all, coefficients, held, jackknife, merged, triangles,
+    EXPLAINED_COLUMN_SHARE, Hypothesis, MOST_COORDINATES, Open, coefficients, held, jackknife, merged, triangles,
 };
+use crate::estimate::ledger::hypothesis_columns::all;
 use crate::signals::records::Records;
 
 /// How far zeros are from the description before a log is looked at, rad (11 degrees). It changes nothing that a log tells:
