@@ -67,7 +67,7 @@ impl Guess {
                     let axis = if axis == 0 { Vector3::x_axis() } else { Vector3::y_axis() };
                     self.base *= Rotation3::from_axis_angle(&axis, -angle);
                 }
-                Hypothesis::Rotor(_) | Hypothesis::Drift(_) | Hypothesis::Late(_) | Hypothesis::LoadFriction(_) => {}
+                _ => {}
             }
         }
     }
@@ -189,7 +189,7 @@ fn kind(of: &Hypothesis) -> Option<Unknown> {
         Hypothesis::Scale(_) => Some(Unknown::Scales),
         Hypothesis::Spring(_) => Some(Unknown::Springs),
         Hypothesis::Mount(_) => Some(Unknown::Mount),
-        Hypothesis::Rotor(_) | Hypothesis::Drift(_) | Hypothesis::Late(_) | Hypothesis::LoadFriction(_) => None,
+        _ => None,
     }
 }
 
@@ -229,9 +229,7 @@ fn shown(model: &Model, guess: &Guess, step: &Step) -> String {
             let angle = guess.rpy()[axis].to_degrees();
             (["roll", "pitch"][axis].to_string(), angle, 1f64.to_degrees(), "deg")
         }
-        Hypothesis::Rotor(_) | Hypothesis::Drift(_) | Hypothesis::Late(_) | Hypothesis::LoadFriction(_) => {
-            (String::new(), 0.0, 1.0, "")
-        }
+        _ => (String::new(), 0.0, 1.0, ""),
     };
     match step.told {
         Some(_) if step.is_prior => {

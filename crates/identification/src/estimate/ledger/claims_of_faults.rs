@@ -19,7 +19,7 @@ pub(crate) fn claims_of_faults(tested: &[Tested], joints: &[JointResidual], para
     let found = tested.iter().filter_map(|t| Some((t.gain()?, t)));
     let strongest = found.min_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, t)| t);
     let mut claims: Vec<Claim> = strongest.map(|t| contradicted(t, joints)).into_iter().collect();
-    // Late torques and friction under load have claims of their own.
+    // What else is tested is part of the deviations alone.
     let kinds: [fn(&Hypothesis) -> bool; 6] = [
         |h| matches!(h, Hypothesis::Mount(_)),
         |h| matches!(h, Hypothesis::Zero(_)),
@@ -67,6 +67,7 @@ fn topic(of: &Hypothesis) -> Topic {
         Hypothesis::Drift(_) => DRIFT,
         Hypothesis::Late(_) => DELAY,
         Hypothesis::LoadFriction(_) => FRICTION,
+        Hypothesis::CrossTalk(..) => RESIDUAL,
     }
 }
 
@@ -74,9 +75,7 @@ fn is_useful(tested: &Tested) -> bool {
     match tested.of {
         Hypothesis::Zero(_) | Hypothesis::Mount(_) => tested.power < USELESS_ANGLE_RAD,
         Hypothesis::Scale(_) | Hypothesis::Drift(_) => tested.power < USELESS_SCALE,
-        Hypothesis::Spring(_) | Hypothesis::Rotor(_) | Hypothesis::Late(_) | Hypothesis::LoadFriction(_) => {
-            tested.power.is_finite()
-        }
+        _ => tested.power.is_finite(),
     }
 }
 
@@ -89,14 +88,17 @@ fn subject(of: &Hypothesis, joints: &[JointResidual]) -> Subject {
         | Hypothesis::Spring(k)
         | Hypothesis::Rotor(k)
         | Hypothesis::Drift(k)
-        | Hypothesis::LoadFriction(k) => at(topic(of), [&joints[k].coordinate]),
+        | Hypothesis::LoadFriction(k)
+        | Hypothesis::CrossTalk(k, _) => at(topic(of), [&joints[k].coordinate]),
     }
 }
 
 fn figure(of: &Hypothesis, x: f64, joints: &[JointResidual]) -> Figure {
     match *of {
         Hypothesis::Zero(_) | Hypothesis::Mount(_) => Figure::new(x.to_degrees(), "deg"),
-        Hypothesis::Scale(_) | Hypothesis::Drift(_) | Hypothesis::LoadFriction(_) => Figure::new(100.0 * x, "%"),
+        Hypothesis::Scale(_) | Hypothesis::Drift(_) | Hypothesis::LoadFriction(_) | Hypothesis::CrossTalk(..) => {
+            Figure::new(100.0 * x, "%")
+        }
         Hypothesis::Late(_) => Figure::new(1e3 * x, "ms"),
         Hypothesis::Rotor(k) => Figure::new(x, if joints[k].unit == Unit::TORQUE { "kg m^2" } else { "kg" }),
         Hypothesis::Spring(k) => Figure::new(x, if joints[k].unit == Unit::TORQUE { "N m/rad" } else { "N/m" }),
@@ -139,6 +141,7 @@ pub(super) fn statement(tested: &Tested, joints: &[JointResidual]) -> String {
         Hypothesis::Drift(k) => format!("the torque of {} grows by {off} from the first sample to the last", at(k)),
         Hypothesis::Late(Some(k)) => format!("the torque of {} is late by {off}", at(k)),
         Hypothesis::Late(None) => format!("the torques are late by {off}"),
+        Hypothesis::CrossTalk(k, i) => format!("the torque of {} holds {off} of that of {}", at(k), at(i)),
         Hypothesis::LoadFriction(k) => format!("friction of {} grows by {off} of its load", at(k)),
     }
 }
@@ -156,6 +159,7 @@ fn contradicted(tested: &Tested, joints: &[JointResidual]) -> Claim {
         }
         Hypothesis::Rotor(_) => "take rotor inertias among the parameters: [rotor_inertia=actuated]".into(),
         Hypothesis::Late(_) => "[delay=auto] takes it out".into(),
+        Hypothesis::CrossTalk(k, _) => format!("look at the torque sensor of {}", at(k)),
         Hypothesis::LoadFriction(_) => "[friction=auto] takes it among the parameters".into(),
         Hypothesis::Drift(k) => format!("log {} again when its drive is warm and its gain is known", at(k)),
         Hypothesis::Mount(_) => {

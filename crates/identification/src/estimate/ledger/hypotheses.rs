@@ -11,6 +11,7 @@
 //!                        mount         h   = the torques per angle of a tilted gravity
 //!                        late          h_k = -d tau_k/dt, of one joint or of all
 //!                        load of k     h_k = sign(dq_k) |Y_k x|
+//!                        talk of i     h_k = tau_i, the torque of another joint
 //! ```
 //! W is taken out of h and of tau by one triangle: what is left of both tells u, its deviation, and how large u must be to
 //! be found. A fault is found where u is above `FOUND_FAULT_SIGMAS` deviations and parts of the record that were left out are
@@ -19,7 +20,8 @@
 //!
 //! A fault that is told by its deviations, and explains too little to be named, moves the parameters all the same. By how
 //! much is part of their deviation (`widening`). Late torques and friction that grows with the load are looked for elsewhere
-//! (the passport, `friction: auto`), and what was not taken there is never more here than part of the deviations.
+//! (the passport, `friction: auto`); cross talk has many columns, one of which explains a little of anything. These three are
+//! part of the deviations and never more.
 //!
 //! A rotor whose column the others contain is told by nothing: the parameters that contain it are named ([`Tested::within`]).
 //! Not told: a common scale of all torques, and the zero of a joint whose bodies may lie as they like.
@@ -51,6 +53,8 @@ pub enum Hypothesis {
     Late(Option<usize>),
     /// Coulomb friction of a coordinate grows with its load, N m per N m.
     LoadFriction(usize),
+    /// The torque of the first coordinate holds a share of that of the second.
+    CrossTalk(usize, usize),
 }
 
 impl Hypothesis {
@@ -64,13 +68,14 @@ impl Hypothesis {
             | Hypothesis::Spring(k)
             | Hypothesis::Rotor(k)
             | Hypothesis::Drift(k)
-            | Hypothesis::LoadFriction(k) => Some(k),
+            | Hypothesis::LoadFriction(k)
+            | Hypothesis::CrossTalk(k, _) => Some(k),
         }
     }
 
     /// Whether a claim may name it.
     fn is_claimed(&self) -> bool {
-        !matches!(self, Hypothesis::Late(_) | Hypothesis::LoadFriction(_))
+        !matches!(self, Hypothesis::Late(_) | Hypothesis::LoadFriction(_) | Hypothesis::CrossTalk(..))
     }
 }
 
@@ -126,7 +131,7 @@ impl Tested {
         match self.of {
             Hypothesis::Zero(_) | Hypothesis::Mount(_) => LEAST_ANGLE_RAD,
             Hypothesis::Scale(_) | Hypothesis::Drift(_) => LEAST_SCALE,
-            Hypothesis::Spring(_) | Hypothesis::Rotor(_) | Hypothesis::Late(_) | Hypothesis::LoadFriction(_) => 0.0,
+            _ => 0.0,
         }
     }
 }

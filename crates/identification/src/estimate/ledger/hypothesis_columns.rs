@@ -18,7 +18,8 @@ pub(super) fn all(model: &Model, open: Open) -> Vec<Hypothesis> {
     let rotors = open.rotors.iter().copied().map(Hypothesis::Rotor);
     let late = (0..n).map(Some).chain([None]).map(Hypothesis::Late);
     let faults = turning.chain(scales).chain(springs).chain(mounts).chain(rotors).chain((0..n).map(Hypothesis::Drift));
-    faults.chain(late).chain((0..n).map(Hypothesis::LoadFriction)).collect()
+    let talk = (0..n).flat_map(|k| (0..n).filter(move |&i| i != k).map(move |i| Hypothesis::CrossTalk(k, i)));
+    faults.chain(late).chain((0..n).map(Hypothesis::LoadFriction)).chain(talk).collect()
 }
 
 /// The columns of the hypotheses, sample by sample, n each.
@@ -60,6 +61,7 @@ pub(super) fn columns(model: &Model, states: &States, x: &[f64], all: &[Hypothes
                 Hypothesis::Late(late) => column
                     .extend((0..n).map(|j| if late.is_none_or(|k| k == j) { -torque_rate(states, r, j) } else { 0.0 })),
                 Hypothesis::LoadFriction(k) => column.extend(only(k, states.direction[r * n + k] * here[k].abs())),
+                Hypothesis::CrossTalk(k, i) => column.extend(only(k, states.tau[r * n + i])),
             }
         }
     }
