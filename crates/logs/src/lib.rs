@@ -20,6 +20,7 @@ mod part;
 mod read;
 mod stream;
 mod table;
+mod timeline;
 
 pub use cleaning::account::{GAP_PERIODS, LogReport};
 pub use cleaning::raw_words::RawWord;

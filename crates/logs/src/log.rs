@@ -20,6 +20,7 @@ use crate::columns::names::ColumnNames;
 use crate::columns::source::Source;
 use crate::columns::words::Quantity;
 use crate::table::Table;
+use crate::timeline::Timeline;
 
 /// What the effort columns of a log hold.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
@@ -71,7 +72,7 @@ impl Log {
     /// Fails when a used column holds text, when fewer than `MIN_ROWS` rows are usable, or when
     /// the clock is no clock.
     pub fn from_table(table: &Table, columns: &Columns) -> Result<Log, Error> {
-        let mut log = Log::usable(table, columns, 0..table.rows(), f64::NEG_INFINITY)?;
+        let mut log = Log::usable(table, columns, 0..table.rows(), &mut Timeline::default())?;
         log.describe();
         let empty = |s: &&Source| table.rows() > 0 && table.columns[s.column].iter().all(|x| !x.is_finite());
         if let Some(s) = columns.sources().find(empty) {
@@ -82,12 +83,17 @@ impl Log {
         Ok(log)
     }
 
-    /// The usable rows within `range` of a table, those later than `after` on its clock, not yet described.
+    /// The usable rows within `range` of a table, those behind which the clock goes on, not yet described.
     ///
     /// Fails when a used column holds text.
-    pub(crate) fn usable(table: &Table, columns: &Columns, range: Range<usize>, after: f64) -> Result<Log, Error> {
+    pub(crate) fn usable(
+        table: &Table,
+        columns: &Columns,
+        range: Range<usize>,
+        clock: &mut Timeline,
+    ) -> Result<Log, Error> {
         let mut log = Log::without_samples(table, columns);
-        log.append_usable(table, columns, range, after)?;
+        log.append_usable(table, columns, range, clock)?;
         Ok(log)
     }
 
@@ -115,13 +121,14 @@ impl Log {
         table: &Table,
         columns: &Columns,
         range: Range<usize>,
-        after: f64,
+        clock: &mut Timeline,
     ) -> Result<(), Error> {
         check_texts(table, columns)?;
         // Only a table without lines is taken part by part, and none of its rows is ragged.
         let ragged = if range.start == 0 { table.ragged } else { 0 };
-        let (rows, report) = usable_rows(table, columns, range.clone(), after);
-        for (x, s) in self.series_mut().zip(columns.sources()) {
+        let Usable { rows, times, report } = usable_rows(table, columns, range.clone(), clock);
+        self.t.extend(times);
+        for (x, s) in self.series_mut().zip(columns.sources()).skip(1) {
             let column = &table.columns[s.column];
             match rows.len() == range.len() {
                 true => x.extend(column[range.clone()].iter().map(|x| s.si(*x))),
@@ -266,7 +273,7 @@ impl Log {
 }
 
 fn check_texts(table: &Table, columns: &Columns) -> Result<(), Error> {
-    for source in columns.sources() {
+    for source in columns.sources().chain(&columns.time_fraction).chain(&columns.episode) {
         if let Some((line, text)) = &table.texts[source.column] {
             let message = format!("column `{}`: `{}` is not a number", source.header, text);
             return Err(Error::at(&table.file, *line, message));
@@ -275,35 +282,32 @@ fn check_texts(table: &Table, columns: &Columns) -> Result<(), Error> {
     Ok(())
 }
 
-/// The rows with finite numbers and a clock that advances beyond `after`; the others are counted.
-fn usable_rows(table: &Table, columns: &Columns, range: Range<usize>, mut after: f64) -> (Vec<usize>, LogReport) {
+/// Rows that are used, with their times.
+struct Usable {
+    rows: Vec<usize>,
+    times: Vec<f64>,
+    report: LogReport,
+}
+
+/// The rows with finite numbers and a clock that advances; the others are counted.
+fn usable_rows(table: &Table, columns: &Columns, range: Range<usize>, clock: &mut Timeline) -> Usable {
     let mut report = LogReport::default();
-    let clock = &table.columns[columns.time.column];
     let mut finite = vec![true; range.len()];
     for source in columns.sources() {
         let column = &table.columns[source.column][range.clone()];
         finite.iter_mut().zip(column).for_each(|(finite, x)| *finite &= x.is_finite());
     }
-    let mut rows: Vec<usize> = Vec::with_capacity(range.len());
-    let mut before = after;
+    let (mut rows, mut times) = (Vec::with_capacity(range.len()), Vec::with_capacity(range.len()));
     for (r, finite) in range.zip(finite) {
-        let now = columns.time.factor * clock[r];
-        report.clock_steps_back += usize::from(finite && now < before);
-        before = if finite { now } else { before };
         if !finite {
             report.not_finite += 1;
             report.first_not_finite.get_or_insert(table.line(r));
-        } else if now > after {
-            after = now;
+        } else if let Some(time) = clock.time(table, columns, r, &mut report) {
             rows.push(r);
-        } else if now == after {
-            report.clock_repeated += 1;
-        } else {
-            report.clock_backwards += 1;
-            report.first_backwards.get_or_insert(table.line(r));
+            times.push(time);
         }
     }
-    (rows, report)
+    Usable { rows, times, report }
 }
 
 /// An interval of a log, ends included.

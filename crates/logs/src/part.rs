@@ -9,6 +9,7 @@ use crate::columns::mapping::Columns;
 use crate::log::Log;
 use crate::packed::PackedLog;
 use crate::table::Table;
+use crate::timeline::Timeline;
 
 /// Rows on their way into a block.
 pub(crate) enum Part<'a> {
@@ -76,7 +77,7 @@ pub(crate) fn read_block(
     ahead: &mut RowsAhead,
     mut next: Table,
     columns: &Columns,
-    mut after: f64,
+    clock: &mut Timeline,
     block: usize,
 ) -> Result<(Log, Range<usize>, Table), Error> {
     let mut rows = next.skipped..next.skipped + next.rows();
@@ -84,16 +85,15 @@ pub(crate) fn read_block(
     if next.rows() == ROWS_PER_READ {
         all.reserve(block);
     }
-    all.append_usable(&next, columns, 0..next.rows(), after)?;
+    all.append_usable(&next, columns, 0..next.rows(), clock)?;
     loop {
-        after = all.t.last().copied().unwrap_or(after);
         let is_full = rows.len() == block;
         next = ahead.next()?;
         if is_full || next.rows() == 0 {
             return Ok((all, rows, next));
         }
         rows.end += next.rows();
-        all.append_usable(&next, columns, 0..next.rows(), after)?;
+        all.append_usable(&next, columns, 0..next.rows(), clock)?;
     }
 }
 

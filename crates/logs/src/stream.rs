@@ -21,6 +21,7 @@ use crate::packed::PackedLog;
 use crate::part::{Account, Part, read_block};
 use crate::read::{self, Opened};
 use crate::table::Table;
+use crate::timeline::Timeline;
 
 /// Rows of a block.
 const ROWS_PER_BLOCK: usize = 1 << 17;
@@ -75,12 +76,12 @@ impl LogSource {
             refuse_changed(path, before.as_ref())?;
             return Ok((LogSource::Held(Log::from_table(&first, &columns)?), columns));
         }
-        let mut account = Account::default();
-        let mut parts = vec![account.add(Log::usable(&first, &columns, 0..first.rows(), f64::NEG_INFINITY)?)];
+        let (mut account, mut clock) = (Account::default(), Timeline::default());
+        let mut parts = vec![account.add(Log::usable(&first, &columns, 0..first.rows(), &mut clock)?)];
         drop(first);
         let (mut is_held, mut bytes) = (true, parts[0].bytes());
         while next.rows() > 0 {
-            let (part, rows, following) = read_block(&mut ahead, next, &columns, account.end, block)?;
+            let (part, rows, following) = read_block(&mut ahead, next, &columns, &mut clock, block)?;
             let part = account.add(part);
             bytes += part.bytes();
             is_held &= rows.end <= held && bytes <= MAX_HELD_BYTES;
@@ -132,10 +133,10 @@ impl LogSource {
         if table.rows() <= block {
             return Ok((LogSource::Held(Log::from_table(&table, &columns)?), columns));
         }
-        let (mut account, mut parts) = (Account::default(), Vec::new());
+        let (mut account, mut clock, mut parts) = (Account::default(), Timeline::default(), Vec::new());
         for first in (0..table.rows()).step_by(block) {
             let range = first..table.rows().min(first + block);
-            let part = Log::usable(&table, &columns, range, account.end)?;
+            let part = Log::usable(&table, &columns, range, &mut clock)?;
             parts.push(account.add(part));
         }
         let stream = LogStream::new(path.into(), columns.clone(), account, Parts::Held(parts), block)?;
@@ -256,15 +257,14 @@ impl LogStream {
             }
             Parts::File(path, state) => {
                 let Opened::Rows { mut reader, .. } = read::open(path)? else { return Err(changed(path)) };
-                let (mut after, mut count) = (f64::NEG_INFINITY, 0);
+                let (mut clock, mut count) = (Timeline::default(), 0);
                 reader.keep(&self.columns.places());
                 let block = blocks * self.block;
                 let mut ahead = RowsAhead::new(reader, block);
                 let mut next = ahead.next()?;
                 while next.rows() > 0 {
-                    let (part, rows, following) = read_block(&mut ahead, next, &self.columns, after, block)?;
+                    let (part, rows, following) = read_block(&mut ahead, next, &self.columns, &mut clock, block)?;
                     (count, next) = (rows.end, following);
-                    after = part.t.last().copied().unwrap_or(after);
                     if !take(Part::Read(Box::new(part)))? {
                         return Ok(());
                     }

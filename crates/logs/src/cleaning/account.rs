@@ -27,6 +27,12 @@ pub struct LogReport {
     pub first_backwards: Option<usize>,
     /// Rows whose clock is behind that of the row before.
     pub clock_steps_back: usize,
+    /// Episodes that begin where a column changes that numbers them.
+    #[serde(skip_serializing_if = "is_zero")]
+    pub episodes_by_column: usize,
+    /// Episodes that begin where the clock begins anew; the first row of each is left out.
+    #[serde(skip_serializing_if = "is_zero")]
+    pub episodes_by_clock: usize,
     /// Rows with more or fewer cells than the header.
     pub ragged: usize,
     /// Kept rows in which every signal but the time is as in the row before.
@@ -106,6 +112,8 @@ impl LogReport {
         self.clock_backwards += other.clock_backwards;
         self.first_backwards = self.first_backwards.or(other.first_backwards);
         self.clock_steps_back += other.clock_steps_back;
+        self.episodes_by_column += other.episodes_by_column;
+        self.episodes_by_clock += other.episodes_by_clock;
         self.ragged += other.ragged;
         self.repeated += other.repeated;
         self.refresh.append(&other.refresh);
@@ -146,10 +154,11 @@ impl LogReport {
             return at(self.first_backwards.unwrap_or(0), message);
         }
         // A clock may stumble in some rows; one that does so in many is not the time.
-        if self.clock_backwards as f64 > LARGEST_BACKWARD_SHARE * self.rows as f64 {
+        // A row of each episode was behind before it showed that an episode begins.
+        let slips = self.clock_backwards.saturating_sub(self.episodes_by_clock);
+        if slips as f64 > LARGEST_BACKWARD_SHARE * self.rows as f64 {
             let message = format!(
-                "column `{time}` runs backwards in {} rows, here first: two runs in one file, or not the time; split the file",
-                self.clock_backwards
+                "column `{time}` runs backwards in {slips} rows, here first: two runs in one file, or not the time; split the file",
             );
             return at(self.first_backwards.unwrap_or(0), message);
         }
@@ -232,6 +241,19 @@ impl fmt::Display for LogReport {
             trimmed(self.period, 6),
             trimmed(self.longest_step, 6)
         )?;
+        for (begun, why) in [
+            (self.episodes_by_column, "the column that numbers them changes"),
+            (self.episodes_by_clock, "the clock begins anew"),
+        ] {
+            if begun > 0 {
+                writeln!(
+                    f,
+                    "{} episodes: {why}; each is filtered by itself, and a pause stands between them",
+                    begun + 1
+                )?;
+            }
+        }
+        let episodes = self.episodes_by_column + self.episodes_by_clock;
         let line = self.first_not_finite.map_or(String::new(), |l| format!(", first in line {l}"));
         for (count, one, more, what) in [
             (self.not_finite, "row", "rows", format!("left out: a number is missing or infinite{line}")),
@@ -241,7 +263,7 @@ impl fmt::Display for LogReport {
             (self.wrapped, "jump", "jumps", "by a turn in the positions, taken back".into()),
             (self.repeated, "row repeats", "rows repeat", "the row before (kept)".into()),
             (
-                self.gaps,
+                self.gaps.saturating_sub(episodes),
                 "gap",
                 "gaps",
                 format!("in the clock longer than {GAP_PERIODS} steps (the parts between are filtered by themselves)"),
@@ -265,6 +287,10 @@ impl fmt::Display for LogReport {
         }
         Ok(())
     }
+}
+
+fn is_zero(count: &usize) -> bool {
+    *count == 0
 }
 
 /// A number with at most so many decimals, and no zeros behind them.

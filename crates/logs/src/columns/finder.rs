@@ -4,6 +4,7 @@ use Quantity::{Position, Time};
 use gate::suggestion::did_you_mean;
 
 use crate::Error;
+use crate::columns::clocks;
 use crate::columns::names::{ColumnNames, Names};
 use crate::columns::prefixes::prefixes;
 use crate::columns::source::Source;
@@ -50,6 +51,42 @@ impl<'a> Finder<'a> {
         self.error(format!(
             "no columns hold the {what} (looked for {examples}, also with units); other names go into [options.columns]"
         ))
+    }
+
+    /// The clock: one column, or that of the seconds where nanoseconds stand in another.
+    pub(crate) fn clock(&self) -> Result<Source, Error> {
+        if let Some(time) = self.group(Time, 1)?.and_then(|mut group| group.pop()) {
+            return Ok(time);
+        }
+        match clocks::pairs(self.table).first() {
+            Some((seconds, _)) => self.source(Time, *seconds, ("s", 1.0)),
+            None => {
+                Err(self
+                    .error("no column holds the time; a column `t` in seconds (or time, timestamp, t_ms) is expected"))
+            }
+        }
+    }
+
+    /// The fractions of a second that stand in a column beside those of the seconds.
+    pub(crate) fn fraction_of(&self, time: &Source) -> Option<Source> {
+        let pairs = clocks::pairs(self.table);
+        let (_, (column, unit, factor)) = pairs.into_iter().find(|(seconds, _)| *seconds == time.column)?;
+        let header = self.table.header[column].clone();
+        (time.unit == "s").then(|| Source { column, header, unit: unit.into(), factor, word: None })
+    }
+
+    /// The column that numbers the episodes, by the name given or as data sets call it.
+    pub(crate) fn episode(&self, given: Option<&str>) -> Result<Option<Source>, Error> {
+        let header = &self.table.header;
+        let column = match given {
+            Some(name) => Some(header.iter().position(|h| h == name).ok_or_else(|| {
+                let meant = did_you_mean(name, header.iter().map(String::as_str));
+                self.error(format!("there is no column `{name}`{meant} that numbers the episodes"))
+            })?),
+            None => header.iter().position(|h| h == "episode_index").filter(|&c| self.table.texts[c].is_none()),
+        };
+        let unit = String::new();
+        Ok(column.map(|column| Source { column, header: header[column].clone(), unit, factor: 1.0, word: None }))
     }
 
     /// The columns of a quantity by its stems, in the order of the coordinates; `None`: not there.
@@ -157,7 +194,9 @@ impl<'a> Finder<'a> {
                 let counted = |first: usize| (first..n + first).map(|i| p.replace("{}", &i.to_string())).collect();
                 let ways: [Vec<String>; 3] = [counted(1), counted(0), by_name(p, "{}")];
                 let are_there = |way: &&Vec<String>| way.iter().all(|name| self.column(name).is_some());
-                ways.iter().find(are_there).unwrap_or(&ways[0]).clone()
+                // A file that has a number 0 counts from it, also where more numbers than joints are there.
+                let order = if self.column(&p.replace("{}", "0")).is_some() { [1, 0, 2] } else { [0, 1, 2] };
+                order.iter().map(|k| &ways[*k]).find(are_there).unwrap_or(&ways[0]).clone()
             }
             Names::Pattern(p) if n == 1 => vec![p.clone()],
             Names::Pattern(p) => {

@@ -21,6 +21,10 @@ pub struct Columns {
     pub coordinates: Vec<String>,
     /// Where the clock stands.
     pub time: Source,
+    /// What is added to it: the nanoseconds of a clock of two columns.
+    pub time_fraction: Option<Source>,
+    /// The number of the episode, where a file holds several.
+    pub episode: Option<Source>,
     /// One per coordinate.
     pub position: Vec<Source>,
     /// One per coordinate, where the file has them.
@@ -84,10 +88,10 @@ impl Columns {
         let finder = Finder::new(table, coordinates, names)?;
         let mut time = match &names.time {
             Some(name) => finder.named(Time, name)?,
-            None => finder.group(Time, 1)?.and_then(|mut g| g.pop()).ok_or_else(|| {
-                finder.error("no column holds the time; a column `t` in seconds (or time, timestamp, t_ms) is expected")
-            })?,
+            None => finder.clock()?,
         };
+        let time_fraction = finder.fraction_of(&time);
+        let episode = finder.episode(names.episode.as_deref())?;
         if time.unit == "s"
             && names.units.time.is_none()
             && let Some((unit, factor)) = epoch_unit(&table.columns[time.column])
@@ -111,6 +115,8 @@ impl Columns {
         let mut columns = Columns {
             coordinates: coordinates.to_vec(),
             time,
+            time_fraction,
+            episode,
             position,
             velocity,
             acceleration,
@@ -119,7 +125,7 @@ impl Columns {
             unused: Vec::new(),
             notes: table.notes.iter().cloned().chain(finder.notes).collect(),
         };
-        let used: Vec<usize> = columns.sources().map(|s| s.column).collect();
+        let used = columns.places();
         let unused = (0..table.header.len()).filter(|c| !used.contains(c) && !table.header[*c].is_empty());
         columns.unused = unused.map(|c| table.header[c].clone()).collect();
         Ok(columns)
@@ -127,10 +133,10 @@ impl Columns {
 
     /// Where the columns in use stand in the table.
     pub(crate) fn places(&self) -> Vec<usize> {
-        self.sources().map(|source| source.column).collect()
+        self.sources().chain(&self.time_fraction).chain(&self.episode).map(|source| source.column).collect()
     }
 
-    /// All columns in use, time first.
+    /// The columns of all series, time first.
     pub fn sources(&self) -> impl Iterator<Item = &Source> {
         let optional = self.velocity.iter().chain(&self.acceleration).flatten();
         std::iter::once(&self.time).chain(&self.position).chain(optional).chain(&self.effort)
@@ -139,7 +145,13 @@ impl Columns {
 
 impl fmt::Display for Columns {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        writeln!(f, "time: {}", self.time)?;
+        match &self.time_fraction {
+            Some(fraction) => writeln!(f, "time: {} and {fraction}", self.time)?,
+            None => writeln!(f, "time: {}", self.time)?,
+        }
+        if let Some(episode) = &self.episode {
+            writeln!(f, "episodes: {}", episode.header)?;
+        }
         let effort = if self.effort_is == Torque { "torque" } else { "current" };
         let rows = [
             ("position", Some(&self.position)),

@@ -1,5 +1,6 @@
 //! Which column is which signal.
 
+pub(crate) mod clocks;
 pub(crate) mod finder;
 pub(crate) mod mapping;
 pub(crate) mod names;

@@ -10,6 +10,9 @@ use crate::columns::units::UnitNames;
 pub struct ColumnNames {
     /// Header of the time.
     pub time: Option<String>,
+    /// Header of the column that numbers the episodes.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub episode: Option<String>,
     /// Headers of the positions.
     pub position: Option<Names>,
     /// Headers of the velocities.

@@ -10,6 +10,7 @@ use std::fmt;
 
 use crate::cleaning::raw_words::RawWord;
 use crate::cleaning::turns::extremes;
+use crate::columns::clocks;
 use crate::columns::mapping::Columns;
 use crate::columns::names::{ColumnNames, Names};
 use crate::columns::units::given_unit;
@@ -215,7 +216,9 @@ fn patterns(table: &Table, coordinates: &[String]) -> Vec<(String, Vec<usize>)> 
     };
     let mut found: Vec<(String, Vec<usize>)> = named.into_iter().filter_map(|entry| whole(entry, 0)).collect();
     for entry in numbered {
-        found.extend(whole(entry.clone(), 1).or_else(|| whole(entry, 0)));
+        // A file that has a number 0 counts from it.
+        let first = usize::from(!entry.1.contains_key(&0));
+        found.extend(whole(entry, first));
     }
     found
 }
@@ -242,9 +245,16 @@ fn clock(table: &Table, proposal: &mut Proposal, names: &mut ColumnNames) -> Opt
         x.len() > 2 && x.windows(2).all(|w| w[1] >= w[0]) && x[x.len() - 1] > x[0]
     };
     let is_named = |column: &usize| words(&table.header[*column]).iter().any(|w| CLOCKS.contains(&w.as_str()));
-    let all: Vec<usize> = (0..table.header.len()).collect();
-    let rising: Vec<usize> = all.iter().filter(rises).copied().collect();
-    let Some(column) = rising.iter().find(|c| is_named(c)).or(rising.first()).copied() else {
+    if let Some((seconds, (fraction, ..))) = clocks::pairs(table).first() {
+        let reason = format!("seconds, and `{}` beside them counts their fractions", table.header[*fraction]);
+        proposal.columns.push(Proposed { key: "time", value: quoted(&table.header[*seconds]), reason });
+        names.time = Some(table.header[*seconds].clone());
+        return None;
+    }
+    // Of several clocks the finest: whole seconds beside it rise in few rows.
+    let fineness = |column: &usize| table.columns[*column].windows(2).filter(|w| w[1] > w[0]).count();
+    let rising = (0..table.header.len()).filter(|column| rises(&column));
+    let Some(column) = rising.max_by_key(|c| (is_named(c), fineness(c), std::cmp::Reverse(*c))) else {
         proposal.missing.push("no column counts up as a clock does".into());
         return None;
     };

@@ -1,0 +1,223 @@
+//! The clock of a log, carried from one part of a file to the next.
+//!
+//! A file may hold several episodes, each with a clock of its own. An episode begins where the value of a column changes
+//! that numbers them, or where the clock jumps back and goes on from there. The time of the log goes on: behind the end of
+//! an episode comes a pause that counts as a gap, so that each episode is filtered by itself.
+
+use crate::cleaning::account::{GAP_PERIODS, LogReport, MIN_ROWS};
+use crate::columns::mapping::Columns;
+use crate::table::Table;
+
+/// s, the least pause between two episodes.
+const LEAST_PAUSE_S: f64 = 1.0;
+
+/// Where the clock stands behind the rows so far.
+#[derive(Clone, Debug)]
+pub(crate) struct Timeline {
+    /// s, of the last sample on the time of the log.
+    after: f64,
+    /// s, time of the log less the clock of the file.
+    offset: f64,
+    /// s, the first whole second of a clock of two columns, which is taken off.
+    origin: Option<f64>,
+    /// s, clock of the row before.
+    before: f64,
+    /// s, time of the first sample of the episode.
+    start: f64,
+    /// Samples of the episode.
+    samples: usize,
+    /// s, clock of a row that was behind, where it was the row before.
+    behind: Option<f64>,
+    /// The number of the episode.
+    episode: Option<f64>,
+}
+
+impl Default for Timeline {
+    fn default() -> Timeline {
+        Timeline {
+            after: f64::NEG_INFINITY,
+            offset: 0.0,
+            origin: None,
+            before: f64::NEG_INFINITY,
+            start: 0.0,
+            samples: 0,
+            behind: None,
+            episode: None,
+        }
+    }
+}
+
+impl Timeline {
+    /// The time of a row whose numbers are finite; `None` where it is left out, which is counted.
+    pub(crate) fn time(&mut self, table: &Table, columns: &Columns, row: usize, report: &mut LogReport) -> Option<f64> {
+        let clock = self.clock(table, columns, row);
+        if !clock.is_finite() {
+            report.not_finite += 1;
+            report.first_not_finite.get_or_insert(table.line(row));
+            return None;
+        }
+        let episode = columns.episode.as_ref().map(|source| table.columns[source.column][row]);
+        let is_next = self.samples > 0 && self.episode.zip(episode).is_some_and(|(before, now)| now != before);
+        let is_back = clock < self.before;
+        self.before = clock;
+        self.episode = episode.or(self.episode);
+        if is_next {
+            report.episodes_by_column += 1;
+            return Some(self.begin(clock));
+        }
+        let now = clock + self.offset;
+        if now > self.after {
+            self.start = if self.samples == 0 { now } else { self.start };
+            (self.after, self.behind) = (now, None);
+            self.samples += 1;
+            return Some(now);
+        }
+        if now == self.after {
+            report.clock_repeated += 1;
+            return None;
+        }
+        // One row that is behind is a slip of its stamp. A second one that goes on from there is the next episode.
+        if self.behind.is_some_and(|behind| clock > behind) && self.is_far_behind(now) {
+            report.episodes_by_clock += 1;
+            return Some(self.begin(clock));
+        }
+        report.clock_steps_back += usize::from(is_back);
+        report.clock_backwards += 1;
+        report.first_backwards.get_or_insert(table.line(row));
+        self.behind = Some(clock);
+        None
+    }
+
+    /// s, the clock of the file.
+    fn clock(&mut self, table: &Table, columns: &Columns, row: usize) -> f64 {
+        let clock = columns.time.si(table.columns[columns.time.column][row]);
+        let Some(fraction) = &columns.time_fraction else { return clock };
+        // Nanoseconds since 1970 have more digits than a number keeps.
+        let origin = if clock.is_finite() { *self.origin.get_or_insert(clock) } else { clock };
+        (clock - origin) + fraction.si(table.columns[fraction.column][row])
+    }
+
+    /// s, the mean step of the episode.
+    fn step(&self) -> f64 {
+        (self.after - self.start) / self.samples.saturating_sub(1).max(1) as f64
+    }
+
+    fn is_far_behind(&self, now: f64) -> bool {
+        self.samples >= MIN_ROWS && self.after - now > GAP_PERIODS * self.step()
+    }
+
+    /// Begins an episode with a row; returns its time.
+    fn begin(&mut self, clock: f64) -> f64 {
+        let earliest = self.after + LEAST_PAUSE_S.max(2.0 * GAP_PERIODS * self.step());
+        self.offset = self.offset.max(earliest - clock);
+        let now = clock + self.offset;
+        (self.after, self.start, self.samples, self.behind) = (now, now, 1, None);
+        now
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::columns::names::ColumnNames;
+    use crate::{Error, Log, LogSource, Table};
+    use std::fmt::Write as _;
+
+    fn read(text: &str, names: &ColumnNames) -> Result<Log, Error> {
+        let table = Table::from_bytes("log.csv", text.as_bytes())?;
+        match LogSource::from_table(table, &["q1".into()], names)?.0 {
+            LogSource::Held(log) => Ok(log),
+            LogSource::Streamed(_) => Err(Error::new("it is long")),
+        }
+    }
+
+    /// Three runs of a hundred rows at 100 Hz, each with its own clock from `starts`.
+    fn runs(starts: [f64; 3], header: &str) -> String {
+        let mut text = format!("{header}\n");
+        for (run, start) in starts.into_iter().enumerate() {
+            for k in 0..100 {
+                let t = start + 0.01 * f64::from(k);
+                let _ = writeln!(text, "{t:.2},{},{},{run}", (3.0 * t).sin(), t.cos());
+            }
+        }
+        text
+    }
+
+    #[test]
+    fn a_clock_that_begins_anew_makes_episodes() {
+        let log = read(&runs([0.0, 0.0, 0.2], "t,q1,tau1,run"), &ColumnNames::default()).unwrap();
+        // The first row of each later episode is lost: a lone row that is behind is no episode.
+        assert_eq!((log.len(), log.report.episodes_by_clock, log.report.gaps), (298, 2, 2));
+        assert_eq!(log.segments().iter().map(Log::len).collect::<Vec<_>>(), [100, 99, 99]);
+        assert!(log.report.to_string().contains("3 episodes: the clock begins anew"), "{}", log.report);
+        // The signals are as they were.
+        assert_eq!(log.q[0][100], (0.03f64).sin());
+    }
+
+    #[test]
+    fn a_column_that_numbers_episodes_splits_them() {
+        for starts in [[0.0; 3], [0.0, 1.0, 2.0]] {
+            for (header, name) in [("t,q1,tau1,episode_index", None), ("t,q1,tau1,run", Some("run"))] {
+                let names = ColumnNames { episode: name.map(str::to_string), ..ColumnNames::default() };
+                let log = read(&runs(starts, header), &names).unwrap();
+                assert_eq!((log.len(), log.report.episodes_by_column, log.report.gaps), (300, 2, 2), "{header}");
+            }
+        }
+        let names = ColumnNames { episode: Some("rnu".into()), ..ColumnNames::default() };
+        let message = read(&runs([0.0; 3], "t,q1,tau1,run"), &names).unwrap_err().to_string();
+        assert!(message.contains("no column `rnu` (did you mean `run`?)"), "{message}");
+    }
+
+    /// Two sources that take turns are no episodes, nor is a stamp that slips.
+    #[test]
+    fn what_goes_back_and_forth_is_no_episode() {
+        let mut text = "t,q1,tau1\n".to_string();
+        for k in 0..400 {
+            let t = 0.01 * f64::from(k) + if k % 2 == 1 { 0.0 } else { 3.0 };
+            let _ = writeln!(text, "{t:.2},{},1", t.sin());
+        }
+        let message = read(&text, &ColumnNames::default()).unwrap_err().to_string();
+        assert!(message.contains("back and forth"), "{message}");
+        let mut text = "t,q1,tau1\n".to_string();
+        for k in 0..400 {
+            let t = if k == 200 { 0.0 } else { 0.01 * f64::from(k) };
+            let _ = writeln!(text, "{t:.2},{},{}", t.sin(), t.cos());
+        }
+        let log = read(&text, &ColumnNames::default()).unwrap();
+        assert_eq!((log.len(), log.report.episodes_by_clock, log.report.clock_backwards), (399, 0, 1));
+    }
+
+    /// Parts of a file, held or read again, give the episodes of the whole.
+    #[test]
+    fn episodes_do_not_hang_on_the_parts() {
+        let text = runs([0.0; 3], "t,q1,tau1,run");
+        let whole = read(&text, &ColumnNames::default()).unwrap();
+        let path = std::env::temp_dir().join(format!("rist-episodes-{}.csv", std::process::id()));
+        std::fs::write(&path, &text).unwrap();
+        for held in [usize::MAX, 10] {
+            let opened = LogSource::open_within(&path, &["q1".into()], &ColumnNames::default(), held, 64).unwrap().0;
+            let LogSource::Streamed(stream) = opened else { panic!("it is of one block") };
+            let mut times = Vec::new();
+            stream
+                .each(&mut |log| {
+                    times.extend_from_slice(&log.t);
+                    Ok(())
+                })
+                .unwrap();
+            assert_eq!(times, whole.t, "{held}");
+            assert_eq!(stream.report().episodes_by_clock, 2);
+        }
+        std::fs::remove_file(&path).unwrap();
+    }
+
+    #[test]
+    fn seconds_and_nanoseconds_are_one_clock() {
+        let mut text = "time_stamp_sec,time_stamp_nano_sec,q1,tau1\n".to_string();
+        for k in 0..400u32 {
+            let _ =
+                writeln!(text, "{},{},{},{}", 1_700_000_000 + k / 100, (k % 100) * 10_000_000, k.pow(2) % 7, k % 11);
+        }
+        let log = read(&text, &ColumnNames::default()).unwrap();
+        assert_eq!((log.len(), log.t[0]), (400, 0.0));
+        assert!(log.t.iter().enumerate().all(|(k, t)| (t - 0.01 * k as f64).abs() < 1e-12));
+    }
+}
