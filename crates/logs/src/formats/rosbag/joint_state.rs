@@ -1,26 +1,9 @@
 //! One message sensor_msgs/JointState, as CDR (ROS 2) or as ROS 1 wrote it.
 //!
 //! stamp (s, ns), frame_id, name[], position[], velocity[], effort[]; rad, rad/s, N m (m, m/s, N).
-//! CDR aligns every number to its own size, counted from behind the first four bytes, which give the byte order, and
-//! ends its strings with a zero. ROS 1 does neither, is little-endian and begins with a sequence number. No length
-//! leads to an allocation before its bytes are there.
+//! ROS 1 begins with a sequence number.
 
-/// How a message is written.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Encoding {
-    Cdr,
-    Ros1,
-}
-
-impl Encoding {
-    pub(crate) fn of(name: &str) -> Option<Encoding> {
-        match name {
-            "cdr" => Some(Encoding::Cdr),
-            "ros1" => Some(Encoding::Ros1),
-            _ => None,
-        }
-    }
-}
+use crate::formats::rosbag::cdr::{Cursor, Encoding};
 
 /// The arrays of a message; one that is not measured is empty.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -35,22 +18,9 @@ pub(crate) struct JointState<'a> {
 
 impl JointState<'_> {
     pub(crate) fn decode(data: &[u8], encoding: Encoding) -> Result<JointState<'_>, String> {
-        let mut cursor = Cursor { data, at: 0, aligned: encoding == Encoding::Cdr, big_endian: false };
-        match encoding {
-            Encoding::Cdr => {
-                match data.get(..4) {
-                    Some([0, 0, ..]) => cursor.big_endian = true,
-                    Some([0, 1, ..]) => {}
-                    Some([a, b, ..]) => {
-                        return Err(format!("its encapsulation is {a:02x}{b:02x}; plain CDR, 0000 or 0001, is read"));
-                    }
-                    _ => return Err(cursor.short(4)),
-                }
-                cursor.data = &data[4..];
-            }
-            Encoding::Ros1 => {
-                cursor.u32()?; // the sequence number
-            }
+        let mut cursor = Cursor::new(data, encoding, "sensor_msgs/JointState")?;
+        if encoding == Encoding::Ros1 {
+            cursor.u32()?; // the sequence number
         }
         let (seconds, nanoseconds) = (cursor.u32()?, cursor.u32()?);
         // ROS 2 counts seconds as int32, ROS 1 as uint32.
@@ -63,57 +33,6 @@ impl JointState<'_> {
         }
         let (position, velocity, effort) = (cursor.doubles()?, cursor.doubles()?, cursor.doubles()?);
         Ok(JointState { stamp, names, position, velocity, effort })
-    }
-}
-
-struct Cursor<'a> {
-    data: &'a [u8],
-    at: usize,
-    aligned: bool,
-    big_endian: bool,
-}
-
-impl<'a> Cursor<'a> {
-    fn short(&self, count: usize) -> String {
-        let left = self.data.len().saturating_sub(self.at);
-        format!("{count} bytes are claimed at byte {} where {left} are left: no sensor_msgs/JointState", self.at)
-    }
-
-    fn bytes(&mut self, count: usize) -> Result<&'a [u8], String> {
-        let end = self.at.checked_add(count);
-        let bytes = end.and_then(|end| self.data.get(self.at..end)).ok_or_else(|| self.short(count))?;
-        self.at += count;
-        Ok(bytes)
-    }
-
-    fn align(&mut self, size: usize) {
-        if self.aligned {
-            self.at = self.at.next_multiple_of(size);
-        }
-    }
-
-    fn u32(&mut self) -> Result<u32, String> {
-        self.align(4);
-        let bytes = self.bytes(4)?.try_into().unwrap_or([0; 4]);
-        Ok(if self.big_endian { u32::from_be_bytes(bytes) } else { u32::from_le_bytes(bytes) })
-    }
-
-    fn text(&mut self) -> Result<&'a str, String> {
-        let length = self.u32()? as usize;
-        let bytes = self.bytes(length)?;
-        let bytes = if self.aligned { bytes.strip_suffix(&[0]).unwrap_or(bytes) } else { bytes };
-        std::str::from_utf8(bytes).map_err(|_| format!("the text before byte {} is no UTF-8", self.at))
-    }
-
-    fn doubles(&mut self) -> Result<Vec<f64>, String> {
-        let count = self.u32()? as usize;
-        if count == 0 {
-            return Ok(Vec::new()); // without elements nothing is aligned to them
-        }
-        self.align(8);
-        let bytes = self.bytes(count.saturating_mul(8))?;
-        let number = if self.big_endian { f64::from_be_bytes } else { f64::from_le_bytes };
-        Ok(bytes.as_chunks::<8>().0.iter().map(|b| number(*b)).collect())
     }
 }
 

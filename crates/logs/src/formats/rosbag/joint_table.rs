@@ -21,7 +21,10 @@ const JOINT_STATE_QUANTITIES: [&str; 3] = ["position", "velocity", "effort"];
 const MAX_JOINTS: usize = 500;
 
 /// A joint that is in fewer than one of so many messages is left out.
-const SPARSE_JOINT_RATIO: usize = 64;
+pub(super) const SPARSE_JOINT_RATIO: usize = 64;
+
+/// Bytes of a number of a message: it and its row, in arrays that grow by doubling.
+pub(super) const CELL_BYTES: usize = 2 * (size_of::<f64>() + size_of::<u32>());
 
 /// The messages of one topic.
 #[derive(Default)]
@@ -41,7 +44,7 @@ pub(crate) struct JointTable {
 
 /// Numbers and the rows they stand in.
 #[derive(Default)]
-struct Series {
+pub(super) struct Series {
     rows: Vec<u32>,
     values: Vec<f64>,
 }
@@ -109,13 +112,7 @@ impl JointTable {
     /// Fails when it would hold more than [`MAX_CELLS`] numbers.
     pub(crate) fn table(mut self, name: &str, file: &str, notes: Vec<String>) -> Result<Table, String> {
         let rows = self.stamps.len();
-        let stamped = self.stamps.iter().any(|&s| s != 0);
-        // The difference of whole numbers is exact, so that one division gives the nearest f64.
-        let times = if stamped { &self.stamps } else { &self.log_times };
-        // A driver's first messages may be without a stamp.
-        let first = i128::from(times.iter().copied().find(|&t| t != 0).unwrap_or(0));
-        let time: Vec<f64> = times.iter().map(|&t| (i128::from(t) - first) as f64 / 1e9).collect();
-        let clock = if stamped { "header.stamp" } else { "the recorder's clock, for every header.stamp is zero" };
+        let (time, clock) = seconds(&self.stamps, &self.log_times);
         let mut table = Table { file: file.into(), notes, ..Table::default() };
         table.notes.insert(0, format!("topic {name}; time from {clock}"));
         table.header.push("time".into());
@@ -159,8 +156,29 @@ impl JointTable {
     }
 }
 
+/// s of each message from the first, and the name of the clock: that of the headers, or of the recorder where they have
+/// none.
+pub(super) fn seconds(stamps: &[i64], log_times: &[i64]) -> (Vec<f64>, &'static str) {
+    let stamped = stamps.iter().any(|&s| s != 0);
+    // The difference of whole numbers is exact, so that one division gives the nearest f64.
+    let times = if stamped { stamps } else { log_times };
+    // A driver's first messages may be without a stamp.
+    let first = i128::from(times.iter().copied().find(|&t| t != 0).unwrap_or(0));
+    let time = times.iter().map(|&t| (i128::from(t) - first) as f64 / 1e9).collect();
+    (time, if stamped { "header.stamp" } else { "the recorder's clock, for every header.stamp is zero" })
+}
+
 impl Series {
-    fn column(self, rows: usize) -> Vec<f64> {
+    pub(super) fn len(&self) -> usize {
+        self.values.len()
+    }
+
+    pub(super) fn push(&mut self, row: u32, value: f64) {
+        self.rows.push(row);
+        self.values.push(value);
+    }
+
+    pub(super) fn column(self, rows: usize) -> Vec<f64> {
         if self.values.len() == rows {
             return self.values;
         }

@@ -122,7 +122,8 @@ fn strings_fit(opcode: u8, content: &[u8]) -> Result<(), String> {
 }
 
 struct Reader<'a, 'b> {
-    schemas: BTreeMap<u16, String>,
+    /// Name and definition of each type.
+    schemas: BTreeMap<u16, (String, Option<(String, String)>)>,
     channels: BTreeMap<u16, Channel>,
     work: &'a mut Budget,
     each: &'a mut Receiver<'b>,
@@ -135,13 +136,14 @@ impl Reader<'_, '_> {
         }
         strings_fit(opcode, content)?;
         match mcap::parse_record(opcode, content).map_err(|e| format!("{e}: the record is damaged"))? {
-            Record::Schema { header, .. } => {
-                self.schemas.insert(header.id, header.name);
+            Record::Schema { header, data } => {
+                let definition = std::str::from_utf8(&data).ok().map(|text| (header.encoding, text.to_string()));
+                self.schemas.insert(header.id, (header.name, definition));
             }
             Record::Channel(channel) => {
-                let schema = self.schemas.get(&channel.schema_id).cloned().unwrap_or_default();
+                let (schema, definition) = self.schemas.get(&channel.schema_id).cloned().unwrap_or_default();
                 let (topic, encoding) = (channel.topic, channel.message_encoding);
-                self.channels.insert(channel.id, Channel { topic, schema, encoding });
+                self.channels.insert(channel.id, Channel { topic, schema, encoding, definition });
             }
             Record::Message { header, data } => {
                 let id = header.channel_id;
@@ -251,7 +253,12 @@ mod tests {
     #[test]
     fn a_message_with_its_channel() {
         let (found, outcome) = messages(&file());
-        let channel = Channel { topic: "/a".into(), schema: "T".into(), encoding: "cdr".into() };
+        let channel = Channel {
+            topic: "/a".into(),
+            schema: "T".into(),
+            encoding: "cdr".into(),
+            definition: Some((String::new(), String::new())),
+        };
         assert_eq!(found, [(channel.clone(), 5, b"x".to_vec())]);
         let outcome = outcome.unwrap();
         assert_eq!((outcome.channels, outcome.cut), (vec![channel], None));

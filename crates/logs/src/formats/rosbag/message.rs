@@ -8,6 +8,8 @@ pub(crate) struct Channel {
     pub schema: String,
     /// How messages are written: `cdr`, `ros1`.
     pub encoding: String,
+    /// How their type is defined and the definition, where the recording carries it.
+    pub definition: Option<(String, String)>,
 }
 
 pub(crate) struct Message<'a> {

@@ -1,7 +1,8 @@
-//! Joint states of a ROS recording as a table: an MCAP file, a rosbag2 file in sqlite3, or the directory of a rosbag2.
+//! Messages of a ROS recording as a table: an MCAP file, a rosbag2 file in sqlite3, or the directory of a rosbag2.
 //!
-//! If a recording has several topics of joint states, it is refused until `log.mcap#/arm/joint_states` names one. The
-//! parts of a directory are read in the order of their numbers, whatever their storage. A part packed as a whole
+//! Joint states are taken where there are some. Messages of another type become columns by the paths of their fields, as
+//! the definition says that the recording carries. If a recording has several topics that may be meant, it is refused
+//! until `log.mcap#/arm/joint_states` names one. The parts of a directory are read in the order of their numbers, whatever their storage. A part packed as a whole
 //! (`.db3.zstd`) is unpacked in memory.
 
 use std::collections::{BTreeMap, BTreeSet};
@@ -13,11 +14,14 @@ use gate::source::{self, Source};
 use crate::Error;
 use crate::formats::compression::{Compression, MAX_UNPACKED_BYTES};
 use crate::formats::content::{Content, MAGIC_BYTES};
-use crate::formats::rosbag::joint_state::{Encoding, JointState};
-use crate::formats::rosbag::joint_table::{JointTable, clipped};
+use crate::formats::rosbag::cdr::Encoding;
+use crate::formats::rosbag::joint_state::JointState;
+use crate::formats::rosbag::joint_table::{CELL_BYTES, JointTable, clipped};
 #[cfg(feature = "mcap")]
 use crate::formats::rosbag::mcap;
 use crate::formats::rosbag::message::{Channel, Message, Outcome};
+use crate::formats::rosbag::message_table::MessageTable;
+use crate::formats::rosbag::schema::Schema;
 #[cfg(feature = "rosbag2-sqlite")]
 use crate::formats::rosbag::sqlite;
 use crate::table::{MAX_FILE_BYTES, Table};
@@ -35,9 +39,13 @@ pub(crate) fn read(path: &Path) -> Result<Option<Table>, Error> {
         let message = "only a recording (MCAP, rosbag2) has topics; name the file alone";
         return if topic.is_some() { Err(Error::at(&name, 0, message)) } else { Ok(None) };
     }
+    let files = if place.is_dir() { files(&place)? } else { vec![place.clone()] };
     let mut recording = Recording { wanted: topic, ..Recording::within(Budget::of(0)) };
-    for file in if place.is_dir() { files(&place)? } else { vec![place.clone()] } {
-        recording.add(&file)?;
+    files.iter().try_for_each(|file| recording.add(file))?;
+    if let Some(general) = recording.general().map_err(|e| Error::at(&name, 0, e))? {
+        let mut again = Recording { general: Some(general), ..Recording::within(Budget::of(0)) };
+        files.iter().try_for_each(|file| again.add(file))?;
+        recording = again;
     }
     recording.table(&place.display().to_string(), &name).map(Some)
 }
@@ -46,8 +54,22 @@ pub(crate) fn read(path: &Path) -> Result<Option<Table>, Error> {
 pub(crate) fn from_bytes(file: &str, bytes: &[u8], budget: &Budget) -> Result<Table, Error> {
     let mut recording = Recording { wanted: None, ..Recording::within(budget.clone()) };
     recording.add_bytes(file, bytes)?;
+    if let Some(general) = recording.general().map_err(|e| Error::at(file, 0, e))? {
+        recording = Recording { general: Some(general), ..Recording::within(budget.clone()) };
+        recording.add_bytes(file, bytes)?;
+    }
     recording.table(file, file)
 }
+
+/// A topic whose messages are taken apart by their definition.
+struct General {
+    topic: String,
+    kind: String,
+    messages: MessageTable,
+}
+
+/// Types of what every recording of ROS holds beside the signals.
+const NO_SIGNALS: [&str; 4] = ["rcl_interfaces/", "tf2_msgs/", "std_msgs/String", "rosgraph_msgs/"];
 
 /// The path and the topic behind it. A file that is called like the whole text takes precedence.
 fn address(path: &Path) -> (PathBuf, Option<String>) {
@@ -110,16 +132,25 @@ struct Recording {
     topics: BTreeMap<String, JointTable>,
     /// Every topic with its type.
     all: BTreeSet<(String, String)>,
+    /// Definitions of topics that carry no joint states.
+    definitions: BTreeMap<String, (String, String)>,
+    /// The topic that is taken instead of joint states.
+    general: Option<General>,
     notes: Vec<String>,
 }
 
-/// Bytes of a number of a message: it and its row, in arrays that grow by doubling.
-const CELL_BYTES: usize = 2 * (size_of::<f64>() + size_of::<u32>());
-
 impl Recording {
     fn within(budget: Budget) -> Recording {
-        let (topics, all, notes) = (BTreeMap::new(), BTreeSet::new(), Vec::new());
-        Recording { memory: budget.clone(), work: budget, wanted: None, topics, all, notes }
+        Recording {
+            memory: budget.clone(),
+            work: budget,
+            wanted: None,
+            topics: BTreeMap::new(),
+            all: BTreeSet::new(),
+            definitions: BTreeMap::new(),
+            general: None,
+            notes: Vec::new(),
+        }
     }
 
     /// A file of so many bytes follows.
@@ -176,9 +207,14 @@ impl Recording {
             &mut dyn FnMut(&Message) -> Result<(), String>,
         ) -> Result<Outcome, String>,
     ) -> Result<(), Error> {
-        let Recording { wanted, topics, memory, work, .. } = self;
-        let meant = |channel: &Channel| {
-            JOINT_STATE_TYPES.contains(&channel.schema.as_str()) && wanted.as_ref().is_none_or(|w| *w == channel.topic)
+        let Recording { wanted, topics, memory, work, general, .. } = self;
+        let taken = general.as_ref().map(|general| general.topic.clone());
+        let meant = |channel: &Channel| match &taken {
+            Some(topic) => *topic == channel.topic,
+            None => {
+                let is_wanted = wanted.as_ref().is_none_or(|w| *w == channel.topic);
+                JOINT_STATE_TYPES.contains(&channel.schema.as_str()) && is_wanted
+            }
         };
         let mut each = |message: &Message| {
             let channel = message.channel;
@@ -187,18 +223,58 @@ impl Recording {
             }
             let encoding = Encoding::of(&channel.encoding)
                 .ok_or_else(|| format!("it is written as `{}`; cdr and ros1 are read", channel.encoding))?;
+            if let Some(general) = general {
+                return general.messages.push(message.log_time, message.data, encoding, memory);
+            }
             let state = JointState::decode(message.data, encoding)?;
             memory.draw(CELL_BYTES * JointTable::cells_of(&state))?;
             topics.entry(channel.topic.clone()).or_default().push(message.log_time, &state)
         };
         let outcome = read(&meant, work, &mut each).map_err(|e| Error::at(file, 0, e))?;
-        self.all.extend(outcome.channels.into_iter().map(|c| (c.topic, c.schema)));
+        for Channel { topic, schema, definition, .. } in outcome.channels {
+            if let Some(definition) = definition.filter(|_| !JOINT_STATE_TYPES.contains(&schema.as_str())) {
+                self.definitions.insert(topic.clone(), definition);
+            }
+            self.all.insert((topic, schema));
+        }
         self.notes.extend(outcome.cut.map(|cut| format!("{file} {cut}")));
         Ok(())
     }
 
+    /// The topic to be taken by its definition, where no joint states are meant; `None` where joint states are, or nothing is.
+    ///
+    /// Fails where the definition cannot be read.
+    fn general(&self) -> Result<Option<General>, String> {
+        let carries_states = |(topic, schema): &&(String, String)| {
+            JOINT_STATE_TYPES.contains(&schema.as_str()) && self.wanted.as_ref().is_none_or(|w| w == topic)
+        };
+        if self.all.iter().any(|topic| carries_states(&topic)) {
+            return Ok(None);
+        }
+        let may_be_meant = |(topic, schema): &&(String, String)| match &self.wanted {
+            Some(wanted) => wanted == topic,
+            None => !NO_SIGNALS.iter().any(|start| schema.replace("/msg/", "/").starts_with(start)),
+        };
+        let mut candidates =
+            self.all.iter().filter(may_be_meant).filter_map(|t| Some((t, self.definitions.get(&t.0)?)));
+        let (Some(((topic, kind), (encoding, text))), None) = (candidates.next(), candidates.next()) else {
+            return Ok(None);
+        };
+        if encoding != "ros2msg" && encoding != "ros1msg" {
+            return Err(format!(
+                "the messages of {topic} are defined as `{encoding}`; ros2msg and ros1msg are read, and sensor_msgs/JointState"
+            ));
+        }
+        let schema = Schema::of(kind, text).map_err(|e| format!("topic {topic}: {e}"))?;
+        let (topic, kind) = (topic.clone(), kind.clone());
+        Ok(Some(General { topic, kind, messages: MessageTable::new(schema) }))
+    }
+
     fn table(mut self, place: &str, file: &str) -> Result<Table, Error> {
         let notes = std::mem::take(&mut self.notes);
+        if let Some(General { topic, kind, messages }) = self.general {
+            return messages.table(&topic, &kind, file, notes);
+        }
         let found = self.one_topic(place).map_err(|message| [vec![message], notes.clone()].concat().join("; "));
         found.and_then(|(name, topic)| topic.table(&name, file, notes)).map_err(|message| Error::at(file, 0, message))
     }
@@ -238,6 +314,11 @@ impl Recording {
             return Err(format!("{what}; the recording has no topic at all"));
         }
         let others = self.all.iter().map(|(topic, schema)| format!("{topic} ({schema})"));
-        Err(format!("{what}; the topics are: {}", clipped(others.collect::<Vec<_>>().join(", "))))
+        let others = clipped(others.collect::<Vec<_>>().join(", "));
+        let remedy = match self.definitions.keys().next() {
+            Some(first) => format!("; name one behind the file: '{place}#{first}'"),
+            None => String::new(),
+        };
+        Err(format!("{what}; the topics are: {others}{remedy}"))
     }
 }

@@ -98,10 +98,7 @@ pub(crate) fn read(
     guard(database).map_err(|e| refused(&e))?;
     for table in ["topics", "messages"] {
         // Views, virtual tables and computed columns would run code of the file, so they are refused.
-        let plain = "SELECT count(*) FROM sqlite_schema WHERE name = ?1 AND type = 'table' AND rootpage > 0";
-        let computed = "SELECT count(*) FROM pragma_table_xinfo(?1) WHERE hidden > 0";
-        let count = |query: &str| database.query_row(query, [table], |row| row.get::<_, i64>(0));
-        if count(plain).map_err(|e| refused(&e))? != 1 || count(computed).map_err(|e| refused(&e))? != 0 {
+        if !is_plain(database, table).map_err(|e| refused(&e))? {
             return Err(format!("this SQLite file has no table `{table}` of a rosbag2"));
         }
     }
@@ -172,11 +169,32 @@ fn guard(database: &Connection) -> rusqlite::Result<()> {
 }
 
 fn channels(database: &Connection) -> rusqlite::Result<BTreeMap<i64, Channel>> {
+    let definitions = definitions(database).unwrap_or_default();
     let mut statement = database.prepare("SELECT id, name, type, serialization_format FROM topics LIMIT 10000")?;
     let channel = |row: &rusqlite::Row| {
-        Ok((row.get(0)?, Channel { topic: row.get(1)?, schema: row.get(2)?, encoding: row.get(3)? }))
+        let schema: String = row.get(2)?;
+        let definition = definitions.get(&schema).cloned();
+        Ok((row.get(0)?, Channel { topic: row.get(1)?, schema, encoding: row.get(3)?, definition }))
     };
     statement.query_map([], channel)?.collect()
+}
+
+/// The definitions of types, which newer recorders store.
+fn definitions(database: &Connection) -> rusqlite::Result<BTreeMap<String, (String, String)>> {
+    if !is_plain(database, "message_definitions")? {
+        return Ok(BTreeMap::new());
+    }
+    let query = "SELECT topic_type, encoding, encoded_message_definition FROM message_definitions LIMIT 10000";
+    let mut statement = database.prepare(query)?;
+    statement.query_map([], |row| Ok((row.get(0)?, (row.get(1)?, row.get(2)?))))?.collect()
+}
+
+/// Whether a name is that of a table that computes nothing.
+fn is_plain(database: &Connection, table: &str) -> rusqlite::Result<bool> {
+    let plain = "SELECT count(*) FROM sqlite_schema WHERE name = ?1 AND type = 'table' AND rootpage > 0";
+    let computed = "SELECT count(*) FROM pragma_table_xinfo(?1) WHERE hidden > 0";
+    let count = |query: &str| database.query_row(query, [table], |row| row.get::<_, i64>(0));
+    Ok(count(plain)? == 1 && count(computed)? == 0)
 }
 
 #[cfg(test)]

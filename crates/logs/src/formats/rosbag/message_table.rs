@@ -1,0 +1,125 @@
+//! The messages of one topic of any type become a table: a message is a row, and each number in it a column by the path of
+//! its field.
+//!
+//! Time is that of the header, or of the recorder, and counts from the first message.
+
+use std::collections::BTreeMap;
+
+use crate::Error;
+use crate::formats::rosbag::cdr::Encoding;
+use crate::formats::rosbag::fields;
+use crate::formats::rosbag::joint_table::{CELL_BYTES, SPARSE_JOINT_RATIO, Series, seconds};
+use crate::formats::rosbag::schema::Schema;
+use crate::table::{MAX_CELLS, MAX_COLUMNS, Table, check_header};
+use gate::budget::Budget;
+
+/// Arrays change their lengths, and names their order; more changes are no signals of a robot.
+const MAX_FORMS: usize = 1000;
+
+/// The messages of one topic.
+pub(crate) struct MessageTable {
+    schema: Schema,
+    stamps: Vec<i64>,
+    log_times: Vec<i64>,
+    paths: Vec<String>,
+    places: BTreeMap<String, usize>,
+    series: Vec<Series>,
+    /// Where the values of a message go, by its form.
+    forms: BTreeMap<Vec<u8>, Vec<usize>>,
+    cells: usize,
+}
+
+impl MessageTable {
+    pub(crate) fn new(schema: Schema) -> MessageTable {
+        let (places, forms) = (BTreeMap::new(), BTreeMap::new());
+        let (stamps, log_times, paths, series) = (vec![], vec![], vec![], vec![]);
+        MessageTable { schema, stamps, log_times, paths, places, series, forms, cells: 0 }
+    }
+
+    /// Takes in a message that the recorder got at `log_time` ns; its numbers are drawn from `memory`.
+    ///
+    /// Fails where it is no message of the definition, or there are too many numbers.
+    pub(crate) fn push(
+        &mut self,
+        log_time: i64,
+        data: &[u8],
+        encoding: Encoding,
+        memory: &mut Budget,
+    ) -> Result<(), String> {
+        let found = fields::decode(data, encoding, &self.schema, false)?;
+        if found.values.len() > MAX_COLUMNS {
+            return Err(format!("it holds {} numbers; at most {MAX_COLUMNS} are expected", found.values.len()));
+        }
+        self.cells += found.values.len() + 2;
+        if self.cells > MAX_CELLS {
+            return Err(format!("with it there are more than {MAX_CELLS} numbers; cut the recording into parts"));
+        }
+        memory.draw(CELL_BYTES * (found.values.len() + 2))?;
+        if !self.forms.contains_key(&found.form) {
+            let places = self.new_form(data, encoding)?;
+            self.forms.insert(found.form.clone(), places);
+        }
+        let row = self.stamps.len() as u32;
+        self.stamps.push(found.stamp);
+        self.log_times.push(log_time);
+        for (place, value) in self.forms[&found.form].iter().zip(found.values) {
+            self.series[*place].push(row, value);
+        }
+        Ok(())
+    }
+
+    /// The columns of the values of a message.
+    fn new_form(&mut self, data: &[u8], encoding: Encoding) -> Result<Vec<usize>, String> {
+        if self.forms.len() == MAX_FORMS {
+            return Err(format!("its arrays have their {MAX_FORMS}th set of lengths and names: these are no signals"));
+        }
+        let paths = fields::decode(data, encoding, &self.schema, true)?.paths.unwrap_or_default();
+        let mut places = Vec::with_capacity(paths.len());
+        for path in paths {
+            let next = self.paths.len();
+            let place = *self.places.entry(path.clone()).or_insert(next);
+            if place == next {
+                if next == MAX_COLUMNS {
+                    return Err(format!("with it there are more than {MAX_COLUMNS} columns"));
+                }
+                self.paths.push(path);
+                self.series.push(Series::default());
+            }
+            places.push(place);
+        }
+        Ok(places)
+    }
+
+    /// The table of the messages of topic `name` in `file`.
+    ///
+    /// Fails where there is none, or it would hold more than [`MAX_CELLS`] numbers.
+    pub(crate) fn table(self, name: &str, kind: &str, file: &str, mut notes: Vec<String>) -> Result<Table, Error> {
+        let rows = self.stamps.len();
+        let refused = |message: String| Error::at(file, 0, message);
+        if rows == 0 {
+            return Err(refused(format!("no message is in the recording on the topic {name}")));
+        }
+        let (time, clock) = seconds(&self.stamps, &self.log_times);
+        notes.insert(0, format!("topic {name}, messages {kind}; time from {clock}"));
+        let mut table = Table { file: file.into(), notes, ..Table::default() };
+        let is_taken = |name: &str| self.places.contains_key(name);
+        let clock = if is_taken("time") { "stamp" } else { "time" };
+        if !is_taken(clock) {
+            table.header.push(clock.into());
+            table.columns.push(time);
+        }
+        for (path, series) in self.paths.into_iter().zip(self.series) {
+            if series.len() < rows / SPARSE_JOINT_RATIO {
+                continue;
+            }
+            if (table.columns.len() + 1).saturating_mul(rows) > MAX_CELLS {
+                return Err(refused(format!("more than {MAX_CELLS} numbers; cut the recording into parts")));
+            }
+            table.header.push(path);
+            table.columns.push(series.column(rows));
+        }
+        table.texts = vec![None; table.header.len()];
+        check_header(file, 0, &mut table.header)?;
+        Ok(table)
+    }
+}

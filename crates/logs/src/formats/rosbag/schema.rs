@@ -1,0 +1,179 @@
+//! The definition of a message type, as a recording carries it (`ros2msg`, `ros1msg`).
+//!
+//! Lines `type name`, then for each type within a line of `=` and `MSG: package/Name`. A type is a number, a text or
+//! another definition; `[]`, `[n]` and `[<=n]` make arrays. Constants (`NAME=1`), defaults and comments say nothing of how
+//! a message is laid out.
+
+use std::collections::BTreeMap;
+
+/// Longest definition, in bytes. The longest of common robots has some thousand.
+const MAX_SCHEMA_BYTES: usize = 1 << 18;
+
+/// Longest name of a field, in bytes.
+pub(crate) const MAX_NAME_BYTES: usize = 200;
+
+/// What a field holds.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum Kind {
+    /// `bool`, `byte`, `uint8`, `char`.
+    U8,
+    I8,
+    I16,
+    U16,
+    I32,
+    U32,
+    I64,
+    U64,
+    F32,
+    F64,
+    Text,
+    /// Two words: s and ns.
+    Time,
+    /// A definition, by its place.
+    Record(usize),
+}
+
+/// How often a field holds it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum Count {
+    One,
+    Fixed(usize),
+    Many,
+}
+
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Field {
+    pub name: String,
+    pub kind: Kind,
+    pub count: Count,
+}
+
+/// Definitions of a message and of what stands in it; the first is that of the message.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Schema {
+    pub records: Vec<Vec<Field>>,
+}
+
+impl Schema {
+    /// Reads a definition of the type `name`.
+    ///
+    /// Fails where it is too long, or a type in it is not known.
+    pub(crate) fn of(name: &str, text: &str) -> Result<Schema, String> {
+        if text.len() > MAX_SCHEMA_BYTES {
+            return Err(format!("its definition has {} bytes; at most {MAX_SCHEMA_BYTES} are read", text.len()));
+        }
+        let name = short(name);
+        let mut parts: Vec<(String, Vec<&str>)> = vec![(name, Vec::new())];
+        for line in text.lines().map(|line| line.split('#').next().unwrap_or("").trim()) {
+            if let Some(name) = line.strip_prefix("MSG:") {
+                parts.push((short(name.trim()), Vec::new()));
+            } else if !line.is_empty()
+                && !line.starts_with("===")
+                && let Some(part) = parts.last_mut()
+            {
+                part.1.push(line);
+            }
+        }
+        let places: BTreeMap<&str, usize> = parts.iter().enumerate().rev().map(|(k, p)| (p.0.as_str(), k)).collect();
+        let record = |(name, lines): &(String, Vec<&str>)| -> Result<Vec<Field>, String> {
+            let package = name.split('/').next().unwrap_or("");
+            let fields = lines.iter().filter_map(|line| field(line, package, &places).transpose());
+            fields.collect::<Result<_, _>>().map_err(|e| format!("the definition of {name}: {e}"))
+        };
+        Ok(Schema { records: parts.iter().map(record).collect::<Result<_, _>>()? })
+    }
+}
+
+/// `package/Name`, also of `package/msg/Name`.
+fn short(name: &str) -> String {
+    name.replace("/msg/", "/")
+}
+
+/// The field of a line; none where it defines a constant.
+fn field(line: &str, package: &str, places: &BTreeMap<&str, usize>) -> Result<Option<Field>, String> {
+    let (kind, rest) = line.split_once(char::is_whitespace).ok_or_else(|| format!("`{line}` names no field"))?;
+    let rest = rest.trim();
+    let name: String = rest.chars().take_while(|c| c.is_alphanumeric() || *c == '_').collect();
+    if name.is_empty() || name.len() > MAX_NAME_BYTES {
+        return Err(format!("`{line}` names no field"));
+    }
+    // A constant has `=` behind its name; a default has none, or `[<=n]` before it.
+    if rest[name.len()..].trim_start().starts_with('=') {
+        return Ok(None);
+    }
+    let (kind, count) = match kind.split_once('[') {
+        None => (kind, Count::One),
+        Some((kind, size)) => match size.trim_end_matches(']') {
+            "" => (kind, Count::Many),
+            bounded if bounded.starts_with("<=") => (kind, Count::Many),
+            size => match size.parse() {
+                Ok(0) | Err(_) => return Err(format!("`{line}`: `{size}` is no size of an array")),
+                Ok(size) => (kind, Count::Fixed(size)),
+            },
+        },
+    };
+    let kind = match kind.split("<=").next().unwrap_or(kind) {
+        "bool" | "byte" | "octet" | "uint8" | "char" => Kind::U8,
+        "int8" => Kind::I8,
+        "int16" => Kind::I16,
+        "uint16" => Kind::U16,
+        "int32" => Kind::I32,
+        "uint32" => Kind::U32,
+        "int64" => Kind::I64,
+        "uint64" => Kind::U64,
+        "float32" => Kind::F32,
+        "float64" => Kind::F64,
+        "string" => Kind::Text,
+        "time" | "duration" => Kind::Time,
+        other => {
+            let other = short(other);
+            let ways = [other.clone(), format!("{package}/{other}"), format!("std_msgs/{other}")];
+            if matches!(other.as_str(), "builtin_interfaces/Time" | "builtin_interfaces/Duration") {
+                Kind::Time
+            } else {
+                let place = ways.iter().find_map(|name| places.get(name.as_str()));
+                Kind::Record(*place.ok_or_else(|| format!("`{other}` of `{line}` is not defined"))?)
+            }
+        }
+    };
+    Ok(Some(Field { name, kind, count }))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_definition_with_what_stands_in_it() {
+        let text = "# state\nstd_msgs/Header header\nuint8 MODE=3\nuint8[2] head\nfloat64[<=4] q # rad\nMotor[] motors\n\
+                    float32 gain 1.5\nstring<=8 name\n=====\nMSG: a/Motor\nfloat32 q\n=====\nMSG: std_msgs/Header\n\
+                    builtin_interfaces/Time stamp\nstring frame_id\n";
+        let schema = Schema::of("a/msg/State", text).unwrap();
+        let shown: Vec<String> =
+            schema.records[0].iter().map(|f| format!("{} {:?} {:?}", f.name, f.kind, f.count)).collect();
+        let expected = [
+            "header Record(2) One",
+            "head U8 Fixed(2)",
+            "q F64 Many",
+            "motors Record(1) Many",
+            "gain F32 One",
+            "name Text One",
+        ];
+        assert_eq!(shown, expected);
+        assert_eq!(schema.records[2][0], Field { name: "stamp".into(), kind: Kind::Time, count: Count::One });
+    }
+
+    #[test]
+    fn what_is_no_definition_is_refused() {
+        for (text, wanted) in [
+            ("float64", "`float64` names no field"),
+            ("Motor m", "`Motor` of `Motor m` is not defined"),
+            ("float64[0] q", "no size of an array"),
+            ("float64[-1] q", "no size of an array"),
+        ] {
+            let message = Schema::of("a/State", text).unwrap_err();
+            assert!(message.contains(wanted) && message.contains("the definition of a/State"), "{message}");
+        }
+        assert!(Schema::of("a/State", &"#".repeat(MAX_SCHEMA_BYTES + 1)).unwrap_err().contains("bytes"));
+    }
+}
