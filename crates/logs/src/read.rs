@@ -1,7 +1,7 @@
 //! Which format a file has, and its reader.
 //!
-//! The formats are delimited text (`formats::delimited`), plain or gzip; the arrays of a .npz; a Parquet file; the
-//! joint states of a ROS recording. The content decides the format, not the name. `-` is standard input. Of a text, and
+//! The formats are delimited text (`formats::delimited`), plain or gzip; the arrays of a .npz or a .mat; a Parquet file; a
+//! data set of LeRobot; the messages of a ROS recording. The content decides the format, not the name. `-` is standard input. Of a text, and
 //! of a Parquet file on disk, some rows are read at a time; another file is held whole, up to [`MAX_FILE_BYTES`]. A text ends at [`MAX_CELLS`](crate::table::MAX_CELLS) numbers, so
 //! that a pipe or device without end is refused there.
 
@@ -36,6 +36,10 @@ pub(crate) fn open(path: &Path) -> Result<Opened<'static>, Error> {
         return opened("standard input", Source::standard_input());
     }
     let file = path.display().to_string();
+    #[cfg(feature = "parquet")]
+    if let Some(table) = crate::formats::lerobot::read(path)? {
+        return Ok(Opened::Whole(table));
+    }
     #[cfg(any(feature = "mcap", feature = "rosbag2-sqlite"))]
     if let Some(table) = crate::formats::rosbag::recording::read(path)? {
         return Ok(Opened::Whole(table));
@@ -136,6 +140,8 @@ impl Table {
             return Err(Error::at(file, 0, why));
         }
         match content {
+            #[cfg(feature = "mat")]
+            Content::Mat => crate::formats::mat::read(file, bytes, budget),
             #[cfg(feature = "npz")]
             Content::Numpy => crate::formats::npz::read(file, bytes, budget),
             #[cfg(feature = "parquet")]

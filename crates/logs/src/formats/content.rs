@@ -10,11 +10,13 @@ pub(crate) enum Content {
     /// A zstd stream of any of the others.
     Zstd,
     Numpy,
+    /// Arrays of MATLAB, version 5.
+    Mat,
     Parquet,
     Mcap,
     Sqlite,
-    /// A bag of ROS 1.
-    Bag,
+    /// What another program turns into one of the others.
+    Foreign(&'static str),
 }
 
 use Content::*;
@@ -25,11 +27,42 @@ const FILE_KINDS: [(&[u8], Content, &str, &str, bool); 9] = [
     (b"\x28\xb5\x2f\xfd", Zstd, "a zstd stream", "zstd", cfg!(feature = "zstd")),
     (b"PK\x03\x04", Numpy, "a .npz of NumPy", "npz", cfg!(feature = "npz")),
     (b"\x93NUMPY", Numpy, "an array of NumPy", "npz", cfg!(feature = "npz")),
+    (b"MATLAB 5.0 MAT", Mat, "a .mat of version 5", "mat", cfg!(feature = "mat")),
     (b"PAR1", Parquet, "a Parquet file", "parquet", cfg!(feature = "parquet")),
     (b"PARE", Parquet, "a Parquet file", "parquet", cfg!(feature = "parquet")),
     (b"\x89MCAP0\r\n", Mcap, "an MCAP file", "mcap", cfg!(feature = "mcap")),
     (b"SQLite format 3\0", Sqlite, "a rosbag2 in sqlite3", "rosbag2-sqlite", cfg!(feature = "rosbag2-sqlite")),
-    (b"#ROSBAG V", Bag, "", "", true),
+];
+
+/// First bytes of files that are not read, with what they are and the line that makes one that is.
+const FOREIGN: [(&[u8], &str); 8] = [
+    (b"#ROSBAG V", "a bag of ROS 1, which is not read; convert it: `mcap convert in.bag out.mcap`"),
+    (
+        b"ARROW1",
+        "an Arrow or Feather file, which is not read; convert it: `python -c \"import polars; \
+         polars.read_ipc('IN').write_parquet('OUT.parquet')\"`",
+    ),
+    (
+        b"MATLAB 7.3 MAT",
+        "a .mat of version 7.3 (HDF5), which is not read; save it as version 7 in MATLAB: `save('OUT.mat', '-v7')`",
+    ),
+    (
+        b"\x89HDF\r\n",
+        "an HDF5 file, which is not read; write its arrays as .npz: `python -c \"import h5py, numpy; f = \
+         h5py.File('IN'); numpy.savez('OUT.npz', **{k: f[k][:] for k in ('t', 'q', 'tau')})\"`",
+    ),
+    (
+        b"TDSm",
+        "a TDMS file of LabVIEW, which is not read; convert it: `python -c \"import nptdms; \
+         nptdms.TdmsFile('IN').as_dataframe().to_csv('OUT.csv')\"`",
+    ),
+    (b"ULog\x01", "a ULog of PX4, which is not read; convert it: `ulog2csv IN.ulg`"),
+    (
+        b"\x80\x04\x95",
+        "a pickle of Python, which may run what it likes and is not read; write its arrays: `numpy.savez('OUT.npz', t=t, \
+         q=q, tau=tau)`",
+    ),
+    (b"\xd0\xcf\x11\xe0", "a workbook of old Excel, which is not read; save the sheet as CSV"),
 ];
 
 /// Number of first bytes that tell the kind of a file.
@@ -38,15 +71,14 @@ pub(crate) const MAGIC_BYTES: usize = 16;
 impl Content {
     /// The kind of a file with these first bytes, [`MAGIC_BYTES`] of them or all.
     pub(crate) fn of(head: &[u8]) -> Content {
-        FILE_KINDS.iter().find(|kind| head.starts_with(kind.0)).map_or(Text, |kind| kind.1)
+        let foreign = || FOREIGN.iter().find(|kind| head.starts_with(kind.0)).map(|kind| Foreign(kind.1));
+        FILE_KINDS.iter().find(|kind| head.starts_with(kind.0)).map(|kind| kind.1).or_else(foreign).unwrap_or(Text)
     }
 
     /// Why files of this kind are not read, and what to do; `None` where they are.
     pub(crate) fn refusal(self) -> Option<String> {
-        if self == Bag {
-            return Some(
-                "this is a bag of ROS 1, which is not read; convert it: `mcap convert in.bag out.mcap`".into(),
-            );
+        if let Foreign(what) = self {
+            return Some(format!("this is {what}"));
         }
         FILE_KINDS.iter().find(|kind| kind.1 == self && !kind.4).map(|(_, _, name, feature, _)| {
             format!(
@@ -67,8 +99,11 @@ mod tests {
         for (magic, content, _, feature, built) in FILE_KINDS {
             assert_eq!(Content::of(&[magic, b"and more"].concat()), content);
             let refusal = content.refusal();
-            assert_eq!(refusal.is_some(), !built || content == Bag, "{feature}");
-            assert!(refusal.is_none_or(|r| r.contains(&format!("`{feature}` of the package")) || content == Bag));
+            assert_eq!(refusal.is_some(), !built, "{feature}");
+            assert!(refusal.is_none_or(|r| r.contains(&format!("`{feature}` of the package"))));
+        }
+        for (magic, what) in FOREIGN {
+            assert_eq!(Content::of(&[magic, b"and more"].concat()).refusal(), Some(format!("this is {what}")));
         }
         assert_eq!(Content::of(b"t,q1,tau1"), Text);
         assert_eq!(Text.refusal(), None);

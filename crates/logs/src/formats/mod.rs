@@ -5,6 +5,10 @@ pub(crate) mod arrays;
 pub(crate) mod compression;
 pub(crate) mod content;
 pub(crate) mod delimited;
+#[cfg(feature = "parquet")]
+pub(crate) mod lerobot;
+#[cfg(feature = "mat")]
+pub(crate) mod mat;
 #[cfg(feature = "npz")]
 pub(crate) mod npz;
 mod number;

@@ -101,7 +101,7 @@ fn files(directory: &Path) -> Result<Vec<PathBuf>, Error> {
             Content::Mcap | Content::Sqlite => found.push(path),
             // rosbag2 leaves an unpacked part beside the packed one.
             Content::Zstd if !path.with_extension("").exists() => found.push(path),
-            content @ Content::Bag => {
+            content @ Content::Foreign(_) => {
                 let why = content.refusal().unwrap_or_default();
                 return Err(Error::at(&path.display().to_string(), 0, why));
             }
