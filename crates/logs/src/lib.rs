@@ -28,7 +28,7 @@ pub use cleaning::refresh::Refresh;
 pub use cleaning::suspects::Suspect;
 pub use cleaning::turns::unwrap_angle;
 pub use columns::mapping::Columns;
-pub use columns::names::{ColumnNames, Names};
+pub use columns::names::{ColumnNames, Names, Undriven};
 pub use columns::proposal::{Proposal, Proposed, propose};
 pub use columns::source::Source;
 pub use columns::units::UnitNames;

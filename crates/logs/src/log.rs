@@ -111,7 +111,7 @@ impl Log {
             effort_is: if columns.effort_is == Quantity::Current { Effort::Current } else { Effort::Torque },
             rows: Vec::new(),
             window: None,
-            report: LogReport::default(),
+            report: LogReport { undriven: columns.undriven.clone(), ..LogReport::default() },
         }
     }
 
@@ -268,7 +268,9 @@ impl Log {
             (Suspect { foreign_rows, foreign_are_zero, saturated, ..suspect }, wrapped)
         });
         let wrapped = found.iter().map(|(_, wrapped)| wrapped).sum();
-        (found.into_iter().map(|(suspect, _)| suspect).collect(), wrapped)
+        let undriven = self.report.undriven.iter().copied().chain(std::iter::repeat(None));
+        let suspects = found.into_iter().zip(undriven).map(|((suspect, _), undriven)| suspect.undriven(undriven));
+        (suspects.collect(), wrapped)
     }
 }
 

@@ -7,6 +7,7 @@ use serde::Serialize;
 use crate::Error;
 use crate::cleaning::refresh::Refresh;
 use crate::cleaning::suspects::Suspect;
+use crate::columns::names::Undriven;
 
 /// The account of the cleaning of a log.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
@@ -33,6 +34,9 @@ pub struct LogReport {
     /// Episodes that begin where the clock begins anew; the first row of each is left out.
     #[serde(skip_serializing_if = "is_zero")]
     pub episodes_by_clock: usize,
+    /// One per coordinate: why there is no torque; `None`: there is one.
+    #[serde(skip)]
+    pub undriven: Vec<Option<Undriven>>,
     /// Rows with more or fewer cells than the header.
     pub ragged: usize,
     /// Kept rows in which every signal but the time is as in the row before.

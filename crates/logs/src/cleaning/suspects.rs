@@ -7,6 +7,7 @@ use serde::Serialize;
 
 use crate::cleaning::raw_words::RawWord;
 use crate::cleaning::turns::{extremes, may_be_wrapped, unwrap_angle};
+use crate::columns::names::Undriven;
 
 /// What is odd about the signals of one coordinate.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
@@ -15,6 +16,9 @@ pub struct Suspect {
     pub coordinate: String,
     /// Jumps of the position, turns not counted.
     pub jumps: usize,
+    /// Why it has no torque; `None`: it has one.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub undriven: Option<Undriven>,
     /// The torque (A) of every row, where it is always the same.
     pub constant: Option<f64>,
     /// Share of the rows at which the torque stands at its limits, where that is no accident.
@@ -59,6 +63,14 @@ impl Suspect {
         (suspect, wrapped)
     }
 
+    /// Without what is said of a torque, where there is none.
+    pub(crate) fn undriven(self, undriven: Option<Undriven>) -> Suspect {
+        match undriven {
+            None => self,
+            Some(_) => Suspect { undriven, constant: None, saturated: None, raw_effort: None, ..self },
+        }
+    }
+
     /// Whether the position may have been logged within one turn.
     pub(crate) fn may_be_wrapped(&self) -> bool {
         self.logged.is_some_and(may_be_wrapped)
@@ -94,6 +106,13 @@ impl fmt::Display for Suspect {
             let jumps = self.jumps;
             let what = if jumps == 1 { "jump" } else { "jumps" };
             writeln!(f, "{name}: {jumps} {what} of the position: spikes, or poses without the way between")?;
+        }
+        match self.undriven {
+            Some(Undriven::Prescribed) => {
+                writeln!(f, "{name}: something else moves it: its positions count, and it gives no rows of torque")?;
+            }
+            Some(Undriven::Free) => writeln!(f, "{name}: nothing drives it: its torque is taken to be zero")?,
+            None => {}
         }
         if let Some(x) = self.constant {
             writeln!(f, "{name}: its torque is {x} in every row: is it measured?")?;

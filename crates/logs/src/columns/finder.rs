@@ -5,7 +5,7 @@ use gate::suggestion::did_you_mean;
 
 use crate::Error;
 use crate::columns::clocks;
-use crate::columns::names::{ColumnNames, Names};
+use crate::columns::names::{ColumnNames, Names, Undriven};
 use crate::columns::prefixes::prefixes;
 use crate::columns::source::Source;
 use crate::columns::units::{GivenUnit, given_unit};
@@ -91,6 +91,29 @@ impl<'a> Finder<'a> {
 
     /// The columns of a quantity by its stems, in the order of the coordinates; `None`: not there.
     pub(crate) fn group(&self, quantity: Quantity, n: usize) -> Result<Option<Vec<Source>>, Error> {
+        let all = self.group_of(quantity, &vec![true; n])?;
+        Ok(all.map(|all| all.into_iter().flatten().collect()))
+    }
+
+    /// The columns of torques or currents; none of a coordinate that has no torque.
+    pub(crate) fn efforts(
+        &self,
+        quantity: Quantity,
+        given: Option<&Names>,
+        undriven: &[Option<Undriven>],
+    ) -> Result<Option<Vec<Option<Source>>>, Error> {
+        let needed: Vec<bool> = undriven.iter().map(Option::is_none).collect();
+        let found = match given {
+            Some(names) => Some(self.given_of(quantity, names, &needed)?),
+            None => self.group_of(quantity, &needed)?,
+        };
+        let without = |(source, needed): (Option<Source>, &bool)| source.filter(|_| *needed);
+        Ok(found.map(|all| all.into_iter().zip(&needed).map(without).collect()))
+    }
+
+    /// The same where only some are `needed`.
+    fn group_of(&self, quantity: Quantity, needed: &[bool]) -> Result<Option<Vec<Option<Source>>>, Error> {
+        let n = needed.len();
         let group: Vec<&Reading> = self.readings.iter().filter(|r| r.quantity == quantity).collect();
         if group.is_empty() {
             return Ok(None);
@@ -119,21 +142,24 @@ impl<'a> Finder<'a> {
             *slot = Some(reading);
         }
         // A quantity that only some of the joints have is refused.
-        if let Some(k) = places.iter().position(Option::is_none) {
+        if let Some(k) = places.iter().zip(needed).position(|(place, needed)| *needed && place.is_none()) {
             let name = self.coordinates.get(k).map_or("", String::as_str);
+            let otherwise = match quantity {
+                Quantity::Torque | Quantity::Current => format!(
+                    "; one that something else moves is named in [options.columns.prescribed={name}], one that nothing drives \
+                     in [options.columns.free={name}]"
+                ),
+                _ => String::new(),
+            };
             return Err(self.error(format!(
                 "the {} of joint {} ({name}) is missing, though other joints have it; a joint that stood still is left out \
-                 of the model by [lock={name}=0], with its position",
+                 of the model by [lock={name}=0], with its position{otherwise}",
                 format!("{quantity:?}").to_lowercase(),
                 k + 1
             )));
         }
-        places
-            .into_iter()
-            .flatten()
-            .map(|r| self.source(quantity, r.column, r.unit))
-            .collect::<Result<_, _>>()
-            .map(Some)
+        let source = |place: Option<&Reading>| place.map(|r| self.source(quantity, r.column, r.unit)).transpose();
+        places.into_iter().map(source).collect::<Result<_, _>>().map(Some)
     }
 
     /// A column in the unit that the user names, or in that of its header.
@@ -184,7 +210,14 @@ impl<'a> Finder<'a> {
     }
 
     pub(crate) fn given(&self, quantity: Quantity, names: &Names) -> Result<Vec<Source>, Error> {
+        let all = self.given_of(quantity, names, &vec![true; self.coordinates.len()])?;
+        Ok(all.into_iter().flatten().collect())
+    }
+
+    /// The columns by the names that the user gives, where only some are `needed`.
+    fn given_of(&self, quantity: Quantity, names: &Names, needed: &[bool]) -> Result<Vec<Option<Source>>, Error> {
         let n = self.coordinates.len();
+        let wanted = needed.iter().filter(|needed| **needed).count();
         let by_name = |pattern: &str, braces: &str| -> Vec<String> {
             self.coordinates.iter().map(|name| pattern.replace(braces, name)).collect()
         };
@@ -193,7 +226,8 @@ impl<'a> Finder<'a> {
             Names::Pattern(p) if p.contains("{}") => {
                 let counted = |first: usize| (first..n + first).map(|i| p.replace("{}", &i.to_string())).collect();
                 let ways: [Vec<String>; 3] = [counted(1), counted(0), by_name(p, "{}")];
-                let are_there = |way: &&Vec<String>| way.iter().all(|name| self.column(name).is_some());
+                let is_there = |(name, needed): (&String, &bool)| !needed || self.column(name).is_some();
+                let are_there = |way: &&Vec<String>| way.iter().zip(needed).all(is_there);
                 // A file that has a number 0 counts from it, also where more numbers than joints are there.
                 let order = if self.column(&p.replace("{}", "0")).is_some() { [1, 0, 2] } else { [0, 1, 2] };
                 order.iter().map(|k| &ways[*k]).find(are_there).unwrap_or(&ways[0]).clone()
@@ -205,13 +239,18 @@ impl<'a> Finder<'a> {
                 )));
             }
             Names::Each(names) if names.len() == n => names.clone(),
+            Names::Each(names) if names.len() == wanted => {
+                let mut names = names.iter();
+                needed.iter().map(|needed| names.by_ref().take(usize::from(*needed)).cloned().collect()).collect()
+            }
             Names::Each(names) => {
                 return Err(
-                    self.error(format!("{} names of {quantity:?} columns are given for {n} joints", names.len()))
+                    self.error(format!("{} names of {quantity:?} columns are given for {wanted} joints", names.len()))
                 );
             }
         };
-        names.iter().map(|name| self.named(quantity, name)).collect()
+        let source = |(name, needed): (&String, &bool)| needed.then(|| self.named(quantity, name)).transpose();
+        names.iter().zip(needed).map(source).collect()
     }
 
     /// The column of a header; a unit in brackets behind it need not be named.

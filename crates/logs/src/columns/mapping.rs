@@ -9,10 +9,13 @@ use Quantity::*;
 
 use crate::Error;
 use crate::columns::finder::Finder;
-use crate::columns::names::{ColumnNames, Names};
+use crate::columns::names::{ColumnNames, Names, Undriven};
 use crate::columns::source::Source;
 use crate::columns::words::{Quantity, of_sliding, written};
 use crate::table::Table;
+
+/// The header of a column that is not there.
+const NO_COLUMN: &str = "no column";
 
 /// The mapping from a table to the quantities of a robot; printing it shows every choice made.
 #[derive(Clone, Debug, PartialEq)]
@@ -31,8 +34,10 @@ pub struct Columns {
     pub velocity: Option<Vec<Source>>,
     /// One per coordinate, where the file has them.
     pub acceleration: Option<Vec<Source>>,
-    /// Torque, or current when there is no torque.
+    /// Torque, or current when there is no torque. Of a coordinate without one it is zero times its position.
     pub effort: Vec<Source>,
+    /// One per coordinate: why there is no torque.
+    pub undriven: Vec<Option<Undriven>>,
     /// Torque or current.
     pub effort_is: Quantity,
     /// Headers of the file that are not used.
@@ -86,6 +91,7 @@ impl Columns {
         needs_efforts: bool,
     ) -> Result<Columns, Error> {
         let finder = Finder::new(table, coordinates, names)?;
+        let undriven = names.undriven(coordinates).map_err(Error::new)?;
         let mut time = match &names.time {
             Some(name) => finder.named(Time, name)?,
             None => finder.clock()?,
@@ -105,13 +111,20 @@ impl Columns {
         let position = quantity(Position, &names.position)?.ok_or_else(|| finder.missing(Position))?;
         let velocity = quantity(Velocity, &names.velocity)?;
         let acceleration = quantity(Acceleration, &names.acceleration)?;
+        let effort = |quantity: Quantity, given: &Option<Names>| finder.efforts(quantity, given.as_ref(), &undriven);
         // A user who names the current wants the current, even where there are torques too.
-        let torque = if names.current.is_some() { None } else { quantity(Torque, &names.torque)? };
-        let (effort, effort_is) = match torque {
+        let torque = if names.current.is_some() { None } else { effort(Torque, &names.torque)? };
+        let (efforts, effort_is) = match torque {
             Some(torque) => (torque, Torque),
             None if !needs_efforts => (vec![], Torque),
-            None => (quantity(Current, &names.current)?.ok_or_else(|| finder.missing(Torque))?, Current),
+            None if undriven.iter().all(Option::is_some) => (vec![None; coordinates.len()], Torque),
+            None => (effort(Current, &names.current)?.ok_or_else(|| finder.missing(Torque))?, Current),
         };
+        let none =
+            |position: &Source| Source { header: NO_COLUMN.into(), unit: "nm".into(), factor: 0.0, ..position.clone() };
+        let effort =
+            efforts.into_iter().zip(&position).map(|(source, position)| source.unwrap_or_else(|| none(position)));
+        let effort = effort.collect();
         let mut columns = Columns {
             coordinates: coordinates.to_vec(),
             time,
@@ -121,6 +134,7 @@ impl Columns {
             velocity,
             acceleration,
             effort,
+            undriven,
             effort_is,
             unused: Vec::new(),
             notes: table.notes.iter().cloned().chain(finder.notes).collect(),
@@ -165,8 +179,19 @@ impl fmt::Display for Columns {
                 continue;
             };
             let pairs = self.coordinates.iter().zip(sources);
+            let pairs = pairs.filter(|(_, s)| s.header != NO_COLUMN);
             let pairs: Vec<String> = pairs.map(|(k, s)| format!("{k} <- {s}")).collect();
             writeln!(f, "{name}: {}", pairs.join(", "))?;
+        }
+        for (why, what) in [
+            (Undriven::Prescribed, "prescribed: their positions count, and give no rows of torque"),
+            (Undriven::Free, "free: their torque is zero"),
+        ] {
+            let of = self.coordinates.iter().zip(&self.undriven).filter(|(_, undriven)| **undriven == Some(why));
+            let of: Vec<&str> = of.map(|(name, _)| name.as_str()).collect();
+            if !of.is_empty() {
+                writeln!(f, "{}: {what}", of.join(", "))?;
+            }
         }
         if !self.unused.is_empty() {
             writeln!(f, "not used: {}", self.unused.join(", "))?;
@@ -302,6 +327,35 @@ mod tests {
         }
         let message = given("positon_{}", "t,position_1,position_2,tau1,tau2").unwrap_err().to_string();
         assert!(message.contains("no column `positon_1` (did you mean `position_1`?)"), "{message}");
+    }
+
+    /// Coordinates without a torque need no column of one, and have none where one is there.
+    #[test]
+    fn coordinates_without_a_torque() {
+        let names = |prescribed: &[&str], free: &[&str]| {
+            let of = |names: &[&str]| names.iter().map(|name| name.to_string()).collect();
+            ColumnNames { prescribed: of(prescribed), free: of(free), ..ColumnNames::default() }
+        };
+        for header in ["t,q1,q2,tau2", "t,q1,q2,tau1,tau2"] {
+            for (given, said) in [(names(&["a"], &[]), "a: prescribed"), (names(&[], &["a"]), "a: free")] {
+                let columns = find(header, &["a", "b"], &given).unwrap();
+                assert_eq!((columns.effort[0].si(3.0), columns.effort[1].si(3.0)), (0.0, 3.0), "{header}");
+                assert!(columns.to_string().contains(said) && columns.to_string().contains("torque: b <- tau2"));
+            }
+        }
+        let torque = Some(Names::Each(vec!["x".into()]));
+        let given = ColumnNames { torque, ..names(&["a"], &[]) };
+        assert_eq!(find("t,q1,q2,x", &["a", "b"], &given).unwrap().effort[1].column, 3);
+        for (given, wanted) in [
+            (names(&["c"], &[]), "`c` is no coordinate"),
+            (names(&["a"], &["a"]), "free and prescribed"),
+            (names(&["a", "b"], &[]), "nothing is told"),
+        ] {
+            let message = find("t,q1,q2,tau1,tau2", &["a", "b"], &given).unwrap_err().to_string();
+            assert!(message.contains(wanted), "{message}");
+        }
+        let message = find("t,q1,q2,tau2", &["a", "b"], &ColumnNames::default()).unwrap_err().to_string();
+        assert!(message.contains("[options.columns.prescribed=a]"), "{message}");
     }
 
     #[test]

@@ -1,5 +1,6 @@
 //! Names of columns that a user gives.
 
+use gate::suggestion::did_you_mean;
 use serde::{Deserialize, Serialize};
 
 use crate::columns::units::UnitNames;
@@ -23,9 +24,54 @@ pub struct ColumnNames {
     pub torque: Option<Names>,
     /// Headers of the currents.
     pub current: Option<Names>,
+    /// Coordinates that something else moves: their positions count, and no torque of theirs is expected.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub prescribed: Vec<String>,
+    /// Coordinates that nothing drives: their torque is zero, and no column of it is expected.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub free: Vec<String>,
     /// Units, where the headers do not name them or name others.
     #[serde(skip_serializing_if = "UnitNames::is_empty")]
     pub units: UnitNames,
+}
+
+/// Why a log has no torque of a coordinate.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Undriven {
+    /// Something else moves it: its torque is not known, and gives no rows.
+    Prescribed,
+    /// Nothing drives it: its torque is zero, and that is measured.
+    Free,
+}
+
+impl ColumnNames {
+    /// Why there is no torque of each of some coordinates; `None`: there is one.
+    ///
+    /// Fails on a name that is none of them, or stands there twice.
+    pub(crate) fn undriven(&self, coordinates: &[String]) -> Result<Vec<Option<Undriven>>, String> {
+        let mut found = vec![None; coordinates.len()];
+        for (key, names, why) in
+            [("prescribed", &self.prescribed, Undriven::Prescribed), ("free", &self.free, Undriven::Free)]
+        {
+            for name in names {
+                let place = coordinates.iter().position(|c| c == name).ok_or_else(|| {
+                    let meant = did_you_mean(name, coordinates.iter().map(String::as_str));
+                    let known = coordinates.join(", ");
+                    format!("[options.columns.{key}]: `{name}` is no coordinate{meant}; they are {known}")
+                })?;
+                if found[place].replace(why).is_some() {
+                    return Err(format!(
+                        "[options.columns.{key}]: `{name}` stands there twice, or is free and prescribed"
+                    ));
+                }
+            }
+        }
+        if !found.is_empty() && found.iter().all(|why| *why == Some(Undriven::Prescribed)) {
+            return Err("[options.columns.prescribed]: where no coordinate has a torque, nothing is told".into());
+        }
+        Ok(found)
+    }
 }
 
 /// `taum_abs{}`, the braces standing for 1, 2, .., for 0, 1, .., or for the names of the joints, whichever the file has;
