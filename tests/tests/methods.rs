@@ -118,8 +118,18 @@ fn essential_leaves_out_what_the_logs_do_not_need() {
 
 /// The flags of `rist identify --help` that say how the description is read: every command has them, and
 /// `tests/command_line.rs` looks at them.
-const OF_THE_MODEL: [&str; 8] =
-    ["--angles", "--mimic", "--value", "--rotor-inertia", "--lock", "--base", "--floating-base", "--any-size"];
+const OF_THE_MODEL: [&str; 10] = [
+    "--angles",
+    "--mimic",
+    "--value",
+    "--arg",
+    "--package",
+    "--rotor-inertia",
+    "--lock",
+    "--base",
+    "--floating-base",
+    "--any-size",
+];
 
 /// Those of every command that say how the program speaks; `tests/terminal.rs` looks at them.
 const OF_THE_TERMINAL: [&str; 3] = ["--color", "--json", "--quiet"];

@@ -11,6 +11,12 @@ pub struct DescriptionOptions {
     /// Values of symbols, m or rad.
     #[serde(skip_serializing_if = "BTreeMap::is_empty")]
     pub values: BTreeMap<String, f64>,
+    /// Values of the arguments of a xacro.
+    #[serde(skip_serializing_if = "BTreeMap::is_empty")]
+    pub arguments: BTreeMap<String, String>,
+    /// Folders of the packages that a xacro includes from.
+    #[serde(skip_serializing_if = "BTreeMap::is_empty")]
+    pub packages: BTreeMap<String, String>,
     /// Whether the mimic joints of a URDF are coordinates of their own.
     #[serde(skip_serializing_if = "is_false")]
     pub independent_mimic: bool,

@@ -1,6 +1,6 @@
 //! A description as a user gives it: how it is read, which values the reader rounded, which it lacks.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 pub use linear_model::description_options::RotorInertias;
 use modeling::Size;
@@ -22,8 +22,11 @@ pub fn read_robot(path: &Path, options: &ModelOptions) -> Result<Robot, Error> {
 
 /// As [`read_robot`] of a text; the extension of `path` tells its format, and no file is opened.
 pub fn parse_robot(text: &str, path: &Path, options: &ModelOptions) -> Result<Robot, Error> {
-    let ModelOptions { mimic, angles, floating_base, value: ref values, .. } = *options;
-    let mut robot = robot::format::parse_with(text, path, ReadOptions { mimic, angles, floating_base, values })?;
+    let ModelOptions { mimic, angles, floating_base, value: ref values, arg: ref arguments, .. } = *options;
+    let packages: Vec<(String, PathBuf)> =
+        options.package.iter().map(|(name, folder)| (name.clone(), PathBuf::from(folder))).collect();
+    let read = ReadOptions { mimic, angles, floating_base, values, arguments, packages: &packages };
+    let mut robot = robot::format::parse_with(text, path, read)?;
     for (name, position) in &options.lock {
         let refused = |why: String| Error::new(format_args!("{}: [lock]: {why}", path.display()));
         robot = robot.locked(name, *position).map_err(refused)?;

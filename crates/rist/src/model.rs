@@ -47,7 +47,7 @@ pub struct Model {
 }
 
 impl Model {
-    /// Reads a description (.yaml, .urdf, .xml of MuJoCo, .par) and derives its dynamics.
+    /// Reads a description (.yaml, .urdf, .xacro, .xml of MuJoCo, .par) and derives its dynamics.
     ///
     /// Fails with the place of what cannot be read, where a symbol has no value, and where the rank of the base
     /// parameters is not clear-cut.
@@ -257,7 +257,7 @@ impl Model {
         }
         Err(Error::new(format_args!(
             "{}: made with `{}` ({}), but this model is `{}` ({}): its geometry or joints have changed, or it was read with \
-             other options ([rotor_inertia], [value], [mimic], [lock], [base], [floating_base]), or by another version of rist",
+             other options ([rotor_inertia], [value], [arg], [package], [mimic], [lock], [base], [floating_base]), or by another version of rist",
             file.display(),
             made_with.name,
             made_with.fingerprint,

@@ -1,4 +1,4 @@
-//! Numbers by name: gains of drives, values of symbols.
+//! Numbers and texts by name: gains of drives, values of symbols, arguments of a description.
 
 use identification::estimators::drive_gains::likelihood::Gain;
 use serde_json::{Map, Value, json};
@@ -42,6 +42,37 @@ impl FieldType for Vec<(String, f64)> {
 
     fn numbers(&self) -> Vec<f64> {
         self.iter().map(|(_, x)| *x).collect()
+    }
+}
+
+/// `tool=gripper`.
+fn told(text: &str) -> Result<(String, String), String> {
+    let (name, value) = text.split_once('=').ok_or("expected NAME=TEXT")?;
+    Ok((name.trim().into(), value.into()))
+}
+
+impl FieldType for Vec<(String, String)> {
+    fn shape() -> Shape {
+        let json = json!({"anyOf": [{"type": "object", "additionalProperties": {"type": "string"}}, {"type": "null"}]});
+        let (expected, python) = ("texts by name, as {\"tool\": \"gripper\"}", "Mapping[str, str] | None");
+        Shape::plain(expected, python, json, Flag::List, |text| told(text).map(drop))
+    }
+
+    fn of_texts(texts: &[String]) -> Result<Self, Error> {
+        texts.iter().map(|text| told(text).map_err(Error::new)).collect()
+    }
+
+    fn of_value(value: &Value) -> Result<Option<Self>, Error> {
+        let one = |(name, text): (&String, &Value)| Some((name.clone(), text.as_str()?.to_string()));
+        Ok(match value {
+            Value::Null => Some(Vec::new()),
+            _ => value.as_object().and_then(|by_name| by_name.iter().map(one).collect()),
+        })
+    }
+
+    fn to_value(&self) -> Value {
+        let by_name: Map<String, Value> = self.iter().map(|(name, text)| (name.clone(), json!(text))).collect();
+        if by_name.is_empty() { Value::Null } else { by_name.into() }
     }
 }
 

@@ -10,6 +10,11 @@ request! {
     pub struct ModelOptions {
         /// Value of a symbol of the description, m or rad: D3=0.45 (symbols of a .par file may have no value).
         value: Vec<(String, f64)> = Vec::new(), value_name("NAME=VALUE");
+        /// Value of an argument of a xacro, which `$(arg NAME)` asks for [default: as the file says].
+        arg: Vec<(String, String)> = Vec::new(), value_name("NAME=VALUE");
+        /// Folder of a package that a xacro includes from, which `$(find NAME)` asks for; no other is opened but that of
+        /// the file.
+        package: Vec<(String, String)> = Vec::new(), value_name("NAME=FOLDER");
         /// How the mimic joints of a URDF are read: as following the joint they mimic, or as coordinates of their own.
         mimic: Mimic = Mimic::Constraint;
         /// How rounded angles are read: as the angles that were meant (1.5707 and 1.5708 as pi/2), or as given.
@@ -36,6 +41,8 @@ impl ModelOptions {
     pub fn of_description(description: &DescriptionOptions) -> ModelOptions {
         ModelOptions {
             value: description.values.iter().map(|(name, value)| (name.clone(), *value)).collect(),
+            arg: description.arguments.iter().map(|(name, text)| (name.clone(), text.clone())).collect(),
+            package: description.packages.iter().map(|(name, folder)| (name.clone(), folder.clone())).collect(),
             mimic: if description.independent_mimic { Mimic::Independent } else { Mimic::Constraint },
             angles: if description.angles_as_given { Angles::AsGiven } else { Angles::Meant },
             rotor_inertia: description.rotor_inertia,
@@ -50,6 +57,8 @@ impl ModelOptions {
     pub fn description(&self) -> Option<DescriptionOptions> {
         let description = DescriptionOptions {
             values: self.value.iter().cloned().collect(),
+            arguments: self.arg.iter().cloned().collect(),
+            packages: self.package.iter().cloned().collect(),
             independent_mimic: self.mimic == Mimic::Independent,
             angles_as_given: self.angles == Angles::AsGiven,
             rotor_inertia: self.rotor_inertia,

@@ -17,6 +17,7 @@ mod read;
 mod reframe;
 mod shown;
 mod urdf;
+mod xacro;
 mod xml;
 mod yaml;
 

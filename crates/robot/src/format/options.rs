@@ -1,5 +1,7 @@
 //! Choices that a file leaves to its reader: the caller makes them.
 
+use std::path::PathBuf;
+
 use crate::angle_snap::Angles;
 
 /// What a file leaves to its reader.
@@ -13,6 +15,10 @@ pub struct ReadOptions<'a> {
     pub floating_base: bool,
     /// Values of symbols instead of those of the file, m or rad, as if they stood there.
     pub values: &'a [(String, f64)],
+    /// Values of the arguments of a xacro, as `$(arg)` asks for them.
+    pub arguments: &'a [(String, String)],
+    /// Folders of the packages that a xacro may open, as `$(find)` asks for them.
+    pub packages: &'a [(String, PathBuf)],
 }
 
 /// How the joints that mimic another are read.

@@ -10,6 +10,7 @@ use super::mjcf::read_mjcf_with;
 use super::names;
 use super::par::read_par_with;
 use super::urdf::read_urdf_with;
+use super::xacro;
 use super::xml::root_tag;
 use super::yaml::read_yaml_with;
 use crate::error::{Error, Place};
@@ -20,7 +21,8 @@ use crate::robot::Robot;
 const MAX_FILE_BYTES: u64 = 16 << 20;
 
 /// Reads the robot described by the file at `path`; its extension tells the format (`yaml`, `yml`:
-/// YAML; `urdf`, `xml`, `mjcf`: URDF or MJCF, by its first element; `par`: SYMORO, in UTF-8 or Latin-1).
+/// YAML; `urdf`, `xml`, `mjcf`: URDF or MJCF, by its first element; `xacro`: URDF with macros; `par`: SYMORO, in UTF-8 or
+/// Latin-1).
 ///
 /// Fails when the file cannot be read, is larger than 16 MiB, is not in its encoding, or does not describe
 /// a robot.
@@ -65,14 +67,14 @@ enum DescriptionFormat {
     Urdf,
     Mjcf,
     Par,
+    Xacro,
 }
 
 /// The extensions of files that are read.
-const READ_EXTENSIONS: &str = ".yaml, .yml, .urdf, .xml, .mjcf or .par";
+const READ_EXTENSIONS: &str = ".yaml, .yml, .urdf, .xacro, .xml, .mjcf or .par";
 
 /// Files that describe robots and are not read, by extension or first element, with what makes one that is.
-const CONVERTED: [(&str, &str); 5] = [
-    ("xacro", "it holds macros: expand them, `xacro FILE.xacro > FILE.urdf`, and give the URDF"),
+const CONVERTED: [(&str, &str); 4] = [
     (
         "sdf",
         "an SDF is not read: give the URDF or MJCF that it was made from, or convert it, for instance by `sdf2urdf` of sdformat_tools",
@@ -103,6 +105,7 @@ impl DescriptionFormat {
             "yaml" | "yml" => Ok(DescriptionFormat::Yaml),
             "urdf" | "xml" | "mjcf" => DescriptionFormat::of_xml(text).or_else(refused),
             "par" => Ok(DescriptionFormat::Par),
+            "xacro" => Ok(DescriptionFormat::Xacro),
             other => match CONVERTED.iter().find(|known| known.0 == other) {
                 Some((_, remedy)) => refused(remedy.to_string()),
                 None => refused(format!("a robot is described by a {READ_EXTENSIONS} file, not by `.{other}`")),
@@ -134,6 +137,11 @@ impl DescriptionFormat {
                 read_mjcf_with(text, &file_name, folder, options)
             }
             DescriptionFormat::Par => read_par_with(text, &file_name, options),
+            DescriptionFormat::Xacro => {
+                let folder = path.parent();
+                let text = xacro::expanded(text, &file_name, folder, options.arguments, options.packages)?;
+                read_urdf_with(&text, &format!("{file_name}, written out"), options)
+            }
         };
         let robot = robot.map(names::shown)?;
         match names::too_long(&robot) {

@@ -1,0 +1,91 @@
+//! The tree of a file with macros: elements, whether they are xacro's own, and texts; comments are left out.
+
+use std::rc::Rc;
+
+use crate::error::{Error, Place};
+use crate::format::node::Source;
+use crate::format::shown::shown;
+use crate::format::xml::document;
+
+/// Deeper nesting is no robot.
+const MAX_DEPTH: usize = 200;
+
+#[derive(Debug)]
+pub(super) struct Element {
+    pub tag: String,
+    /// Whether it is in the name space of xacro.
+    pub is_macro: bool,
+    pub attributes: Vec<(String, String)>,
+    pub children: Vec<Child>,
+    pub file: Rc<str>,
+    pub line: usize,
+}
+
+#[derive(Clone, Debug)]
+pub(super) enum Child {
+    Element(Rc<Element>),
+    Text(String),
+}
+
+impl Element {
+    pub(super) fn attribute(&self, name: &str) -> Option<&str> {
+        self.attributes.iter().find(|a| a.0 == name).map(|a| a.1.as_str())
+    }
+
+    /// The value of an attribute that must be there.
+    pub(super) fn needed(&self, name: &str) -> Result<&str, Error> {
+        self.attribute(name).ok_or_else(|| self.error(format!("<xacro:{}> has no `{name}`", shown(&self.tag))))
+    }
+
+    pub(super) fn error(&self, message: impl Into<String>) -> Error {
+        Error { place: Place { file: self.file.to_string(), line: self.line, column: 0 }, message: message.into() }
+    }
+}
+
+/// The root of a file.
+pub(super) fn read(text: &str, file: &str) -> Result<Rc<Element>, Error> {
+    let document = document(Source { file }, text, "a xacro")?;
+    element(document.root_element(), &Rc::from(file), 0)
+}
+
+fn element(node: roxmltree::Node, file: &Rc<str>, depth: usize) -> Result<Rc<Element>, Error> {
+    let line = node.document().text_pos_at(node.range().start).row as usize;
+    let tag = node.tag_name();
+    // Any address of xacro: there are several in use.
+    let is_macro = tag.namespace().is_some_and(|space| space.trim_end_matches('/').ends_with("xacro"));
+    let attributes = node.attributes().map(|a| (a.name().to_string(), a.value().to_string())).collect();
+    let mut found =
+        Element { tag: tag.name().into(), is_macro, attributes, children: Vec::new(), file: file.clone(), line };
+    if depth > MAX_DEPTH {
+        return Err(found.error(format!("elements stand {MAX_DEPTH} deep in each other: no robot is so deep")));
+    }
+    for child in node.children() {
+        if child.is_element() {
+            found.children.push(Child::Element(element(child, file, depth + 1)?));
+        } else if let Some(text) = child.text().filter(|text| child.is_text() && !text.trim().is_empty()) {
+            found.children.push(Child::Text(text.into()));
+        }
+    }
+    Ok(Rc::new(found))
+}
+
+/// Writes an element as XML; beyond the bound nothing more is written, so that it is no XML.
+pub(super) fn write(child: &Child, most: usize, out: &mut String) {
+    if out.len() > most {
+        return;
+    }
+    let escaped =
+        |text: &str| text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;");
+    match child {
+        Child::Text(text) => *out += &escaped(text),
+        Child::Element(element) => {
+            *out += &format!("<{}", element.tag);
+            for (name, value) in &element.attributes {
+                *out += &format!(" {name}=\"{}\"", escaped(value));
+            }
+            *out += ">\n";
+            element.children.iter().for_each(|child| write(child, most, out));
+            *out += &format!("</{}>\n", element.tag);
+        }
+    }
+}

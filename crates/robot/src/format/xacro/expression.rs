@@ -1,0 +1,381 @@
+//! What stands in `${}`: the arithmetic of Python on numbers, texts, lists and maps, without what asks the host.
+//!
+//! ```text
+//! x if c else y; or; and; not; == != < <= > >= in; + -; * / // %; - +; **; f(x), x[i], x.key; 1.5, 'text', [x, y], name
+//! ```
+
+use std::rc::Rc;
+
+use super::operations::{binary, contains, function};
+use super::tokens::tokens;
+use super::value::{Names, Value};
+
+/// A longer expression is none of a robot; it also bounds the recursion.
+const MAX_EXPRESSION_BYTES: usize = 2000;
+/// Parentheses and operators that stand in one another.
+const MAX_DEPTH: usize = 100;
+
+/// The value of an expression.
+pub(super) fn value(text: &str, names: &mut dyn Names) -> Result<Value, String> {
+    if text.len() > MAX_EXPRESSION_BYTES {
+        return Err(format!("an expression of {} bytes: at most {MAX_EXPRESSION_BYTES} are read", text.len()));
+    }
+    let tokens = tokens(text)?;
+    let mut reader = Reader { tokens: &tokens, at: 0, names, depth: 0, is_live: true };
+    let value = reader.choice()?;
+    match reader.peek() {
+        None => Ok(value),
+        Some(token) => Err(format!("`{token}` is not expected in `{}`", text.trim())),
+    }
+}
+
+struct Reader<'a> {
+    tokens: &'a [String],
+    at: usize,
+    names: &'a mut dyn Names,
+    depth: usize,
+    /// Whether what is read counts: the other branch of a choice is only parsed.
+    is_live: bool,
+}
+
+impl Reader<'_> {
+    fn peek(&self) -> Option<&str> {
+        self.tokens.get(self.at).map(String::as_str)
+    }
+
+    fn take(&mut self, token: &str) -> bool {
+        let is_it = self.peek() == Some(token);
+        self.at += usize::from(is_it);
+        is_it
+    }
+
+    fn expect(&mut self, token: &str) -> Result<(), String> {
+        match self.take(token) {
+            true => Ok(()),
+            false => Err(format!(
+                "`{token}` is missing before {}",
+                self.peek().map_or("the end".into(), |t| format!("`{t}`"))
+            )),
+        }
+    }
+
+    /// What is read without counting.
+    fn dead<T>(&mut self, read: impl FnOnce(&mut Self) -> Result<T, String>) -> Result<T, String> {
+        let was = std::mem::replace(&mut self.is_live, false);
+        let found = read(self);
+        self.is_live = was;
+        found
+    }
+
+    fn binary(&self, operator: &str, left: &Value, right: &Value) -> Result<Value, String> {
+        if self.is_live { binary(operator, left, right) } else { Ok(Value::None) }
+    }
+
+    fn choice(&mut self) -> Result<Value, String> {
+        self.depth += 1;
+        if self.depth > MAX_DEPTH {
+            return Err(format!("more than {MAX_DEPTH} parentheses stand in one another"));
+        }
+        let start = self.at;
+        // The condition stands behind what it chooses: read once to find it, once more where it holds.
+        let first = self.dead(Self::either)?;
+        let found = if self.take("if") {
+            let condition = self.either()?;
+            self.expect("else")?;
+            if !self.is_live {
+                self.choice()?;
+                first
+            } else if condition.holds() {
+                self.dead(Self::choice)?;
+                let end = std::mem::replace(&mut self.at, start);
+                let found = self.either()?;
+                self.at = end;
+                found
+            } else {
+                self.choice()?
+            }
+        } else if self.is_live {
+            self.at = start;
+            self.either()?
+        } else {
+            first
+        };
+        self.depth -= 1;
+        Ok(found)
+    }
+
+    fn either(&mut self) -> Result<Value, String> {
+        let mut left = self.both()?;
+        while self.take("or") {
+            let is_decided = left.holds();
+            let right = if is_decided { self.dead(Self::both)? } else { self.both()? };
+            left = if is_decided { left } else { right };
+        }
+        Ok(left)
+    }
+
+    fn both(&mut self) -> Result<Value, String> {
+        let mut left = self.negation()?;
+        while self.take("and") {
+            let goes_on = left.holds();
+            let right = if goes_on { self.negation()? } else { self.dead(Self::negation)? };
+            left = if goes_on { right } else { left };
+        }
+        Ok(left)
+    }
+
+    fn negation(&mut self) -> Result<Value, String> {
+        let mut turns = 0;
+        while self.take("not") {
+            turns += 1;
+        }
+        let value = self.comparison()?;
+        Ok(if turns == 0 { value } else { Value::Bool(value.holds() != (turns % 2 == 1)) })
+    }
+
+    fn comparison(&mut self) -> Result<Value, String> {
+        let left = self.sum()?;
+        let Some(operator) = self.peek().map(str::to_string) else { return Ok(left) };
+        let is_not_in = operator == "not" && self.tokens.get(self.at + 1).is_some_and(|next| next == "in");
+        if !["==", "!=", "<", "<=", ">", ">=", "in", "is"].contains(&operator.as_str()) && !is_not_in {
+            return Ok(left);
+        }
+        self.at += 1 + usize::from(is_not_in);
+        let is_not = operator == "is" && self.take("not");
+        let right = self.sum()?;
+        if !self.is_live {
+            return Ok(Value::None);
+        }
+        let equal = match (left.number(), right.number()) {
+            (Some(a), Some(b)) => a == b,
+            _ => left == right,
+        };
+        let found = match operator.as_str() {
+            "==" => equal,
+            "!=" => !equal,
+            "is" => equal != is_not,
+            "in" | "not" => contains(&right, &left)? != is_not_in,
+            _ => {
+                let order = match (left.number(), right.number(), &left, &right) {
+                    (Some(a), Some(b), ..) => a.partial_cmp(&b),
+                    (_, _, Value::Text(a), Value::Text(b)) => Some(a.cmp(b)),
+                    _ => return Err(format!("{} and {} have no order", left.kind(), right.kind())),
+                };
+                order.is_some_and(|order| match operator.as_str() {
+                    "<" => order.is_lt(),
+                    "<=" => order.is_le(),
+                    ">" => order.is_gt(),
+                    _ => order.is_ge(),
+                })
+            }
+        };
+        Ok(Value::Bool(found))
+    }
+
+    fn sum(&mut self) -> Result<Value, String> {
+        let mut left = self.product()?;
+        while let Some(operator) = self.peek().filter(|t| ["+", "-"].contains(t)).map(str::to_string) {
+            self.at += 1;
+            let right = self.product()?;
+            left = self.binary(&operator, &left, &right)?;
+        }
+        Ok(left)
+    }
+
+    fn product(&mut self) -> Result<Value, String> {
+        let mut left = self.signed()?;
+        while let Some(operator) = self.peek().filter(|t| ["*", "/", "//", "%"].contains(t)).map(str::to_string) {
+            self.at += 1;
+            let right = self.signed()?;
+            left = self.binary(&operator, &left, &right)?;
+        }
+        Ok(left)
+    }
+
+    fn signed(&mut self) -> Result<Value, String> {
+        let mut turns = 0;
+        while let Some(sign) = self.peek().filter(|t| ["+", "-"].contains(t)) {
+            turns += usize::from(sign == "-");
+            self.at += 1;
+        }
+        let value = self.power()?;
+        if turns % 2 == 0 { Ok(value) } else { self.binary("-", &Value::Int(0), &value) }
+    }
+
+    fn power(&mut self) -> Result<Value, String> {
+        let base = self.called()?;
+        if !self.take("**") {
+            return Ok(base);
+        }
+        self.depth += 1;
+        if self.depth > MAX_DEPTH {
+            return Err(format!("more than {MAX_DEPTH} powers stand in one another"));
+        }
+        let exponent = self.signed()?;
+        self.depth -= 1;
+        self.binary("**", &base, &exponent)
+    }
+
+    fn called(&mut self) -> Result<Value, String> {
+        let mut value = self.atom()?;
+        loop {
+            let key = if self.take("[") {
+                let key = self.choice()?;
+                self.expect("]")?;
+                key
+            } else if self.take(".") {
+                let key = self.peek().unwrap_or("").to_string();
+                self.at += 1;
+                if self.peek() == Some("(") {
+                    return Err(format!("the method `{key}` is not known here"));
+                }
+                Value::Text(key)
+            } else {
+                return Ok(value);
+            };
+            if self.is_live {
+                value = value.entry(&key).ok_or_else(|| format!("{} has no `{}`", value.kind(), key.text()))?;
+            }
+        }
+    }
+
+    fn atom(&mut self) -> Result<Value, String> {
+        let token = self.peek().ok_or("the expression ends too early")?.to_string();
+        self.at += 1;
+        let first = token.chars().next().unwrap_or(' ');
+        match token.as_str() {
+            "(" => {
+                let value = self.choice()?;
+                self.expect(")")?;
+                return Ok(value);
+            }
+            "[" => return self.arguments("]").map(|items| Value::List(Rc::new(items))),
+            "True" | "true" => return Ok(Value::Bool(true)),
+            "False" | "false" => return Ok(Value::Bool(false)),
+            "None" => return Ok(Value::None),
+            _ => {}
+        }
+        if first == '\'' || first == '"' {
+            return Ok(Value::Text(token[1..].into()));
+        }
+        if first.is_ascii_digit() || first == '.' {
+            let whole = token.parse().map(Value::Int);
+            return whole.or_else(|_| token.parse().map(Value::Number)).map_err(|_| format!("`{token}` is no number"));
+        }
+        if !(first.is_alphabetic() || first == '_') {
+            return Err(format!("`{token}` is not expected"));
+        }
+        // Functions may stand in the module that has them.
+        let name = match token.as_str() {
+            "xacro" | "math" | "python" if self.take(".") => {
+                self.at += 1;
+                self.tokens.get(self.at - 1).cloned().unwrap_or_default()
+            }
+            _ => token,
+        };
+        if self.take("(") {
+            let arguments = self.arguments(")")?;
+            return if self.is_live { function(&name, &arguments, self.names) } else { Ok(Value::None) };
+        }
+        match name.as_str() {
+            _ if !self.is_live => Ok(Value::None),
+            "pi" => self.names.value("pi").or(Ok(Value::Number(std::f64::consts::PI))),
+            name => self.names.value(name),
+        }
+    }
+
+    fn arguments(&mut self, end: &str) -> Result<Vec<Value>, String> {
+        let mut found = Vec::new();
+        while !self.take(end) {
+            found.push(self.choice()?);
+            if !self.take(",") {
+                self.expect(end)?;
+                break;
+            }
+        }
+        Ok(found)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    struct Given;
+
+    impl Names for Given {
+        fn value(&mut self, name: &str) -> Result<Value, String> {
+            match name {
+                "a" => Ok(Value::Int(3)),
+                "x" => Ok(Value::Number(0.5)),
+                "name" => Ok(Value::Text("arm".into())),
+                "m" => {
+                    let list = Value::List(Rc::new(vec![Value::Int(7), Value::Int(8)]));
+                    Ok(Value::Map(Rc::new([("k".to_string(), list)].into())))
+                }
+                _ => Err(format!("`{name}` is not defined")),
+            }
+        }
+
+        fn yaml(&mut self, file: &str) -> Result<Value, String> {
+            Ok(Value::Text(file.into()))
+        }
+    }
+
+    /// As Python 3 prints them.
+    #[test]
+    fn expressions_are_those_of_python() {
+        for (text, printed) in [
+            ("1 + 2*3", "7"),
+            ("-2**2", "-4"),
+            ("2**-1", "0.5"),
+            ("2**3**2", "512"),
+            ("7/2", "3.5"),
+            ("7//2", "3"),
+            ("-7//2", "-4"),
+            ("-7 % 3", "2"),
+            ("1e-3*2", "0.002"),
+            ("a*x", "1.5"),
+            ("a - -x", "3.5"),
+            ("cos(0) + radians(180)/pi", "2.0"),
+            ("name + '_link'", "arm_link"),
+            ("'a' if a > 2 else undefined", "a"),
+            ("undefined if a < 2 else 1 if x else 2", "1"),
+            ("not a == 3 or x < 1 and a", "3"),
+            ("a in [1, 2, 3]", "True"),
+            ("'r' in name and name != ''", "True"),
+            ("m['k'][-1] + m.k[0]", "15"),
+            ("min(3, 1.5, 2)", "1.5"),
+            ("str(a) + \"b\"", "3b"),
+            ("len(name)", "3"),
+            ("xacro.load_yaml('f')", "f"),
+            ("round(2.5)", "2"),
+        ] {
+            match value(text, &mut Given) {
+                Ok(found) => assert_eq!(found.text(), printed, "{text}"),
+                Err(e) => panic!("{text}: {e}"),
+            }
+        }
+    }
+
+    #[test]
+    fn what_is_no_expression_is_refused() {
+        for (text, wanted) in [
+            ("1 +", "ends too early"),
+            ("(1", "`)` is missing"),
+            ("1 2", "`2` is not expected"),
+            ("b", "`b` is not defined"),
+            ("1/0", "division by zero"),
+            ("'a' * 3", "`*` of a text and a number"),
+            ("open('/etc/passwd')", "the function `open`"),
+            ("name.upper()", "the method `upper`"),
+            ("m['z']", "a map has no `z`"),
+            ("'a", "is not closed"),
+        ] {
+            let message = value(text, &mut Given).unwrap_err();
+            assert!(message.contains(wanted), "{text}: {message}");
+        }
+        assert!(value(&"(".repeat(500), &mut Given).is_err());
+        assert!(value(&"2**".repeat(500), &mut Given).is_err());
+    }
+}

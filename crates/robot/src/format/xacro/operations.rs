@@ -1,0 +1,121 @@
+//! The functions and operators of expressions.
+
+use std::rc::Rc;
+
+use super::value::{MAX_TEXT_BYTES, Names, Value};
+
+/// Longest list that is made of two.
+const MAX_ITEMS: usize = 2000;
+
+/// The value of a function.
+pub(super) fn function(name: &str, arguments: &[Value], names: &mut dyn Names) -> Result<Value, String> {
+    let number = |k: usize| {
+        let value = arguments.get(k).ok_or_else(|| format!("`{name}` lacks an argument"))?;
+        let of_text = || if let Value::Text(text) = value { text.trim().parse().ok() } else { None };
+        value.number().or_else(of_text).ok_or_else(|| format!("`{name}` of {}", value.kind()))
+    };
+    if let Some(plain) = of_one_number(name) {
+        return Ok(Value::Number(plain(number(0)?)));
+    }
+    let whole = |x: f64| Value::Int(x as i64);
+    Ok(match (name, arguments) {
+        ("abs", [Value::Int(i)]) => Value::Int(i.saturating_abs()),
+        ("abs", _) => Value::Number(number(0)?.abs()),
+        ("int", _) => whole(number(0)?.trunc()),
+        ("floor", _) => whole(number(0)?.floor()),
+        ("ceil", _) => whole(number(0)?.ceil()),
+        ("round", [_]) => whole(number(0)?.round_ties_even()),
+        ("atan2", _) => Value::Number(number(0)?.atan2(number(1)?)),
+        ("pow", _) => Value::Number(number(0)?.powf(number(1)?)),
+        ("hypot", _) => Value::Number(number(0)?.hypot(number(1)?)),
+        ("min" | "max", [_, _, ..]) => {
+            let mut best = 0;
+            for k in 1..arguments.len() {
+                let is_better = if name == "min" { number(k)? < number(best)? } else { number(k)? > number(best)? };
+                best = if is_better { k } else { best };
+            }
+            number(best)?;
+            arguments[best].clone()
+        }
+        ("str", [value]) => Value::Text(value.text()),
+        ("bool", [value]) => Value::Bool(value.holds()),
+        ("len", [Value::Text(text)]) => Value::Int(text.chars().count() as i64),
+        ("len", [Value::List(items)]) => Value::Int(items.len() as i64),
+        ("len", [Value::Map(entries)]) => Value::Int(entries.len() as i64),
+        ("load_yaml", [Value::Text(file)]) => names.yaml(file)?,
+        ("message" | "warning" | "print_location", _) => Value::Text(String::new()),
+        _ => return Err(format!("the function `{name}` of these {} arguments is not known here", arguments.len())),
+    })
+}
+
+/// The functions of one number.
+fn of_one_number(name: &str) -> Option<fn(f64) -> f64> {
+    match name {
+        "sin" => Some(f64::sin),
+        "cos" => Some(f64::cos),
+        "tan" => Some(f64::tan),
+        "asin" => Some(f64::asin),
+        "acos" => Some(f64::acos),
+        "atan" => Some(f64::atan),
+        "sqrt" => Some(f64::sqrt),
+        "exp" => Some(f64::exp),
+        "log" => Some(f64::ln),
+        "fabs" => Some(f64::abs),
+        "radians" => Some(|x| x * (std::f64::consts::PI / 180.0)),
+        "degrees" => Some(|x| x * (180.0 / std::f64::consts::PI)),
+        "float" => Some(|x| x),
+        _ => None,
+    }
+}
+
+/// The value of an operator between two.
+pub(super) fn binary(operator: &str, left: &Value, right: &Value) -> Result<Value, String> {
+    match (operator, left, right) {
+        ("+", Value::Text(a), Value::Text(b)) if a.len() + b.len() <= MAX_TEXT_BYTES => {
+            return Ok(Value::Text(format!("{a}{b}")));
+        }
+        ("+", Value::List(a), Value::List(b)) if a.len() + b.len() <= MAX_ITEMS => {
+            return Ok(Value::List(Rc::new([a.as_slice(), b].concat())));
+        }
+        _ => {}
+    }
+    if let (Value::Int(a), Value::Int(b)) = (left, right) {
+        let exact = match operator {
+            "+" => a.checked_add(*b),
+            "-" => a.checked_sub(*b),
+            "*" => a.checked_mul(*b),
+            "//" => a.checked_div_euclid(*b).filter(|_| *b > 0),
+            "%" => a.checked_rem_euclid(*b).filter(|_| *b > 0),
+            "**" => u32::try_from(*b).ok().and_then(|b| a.checked_pow(b)),
+            _ => None,
+        };
+        if let Some(exact) = exact {
+            return Ok(Value::Int(exact));
+        }
+    }
+    let (Some(a), Some(b)) = (left.number(), right.number()) else {
+        return Err(format!("`{operator}` of {} and {}", left.kind(), right.kind()));
+    };
+    if ["/", "//", "%"].contains(&operator) && b == 0.0 {
+        return Err("a division by zero".into());
+    }
+    Ok(Value::Number(match operator {
+        "+" => a + b,
+        "-" => a - b,
+        "*" => a * b,
+        "/" => a / b,
+        "//" => (a / b).floor(),
+        "%" => a - b * (a / b).floor(),
+        _ => a.powf(b),
+    }))
+}
+
+/// Whether a text, a list or a map holds a value.
+pub(super) fn contains(all: &Value, one: &Value) -> Result<bool, String> {
+    match (all, one) {
+        (Value::Text(all), Value::Text(one)) => Ok(all.contains(one.as_str())),
+        (Value::List(items), one) => Ok(items.contains(one)),
+        (Value::Map(entries), one) => Ok(entries.contains_key(&one.text())),
+        _ => Err(format!("`in` of {}", all.kind())),
+    }
+}

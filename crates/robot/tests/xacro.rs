@@ -1,0 +1,195 @@
+//! Descriptions with macros: what they stand for, what is refused, and Python's xacro beside it.
+
+mod recursion;
+
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+use random::Random;
+use robot::Robot;
+use robot::format::{ReadOptions, parse_with, read_with};
+
+const HEAD: &str = "<robot name=\"r\" xmlns:xacro=\"http://www.ros.org/wiki/xacro\">";
+const JOINT: &str = "<joint name=\"j\" type=\"revolute\"><parent link=\"a\"/><child link=\"b\"/><limit lower=\"-1\" upper=\"1\" \
+                     velocity=\"1\" effort=\"1\"/></joint>";
+
+fn read(body: &str, arguments: &[(String, String)]) -> Result<Robot, String> {
+    let text = format!("{HEAD}\n{body}\n{JOINT}</robot>");
+    let options = ReadOptions { arguments, ..ReadOptions::default() };
+    parse_with(&text, Path::new("arm.xacro"), options).map_err(|e| e.to_string())
+}
+
+/// The mass of link b.
+fn mass(robot: &Robot) -> f64 {
+    let link = robot.links.iter().find(|link| link.inertial.is_some()).expect("a link weighs");
+    link.inertial.unwrap()[9]
+}
+
+/// Link a, and b of a mass.
+fn links(mass: &str) -> String {
+    format!(
+        "<link name=\"a\"/><link name=\"b\"><inertial><mass value=\"{mass}\"/><inertia ixx=\"1\" iyy=\"1\" izz=\"1\" ixy=\"0\" \
+         ixz=\"0\" iyz=\"0\"/></inertial></link>"
+    )
+}
+
+#[test]
+fn what_macros_stand_for() {
+    for (body, asked, expected) in [
+        ("<xacro:property name=\"m\" value=\"2\"/>", "${2*m}", 4.0),
+        // A property is evaluated where it is asked for: what it names may come later.
+        ("<xacro:property name=\"x\" value=\"${m + 1}\"/><xacro:property name=\"m\" value=\"4\"/>", "${x}", 5.0),
+        ("<xacro:property name=\"m\" value=\"4\"/><xacro:property name=\"m\" default=\"5\"/>", "${m}", 4.0),
+        ("<xacro:arg name=\"m\" default=\"7\"/>", "$(arg m)", 7.0),
+        ("<xacro:arg name=\"m\" default=\"7\"/>", "${$(arg m) + 1}", 8.0),
+    ] {
+        assert_eq!(mass(&read(&format!("{body}{}", links(asked)), &[]).unwrap()), expected, "{body}");
+    }
+    let given = [("m".to_string(), "9".to_string())];
+    assert_eq!(
+        mass(&read(&format!("<xacro:arg name=\"m\" default=\"7\"/>{}", links("$(arg m)")), &given).unwrap()),
+        9.0
+    );
+}
+
+#[test]
+fn macros_take_parameters_blocks_and_conditions() {
+    let part = "<xacro:macro name=\"part\" params=\"name m:=3 *inertia extra:=^|1\"><link name=\"${name}\"><xacro:if \
+                value=\"${m > 0}\"><inertial><mass value=\"${m*extra}\"/><xacro:insert_block name=\"inertia\"/></inertial></xacro:if>\
+                <xacro:unless value=\"${m > 0}\"/></link></xacro:macro>";
+    let unit = "<inertia ixx=\"1\" iyy=\"1\" izz=\"1\" ixy=\"0\" ixz=\"0\" iyz=\"0\"/>";
+    for (before, call, expected) in [
+        ("", "name=\"b\"", 3.0),
+        ("", "name=\"b\" m=\"${2**2}\"", 4.0),
+        ("<xacro:property name=\"extra\" value=\"2\"/>", "name=\"b\" m=\"5\"", 10.0),
+    ] {
+        let body = format!("{part}{before}<link name=\"a\"/><xacro:part {call}>{unit}</xacro:part>");
+        assert_eq!(mass(&read(&body, &[]).unwrap()), expected, "{call}");
+    }
+    // A macro that calls itself, with its own parameter.
+    let tower = "<xacro:macro name=\"tower\" params=\"n\"><xacro:if value=\"${n > 0}\"><xacro:property name=\"total\" \
+                 value=\"${total + n}\" scope=\"global\"/><xacro:tower n=\"${n - 1}\"/></xacro:if></xacro:macro><xacro:property \
+                 name=\"total\" value=\"0\"/><xacro:tower n=\"4\"/>";
+    assert_eq!(mass(&read(&format!("{tower}{}", links("${total}")), &[]).unwrap()), 10.0);
+}
+
+#[test]
+fn files_are_read_below_the_folder_and_below_packages() {
+    let here = std::env::temp_dir().join(format!("rist-xacro-{}", std::process::id()));
+    let _ = std::fs::remove_dir_all(&here);
+    for folder in ["arm/inc", "tools/config"] {
+        std::fs::create_dir_all(here.join(folder)).unwrap();
+    }
+    let put = |name: &str, text: &str| std::fs::write(here.join(name), text).unwrap();
+    put(
+        "arm/inc/parts.xacro",
+        &format!("{HEAD}<xacro:property name=\"own\" value=\"1\"/><xacro:include filename=\"more.xacro\"/></robot>"),
+    );
+    put("arm/inc/more.xacro", &format!("{HEAD}<xacro:property name=\"more\" value=\"2\"/></robot>"));
+    put("tools/config/masses.yaml", "tool: {mass: 4, angle: !degrees 180}\n");
+    let body = |file: &str| {
+        format!(
+            "{HEAD}<xacro:include filename=\"inc/parts.xacro\"/><xacro:property name=\"y\" value=\"${{load_yaml('{file}')}}\"/>{}{JOINT}</robot>",
+            links("${own + more + y['tool']['mass'] + (y.tool.angle - pi)}")
+        )
+    };
+    put("arm/arm.xacro", &body("$(find tools)/config/masses.yaml"));
+    put("arm/out.xacro", &body("../tools/config/masses.yaml"));
+    let packages = [("tools".to_string(), here.join("tools"))];
+    let options = ReadOptions { packages: &packages, ..ReadOptions::default() };
+    assert_eq!(mass(&read_with(&here.join("arm/arm.xacro"), options).unwrap()), 7.0);
+    assert_eq!(mass(&read_with(&here.join("arm/out.xacro"), options).unwrap()), 7.0);
+    let message = read_with(&here.join("arm/arm.xacro"), ReadOptions::default()).unwrap_err().to_string();
+    assert!(
+        message.contains("the package `tools` is not given") && message.contains("[package=tools=FOLDER]"),
+        "{message}"
+    );
+    let message = read_with(&here.join("arm/out.xacro"), ReadOptions::default()).unwrap_err().to_string();
+    assert!(message.contains("outside the folder of the description"), "{message}");
+    std::fs::remove_dir_all(&here).unwrap();
+}
+
+#[test]
+fn what_is_refused_has_its_line() {
+    let loops = "<xacro:macro name=\"m\" params=\"\"><xacro:m/></xacro:macro><xacro:m/>";
+    let doubling: String =
+        (0..60).map(|k| format!("<xacro:property name=\"p{}\" value=\"${{p{k}}}${{p{k}}}\"/>", k + 1)).collect();
+    let doubling = format!("<xacro:property name=\"p0\" value=\"xxxxxxxx\"/>{doubling}<link name=\"${{p59}}\"/>");
+    let wide = "<xacro:macro name=\"m\" params=\"n\"><xacro:if value=\"${n}\"><xacro:m n=\"${n-1}\"/><xacro:m n=\"${n-1}\"/></xacro:if>\
+                </xacro:macro><xacro:m n=\"40\"/>";
+    for (body, wanted) in [
+        ("<link name=\"$(env HOME)\"/>", "arm.xacro:2: $(env) asks the machine"),
+        ("<link name=\"$(eval 1)\"/>", "$(eval) asks the machine"),
+        ("<link name=\"$(find x)\"/>", "the package `x` is not given"),
+        ("<link name=\"$(arg x)\"/>", "the argument `x` has no value: [arg=x=VALUE]"),
+        ("<link name=\"${x}\"/>", "`x` is not defined"),
+        ("<link name=\"${open('f')}\"/>", "the function `open`"),
+        ("<link name=\"${x\"/>", "is not closed"),
+        ("<xacro:part/>", "there is no macro `part`"),
+        ("<xacro:if value=\"perhaps\"/>", "true or false is expected"),
+        ("<xacro:insert_block name=\"b\"/>", "there is no block `b`"),
+        ("<xacro:include filename=\"/etc/passwd\"/>", "outside the folder"),
+        ("<xacro:include filename=\"none.xacro\"/>", "cannot be read"),
+        ("<xacro:macro name=\"m\" params=\"a\"/><xacro:m/>", "called without `a`"),
+        ("<xacro:macro name=\"m\" params=\"a\"/><xacro:m b=\"1\"/>", "has no parameter `b`; it has a"),
+        ("<xacro:property name=\"a\" value=\"${a}\"/><link name=\"${a}\"/>", "stands for itself"),
+        (loops, "macros and includes stand in one another"),
+        (doubling.as_str(), "bytes"),
+        (wide, "are written out: no robot has so many"),
+    ] {
+        let message = read(body, &[]).unwrap_err();
+        assert!(message.contains(wanted), "{body}: {message}");
+    }
+    let message = read(&links("1"), &[("x".into(), "1".into())]).unwrap_err();
+    assert!(message.contains("the description has no argument `x`"), "{message}");
+}
+
+/// Python with xacro, and the files below `RIST_XACRO`.
+fn python(arguments: &[&str]) -> Option<String> {
+    let program = std::env::var("RIST_PYTHON").unwrap_or_else(|_| "python3".into());
+    let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/expand_xacro.py");
+    let output = Command::new(program).arg(script).args(arguments).output().ok()?;
+    output.status.success().then(|| String::from_utf8_lossy(&output.stdout).into_owned())
+}
+
+/// The torques of a robot are those of what Python's xacro makes of its description.
+#[test]
+fn what_is_written_out_is_what_python_writes() {
+    let Ok(root) = std::env::var("RIST_XACRO") else { return println!("NOT looked at: RIST_XACRO names no folder") };
+    let Some(list) = python(&["list", &root]) else { return println!("NOT looked at: no Python with xacro") };
+    let rows: Vec<Vec<&str>> = list.lines().map(|line| line.split('\t').collect()).collect();
+    let packages: Vec<(String, PathBuf)> =
+        rows.iter().filter(|row| row[0] == "package").map(|row| (row[1].to_string(), row[2].into())).collect();
+    let options = ReadOptions { packages: &packages, ..ReadOptions::default() };
+    let (mut agree, mut wrong) = (0, Vec::new());
+    for file in rows.iter().filter(|row| row[0] == "file").map(|row| row[1]) {
+        let Some(text) = python(&["expand", &root, file]) else { continue };
+        let Ok(theirs) = parse_with(&text, Path::new("arm.urdf"), options) else { continue };
+        match read_with(Path::new(file), options) {
+            Ok(ours) if difference(&ours, &theirs) < 1e-12 => agree += 1,
+            Ok(ours) => wrong.push(format!("{file}: {:.1e}", difference(&ours, &theirs))),
+            Err(error) => wrong.push(error.to_string()),
+        }
+    }
+    println!("{agree} descriptions agree");
+    assert!(wrong.is_empty() && agree > 0, "{}", wrong.join("\n"));
+}
+
+/// The largest difference of torques at random states, relative to the largest.
+fn difference(ours: &Robot, theirs: &Robot) -> f64 {
+    let n = theirs.n_coordinates();
+    if ours.n_coordinates() != n
+        || ours.coordinates.iter().map(|c| &c.name).ne(theirs.coordinates.iter().map(|c| &c.name))
+    {
+        return f64::INFINITY;
+    }
+    let mut random = Random::new(4);
+    let mut worst = 0.0_f64;
+    for _ in 0..5 {
+        let [q, dq, ddq] = [0; 3].map(|_| (0..n).map(|_| random.between(-2.0, 2.0)).collect::<Vec<f64>>());
+        let (a, b) = (recursion::torque(ours, &q, &dq, &ddq), recursion::torque(theirs, &q, &dq, &ddq));
+        let scale = b.iter().fold(1e-9, |s: f64, x| s.max(x.abs()));
+        worst = a.iter().zip(&b).fold(worst, |worst, (a, b)| worst.max((a - b).abs() / scale));
+    }
+    worst
+}
