@@ -10,7 +10,7 @@ use robot::format::{ReadOptions, parse_with};
 use tests::workspace;
 
 /// A description: its kind, the name of a file, its text, and whether the base must be asked to float.
-const DESCRIPTIONS: [(&str, &str, &str, bool); 9] = [
+const DESCRIPTIONS: [(&str, &str, &str, bool); 10] = [
     (
         "YAML, modified Denavit-Hartenberg",
         "arm.yaml",
@@ -32,6 +32,7 @@ const DESCRIPTIONS: [(&str, &str, &str, bool); 9] = [
     ),
     ("URDF", "arm.urdf", URDF, false),
     ("URDF with a floating or planar root joint", "arm.urdf", FLOATING, true),
+    ("xacro with macros, properties, arguments, includes", "arm.xacro", XACRO, false),
     ("MJCF", "arm.xml", MJCF, false),
     ("MJCF with a free joint", "arm.xml", FREE, true),
     (
@@ -47,6 +48,10 @@ const URDF: &str = "<robot name=\"r\"><link name=\"b\"/><link name=\"l\"/><joint
                     <child link=\"l\"/></joint></robot>";
 const FLOATING: &str = "<robot name=\"r\"><link name=\"w\"/><link name=\"b\"/><joint name=\"f\" type=\"floating\"><parent \
                         link=\"w\"/><child link=\"b\"/></joint></robot>";
+const XACRO: &str = "<robot name=\"r\" xmlns:xacro=\"http://www.ros.org/wiki/xacro\"><xacro:arg name=\"n\" default=\"2\"/>\
+                     <xacro:macro name=\"l\" params=\"k\"><link name=\"l${k}\"/></xacro:macro><xacro:l k=\"1\"/>\
+                     <xacro:l k=\"$(arg n)\"/><joint name=\"j\" type=\"continuous\"><parent link=\"l1\"/><child \
+                     link=\"l2\"/></joint></robot>";
 const MJCF: &str = "<mujoco><worldbody><body><joint/><geom size=\"0.1\"/></body></worldbody></mujoco>";
 const FREE: &str = "<mujoco><worldbody><body><freejoint/><geom size=\"0.1\"/></body></worldbody></mujoco>";
 const LOOP: &str = "convention: khalil-kleinfinger\nname: p\nlinks:\n- {link: 1, antecedent: base, theta: q1}\n- {link: 2, \
@@ -54,14 +59,11 @@ const LOOP: &str = "convention: khalil-kleinfinger\nname: p\nlinks:\n- {link: 1,
                     passive}\nloops:\n- {cut: {antecedent: 3, d: 1, theta: q1}, twin: {antecedent: 2, d: 1}}\n";
 
 /// Files that are refused, with what their refusal names.
-const CONVERTED: [(&str, &str, &str); 3] = [
-    ("xacro", "arm.xacro", "`xacro FILE.xacro > FILE.urdf`"),
-    ("SDF", "arm.sdf", "`sdf2urdf`"),
-    ("a compiled model of MuJoCo", "arm.mjb", "mj_saveLastXML"),
-];
+const CONVERTED: [(&str, &str, &str); 2] =
+    [("SDF", "arm.sdf", "`sdf2urdf`"), ("a compiled model of MuJoCo", "arm.mjb", "mj_saveLastXML")];
 
 /// A log of two joints j1, j2: its kind, the head of a CSV, and the options that it takes.
-const LOGS: [(&str, &str, &str); 11] = [
+const LOGS: [(&str, &str, &str); 14] = [
     ("columns by number", "t,q1,q2,tau1,tau2", ""),
     ("columns by joint, as of ROS", "time,j1/position,j2/position,j1/effort,j2/effort", ""),
     ("columns counted from 0, currents", "timestamp,actual_q_0,actual_q_1,actual_current_0,actual_current_1", ""),
@@ -80,6 +82,13 @@ const LOGS: [(&str, &str, &str); 11] = [
         "t,my_j1_x,my_j2_x,your_j1_y,your_j2_y",
         "columns: {position: \"my_{joint}_x\", torque: \"your_{joint}_y\"}",
     ),
+    (
+        "messages of any type in MCAP and rosbag2",
+        "time,motor_state[0].q,motor_state[1].q,motor_state[0].tau_est,motor_state[1].tau_est",
+        "columns: {position: \"motor_state[{}].q\", torque: \"motor_state[{}].tau_est\"}",
+    ),
+    ("a joint that something else moves", "t,q_j1,q_j2,x,tau_j2", "columns: {prescribed: [j1]}"),
+    ("a joint that nothing drives", "t,q_j1,q_j2,x,tau_j2", "columns: {free: [j1]}"),
     ("no header", "", "columns: {time: c1, position: [c2, c3], torque: [c4, c5]}"),
 ];
 
@@ -117,6 +126,8 @@ fn the_page_says_what_each_kind_takes() {
         assert!(refused.contains(tool.trim_matches('`')), "{kind}: {refused}");
         page += &format!("| {kind} | another program first: {tool} |\n");
     }
+    page += "\nA xacro takes `--arg NAME=VALUE` for arguments without a default, and `--package NAME=FOLDER` for each package that it \
+             includes from; what asks the machine (`$(env)`, `$(eval)`) is refused by its name.\n";
     page += "\n| log | takes |\n|---|---|\n";
     for (kind, head, options) in LOGS {
         let table = table(head);
@@ -129,7 +140,7 @@ fn the_page_says_what_each_kind_takes() {
         let takes = if options.is_empty() { "nothing".into() } else { format!("`{options}`") };
         page += &format!("| {kind} | {takes} |\n");
     }
-    page += "\nCSV stands for every format of logs: gzip, zstd, `.npz`, Parquet, MCAP and rosbag2 give such columns too. `rist columns \
+    page += "\nCSV stands for every format of logs: gzip, zstd, `.npz`, `.mat`, Parquet, data sets of LeRobot, MCAP and rosbag2 give such columns too. A clock of seconds and nanoseconds, and episodes that `episode_index` or the clock itself tells apart, take nothing. `rist columns \
              ROBOT LOG` proposes the options, with reasons.\n";
     let trace = propose(&table(LOGS[8].1), &joints());
     assert!(trace.mapping.is_some() && trace.to_string().contains("position: \"A{} Ist\""), "{trace}");

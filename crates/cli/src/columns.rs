@@ -6,7 +6,7 @@ use clap::Args;
 
 use crate::failure::Failure;
 use crate::model::ModelArguments;
-use crate::terminal::print_result;
+use crate::terminal::print_lines;
 
 /// Propose which column of a log is which signal, as lines for the file of --options
 ///
@@ -23,7 +23,7 @@ pub(crate) struct Arguments {
 
 pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let found = rist::propose_columns(&arguments.model.read()?, &arguments.log)?;
-    print_result(&found, || Ok(found.to_json()))?;
+    print_lines(&found, || Ok(found.to_json()))?;
     match found.is_whole() {
         true => Ok(()),
         false => Err(Failure::verdict("some signals are not found".to_string())),

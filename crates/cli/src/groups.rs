@@ -165,6 +165,14 @@ pub(crate) const GROUPS: [Group; 7] = [
                 )],
             },
             Told {
+                name: "postures",
+                shown: Own,
+                examples: &[
+                    ("rist postures robot.urdf", "what a robot at rest can tell"),
+                    ("rist postures robot.urdf postures.csv", "gravity parameters, zeros and mount from it"),
+                ],
+            },
+            Told {
                 name: "doctor",
                 shown: Own,
                 examples: &[("rist doctor robot.urdf log.csv", "do they belong together, and if not, what mends it")],

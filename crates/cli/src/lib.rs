@@ -29,6 +29,7 @@ mod merge;
 mod model;
 mod plan;
 mod play;
+mod postures;
 mod report;
 mod schema;
 mod shell;
@@ -71,6 +72,7 @@ enum Command {
     Plan(plan::Arguments),
     Simulate(simulate::Arguments),
     Columns(columns::Arguments),
+    Postures(postures::Arguments),
     Doctor(doctor::Arguments),
     Identify(Box<identify::Arguments>),
     Validate(validate::Arguments),
@@ -172,6 +174,7 @@ fn run(command: Command) -> Result<(), Failure> {
         Command::Visibility(arguments) => visibility::run(&arguments),
         Command::Simulate(arguments) => simulate::run(&arguments),
         Command::Columns(arguments) => columns::run(&arguments),
+        Command::Postures(arguments) => postures::run(&arguments),
         Command::Doctor(arguments) => doctor::run(&arguments),
         Command::Identify(arguments) => identify::run(&arguments),
         Command::Validate(arguments) => validate::run(&arguments),

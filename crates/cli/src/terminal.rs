@@ -64,9 +64,25 @@ pub(crate) fn print_result(
     text: impl Display,
     json: impl FnOnce() -> Result<Value, serde_json::Error>,
 ) -> Result<(), Failure> {
+    print_folded(text, columns(), json)
+}
+
+/// As [`print_result`], each line as it is: it is meant for a file.
+pub(crate) fn print_lines(
+    text: impl Display,
+    json: impl FnOnce() -> Result<Value, serde_json::Error>,
+) -> Result<(), Failure> {
+    print_folded(text, usize::MAX, json)
+}
+
+fn print_folded(
+    text: impl Display,
+    columns: usize,
+    json: impl FnOnce() -> Result<Value, serde_json::Error>,
+) -> Result<(), Failure> {
     if !is_json() {
         let text = spelled(&text.to_string(), Reader::Program);
-        return print(&shown::lines(&in_columns(&text, columns())));
+        return print(&shown::lines(&in_columns(&text, columns)));
     }
     match json() {
         Ok(value) => print(&shown::json(&spelled(&format!("{value:#}\n"), Reader::Program))),

@@ -190,7 +190,7 @@ impl LogSource {
 /// A log of several blocks.
 pub struct LogStream {
     path: PathBuf,
-    columns: Columns,
+    columns: Box<Columns>,
     report: LogReport,
     parts: Parts,
     block: usize,
@@ -209,7 +209,7 @@ impl LogStream {
     fn new(path: PathBuf, columns: Columns, account: Account, parts: Parts, block: usize) -> Result<LogStream, Error> {
         let report = account.report.unwrap_or_default();
         report.check(&path.display().to_string(), &columns.time.header)?;
-        Ok(LogStream { path, columns, report, parts, block })
+        Ok(LogStream { path, columns: Box::new(columns), report, parts, block })
     }
 
     /// Hands over the log in blocks without rows of their neighbours.

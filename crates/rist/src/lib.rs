@@ -72,6 +72,7 @@ mod plan_permission;
 pub mod planning;
 pub mod play;
 pub mod played_file;
+pub mod postures;
 mod proved_motion;
 pub mod request;
 pub mod samples;
@@ -109,6 +110,7 @@ pub use page::{PageRequest, page};
 pub use planning::{ExperimentPlan, Planned, plan};
 pub use play::Player;
 pub use played_file::{CheckedFile, PlayedFile, Worth};
+pub use postures::{PostureEstimate, gravity_parameters, identify_postures};
 pub use request::*;
 pub use samples::{Identification, identify, identify_essential, identify_loaded};
 pub use simulation::{Motions, simulate};
@@ -168,7 +170,9 @@ pub use linear_model::pseudo_inertia::{Centroidal, Ten};
 pub use linear_model::reference::ModelReference;
 pub use linear_model::regressor::Regressor;
 pub use linear_model::standard_map::StandardMap;
-pub use logs::{Array, ColumnNames, Columns, Effort, Error as LogError, LogSource, Proposal, Proposed, Table};
+pub use logs::{
+    Array, ColumnNames, Columns, Effort, Error as LogError, LogSource, Postures, Proposal, Proposed, Table,
+};
 pub use modeling::{BaseParameters, Closure, RobotFunction, Rules};
 pub use robot::convention::Convention;
 pub use robot::format::{Angles, Mimic, read_text, text_of};

@@ -12,8 +12,8 @@ use crate::model::ModelArguments;
 
 /// Identify a robot's base parameters and friction from logs
 ///
-/// A log is CSV (also .csv.gz) with a header, .npz, Parquet, or the joint states of an MCAP file or a rosbag2
-/// directory. It holds the time t and, for every coordinate, positions, torques or currents, and velocities where they
+/// A log is CSV (also .csv.gz) with a header, .npz, .mat, Parquet, a data set of LeRobot, or the messages of an MCAP
+/// file or a rosbag2 directory. It holds the time t and, for every coordinate, positions, torques or currents, and velocities where they
 /// were measured. Columns are found by their names (q1 or q_<coordinate>, dq.., tau.., i..).
 #[derive(Args)]
 pub(crate) struct Arguments {

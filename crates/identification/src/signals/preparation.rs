@@ -3,7 +3,7 @@
 use linear_model::friction::terms::FrictionTerm;
 use linear_model::regressor::{Regressor, predict_load};
 use linear_model::states::States;
-use logs::{Error, Log};
+use logs::{Error, Log, Undriven};
 
 use crate::signals::cutoff::{FrequencyContent, MotionEnergy};
 use crate::signals::joint_signals::add_motion;
@@ -124,6 +124,12 @@ fn check_angles(regressor: &dyn Regressor, log: &Log, q: &[Vec<f64>]) -> Result<
     Ok(())
 }
 
+/// The coordinates that something else moves.
+fn prescribed(log: &Log) -> Vec<usize> {
+    let suspects = log.report.suspect.iter().enumerate();
+    suspects.filter(|(_, suspect)| suspect.undriven == Some(Undriven::Prescribed)).map(|(k, _)| k).collect()
+}
+
 /// The states of a log without gaps; none where nothing is left between the ends and the window.
 fn states_of(regressor: &dyn Regressor, log: Log, preparation: &Preparation) -> Result<States, Error> {
     let n = regressor.coordinates().len();
@@ -132,6 +138,7 @@ fn states_of(regressor: &dyn Regressor, log: Log, preparation: &Preparation) -> 
         return Err(Error::at(&log.name, 0, message));
     }
     let name = log.name.clone();
+    let prescribed = prescribed(&log);
     let signals = preparation.transmission.apply(log)?;
     check_angles(regressor, &signals.log, &signals.q)?;
     let mut states = signals.states(&preparation.signal, &preparation.friction, preparation.content.as_ref())?;
@@ -140,6 +147,8 @@ fn states_of(regressor: &dyn Regressor, log: Log, preparation: &Preparation) -> 
     if !finite {
         return Err(Error::at(&name, 0, "the signals leave the range of numbers; look for absurd values in the log"));
     }
+    // What moves a coordinate from outside is not known: its motion counts, and its row does not.
+    states.used.chunks_exact_mut(n).for_each(|used| prescribed.iter().for_each(|&k| used[k] = false));
     if !preparation.load.is_empty() {
         let (given, expected) = (preparation.load.len(), regressor.parameters().len());
         if given != expected {

@@ -7,7 +7,7 @@ use serde::Serialize;
 use crate::Error;
 use crate::cleaning::refresh::Refresh;
 use crate::cleaning::suspects::Suspect;
-use crate::columns::names::Undriven;
+use crate::cleaning::undriven::Undriven;
 
 /// The account of the cleaning of a log.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
@@ -76,7 +76,7 @@ const LARGEST_BACKWARD_SHARE: f64 = 0.01;
 const INTERLEAVED_BACKWARD_SHARES: std::ops::Range<f64> = 0.1..0.55;
 
 /// A clock with a larger step, s, is taken to be in another unit, unless its header says seconds.
-const SLOWEST_CLOCK_STEP_S: f64 = 0.5;
+pub(crate) const SLOWEST_CLOCK_STEP_S: f64 = 0.5;
 
 /// A clock with a smaller step, s, is in another unit, because no robot is sampled that fast.
 const FASTEST_CLOCK_STEP_S: f64 = 1e-6;

@@ -7,3 +7,4 @@ pub(crate) mod refresh;
 pub(crate) mod rest;
 pub(crate) mod suspects;
 pub(crate) mod turns;
+pub(crate) mod undriven;

@@ -7,7 +7,7 @@ use serde::Serialize;
 
 use crate::cleaning::raw_words::RawWord;
 use crate::cleaning::turns::{extremes, may_be_wrapped, unwrap_angle};
-use crate::columns::names::Undriven;
+use crate::cleaning::undriven::Undriven;
 
 /// What is odd about the signals of one coordinate.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]

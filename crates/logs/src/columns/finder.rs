@@ -4,10 +4,11 @@ use Quantity::{Position, Time};
 use gate::suggestion::did_you_mean;
 
 use crate::Error;
+use crate::cleaning::undriven::Undriven;
 use crate::columns::clocks;
-use crate::columns::names::{ColumnNames, Names, Undriven};
+use crate::columns::names::{ColumnNames, Names};
 use crate::columns::prefixes::prefixes;
-use crate::columns::source::Source;
+use crate::columns::source::{NO_COLUMN, Source};
 use crate::columns::units::{GivenUnit, given_unit};
 use crate::columns::words::{Designator, Quantity, Reading, readings, units};
 use crate::table::Table;
@@ -55,15 +56,24 @@ impl<'a> Finder<'a> {
 
     /// The clock: one column, or that of the seconds where nanoseconds stand in another.
     pub(crate) fn clock(&self) -> Result<Source, Error> {
+        let time = self.clock_if_any()?;
+        match time.header == NO_COLUMN {
+            true => {
+                Err(self
+                    .error("no column holds the time; a column `t` in seconds (or time, timestamp, t_ms) is expected"))
+            }
+            false => Ok(time),
+        }
+    }
+
+    /// The same, and no column where there is none.
+    pub(crate) fn clock_if_any(&self) -> Result<Source, Error> {
         if let Some(time) = self.group(Time, 1)?.and_then(|mut group| group.pop()) {
             return Ok(time);
         }
         match clocks::pairs(self.table).first() {
             Some((seconds, _)) => self.source(Time, *seconds, ("s", 1.0)),
-            None => {
-                Err(self
-                    .error("no column holds the time; a column `t` in seconds (or time, timestamp, t_ms) is expected"))
-            }
+            None => Ok(Source { column: 0, header: NO_COLUMN.into(), unit: "s".into(), factor: 0.0, word: None }),
         }
     }
 
@@ -146,8 +156,8 @@ impl<'a> Finder<'a> {
             let name = self.coordinates.get(k).map_or("", String::as_str);
             let otherwise = match quantity {
                 Quantity::Torque | Quantity::Current => format!(
-                    "; one that something else moves is named in [options.columns.prescribed={name}], one that nothing drives \
-                     in [options.columns.free={name}]"
+                    "; one that something else moves is named in [options], `columns: {{prescribed: [{name}]}}`, one that \
+                     nothing drives by `columns: {{free: [{name}]}}`"
                 ),
                 _ => String::new(),
             };

@@ -8,14 +8,19 @@ use std::fmt;
 use Quantity::*;
 
 use crate::Error;
+use crate::cleaning::undriven::Undriven;
 use crate::columns::finder::Finder;
-use crate::columns::names::{ColumnNames, Names, Undriven};
-use crate::columns::source::Source;
+use crate::columns::names::{ColumnNames, Names};
+use crate::columns::source::{NO_COLUMN, Source};
 use crate::columns::words::{Quantity, of_sliding, written};
 use crate::table::Table;
 
-/// The header of a column that is not there.
-const NO_COLUMN: &str = "no column";
+/// What a table must have beside positions.
+#[derive(Clone, Copy)]
+struct Needed {
+    time: bool,
+    efforts: bool,
+}
 
 /// The mapping from a table to the quantities of a robot; printing it shows every choice made.
 #[derive(Clone, Debug, PartialEq)]
@@ -74,27 +79,35 @@ impl Columns {
     ///
     /// Fails when time, a position or an effort is missing, or when two columns claim one place.
     pub fn find(table: &Table, coordinates: &[String], names: &ColumnNames) -> Result<Columns, Error> {
-        Columns::found(table, coordinates, names, true)
+        Columns::found(table, coordinates, names, Needed { time: true, efforts: true })
+    }
+
+    /// The same of postures, which need no clock.
+    ///
+    /// Fails when a position or an effort is missing, or when two columns claim one place.
+    pub(crate) fn of_postures(table: &Table, coordinates: &[String], names: &ColumnNames) -> Result<Columns, Error> {
+        Columns::found(table, coordinates, names, Needed { time: false, efforts: true })
+    }
+
+    /// Where the clock stands; `None` where there is none.
+    pub(crate) fn clock(&self) -> Option<&Source> {
+        (self.time.header != NO_COLUMN).then_some(&self.time)
     }
 
     /// The same of a motion that somebody plans: it needs no efforts, and has none where they are missing.
     ///
     /// Fails when time or a position is missing, or when two columns claim one place.
     pub fn of_motion(table: &Table, coordinates: &[String], names: &ColumnNames) -> Result<Columns, Error> {
-        Columns::found(table, coordinates, names, false)
+        Columns::found(table, coordinates, names, Needed { time: true, efforts: false })
     }
 
-    fn found(
-        table: &Table,
-        coordinates: &[String],
-        names: &ColumnNames,
-        needs_efforts: bool,
-    ) -> Result<Columns, Error> {
+    fn found(table: &Table, coordinates: &[String], names: &ColumnNames, needed: Needed) -> Result<Columns, Error> {
         let finder = Finder::new(table, coordinates, names)?;
         let undriven = names.undriven(coordinates).map_err(Error::new)?;
         let mut time = match &names.time {
             Some(name) => finder.named(Time, name)?,
-            None => finder.clock()?,
+            None if needed.time => finder.clock()?,
+            None => finder.clock_if_any()?,
         };
         let time_fraction = finder.fraction_of(&time);
         let episode = finder.episode(names.episode.as_deref())?;
@@ -116,7 +129,7 @@ impl Columns {
         let torque = if names.current.is_some() { None } else { effort(Torque, &names.torque)? };
         let (efforts, effort_is) = match torque {
             Some(torque) => (torque, Torque),
-            None if !needs_efforts => (vec![], Torque),
+            None if !needed.efforts => (vec![], Torque),
             None if undriven.iter().all(Option::is_some) => (vec![None; coordinates.len()], Torque),
             None => (effort(Current, &names.current)?.ok_or_else(|| finder.missing(Torque))?, Current),
         };
@@ -160,6 +173,7 @@ impl Columns {
 impl fmt::Display for Columns {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match &self.time_fraction {
+            _ if self.clock().is_none() => writeln!(f, "time: not in the file, each row is a posture")?,
             Some(fraction) => writeln!(f, "time: {} and {fraction}", self.time)?,
             None => writeln!(f, "time: {}", self.time)?,
         }
@@ -355,7 +369,7 @@ mod tests {
             assert!(message.contains(wanted), "{message}");
         }
         let message = find("t,q1,q2,tau2", &["a", "b"], &ColumnNames::default()).unwrap_err().to_string();
-        assert!(message.contains("[options.columns.prescribed=a]"), "{message}");
+        assert!(message.contains("`columns: {prescribed: [a]}`"), "{message}");
     }
 
     #[test]

@@ -3,6 +3,7 @@
 use gate::suggestion::did_you_mean;
 use serde::{Deserialize, Serialize};
 
+use crate::cleaning::undriven::Undriven;
 use crate::columns::units::UnitNames;
 
 /// Names given by the user, for the quantities whose columns cannot be found by their names.
@@ -33,16 +34,6 @@ pub struct ColumnNames {
     /// Units, where the headers do not name them or name others.
     #[serde(skip_serializing_if = "UnitNames::is_empty")]
     pub units: UnitNames,
-}
-
-/// Why a log has no torque of a coordinate.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "lowercase")]
-pub enum Undriven {
-    /// Something else moves it: its torque is not known, and gives no rows.
-    Prescribed,
-    /// Nothing drives it: its torque is zero, and that is measured.
-    Free,
 }
 
 impl ColumnNames {

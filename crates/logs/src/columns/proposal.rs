@@ -240,9 +240,12 @@ fn digits(header: &str) -> Vec<(usize, usize, usize)> {
 
 /// The clock: its column and its factor to s.
 fn clock(table: &Table, proposal: &mut Proposal, names: &mut ColumnNames) -> Option<(usize, f64)> {
+    // The clock of an episode begins anew; those are few.
     let rises = |column: &&usize| {
         let x = &table.columns[**column];
-        x.len() > 2 && x.windows(2).all(|w| w[1] >= w[0]) && x[x.len() - 1] > x[0]
+        let (up, back) =
+            x.windows(2).fold((0, 0), |(up, back), w| (up + usize::from(w[1] > w[0]), back + usize::from(w[1] < w[0])));
+        up > 0 && back * 100 <= up
     };
     let is_named = |column: &usize| words(&table.header[*column]).iter().any(|w| CLOCKS.contains(&w.as_str()));
     if let Some((seconds, (fraction, ..))) = clocks::pairs(table).first() {
@@ -259,7 +262,7 @@ fn clock(table: &Table, proposal: &mut Proposal, names: &mut ColumnNames) -> Opt
         return None;
     };
     let x = &table.columns[column];
-    let step = (x[x.len() - 1] - x[0]) / (x.len() - 1) as f64;
+    let step = middle(x.windows(2).map(|w| w[1] - w[0]).filter(|step| *step > 0.0).collect());
     proposal.columns.push(Proposed {
         key: "time",
         value: quoted(&table.header[column]),
@@ -347,6 +350,12 @@ fn slope_ratio(table: &Table, velocity: &[usize], (clock, second): (usize, f64),
     best.max_by(|a, b| a.1.total_cmp(&b.1)).map(|(ratio, _)| ratio)
 }
 
+/// The number in the middle.
+fn middle(mut numbers: Vec<f64>) -> f64 {
+    let middle = numbers.len() / 2;
+    *numbers.select_nth_unstable_by(middle, f64::total_cmp).1
+}
+
 /// A number to four digits.
 fn short(x: f64) -> String {
     let rounded: f64 = format!("{x:.3e}").parse().unwrap_or(x);
@@ -408,6 +417,20 @@ mod tests {
         let named = "stamp,shoulder_state,elbow_state,shoulder_cmd_state,elbow_cmd_state,shoulder load,elbow load";
         let shown = propose(&table(named, [1.0; 4]), &joints()).to_string();
         assert!(shown.contains("position: \"{joint}_state\"") && shown.contains("torque: \"{joint} load\""), "{shown}");
+    }
+
+    /// Of two columns that count, the finer one that is named like a clock; one that begins anew with each episode is one.
+    #[test]
+    fn the_finer_clock_is_taken() {
+        let mut table = table("stamp_s,a_state,b_state,a_vel,b_vel,a_load,b_load", [1.0; 4]);
+        let fine: Vec<f64> =
+            table.columns[0].iter().enumerate().map(|(k, t)| if k < 200 { *t } else { *t - 1.0 }).collect();
+        table.columns[0].iter_mut().for_each(|t| *t = t.floor());
+        table.header.extend(["timestamp_fine".to_string(), "row".to_string()]);
+        table.columns.extend([fine, (0..400).map(f64::from).collect()]);
+        table.texts.extend([None, None]);
+        let shown = propose(&table, &["a".to_string(), "b".to_string()]).to_string();
+        assert!(shown.contains("time: \"timestamp_fine\"") && shown.contains("by 0.005 a row"), "{shown}");
     }
 
     #[test]

@@ -5,6 +5,9 @@ use std::fmt;
 use crate::cleaning::raw_words::RawWord;
 use crate::columns::words::written;
 
+/// The header of a column that is not there.
+pub(crate) const NO_COLUMN: &str = "no column";
+
 /// One column put to use.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Source {

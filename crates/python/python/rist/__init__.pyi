@@ -71,6 +71,8 @@ class Model:
         path: Path,
         *,
         value: Mapping[str, float] | None = None,
+        arg: Mapping[str, str] | None = None,
+        package: Mapping[str, str] | None = None,
         mimic: Literal["constraint", "independent"] = "constraint",
         angles: Literal["meant", "as-given"] = "meant",
         rotor_inertia: Literal["none", "actuated", "all"] | None = None,
@@ -92,6 +94,9 @@ class Model:
 
         Options:
         - value: Value of a symbol of the description, m or rad: D3=0.45 (symbols of a .par file may have no value)
+        - arg: Value of an argument of a xacro, which `$(arg NAME)` asks for [default: as the file says]
+        - package: Folder of a package that a xacro includes from, which `$(find NAME)` asks for; no other is opened
+          but that of the file
         - mimic: How the mimic joints of a URDF are read: as following the joint they mimic, or as coordinates of
           their own [default: 'constraint']
         - angles: How rounded angles are read: as the angles that were meant (1.5707 and 1.5708 as pi/2), or as given
@@ -111,6 +116,8 @@ class Model:
         path: Path,
         *,
         value: Mapping[str, float] | None = None,
+        arg: Mapping[str, str] | None = None,
+        package: Mapping[str, str] | None = None,
         mimic: Literal["constraint", "independent"] = "constraint",
         angles: Literal["meant", "as-given"] = "meant",
         rotor_inertia: Literal["none", "actuated", "all"] | None = None,
@@ -124,6 +131,9 @@ class Model:
 
         Options:
         - value: Value of a symbol of the description, m or rad: D3=0.45 (symbols of a .par file may have no value)
+        - arg: Value of an argument of a xacro, which `$(arg NAME)` asks for [default: as the file says]
+        - package: Folder of a package that a xacro includes from, which `$(find NAME)` asks for; no other is opened
+          but that of the file
         - mimic: How the mimic joints of a URDF are read: as following the joint they mimic, or as coordinates of
           their own [default: 'constraint']
         - angles: How rounded angles are read: as the angles that were meant (1.5707 and 1.5708 as pi/2), or as given
@@ -144,6 +154,8 @@ class Model:
         name: str = "robot.urdf",
         *,
         value: Mapping[str, float] | None = None,
+        arg: Mapping[str, str] | None = None,
+        package: Mapping[str, str] | None = None,
         mimic: Literal["constraint", "independent"] = "constraint",
         angles: Literal["meant", "as-given"] = "meant",
         rotor_inertia: Literal["none", "actuated", "all"] | None = None,
@@ -156,6 +168,9 @@ class Model:
 
         Options:
         - value: Value of a symbol of the description, m or rad: D3=0.45 (symbols of a .par file may have no value)
+        - arg: Value of an argument of a xacro, which `$(arg NAME)` asks for [default: as the file says]
+        - package: Folder of a package that a xacro includes from, which `$(find NAME)` asks for; no other is opened
+          but that of the file
         - mimic: How the mimic joints of a URDF are read: as following the joint they mimic, or as coordinates of
           their own [default: 'constraint']
         - angles: How rounded angles are read: as the angles that were meant (1.5707 and 1.5708 as pi/2), or as given

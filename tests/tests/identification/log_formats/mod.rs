@@ -137,6 +137,11 @@ fn files_of_other_programs() {
         assert_eq!(table.notes, ["topic /joint_states; time from header.stamp"], "{name}");
     }
 
+    let table = read("scipy.mat");
+    assert_eq!(table.header, ["t", "q_1", "q_2", "dq_1", "dq_2", "tau_1", "tau_2"]);
+    let expected = [time.clone(), scaled(0.5), scaled(-0.25), scaled(2.0), scaled(4.0), scaled(8.0), scaled(-16.0)];
+    assert_eq!(table.columns, expected);
+
     for (name, nulls) in [("pyarrow.parquet", true), ("polars.parquet", false)] {
         let table = read(name);
         assert_eq!(table.header, ["time", "q_1", "q_2", "tau_1", "tau_2", "count", "mode"], "{name}");

@@ -44,7 +44,10 @@ impl Look<'_> {
         }
         let (n, tau) = (self.n(), &self.samples.kept.tau);
         let largest = |k: usize| tau.iter().skip(k).step_by(n).fold(0.0, |m: f64, x| m.max(x.abs()));
-        let is_told = |k: &usize| dead.iter().any(|s| s.coordinate == self.name(*k));
+        let is_told = |k: &usize| {
+            let is_it = |s: &Suspect| s.coordinate == self.name(*k);
+            self.suspects.iter().any(|s| is_it(s) && (s.constant.is_some() || s.undriven.is_some()))
+        };
         let nothing: Vec<usize> = (0..n).filter(|k| largest(*k) < SMALLEST_TORQUE && !is_told(k)).collect();
         if !tau.is_empty() && !nothing.is_empty() {
             found.push(Finding {

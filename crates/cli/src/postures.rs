@@ -1,0 +1,44 @@
+//! `rist postures`: what a robot at rest tells.
+
+use std::path::PathBuf;
+
+use clap::Args;
+use rist::postures::gravity_text;
+use rist::request::DoctorRequest;
+use rist::{Postures, gravity_parameters, identify_postures};
+use serde_json::json;
+
+use crate::failure::Failure;
+use crate::flags::Flags;
+use crate::model::ModelArguments;
+use crate::terminal::print_result;
+
+/// Identify gravity parameters, zeros and mount from postures at rest
+///
+/// The postures are the rows of a table without a clock, or the plateaus of a log. Without a file it lists the gravity
+/// parameters: all that a robot at rest can tell.
+#[derive(Args)]
+pub(crate) struct Arguments {
+    #[command(flatten)]
+    model: ModelArguments,
+
+    /// Positions and torques of postures, or a log that stands still now and then
+    #[arg(value_name = "POSTURES")]
+    postures: Option<PathBuf>,
+
+    #[command(flatten)]
+    request: Flags<DoctorRequest>,
+}
+
+pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
+    let model = arguments.model.derive()?;
+    let Some(path) = &arguments.postures else {
+        let parameters = gravity_parameters(&model)?;
+        let values = parameters.iter().map(|p| json!({"name": p.name, "unit": p.unit}));
+        return print_result(gravity_text(&parameters), || Ok(json!({"parameters": values.collect::<Vec<_>>()})));
+    };
+    let options = arguments.request.read()?.options(&model)?;
+    let (postures, _) = Postures::read(path, model.regressor().coordinates(), &options.columns)?;
+    let found = identify_postures(&model, &postures, options.transmission.drive_gains.as_deref())?;
+    print_result(&found, || Ok(found.to_json()))
+}

@@ -1,0 +1,183 @@
+//! Postures in which a robot stands still, with the torques that hold it: rows of a table, or the plateaus of a log.
+//!
+//! A table without a clock, or with one that steps by half a second and more, has a posture in each row. In another log a
+//! posture is a span of [`PLATEAU_S`] and more in which no joint leaves a band; its numbers are the means of its
+//! middle.
+
+use std::path::Path;
+
+use crate::Error;
+use crate::cleaning::account::SLOWEST_CLOCK_STEP_S;
+use crate::columns::mapping::Columns;
+use crate::columns::names::ColumnNames;
+use crate::columns::words::Quantity;
+use crate::log::Effort;
+use crate::table::Table;
+
+/// s, the shortest plateau.
+const PLATEAU_S: f64 = 0.5;
+/// rad (m), by which a joint may move within it.
+const PLATEAU_BAND: f64 = 1e-3;
+/// The part of a plateau that counts: before it the robot settles, and behind it may be the start of a slow departure.
+const SETTLED: std::ops::Range<f64> = 0.4..0.8;
+/// Most rows of a table of postures.
+const MAX_POSTURES: usize = 20_000;
+
+/// Postures, one after the other.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Postures {
+    /// The file, as the user named it.
+    pub name: String,
+    /// Names, in the order of the numbers of a posture.
+    pub coordinates: Vec<String>,
+    /// rad (m), of each posture one per coordinate.
+    pub q: Vec<Vec<f64>>,
+    /// N m (N) or A, of each posture one per coordinate.
+    pub effort: Vec<Vec<f64>>,
+    /// What the efforts are.
+    pub effort_is: Effort,
+    /// Rows of the file.
+    pub rows: usize,
+    /// Whether each posture is a plateau of several rows.
+    pub are_plateaus: bool,
+}
+
+impl Postures {
+    /// Reads the postures of some coordinates.
+    ///
+    /// Fails where the file cannot be read, where a column is missing, where nothing stands still, and where a table has
+    /// more rows than people make postures.
+    pub fn read(path: &Path, coordinates: &[String], names: &ColumnNames) -> Result<(Postures, Columns), Error> {
+        Postures::of_table(&Table::read(path)?, coordinates, names)
+    }
+
+    /// The same from a table.
+    pub fn of_table(table: &Table, coordinates: &[String], names: &ColumnNames) -> Result<(Postures, Columns), Error> {
+        let columns = Columns::of_postures(table, coordinates, names)?;
+        let series = |sources: &[crate::Source]| -> Vec<Vec<f64>> {
+            sources.iter().map(|s| table.columns[s.column].iter().map(|x| s.si(*x)).collect()).collect()
+        };
+        let (q, effort) = (series(&columns.position), series(&columns.effort));
+        let finite = |r: &usize| q.iter().chain(&effort).all(|x| x[*r].is_finite());
+        let rows: Vec<usize> = (0..table.rows()).filter(finite).collect();
+        let effort_is = if columns.effort_is == Quantity::Current { Effort::Current } else { Effort::Torque };
+        let mut found = Postures {
+            name: table.file.clone(),
+            coordinates: coordinates.to_vec(),
+            q: Vec::new(),
+            effort: Vec::new(),
+            effort_is,
+            rows: table.rows(),
+            are_plateaus: false,
+        };
+        let t: Option<Vec<f64>> = columns.clock().map(|s| table.columns[s.column].iter().map(|x| s.si(*x)).collect());
+        match t.filter(|t| step(t) < SLOWEST_CLOCK_STEP_S) {
+            None if rows.len() > MAX_POSTURES => {
+                let message = format!(
+                    "{} rows without a clock: a table of postures has at most {MAX_POSTURES}; of a log name the column of the \
+                     time, [options.columns.time]",
+                    rows.len()
+                );
+                return Err(Error::at(&table.file, 0, message));
+            }
+            None => rows.iter().for_each(|&r| found.push(&q, &effort, &[r])),
+            Some(t) => {
+                found.are_plateaus = true;
+                plateaus(&t, &q, &rows).iter().for_each(|rows| found.push(&q, &effort, rows));
+            }
+        }
+        if found.q.is_empty() {
+            let message = match found.are_plateaus {
+                true => format!(
+                    "no posture: nowhere do all joints stay within {PLATEAU_BAND} rad (m) for {PLATEAU_S} s; a log of a motion \
+                     is one for rist identify"
+                ),
+                false => "no row has a number for each position and torque".into(),
+            };
+            return Err(Error::at(&table.file, 0, message));
+        }
+        Ok((found, columns))
+    }
+
+    /// The means of some rows.
+    fn push(&mut self, q: &[Vec<f64>], effort: &[Vec<f64>], rows: &[usize]) {
+        let mean = |x: &Vec<f64>| rows.iter().map(|&r| x[r]).sum::<f64>() / rows.len() as f64;
+        self.q.push(q.iter().map(mean).collect());
+        self.effort.push(effort.iter().map(mean).collect());
+    }
+}
+
+/// s, the step of a clock in the middle.
+fn step(t: &[f64]) -> f64 {
+    let mut steps: Vec<f64> = t.windows(2).map(|w| w[1] - w[0]).filter(|step| *step > 0.0).collect();
+    let middle = steps.len() / 2;
+    if steps.is_empty() { f64::INFINITY } else { *steps.select_nth_unstable_by(middle, f64::total_cmp).1 }
+}
+
+/// The rows of each plateau, without those in which the robot settles.
+fn plateaus(t: &[f64], q: &[Vec<f64>], rows: &[usize]) -> Vec<Vec<usize>> {
+    let mut found = Vec::new();
+    let mut first = 0;
+    while first < rows.len() {
+        let stays = |r: usize| q.iter().all(|q| (q[r] - q[rows[first]]).abs() <= PLATEAU_BAND);
+        let end = (first..rows.len()).find(|&k| !stays(rows[k])).unwrap_or(rows.len());
+        let (start, last) = (t[rows[first]], t[rows[end - 1]]);
+        if last - start < PLATEAU_S {
+            first += 1;
+            continue;
+        }
+        let settled = |r: &usize| SETTLED.contains(&((t[*r] - start) / (last - start)));
+        let of_plateau: Vec<usize> = rows[first..end].iter().copied().filter(settled).collect();
+        if !of_plateau.is_empty() {
+            found.push(of_plateau);
+        }
+        first = end;
+    }
+    found
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::fmt::Write as _;
+
+    fn read(text: &str) -> Result<Postures, Error> {
+        let table = Table::from_bytes("log.csv", text.as_bytes())?;
+        Ok(Postures::of_table(&table, &["a".into()], &ColumnNames::default())?.0)
+    }
+
+    #[test]
+    fn rows_are_postures_where_no_clock_is() {
+        for text in ["q_a,tau_a\n0.1,5\n0.2,6\n", "t,q_a,tau_a\n0,0.1,5\n1,0.2,6\n", "q_a,tau_a\n0.1,5\nnan,1\n0.2,6\n"]
+        {
+            let found = read(text).unwrap();
+            assert_eq!(
+                (found.q, found.effort, found.are_plateaus),
+                (vec![vec![0.1], vec![0.2]], vec![vec![5.0], vec![6.0]], false)
+            );
+        }
+        let many: String =
+            std::iter::once("q_a,tau_a\n".into()).chain((0..20_001).map(|k| format!("{k}e-5,1\n"))).collect();
+        assert!(read(&many).unwrap_err().to_string().contains("20001 rows without a clock"));
+    }
+
+    #[test]
+    fn plateaus_of_a_log_are_postures() {
+        let mut text = "t,q_a,tau_a\n".to_string();
+        for k in 0..600 {
+            // Two seconds at 0, one on the way, three at 1; the torque settles after each stop.
+            let t = 0.01 * f64::from(k);
+            let q = (t - 2.0).clamp(0.0, 1.0);
+            let since = if t < 2.0 { t } else { t - 3.0 };
+            let _ = writeln!(text, "{t},{q},{}", 3.0 + q + if since < 0.2 { 5.0 } else { 0.0 });
+        }
+        let found = read(&text).unwrap();
+        let near = |a: f64, b: f64| (a - b).abs() < 1e-3;
+        assert_eq!((found.q.len(), found.are_plateaus), (2, true));
+        assert!(near(found.q[0][0], 0.0) && near(found.effort[0][0], 3.0));
+        assert!(near(found.q[1][0], 1.0) && near(found.effort[1][0], 4.0));
+        let moving: String = (0..200).map(|k| format!("{},{},1\n", 0.01 * f64::from(k), 0.02 * f64::from(k))).collect();
+        let message = read(&format!("t,q_a,tau_a\n{moving}")).unwrap_err().to_string();
+        assert!(message.contains("no posture: nowhere do all joints stay"), "{message}");
+    }
+}

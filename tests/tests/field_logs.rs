@@ -1,0 +1,127 @@
+//! Logs as people bring them, each with the options that it takes: they give the numbers of the robot behind them.
+//!
+//! The files are rebuilds of what people ask about in public, all of one arm of three joints; they stand in `shared`.
+
+use std::path::PathBuf;
+
+use identification::estimate::options::Options;
+use linear_model::parameter::ParameterId;
+use rist::{FrictionTerm, IdentifyRequest, Model, ModelOptions, identify};
+use tests::shared;
+
+/// A log, its options, and the share of its torques that the bodies behind it leave at most.
+const LOGS: [(&str, &str, f64); 19] = [
+    ("good.csv.gz", "", 0.01),
+    ("lbr.csv.gz", "", 0.01),
+    ("kuka_trace.csv.gz", "columns: {time: Zeit, position: \"A{} Ist\", torque: \"A{} Moment\"}", 0.01),
+    (
+        "bag_lowstate",
+        "columns: {position: \"motor_state[{}].q\", velocity: \"motor_state[{}].dq\", torque: \"motor_state[{}].tau_est\"}",
+        0.01,
+    ),
+    (
+        "bag_dynamic",
+        "columns: {position: \"interface_values[{joint}].values[position]\", torque: \
+         \"interface_values[{joint}].values[effort]\"}",
+        0.01,
+    ),
+    ("lerobot_effort.parquet", LEROBOT, 0.01),
+    ("lerobot_episodes.parquet", LEROBOT, 0.01),
+    ("prefix.csv.gz", "", 0.01),
+    ("bag_prefix", "", 0.01),
+    ("bag_two", "", 0.01),
+    ("unit_sym.csv.gz", "", 0.01),
+    ("unit_row.csv.gz", "", 0.01),
+    ("unit_deg.csv.gz", "", 0.01),
+    ("unit_grad.csv.gz", "", 0.01),
+    ("joint_n.csv.gz", "", 0.01),
+    ("jitter.csv.gz", "", 0.01),
+    ("held.csv.gz", "", 0.03),
+    ("franka.csv.gz", "", 0.01),
+    ("no_tau1.csv.gz", "columns: {prescribed: [j1]}", 0.01),
+];
+
+const LEROBOT: &str = "columns: {position: \"observation.state_{}\", velocity: \"observation.velocity_{}\", torque: \
+                       \"observation.effort_{}\"}";
+
+/// A parameter is off by more in one of a million cases.
+const FAR_DEVIATIONS: f64 = 5.0;
+
+fn field() -> Option<PathBuf> {
+    shared().map(|folder| folder.join("findings/inputs/field")).filter(|folder| folder.is_dir())
+}
+
+fn request(options: &str, friction: bool) -> IdentifyRequest {
+    let mut request = IdentifyRequest::default();
+    let mut options =
+        Options::parse("options.yaml", &format!("{options}\nmodel: arm\n")).unwrap_or_else(|e| panic!("{e}"));
+    if !friction {
+        options.friction = Vec::<FrictionTerm>::new();
+    }
+    request.samples.rows.signals.options = Some(options);
+    request
+}
+
+/// Identifies, and holds what is told against the description, which is the truth.
+fn held_against_truth(model: &Model, file: &str, request: &IdentifyRequest, most: f64) {
+    let path = field().unwrap().join("logs").join(file);
+    let names = &request.samples.rows.signals.options.as_ref().unwrap().columns;
+    let (log, _) = model.open_log(&path, names).unwrap_or_else(|e| panic!("{file}: {e}"));
+    let found = identify(model, &[log], request).unwrap_or_else(|e| panic!("{file}: {e}"));
+    let described = found.described.unwrap();
+    assert!(described < most, "{file}: {described}");
+    let truth = found.described_parameters.as_ref().unwrap();
+    let mut told = 0;
+    for (value, truth) in found.estimate.parameters.iter().zip(truth) {
+        assert!(matches!(value.id, ParameterId::Base(_)), "{file}");
+        if let (Some(x), Some(sigma)) = (value.value, value.sigma) {
+            told += 1;
+            assert!((x - truth).abs() < FAR_DEVIATIONS * sigma, "{file}: {}: {x} +- {sigma}, {truth}", value.id);
+        }
+    }
+    assert!(told + 1 >= truth.len(), "{file}: {told} of {}", truth.len());
+}
+
+#[test]
+fn logs_of_the_field_give_the_robot_behind_them() {
+    let Some(field) = field() else { return println!("shared/findings is absent: skipped") };
+    let model = Model::read(field.join("a0_arm.urdf")).unwrap();
+    for (file, options, most) in LOGS {
+        held_against_truth(&model, file, &request(options, true), most);
+    }
+}
+
+/// A base that floats freely needs no columns of torques, and zeros in them are no fault.
+#[test]
+fn a_base_that_nothing_drives_is_told() {
+    let Some(field) = field() else { return println!("shared/findings is absent: skipped") };
+    let model = Model::read_with(field.join("ff.yaml"), &ModelOptions::default()).unwrap();
+    let free = "columns: {free: [base_x, base_y, base_z, base_yaw, base_pitch, base_roll]}";
+    for file in ["freeflyer.csv.gz", "freeflyer_nobase.csv.gz"] {
+        let request = request(free, false);
+        held_against_truth(&model, file, &request, 0.02);
+        let path = field.join("logs").join(file);
+        let options = request.samples.rows.signals.options.as_ref().unwrap();
+        let (log, _) = model.open_log(&path, &options.columns).unwrap();
+        let passport = rist::examine(&model, &[log], options).unwrap();
+        assert!(passport.findings.is_empty(), "{file}: {passport}");
+    }
+}
+
+/// What the proposal says of a log is what it takes.
+#[test]
+fn proposals_read_what_they_are_made_for() {
+    let Some(field) = field() else { return println!("shared/findings is absent: skipped") };
+    let model = Model::read(field.join("a0_arm.urdf")).unwrap();
+    for (file, wanted) in [
+        ("lbr.csv.gz", "time_stamp_sec [s] and time_stamp_nano_sec [ns]"),
+        ("bag_lowstate", "j1 <- motor_state[0].q"),
+        ("bag_dynamic", "j1 <- interface_values[j1].values[position]"),
+        ("lerobot_episodes.parquet", "time: timestamp"),
+        ("kuka_trace.csv.gz", "j1 <- A1 Ist"),
+    ] {
+        let found = rist::propose_columns(&model.robot, &field.join("logs").join(file)).unwrap();
+        let mapping = found.proposal.mapping.as_ref().unwrap_or_else(|| panic!("{file}: {found}"));
+        assert!(mapping.to_string().contains(wanted), "{file}: {mapping}");
+    }
+}

@@ -1,0 +1,157 @@
+//! Postures at rest give gravity parameters, zeros and mount back within their deviations.
+
+use logs::{Effort, Postures};
+use random::Random;
+use rist::{Model, ModelOptions, gravity_parameters, identify_postures};
+use tests::{model_path, shared};
+
+/// Torques of the description at rest.
+fn torques(model: &Model, q: &[f64]) -> Vec<f64> {
+    let regressor = model.regressor();
+    let (n, p) = (q.len(), regressor.parameters().len());
+    let (mut y, rest) = (vec![0.0; n * p], vec![0.0; n]);
+    regressor.fill(q, &rest, &rest, &mut y);
+    let x = model.described_parameters().unwrap();
+    y.chunks_exact(p).map(|row| row.iter().zip(&x).map(|(y, x)| y * x).sum()).collect()
+}
+
+/// Postures of a robot mounted so, with zeros that its positions lack, and noise.
+fn postures(model: &Model, zeros: &[f64], noise: f64, count: usize, seed: u64) -> Postures {
+    let mut random = Random::new(seed);
+    let n = model.regressor().coordinates().len();
+    let (mut q, mut effort) = (Vec::new(), Vec::new());
+    for _ in 0..count {
+        let at: Vec<f64> = (0..n).map(|_| random.between(-2.0, 2.0)).collect();
+        effort.push(torques(model, &at).iter().map(|tau| tau + noise * random.normal()).collect());
+        q.push(at.iter().zip(zeros).map(|(q, zero)| q - zero).collect());
+    }
+    Postures {
+        name: "postures".into(),
+        coordinates: model.regressor().coordinates().to_vec(),
+        q,
+        effort,
+        effort_is: Effort::Torque,
+        rows: count,
+        are_plateaus: false,
+    }
+}
+
+fn ur5(base: Option<[f64; 3]>) -> Model {
+    Model::read_with(model_path("ur5.urdf"), &ModelOptions { base, ..ModelOptions::default() }).unwrap()
+}
+
+/// Normalised errors have unit variance, and none is far off; the gravity of the description is the sum of its parameters.
+#[test]
+fn gravity_parameters_come_back_within_their_deviations() {
+    let model = ur5(None);
+    let (mut squares, mut count) = (0.0, 0.0);
+    for seed in 0..20 {
+        let found = identify_postures(&model, &postures(&model, &[0.0; 6], 0.3, 60, seed), None).unwrap();
+        let described = found.described.as_ref().unwrap();
+        for (told, truth) in found.values.iter().zip(described).chain(found.offsets.iter().zip(&[0.0; 6])) {
+            let (x, sigma) = told.expect("all are told");
+            let error = (x - truth) / sigma;
+            assert!(error.abs() < 5.0, "{seed}: {x} +- {sigma}, {truth}");
+            squares += error * error;
+            count += 1.0;
+        }
+        assert!(!found.placed.unwrap().differs() || seed > 0, "{seed}");
+    }
+    // Of 20 draws of more than 15 numbers the mean square is within a fifth of one at four deviations.
+    let mean: f64 = squares / count;
+    assert!((0.75..1.33).contains(&mean), "{mean} of {count}");
+    // Without noise the values are exact.
+    let exact = identify_postures(&model, &postures(&model, &[0.0; 6], 0.0, 60, 1), None).unwrap();
+    for (told, truth) in exact.values.iter().zip(exact.described.as_ref().unwrap()) {
+        assert!((told.unwrap().0 - truth).abs() < 1e-9, "{told:?} {truth}");
+    }
+}
+
+/// Zeros and mounts of the truth are found by the bodies of the description, which stands upright.
+#[test]
+fn zeros_and_mounts_come_back() {
+    use std::f64::consts::{FRAC_PI_2, PI};
+    let upright = ur5(None);
+    for (base, zeros) in [
+        ([0.0, 0.0, 0.0], [0.0, 0.09, -0.05, 0.17, 0.0, 0.0]),
+        ([PI, 0.0, 0.0], [0.0; 6]),
+        ([FRAC_PI_2, 0.0, 0.0], [0.0; 6]),
+        ([0.0, 0.35, 0.0], [0.0, 0.0, 0.1, 0.0, -0.1, 0.0]),
+    ] {
+        let truth = ur5(Some(base));
+        let measured = postures(&truth, &zeros, 0.05, 100, 7);
+        let found = identify_postures(&upright, &measured, None).unwrap().placed.unwrap();
+        assert!(found.explains && found.left[1] < 0.1 * found.left[0], "{base:?}: {:?}", found.left);
+        for (k, told) in found.zeros.iter().enumerate() {
+            let Some((zero, sigma)) = *told else { continue };
+            assert!(
+                (zero - zeros[k]).abs() < 5.0 * sigma + 1e-6,
+                "{base:?} joint {k}: {zero} +- {sigma}, {}",
+                zeros[k]
+            );
+        }
+        // The mount that is written is the one of the truth, as far as gravity tells it.
+        let remedied = ur5(Some(found.base));
+        let gravity = |model: &Model| nalgebra::Vector3::from(model.robot.gravity_number());
+        let angle = gravity(&remedied).angle(&gravity(&truth));
+        assert!(angle < 5.0 * found.tilt.unwrap().1 + 1e-4, "{base:?}: {angle}");
+        assert_eq!(found.remedy().contains("offsets"), zeros.iter().any(|zero| *zero != 0.0), "{}", found.remedy());
+    }
+}
+
+/// Bodies that are not those of the robot explain no postures, and then no zero is told by them.
+#[test]
+fn other_bodies_tell_no_zeros() {
+    let model = ur5(None);
+    let mut measured = postures(&model, &[0.0; 6], 0.05, 100, 3);
+    // The arm as if its forearm were twice as heavy.
+    let heavy = Model::parse(
+        &std::fs::read_to_string(model_path("ur5.urdf")).unwrap().replacen(
+            "mass value=\"2.275\"",
+            "mass value=\"9.0\"",
+            1,
+        ),
+        "ur5.urdf",
+        &ModelOptions::default(),
+    )
+    .unwrap();
+    for (q, effort) in measured.q.iter().zip(&mut measured.effort) {
+        *effort = torques(&heavy, q);
+    }
+    let found = identify_postures(&model, &measured, None).unwrap();
+    assert!(!found.placed.as_ref().unwrap().explains);
+    assert!(found.to_string().contains("do not explain the postures"), "{found}");
+}
+
+#[test]
+fn too_few_postures_are_refused_and_what_they_can_tell_is_listed() {
+    let model = ur5(None);
+    let message = identify_postures(&model, &postures(&model, &[0.0; 6], 0.0, 3, 1), None).err().unwrap().to_string();
+    assert!(message.contains("3 postures of 6 joints") && message.contains("are needed"), "{message}");
+    let parameters = gravity_parameters(&model).unwrap();
+    let names: Vec<&str> = parameters.iter().map(|p| p.name.as_str()).collect();
+    assert!(names.iter().all(|name| name.starts_with('M')), "{names:?}");
+    assert!(rist::postures::gravity_text(&parameters).contains("[kg m]"));
+}
+
+/// The tables and the log of the field, where a table has no clock or one that steps by a second.
+#[test]
+fn postures_of_the_field_give_the_arm_behind_them() {
+    let Some(field) = shared().map(|folder| folder.join("findings/inputs/field")).filter(|folder| folder.is_dir())
+    else {
+        return println!("shared/findings is absent: skipped");
+    };
+    let model = Model::read(field.join("a0_arm.urdf")).unwrap();
+    for file in ["static_table_noclock", "static_table", "static_table_ts", "static_plateaus", "static_only"] {
+        let path = field.join("logs").join(format!("{file}.csv.gz"));
+        let (postures, _) = Postures::read(&path, model.regressor().coordinates(), &Default::default()).unwrap();
+        assert_eq!(postures.are_plateaus, file.contains("plateaus") || file.contains("only"), "{file}");
+        let found = identify_postures(&model, &postures, None).unwrap();
+        for (told, truth) in found.values.iter().zip(found.described.as_ref().unwrap()) {
+            let (x, sigma) = told.unwrap();
+            assert!((x - truth).abs() < 4.0 * sigma, "{file}: {x} +- {sigma}, {truth}");
+        }
+        let placed = found.placed.as_ref().unwrap();
+        assert!(placed.explains && placed.tilt.is_some(), "{file}: {found}");
+    }
+}
