@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 
 use experiments::excitation::artefact::ExcitingMotion;
 use tests::program::{LIMITED_ARM, Run, folder, rist};
+use tests::workspace;
 
 const QUICK: [&str; 8] = ["--starts", "1", "--iterations", "3", "--period", "5", "--repetitions", "1"];
 
@@ -90,6 +91,96 @@ fn impossible_limits_get_an_answer() {
     }
     refused(&here, &["--limits", "nothing.yaml"], &["nothing.yaml: there is no such file"]);
     refused(&here, &["--out", "m.yaml", "--report", "m.yaml"], &["m.yaml: two outputs have this name"]);
+}
+
+/// Files that people asked with for the UR5 (findings of motions): each is refused with the reason, or gives a motion whose
+/// last line names the limit that was asked for.
+#[test]
+fn limits_of_an_arm_are_read_or_refused() {
+    let here = folder("limits_of_an_arm");
+    let ur5 = workspace().join("models/ur5.urdf").display().to_string();
+    let run = |limits: &str| {
+        std::fs::write(here.join("limits.yaml"), limits).unwrap();
+        let run = rist(&here, &[&["excite", &ur5, "--limits", "limits.yaml"], &QUICK[..]].concat());
+        assert!(!run.err.contains("panicked"), "{limits}: {}", run.err);
+        run
+    };
+    for (limits, said) in [
+        ("coordinates: {elbow: {position: [1, 1]}}", "position of 6"),
+        ("coordinates: {shoulder_lift: {effort: 5}}", "effort of 6"),
+        ("space: {floor: 0.0}", "floor at z = 0 m"),
+        ("space: {walls: [{point: [0,0,0], normal: [1,0,0]}]}", "region of 4"),
+    ] {
+        let run = run(limits);
+        assert_eq!(run.code, Some(0), "{limits}: {}{}", run.out, run.err);
+        let last = run.out.split("\n\n").last().unwrap_or_default().replace("\n  ", " ");
+        assert!(last.starts_with("proven, ") && last.contains(said), "{limits}: {last}");
+    }
+    for (limits, said) in [
+        ("coordinates: {elbow: {position: [2, -2]}}", "elbow: the limits of position leave no room: from 2 to -2"),
+        ("coordinates: {elbow: {position: [8, 9]}}", "elbow: position 8 to 9 of the limits file exceeds -6.28"),
+        ("all: {velocity: 0}", "shoulder_pan: the limit of velocity leaves no room: 0"),
+        ("all: {velocity: .nan}", "shoulder_pan: the limit of velocity leaves no room: NaN"),
+        ("coordinates: {elbw: {velocity: 1}}", "there is no coordinate `elbw`; there are shoulder_pan, "),
+        ("coordinates: {shoulder_lift: {effort: 0}}", "shoulder_lift: the limit of effort leaves no room: 0"),
+        ("all: {power: 0.001}", "no motion keeps the power limit of shoulder_lift"),
+        ("space: {floor: 3}", "shoulder is 2.9108 m beyond the floor, and no joint that is not locked moves it away"),
+        ("space: {walls: [{point: [0,0,0], normal: [0,0,0]}]}", "the wall: normal [0.0, 0.0, 0.0]"),
+        ("space: {boxes: [{low: [1,1,1], high: [0,0,0]}]}", "the box: it leaves no room along x: from 1 to 0"),
+        (
+            "space: {boxes: [{low: [-0.05,-0.05,0], high: [0.05,0.05,0.3]}]}",
+            "the limits of position leave no place that is free, or the limit is too tight",
+        ),
+        (
+            "space: {boxes: [{low: [-1,-1,-1], high: [1,1,1], links: [hand]}]}",
+            "there is no link `hand`; there are base, ",
+        ),
+        ("all: {locked: 0}", "every coordinate is locked: unlock one in the limits file"),
+        ("space: {distance: -1}", "space: distance is -1; expected are metres, 0 or more"),
+        ("space: {distance: 10}", "distance: not looked at, because the description has no collision geometry"),
+        ("all: {slowed: 0}", "shoulder_pan: slowed is a factor above 0 and at most 1, not 0"),
+        ("all: {slowed: 0.000001}", "a blend 7.5000e5 s"),
+        ("all: {jerk: 0.000000001}", "nearest is its limit of jerk: raise it"),
+    ] {
+        let run = run(limits);
+        assert_eq!(run.code, Some(2), "{limits}: {}{}", run.out, run.err);
+        assert!(run.err.contains(said), "{limits}: `{said}` is not in {}", run.err);
+        // Of places, not of pairs: what helps pairs is not said.
+        let is_place = limits.contains("boxes") || limits.contains("walls");
+        assert!(!is_place || !run.err.contains("inf") && !run.err.contains("sign the pair"), "{limits}: {}", run.err);
+    }
+}
+
+/// An exporter writes a limit of zeros alone where it knows nothing: such a joint moves, and one that has a speed stands still.
+#[test]
+fn a_limit_of_zeros_holds_nothing_still() {
+    let here = folder("limits_of_zeros");
+    let arm = |limit: &str| {
+        let link = |name: &str| {
+            format!(
+                "<link name='{name}'><inertial><origin xyz='0.1 0 0.1'/><mass value='1'/>\
+                 <inertia ixx='0.01' iyy='0.02' izz='0.02' ixy='0' ixz='0' iyz='0'/></inertial></link>"
+            )
+        };
+        format!(
+            "<robot name='r'><link name='b'/>{}{}<joint name='j1' type='revolute'><parent link='b'/><child link='l1'/>\
+             <axis xyz='0 1 0'/>{limit}</joint><joint name='j2' type='revolute'><parent link='l1'/><child link='l2'/>\
+             <origin xyz='0 0 0.3'/><axis xyz='0 1 0'/>{limit}</joint></robot>",
+            link("l1"),
+            link("l2")
+        )
+    };
+    for (limit, code, said) in [
+        ("<limit lower='0' upper='0' effort='0' velocity='0'/>", 0, "has a <limit> of zeros alone: taken as unlimited"),
+        ("<limit lower='0' upper='0' effort='5' velocity='1'/>", 2, "every coordinate is locked"),
+    ] {
+        std::fs::write(here.join("arm.urdf"), arm(limit)).unwrap();
+        let run = rist(&here, &[&["excite", "arm.urdf"], &QUICK[..]].concat());
+        let inspected = rist(&here, &["inspect", "arm.urdf"]);
+        assert_eq!(run.code, Some(code), "{limit}: {}{}", run.out, run.err);
+        let all = [run.out, run.err, inspected.out, inspected.err].concat();
+        assert!(all.replace("\n", " ").contains(said), "{limit}: {all}");
+    }
 }
 
 /// A motion of the arm, with a limits file that it was made with.

@@ -19,9 +19,9 @@ use crate::bodies::{Body, Shape};
 use crate::half_space::HalfSpace;
 use crate::kinematic_tree::{KinematicTree, axis};
 use crate::left_out::LeftOut;
-use crate::separation::{Separation, Standing, apart_along, separation};
+use crate::separation::{Standing, separation};
 use crate::solid::Core;
-use robot::vector::{Vector3, cross, dot, minus, norm, scaled};
+use robot::vector::{Vector3, cross, dot, minus, norm, plus, turned};
 
 /// A distance that must not become too small.
 #[derive(Clone, Debug)]
@@ -66,6 +66,10 @@ pub struct Clearance {
     pub(crate) bodies: Vec<Body>,
     pub(crate) half_spaces: Vec<HalfSpace>,
     pub(crate) gaps: Vec<Gap>,
+    /// How fast gaps change at most, by gap and coordinate, m/rad (m/m).
+    pub(crate) rates: Vec<Vec<f64>>,
+    /// Farthest each coordinate may be from zero for that.
+    pub(crate) told_ranges: Vec<f64>,
     pub(crate) floor: Option<f64>,
     pub(crate) left_out: Vec<LeftOut>,
 }
@@ -123,8 +127,8 @@ impl Clearance {
     }
 
     pub(crate) fn centre(&self, body: &Body, shape: &Shape, poses: &[Pose]) -> Vector3 {
-        let at = Pose { position: shape.centre, ..Pose::IDENTITY };
-        body.link.map_or(shape.centre, |j| poses[j].compose(&at).position)
+        let at = |pose: &Pose| plus(pose.position, turned(&pose.rotation, shape.centre));
+        body.link.map_or(shape.centre, |j| at(&poses[j]))
     }
 
     /// How far a shape moves at most while joints move by `spread` of their coordinates; along `normal` only, if given.
@@ -205,73 +209,5 @@ impl Clearance {
     pub fn rooms(&self, q: &[f64], spread: &[f64], which: &[usize]) -> Vec<Room> {
         let poses = self.tree.poses(q);
         which.iter().map(|&g| self.apart(&self.gaps[g], &poses, Some(spread))).collect()
-    }
-
-    /// Visits every two solids whose room above their bound is less than `within`.
-    ///
-    /// `each` takes the gap, the room, m, and the slope of the room along each coordinate, m/rad (m/m).
-    pub fn near(&self, q: &[f64], within: f64, each: &mut dyn FnMut(usize, f64, &[f64])) {
-        let poses = self.tree.poses(q);
-        let mut slope = vec![0.0; q.len()];
-        for (g, gap) in self.gaps.iter().enumerate() {
-            let body = &self.bodies[gap.body];
-            for &s in &gap.shapes {
-                let shape = &body.shapes[s];
-                let centre = self.centre(body, shape, &poses);
-                match gap.against {
-                    Against::HalfSpace(wall) => {
-                        let HalfSpace { normal, offset, .. } = self.half_spaces[wall];
-                        // The ball about a shape tells cheaply that it is far.
-                        if dot(normal, centre) - shape.ball - offset - gap.bound > within {
-                            continue;
-                        }
-                        let standing = self.standing(body, shape, &poses);
-                        let nearest = standing.support(scaled(normal, -1.0));
-                        let room = standing.least_along(normal) - offset - gap.bound;
-                        self.slope(&gap.joints[0], normal, nearest, &poses, &mut slope);
-                        if room < within {
-                            each(g, room, &slope);
-                        }
-                        slope.fill(0.0);
-                    }
-                    Against::Body(other) => {
-                        let other = &self.bodies[other];
-                        for opposite in &other.shapes {
-                            let place = self.centre(other, opposite, &poses);
-                            let towards = minus(centre, place);
-                            // Balls first, since most pairs are far from each other.
-                            if norm(towards) - shape.ball - opposite.ball - gap.bound > within {
-                                continue;
-                            }
-                            let (a, b) = (self.standing(body, shape, &poses), self.standing(other, opposite, &poses));
-                            if apart_along(a, b, towards) - gap.bound > within {
-                                continue;
-                            }
-                            let Separation { reached, direction, nearest: [on_a, on_b], .. } =
-                                separation(a, b, towards);
-                            if reached - gap.bound < within {
-                                self.slope(&gap.joints[0], direction, on_a, &poses, &mut slope);
-                                self.slope(&gap.joints[1], scaled(direction, -1.0), on_b, &poses, &mut slope);
-                                each(g, reached - gap.bound, &slope);
-                                slope.fill(0.0);
-                            }
-                        }
-                    }
-                }
-            }
-        }
-    }
-
-    /// Adds how far a point moves along `n` with each coordinate.
-    fn slope(&self, joints: &[usize], n: Vector3, point: Vector3, poses: &[Pose], slope: &mut [f64]) {
-        for &j in joints {
-            let z = axis(&poses[j]);
-            let rate = match self.tree.kind(j) {
-                JointKind::Fixed => continue,
-                JointKind::Prismatic => dot(n, z),
-                JointKind::Revolute => dot(n, cross(z, minus(point, poses[j].position))),
-            };
-            self.tree.terms(j).iter().for_each(|(k, m)| slope[*k] += m * rate);
-        }
     }
 }

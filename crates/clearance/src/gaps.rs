@@ -80,7 +80,17 @@ impl Clearance {
     pub fn new(robot: &Robot, directory: &Path, rules: &Rules, situation: &Situation) -> Result<Clearance, String> {
         let Some(tree) = KinematicTree::new(robot) else { return Ok(Clearance::of_numeric_joints(rules)) };
         let (bodies, half_spaces) = (bodies(robot, directory), rules.half_spaces.clone());
-        let mut clearance = Clearance { tree, bodies, half_spaces, gaps: vec![], floor: None, left_out: vec![] };
+        let told_ranges = Clearance::ranges(situation.moves.len(), &situation.poses);
+        let mut clearance = Clearance {
+            tree,
+            bodies,
+            half_spaces,
+            gaps: vec![],
+            rates: vec![],
+            told_ranges,
+            floor: None,
+            left_out: vec![],
+        };
         clearance.check_names(rules)?;
         clearance.check_accepted(rules)?;
         let poses = clearance.tree.poses(&situation.rest);
@@ -101,6 +111,7 @@ impl Clearance {
         for wall in 0..clearance.half_spaces.len() {
             clearance.add_wall(wall, situation, &poses)?;
         }
+        clearance.rates = clearance.rates(&clearance.told_ranges);
         Ok(clearance)
     }
 
@@ -117,7 +128,9 @@ impl Clearance {
         };
         let left_out = asked.iter().filter(|(_, is_asked)| *is_asked).map(out).collect();
         let tree = KinematicTree::none();
-        Clearance { tree, bodies: vec![], half_spaces: vec![], gaps: vec![], floor: None, left_out }
+        let (bodies, half_spaces) = (vec![], vec![]);
+        let (gaps, rates, told_ranges) = (vec![], vec![], vec![]);
+        Clearance { tree, bodies, half_spaces, gaps, rates, told_ranges, floor: None, left_out }
     }
 
     fn leave_out_unknown_links(&mut self) {
@@ -205,6 +218,7 @@ impl Clearance {
 #[cfg(test)]
 pub(crate) mod tests {
     use super::*;
+    use crate::nearby::Remembered;
 
     /// Two links in a plane that turn about z, of one metre each, round by 5 cm, on a post.
     pub(crate) const ARM: &str = r#"<robot name="arm">
@@ -286,7 +300,8 @@ pub(crate) mod tests {
         let clearance = clearance(&rules(0.02)).unwrap();
         let at = |q: [f64; 3]| {
             let mut found = vec![];
-            clearance.near(&q, 0.5, &mut |g, room, slope| found.push((g, room, slope.to_vec())));
+            clearance
+                .near(&q, 0.5, &mut Remembered::default(), &mut |g, room, slope| found.push((g, room, slope.to_vec())));
             found
         };
         let mut seen = 0;

@@ -9,7 +9,7 @@
 
 use robot::{JointKind, Pose, Robot};
 
-use robot::vector::Vector3;
+use robot::vector::{Vector3, norm};
 
 /// What places a link from the one before it.
 struct Place {
@@ -81,6 +81,23 @@ impl KinematicTree {
     /// The coordinates that move the joint of a link, with their multiples.
     pub fn terms(&self, link: usize) -> &[(usize, f64)] {
         &self.places[link].terms
+    }
+
+    /// The axis of the joint of a link that hangs on the base: no joint turns it.
+    pub(crate) fn standing_axis(&self, link: usize) -> Option<Vector3> {
+        let place = &self.places[link];
+        place.antecedent.is_none().then(|| axis(&place.fixed))
+    }
+
+    /// The greatest distance of the frame of a link from that of its antecedent, m, with coordinates no farther from zero
+    /// than `ranges`.
+    pub(crate) fn length(&self, link: usize, ranges: &[f64]) -> f64 {
+        let place = &self.places[link];
+        let slid = match place.kind {
+            JointKind::Prismatic => place.offset.abs() + self.spread(link, ranges),
+            _ => 0.0,
+        };
+        norm(place.fixed.position) + slid
     }
 
     /// How far the joint of a link moves at most while each coordinate moves by at most `spread`.

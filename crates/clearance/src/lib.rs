@@ -17,6 +17,7 @@ pub mod kinematic_tree;
 pub mod left_out;
 pub mod mesh;
 mod named_links;
+pub mod nearby;
 pub mod sampled_room;
 pub mod separation;
 pub mod solid;

@@ -9,13 +9,16 @@
 //! used, and the bound that this direction proves is computed anew.
 
 use parry3d_f64::math::{Pose as ParryPose, Vector};
-use parry3d_f64::query::details::closest_points_support_map_support_map_with_params;
-use parry3d_f64::query::gjk::{GJKResult, VoronoiSimplex};
+use parry3d_f64::query::gjk::{CsoPoint, GJKResult, VoronoiSimplex, closest_points};
 use parry3d_f64::shape::SupportMap;
 use robot::Pose;
 
-use crate::solid::Solid;
+use crate::solid::{Core, Solid};
 use robot::vector::{Vector3, dot, minus, norm, plus, scaled, turned, turned_back};
+
+/// How exactly the nearest points must be found from a seed, m. On the round side of a cylinder any search ends some
+/// micrometres early; one that ends earlier is done anew.
+const FOUND_WITHIN_M: f64 = 1e-5;
 
 /// A solid where it stands.
 #[derive(Clone, Copy, Debug)]
@@ -62,46 +65,128 @@ pub(crate) fn apart_along(a: Standing, b: Standing, towards_a: Vector3) -> f64 {
     a.least_along(n) + b.least_along(scaled(n, -1.0))
 }
 
-/// A solid seen in the base frame, so that both solids have the same frame.
-struct InBase<'a>(Standing<'a>);
-
-impl SupportMap for InBase<'_> {
-    fn local_support_point(&self, along: Vector) -> Vector {
-        Vector::from_array(self.0.support(along.to_array()))
+/// How far `a` is from `b`; `towards_a`: a direction to begin with, from b to a.
+pub fn separation(a: Standing, b: Standing, towards_a: Vector3) -> Separation {
+    match nearest(a, b, towards_a, f64::INFINITY, &mut Seed::default()) {
+        Nearest::At(found) => found,
+        // Nothing is beyond infinity.
+        Nearest::Beyond(at_least, direction) => {
+            let nearest = [a.pose.position, b.pose.position];
+            Separation { at_least, reached: at_least, direction, nearest }
+        }
     }
 }
 
-/// How far `a` is from `b`; `towards_a`: a direction to begin with, from b to a.
-pub fn separation(a: Standing, b: Standing, towards_a: Vector3) -> Separation {
-    let mut simplex = VoronoiSimplex::new();
-    let start = Some(Vector::from_array(towards_a)).filter(|v| v.length() > 0.0);
-    let (in_base, together) = ((InBase(a), InBase(b)), ParryPose::identity());
-    let found = closest_points_support_map_support_map_with_params(
-        &together,
-        &in_base.0,
-        &in_base.1,
-        f64::MAX,
-        &mut simplex,
-        start,
-    );
-    let radii = a.solid.radius + b.solid.radius;
-    let apart = match found {
-        GJKResult::ClosestPoints(on_a, on_b, _) => Some([on_a.to_array(), on_b.to_array()]),
-        _ => None,
-    };
-    let between = apart.map(|[on_a, on_b]| minus(on_a, on_b));
-    let length = between.map_or(0.0, norm);
-    let proved = |n: Vector3| {
-        let (on_a, on_b) = (a.support(scaled(n, -1.0)), b.support(n));
-        (dot(n, on_a) - dot(n, on_b) - radii, [on_a, on_b])
-    };
-    if let (Some(nearest), Some(between)) = (apart, between)
-        && length > f64::EPSILON
-    {
-        let direction = scaled(between, 1.0 / length);
-        return Separation { at_least: proved(direction).0, reached: length - radii, direction, nearest };
+/// A bound of how far a is from b along the unit vector n from b to a, and the two points that prove it.
+fn proved(a: Standing, b: Standing, n: Vector3) -> (f64, [Vector3; 2]) {
+    let (on_a, on_b) = (a.support(scaled(n, -1.0)), b.support(n));
+    (dot(n, on_a) - dot(n, on_b) - a.solid.radius - b.solid.radius, [on_a, on_b])
+}
+
+/// Points of two cores, each in the frame of its solid, whose differences are about where the cores are nearest.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Seed {
+    count: usize,
+    points: [[Vector3; 2]; 3],
+}
+
+/// What a look for the nearest points finds.
+pub(crate) enum Nearest {
+    /// They are farther than was asked for: by how much at least, and along which unit vector from b to a.
+    Beyond(f64, Vector3),
+    /// This far.
+    At(Separation),
+}
+
+/// The core of b as the frame of a sees it.
+struct Seen<'a> {
+    core: &'a Core,
+    pose: Pose,
+}
+
+impl SupportMap for Seen<'_> {
+    fn local_support_point(&self, along: Vector) -> Vector {
+        let own = self.core.support(turned_back(&self.pose.rotation, along.to_array()));
+        Vector::from_array(plus(self.pose.position, turned(&self.pose.rotation, own)))
     }
-    // The cores overlap. Every direction bounds how deep, and the best of a few is taken.
+
+    /// Both stand in one frame: what parry3d asks for is no transform.
+    fn support_point(&self, _: &ParryPose, along: Vector) -> Vector {
+        self.local_support_point(along)
+    }
+}
+
+/// How far `a` is from `b`, with the nearest points, unless that is farther than `within`, m.
+///
+/// `seed`: of an earlier look at the same two; it is that of this look afterwards. With a good one the look ends after a
+/// step or two.
+pub(crate) fn nearest(a: Standing, b: Standing, towards_a: Vector3, within: f64, seed: &mut Seed) -> Nearest {
+    let radii = a.solid.radius + b.solid.radius;
+    let was_seeded = seed.count > 0;
+    let rotation = a.pose.rotation;
+    let in_a = |x: Vector3| Vector::from_array(x);
+    let offset = turned_back(&rotation, minus(b.pose.position, a.pose.position));
+    let columns = [0, 1, 2].map(|k| turned_back(&rotation, b.pose.rotation.map(|row| row[k])));
+    let pose = Pose { rotation: [0, 1, 2].map(|i| [0, 1, 2].map(|k| columns[k][i])), position: offset };
+    let seen = Seen { core: &b.solid.core, pose };
+    // Points of the difference of the cores: those of the seed, else the nearest one along the line of centres.
+    let mut simplex = VoronoiSimplex::new();
+    let point =
+        |[on_a, on_b]: [Vector3; 2]| CsoPoint::new(in_a(on_a), in_a(plus(pose.position, turned(&pose.rotation, on_b))));
+    match &seed.points[..seed.count] {
+        [] => {
+            let away = scaled(turned_back(&rotation, towards_a), -1.0);
+            let along = if norm(away) > 0.0 { scaled(away, 1.0 / norm(away)) } else { [1.0, 0.0, 0.0] };
+            simplex.reset(CsoPoint::from_shapes(&ParryPose::identity(), &a.solid.core, &seen, in_a(along)));
+        }
+        [first, others @ ..] => {
+            simplex.reset(point(*first));
+            others.iter().for_each(|both| {
+                simplex.add_point(point(*both));
+            });
+        }
+    }
+    let most = (within + radii).min(f64::MAX);
+    let found = closest_points(&ParryPose::identity(), &a.solid.core, &seen, most, true, &mut simplex);
+    let in_b = |x: Vector3| turned_back(&pose.rotation, minus(x, pose.position));
+    seed.count = (simplex.dimension() + 1).min(seed.points.len());
+    for (k, place) in seed.points.iter_mut().enumerate().take(seed.count) {
+        let point = simplex.point(k);
+        *place = [point.orig1.to_array(), in_b(point.orig2.to_array())];
+    }
+    let in_base = |x: Vector3| plus(a.pose.position, turned(&rotation, x));
+    match found {
+        GJKResult::ClosestPoints(on_a, on_b, _) => {
+            let between = (on_a - on_b).to_array();
+            let length = norm(between);
+            if length > f64::EPSILON {
+                let direction = turned(&rotation, scaled(between, 1.0 / length));
+                let (reached, nearest) = (length - radii, [in_base(on_a.to_array()), in_base(on_b.to_array())]);
+                let (at_least, _) = proved(a, b, direction);
+                if was_seeded && reached - at_least > FOUND_WITHIN_M {
+                    seed.count = 0;
+                    return self::nearest(a, b, towards_a, within, seed);
+                }
+                return Nearest::At(Separation { at_least, reached, direction, nearest });
+            }
+        }
+        // The direction in which they are found to be far points from a to b.
+        GJKResult::NoIntersection(towards_b) if within < f64::INFINITY => {
+            let direction = turned(&rotation, scaled(towards_b.to_array(), -1.0));
+            let (at_least, _) = proved(a, b, direction);
+            if at_least > within {
+                return Nearest::Beyond(at_least, direction);
+            }
+        }
+        _ => {}
+    }
+    seed.count = 0;
+    Nearest::At(overlap(a, b, towards_a))
+}
+
+/// Two solids whose cores overlap. Every direction bounds how deep, and the best of a few is taken.
+fn overlap(a: Standing, b: Standing, towards_a: Vector3) -> Separation {
+    let radii = a.solid.radius + b.solid.radius;
     let unit = |v: Vector3| (norm(v) > f64::EPSILON).then(|| scaled(v, 1.0 / norm(v)));
     let axes = [a, b].into_iter().flat_map(|s| {
         (0..3).flat_map(move |k| {
@@ -109,7 +194,7 @@ pub fn separation(a: Standing, b: Standing, towards_a: Vector3) -> Separation {
             [axis, scaled(axis, -1.0)]
         })
     });
-    let tried = unit(towards_a).into_iter().chain(axes).map(|n| (n, proved(n)));
+    let tried = unit(towards_a).into_iter().chain(axes).map(|n| (n, proved(a, b, n)));
     let best = tried.reduce(|best, other| if other.1.0 > best.1.0 { other } else { best });
     let (direction, (at_least, nearest)) = best.unwrap_or(([0.0, 0.0, 1.0], (-radii, [a.pose.position; 2])));
     // Touching cores have distance zero, whatever rounding says.

@@ -44,6 +44,10 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
     // The search takes seconds: what it cannot be written to is found before.
     arguments.out.iter().try_for_each(|out| check_output(out, &inputs))?;
     let model = arguments.model.derive()?;
+    // A choice of minutes is told before it begins.
+    if let Some(long) = rist::planning::outlook(&model, &request)? {
+        terminal::note(long);
+    }
     let told = |done: usize, all: usize, best: f64| progress(format_args!("start {done} of {all}, best {best:.3}"));
     let rist::planning::Planned { plan, notes, checked } = interruptible(|| rist::plan(&model, &request, &told))??;
     // The experiment that goes lowest: in all else their last lines are the same.

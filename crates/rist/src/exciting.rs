@@ -380,19 +380,17 @@ fn refused(
             let pair =
                 |(subject, most, bound): &(String, f64, f64)| format!("{subject}: at most {most:.4} m of {bound:.4} m");
             let pairs: Vec<String> = tight.pairs.iter().map(pair).collect();
-            let pairs = if pairs.is_empty() {
-                String::new()
-            } else {
-                format!("; over 1000 poses these pairs have too little room: {}", pairs.join("; "))
-            };
-            let works = if tight.works > 0.0 {
-                format!("; distance: {:.4} has room at one of these poses", tight.works)
-            } else {
-                String::new()
+            let few = "; over 1000 poses these pairs have too little room: ";
+            let pairs = if pairs.is_empty() { String::new() } else { [few, &pairs.join("; ")].concat() };
+            let works = Some(tight.works).filter(|works| *works > 0.0 && works.is_finite());
+            let works = works.map_or(String::new(), |w| format!("; distance: {w:.4} has room at one of these poses"));
+            let sign = match gaps[gap].limit {
+                LimitKind::Distance => "; for links that may meet, sign the pair: accept: [[LINK, LINK, REASON]]",
+                _ => "",
             };
             Error::new(format_args!(
                 "{path}: no motion keeps the {}: {room}{pairs}{works}; the limits of position leave no place that is free, or \
-                 the limit is too tight; for links that may meet, sign the pair: accept: [[LINK, LINK, REASON]]",
+                 the limit is too tight{sign}",
                 gaps[gap].in_words()
             ))
         }

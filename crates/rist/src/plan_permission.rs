@@ -3,7 +3,7 @@
 //! Looked at are instants of one period, and the way between its ends, which is straight. What happens between them the proof of
 //! the chosen experiments finds ([`crate::planning`]).
 
-use experiments::excitation::gap_proof::Surroundings;
+use experiments::excitation::gap_proof::{Known, Surroundings};
 use experiments::excitation::limits::AskedLimits;
 use experiments::excitation::proof::DescribedFriction;
 use experiments::plan::exciting_trajectory::{ExcitingTrajectory, Motion};
@@ -45,6 +45,17 @@ impl<'a> PlanPermission<'a> {
         PlanPermission { model, parameters: model.described_parameters(), friction, most, surroundings }
     }
 
+    /// Whether bodies keep apart at a pose and its torques leave a margin. `known`: of the pose before it on a way.
+    fn is_free(&self, q: &[f64], known: &mut Known) -> bool {
+        let mut is_free = true;
+        let most = self.surroundings.gaps().iter().map(|gap| gap.reserve).fold(0.0, f64::max);
+        self.surroundings.near(q, most, known, &mut |gap, room, _| {
+            is_free &= room >= self.surroundings.gaps()[gap].reserve;
+        });
+        let still = vec![0.0; q.len()];
+        is_free && self.is_strong_enough(&[[q.to_vec(), still.clone(), still]])
+    }
+
     fn is_strong_enough(&self, states: &[[Vec<f64>; 3]]) -> bool {
         let Some(parameters) = self.parameters.as_ref().filter(|_| self.most.iter().any(Option::is_some)) else {
             return true;
@@ -66,13 +77,7 @@ impl<'a> PlanPermission<'a> {
 
 impl Permission for PlanPermission<'_> {
     fn pose(&self, q: &[f64]) -> bool {
-        let mut is_free = true;
-        let most = self.surroundings.gaps().iter().map(|gap| gap.reserve).fold(0.0, f64::max);
-        self.surroundings.near(q, most, &mut |gap, room, _| {
-            is_free &= room >= self.surroundings.gaps()[gap].reserve;
-        });
-        let still = vec![0.0; q.len()];
-        is_free && self.is_strong_enough(&[[q.to_vec(), still.clone(), still]])
+        self.is_free(q, &mut None)
     }
 
     fn motion(&self, trajectory: &ExcitingTrajectory) -> bool {
@@ -106,6 +111,7 @@ impl Permission for PlanPermission<'_> {
                 (0..=places).flat_map(|i| signs.map(|(forth, up)| (i, forth, up))).map(of).collect()
             }
         };
-        self.is_strong_enough(&states) && (0..=places).all(|i| self.pose(&at(on_the_way(i))))
+        let mut known = None;
+        self.is_strong_enough(&states) && (0..=places).all(|i| self.is_free(&at(on_the_way(i)), &mut known))
     }
 }

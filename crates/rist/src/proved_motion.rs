@@ -6,10 +6,10 @@
 
 use experiments::excitation::criterion::Aim;
 use experiments::excitation::fitting::{Obligations, fitted};
-use experiments::excitation::limits::LimitKind;
 use experiments::excitation::motion::{Motion, Shape};
 use experiments::excitation::problem::Problem;
-use experiments::excitation::proof::{CertificateRow, Kept, prove_torque};
+use experiments::excitation::proof::{CertificateRow, Kept};
+use experiments::excitation::sampled_drives::sampled_excess;
 use experiments::excitation::search::{Found, criterion_of, searched_on};
 use experiments::excitation::torque_wall::TorqueWall;
 use numerics::interruption::Interruption;
@@ -75,12 +75,10 @@ pub(crate) fn proved(
     Some(chosen)
 }
 
-/// The least share of a limit of torque or power over what is proven of it; at most one.
+/// The least share of a limit of torque or power over what instants show of it; at most one.
 fn left_of_limit(motion: &Motion, obligations: &Obligations) -> f64 {
-    let Obligations { limits, names, torque, .. } = obligations;
-    let rows = torque.map_or(vec![], |torque| prove_torque(motion, limits, names, torque));
-    let drives = rows.iter().filter(|row| matches!(row.limit, LimitKind::Effort | LimitKind::Power));
-    drives.map(|row| (row.bound / row.nowhere_beyond).abs()).fold(1.0, f64::min)
+    let most = obligations.torque.map_or(0.0, |torque| sampled_excess(motion, obligations.limits, torque));
+    1.0 / most.max(1.0)
 }
 
 /// What the proof costs, where that is much; else `None`.

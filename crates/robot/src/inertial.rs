@@ -25,6 +25,7 @@ impl Pose {
         Pose { rotation: [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]], position: [0.0; 3] };
 
     /// aTc from `self` = aTb and `next` = bTc.
+    #[inline]
     pub fn compose(&self, next: &Pose) -> Pose {
         let p = turned(&self.rotation, next.position);
         Pose { rotation: product(&self.rotation, &next.rotation), position: [0, 1, 2].map(|i| self.position[i] + p[i]) }

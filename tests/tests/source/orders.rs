@@ -49,6 +49,7 @@ pub(crate) const ORDERS: [(&str, &[&str]); 18] = [
             "bodies",
             "left_out",
             "clearance",
+            "nearby",
             "sampled_room",
             "gaps",
             "named_links",

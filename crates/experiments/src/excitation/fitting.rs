@@ -11,6 +11,7 @@ use crate::excitation::gap_proof::{Surroundings, prove_gaps};
 use crate::excitation::limits::{CoordinateLimits, LimitKind};
 use crate::excitation::motion::{Motion, scaled};
 use crate::excitation::proof::{CertificateRow, DescribedTorque, Kept, prove_motion, prove_torque};
+use crate::excitation::sampled_drives::sampled_excess;
 
 /// Rounds before a proof is given up.
 const MAX_PROOF_ROUNDS: usize = 16;
@@ -64,6 +65,12 @@ pub fn fitted(motion: Motion, obligations: &Obligations) -> (Motion, Vec<Certifi
             continue;
         }
         let torque = obligations.torque;
+        // What instants show already needs no proof.
+        let sampled = torque.map_or(0.0, |t| sampled_excess(&motion, obligations.limits, t));
+        if sampled > 1.0 {
+            shrink(&mut motion, sampled.sqrt().recip().clamp(0.5, MAX_SWING_KEPT_FOR_TORQUE));
+            continue;
+        }
         let torques = torque.map_or(vec![], |t| prove_torque(&motion, obligations.limits, obligations.names, t));
         if are_proven(&torques) {
             return (motion, [rows, gaps, torques].concat());

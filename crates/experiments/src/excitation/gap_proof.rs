@@ -7,6 +7,7 @@
 //!
 //! Not here: the bodies and their distances.
 
+use std::any::Any;
 use std::collections::VecDeque;
 
 use claims::significant;
@@ -47,6 +48,9 @@ pub struct Room {
     pub at_least: f64,
 }
 
+/// What [`Surroundings::near`] keeps from one look to the next: what it is they alone know.
+pub type Known = Option<Box<dyn Any + Send>>;
+
 /// The gaps that the bodies of a robot must keep.
 pub trait Surroundings: Sync {
     /// The gaps, in a fixed order.
@@ -57,8 +61,9 @@ pub trait Surroundings: Sync {
 
     /// Visits every two solids whose room above their bound is less than `within`.
     ///
-    /// `each` takes their gap, the room, m, and its slope along each coordinate, m/rad (m/m).
-    fn near(&self, q: &[f64], within: f64, each: &mut dyn FnMut(usize, f64, &[f64]));
+    /// `each` takes their gap, the room, m, and its slope along each coordinate, m/rad (m/m). `known`: what the last look
+    /// at the same instant of a motion left, which saves most of the next; none at first.
+    fn near(&self, q: &[f64], within: f64, known: &mut Known, each: &mut dyn FnMut(usize, f64, &[f64]));
 }
 
 /// A part that is shorter is not halved, s: no body moves by a micrometre in it.
@@ -175,7 +180,7 @@ pub(crate) mod tests {
             which.iter().map(|_| Room { reached, at_least: reached - spread[0] }).collect()
         }
 
-        fn near(&self, q: &[f64], within: f64, each: &mut dyn FnMut(usize, f64, &[f64])) {
+        fn near(&self, q: &[f64], within: f64, _: &mut Known, each: &mut dyn FnMut(usize, f64, &[f64])) {
             let room = self.height - q[0].sin();
             if room < within {
                 let mut slope = vec![0.0; q.len()];

@@ -24,6 +24,7 @@ pub mod polynomial_course;
 pub mod problem;
 pub mod proof;
 pub mod quintic_spline;
+pub mod sampled_drives;
 pub mod search;
 pub mod space_limits;
 pub mod space_wall;

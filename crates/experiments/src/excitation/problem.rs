@@ -12,7 +12,7 @@ use crate::excitation::criterion::{Aim, criterion};
 use crate::excitation::gap_proof::Surroundings;
 use crate::excitation::limits::{CoordinateLimits, LimitKind};
 use crate::excitation::motion::Shape;
-use crate::excitation::space_wall::SpaceWall;
+use crate::excitation::space_wall::{Seen, SpaceWall};
 use crate::excitation::torque_wall::TorqueWall;
 
 /// What is asked of a motion.
@@ -172,8 +172,8 @@ impl<'a> Prepared<'a> {
     }
 
     /// The least room between bodies above its bound, m, with its gap, where any come near.
-    pub fn nearest(&self, x: &[f64]) -> Option<(f64, usize)> {
-        self.space.as_ref()?.nearest(&|row| self.positions(x, row))
+    pub fn nearest(&self, seen: &Seen, x: &[f64]) -> Option<(f64, usize)> {
+        self.space.as_ref()?.nearest(seen, &|row| self.positions(x, row))
     }
 
     /// Whether such a room is enough to begin a descent with.
@@ -184,7 +184,7 @@ impl<'a> Prepared<'a> {
     /// The least room at the centre of the motion alone.
     pub fn nearest_at_centre(&self, x: &[f64]) -> Option<(f64, usize)> {
         let mut nearest = None;
-        self.space.as_ref()?.nearest_at(&self.positions(x, &[1.0]), &mut nearest);
+        self.space.as_ref()?.nearest_at(&self.positions(x, &[1.0]), &mut None, &mut nearest);
         nearest
     }
 

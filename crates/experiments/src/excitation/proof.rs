@@ -161,19 +161,15 @@ pub fn prove_torque(
     described: &DescribedTorque,
 ) -> Vec<CertificateRow> {
     let enclosed = course.enclosed();
-    let dry = |k: usize| described.friction[k].coulomb.abs();
-    // The dry friction of a joint at rest may act to either side, so it is kept free.
-    let effort = |k: usize| Some((k, LimitKind::Effort, described.share * limits[k].effort? - dry(k)));
-    let power = |k: usize| Some((k, LimitKind::Power, described.share * limits[k].power?));
-    let limited: Vec<(usize, LimitKind, f64)> =
-        (0..limits.len()).filter_map(effort).chain((0..limits.len()).filter_map(power)).collect();
+    let limited = limited_drives(limits, described);
     if limited.is_empty() {
         return vec![];
     }
     let tolerance: Vec<f64> = limited.iter().map(|(.., bound)| TORQUE_PROOF_TOLERANCE * bound.abs()).collect();
     let stretches = over_stretches(course, TORQUE_ENCLOSURES, |i, span, subdivision| {
+        let mut last = None;
         let enclose = |part| {
-            let all = drives_on(enclosed.as_ref(), i, part, described);
+            let all = drives_on(enclosed.as_ref(), i, part, described, &mut last);
             limited.iter().map(|&(k, kind, _)| if kind == LimitKind::Power { all[k].1 } else { all[k].0 }).collect()
         };
         ranges(span, subdivision, &tolerance, enclose)
@@ -182,32 +178,56 @@ pub fn prove_torque(
         let found = stretches.iter().map(|(stretch, ranges)| (*stretch, ranges[i]));
         let how = match kind {
             LimitKind::Power => "Taylor enclosures of the described torque times velocity, with dry friction".into(),
-            _ => format!("Taylor enclosures of the described torque; {} N m of dry friction kept free", dry(k)),
+            _ => format!(
+                "Taylor enclosures of the described torque; {} N m of dry friction kept free",
+                dry(described, k)
+            ),
         };
         row(kind, &names[k], (-bound, bound), found, |_| how.clone())
     };
     limited.iter().enumerate().filter_map(one).collect()
 }
 
+/// Dry friction of a coordinate, N m (N).
+fn dry(described: &DescribedTorque, k: usize) -> f64 {
+    described.friction[k].coulomb.abs()
+}
+
+/// The limits of torque and power: coordinate, kind, and what of it may be used. The dry friction of a joint at rest may
+/// act to either side, so it is kept free.
+pub(super) fn limited_drives(limits: &[CoordinateLimits], described: &DescribedTorque) -> Vec<(usize, LimitKind, f64)> {
+    let effort = |k: usize| Some((k, LimitKind::Effort, described.share * limits[k].effort? - dry(described, k)));
+    let power = |k: usize| Some((k, LimitKind::Power, described.share * limits[k].power?));
+    (0..limits.len()).filter_map(effort).chain((0..limits.len()).filter_map(power)).collect()
+}
+
+/// The jets of torque and velocity of each coordinate at an instant.
+pub(super) type DriveJets = Vec<(Jet, Jet)>;
+
 /// Torque of each coordinate on a part of a stretch, with viscous friction and offset, N m (N); and power, with dry friction
-/// too, W.
-fn drives_on(
+/// too, W. `last`: the middle of the part before with its jets, which an instant that is asked for next mostly is.
+pub(super) fn drives_on(
     enclosed: &dyn EnclosedCourse,
     stretch: usize,
     part: Interval,
     described: &DescribedTorque,
+    last: &mut Option<(f64, DriveJets)>,
 ) -> Vec<(Interval, Interval)> {
-    let jets = |states: &[Derivatives]| -> Vec<(Jet, Jet)> {
+    let jets = |states: &[Derivatives]| -> DriveJets {
         let of =
             |d: usize| -> Vec<Jet> { states.iter().map(|x| Jet::of_derivatives(x[d], x[d + 1], x[d + 2])).collect() };
         let dq = of(1);
         described.torque.torque(&of(0), &dq, &of(2)).into_iter().zip(dq).collect()
     };
     let states = enclosed.on(stretch, part);
-    let wide = jets(&states);
     let is_point = part.width() == 0.0;
     let middle = Interval::point(part.middle());
-    let thin = if is_point { wide.clone() } else { jets(&enclosed.on(stretch, middle)) };
+    let thin = match last.take_if(|(time, _)| is_point && *time == middle.low) {
+        Some((_, known)) => known,
+        None => jets(&enclosed.on(stretch, middle)),
+    };
+    let wide = if is_point { thin.clone() } else { jets(&states) };
+    *last = (!is_point).then(|| (middle.low, thin.clone()));
     let over = |thin: Jet, wide: Jet| match is_point {
         true => wide.0[0],
         false => Jet::over_interval(thin, wide, part - middle),

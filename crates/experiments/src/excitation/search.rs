@@ -7,11 +7,13 @@
 //!
 //! A third of the starts draws every joint. The others take the best motion so far and draw two of its joints anew.
 //! Good motions lie near one another, so the best of as many starts is better that way (docs/benchmarks.md).
+//! A start that is behind the best half way down is left there.
 //!
 //! A start depends on the seed, its number and the rounds before it alone, so the outcome is the same on any number of
 //! threads.
 
 use std::ops::Range;
+use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use numerics::interruption::Interruption;
@@ -22,6 +24,7 @@ use crate::excitation::limits::LimitKind;
 use crate::excitation::motion::Shape;
 use crate::excitation::no_motion::{NoMotion, too_small};
 use crate::excitation::problem::{Prepared, Problem};
+use crate::excitation::space_wall::Seen;
 use crate::excitation::walled::Walled;
 
 /// How much is searched.
@@ -63,6 +66,11 @@ const LAST_WALL_HEIGHT: f64 = 5e-5;
 /// descent. What is left at one height is won at the next. 1e-7 at all heights gives motions that are 0.3 % better, in
 /// a third more time (five seeds on UR5 and Panda).
 const SMALLEST_DESCENT_GAIN: (f64, f64) = (1e-7, 1e-5);
+/// The height at which starts are compared.
+const SIFTED_HEIGHT: f64 = 2e-3;
+/// A start whose J is behind the best at that height by this much, 3 % of det^(1/p), goes no further: what is left of the
+/// descent is worth about as much to each.
+const GIVEN_UP_BEHIND: f64 = 0.03;
 /// Index of the height at which a start begins again with what is known, after a descent without it.
 const HEIGHT_INDEX_AFTER_LONE_DESCENT: usize = 2;
 /// Starts of a round that takes the best motion so far. Their number is the same for any number of threads.
@@ -98,26 +106,27 @@ pub fn search(
     let alone = Problem { prior: &[], ..problem.clone() };
     let alone = (!problem.prior.is_empty()).then(|| Prepared::new(&alone));
     let (done, interruption) = (AtomicUsize::new(0), Interruption::here());
-    let round = |starts: Range<usize>, best: Option<&[f64]>| {
-        let next = AtomicUsize::new(starts.start);
-        let work = || {
-            let mut found: Vec<(usize, Result<Found, NoMotion>)> = Vec::new();
-            loop {
-                let start = next.fetch_add(1, Ordering::Relaxed);
-                if start >= starts.end || interruption.is_raised() {
-                    return found;
-                }
-                let outcome = interruption.during(|| one(alone.as_ref(), &prepared, problem, options, start, best));
-                progress(done.fetch_add(1, Ordering::Relaxed) + 1, outcome.as_ref().ok());
-                found.push((start, outcome));
-            }
+    let search = Searched { alone: alone.as_ref(), prepared: &prepared, problem, iterations: options.iterations };
+    // Of those that are begun only the ones that may still win go on to the end.
+    let mut promising = f64::INFINITY;
+    let mut round = |starts: Range<usize>, best: Option<&[f64]>| {
+        let begin = |start: usize| {
+            let is_over = interruption.is_raised();
+            (!is_over).then(|| (start, interruption.during(|| begun(&search, options.seed, start, best))))
         };
-        let mut all: Vec<(usize, Result<Found, NoMotion>)> = std::thread::scope(|scope| {
-            let threads: Vec<_> = (0..options.threads.max(1)).map(|_| scope.spawn(work)).collect();
-            threads.into_iter().flat_map(|t| t.join().unwrap_or_default()).collect()
-        });
-        all.sort_by_key(|(start, _)| *start);
-        all
+        let all = in_parallel(starts.collect(), options.threads, begin);
+        let all: Vec<(usize, Result<Begun, NoMotion>)> = all.into_iter().flatten().collect();
+        let values = all.iter().filter_map(|(_, begun)| begun.as_ref().ok());
+        promising = values.map(|begun| begun.criterion).fold(promising, f64::min);
+        let end = |(start, begun): (usize, Result<Begun, NoMotion>)| {
+            let outcome = begun.and_then(|begun| {
+                let goes_on = begun.criterion <= promising + GIVEN_UP_BEHIND;
+                interruption.during(|| if goes_on { search.ended(begun) } else { search.found(&begun) })
+            });
+            progress(done.fetch_add(1, Ordering::Relaxed) + 1, outcome.as_ref().ok());
+            (start, outcome)
+        };
+        in_parallel(all, options.threads, end)
     };
     let starts = options.starts.max(1);
     let mut all = round(0..starts.div_ceil(3), None);
@@ -143,11 +152,11 @@ pub fn search(
 /// centre is beyond one.
 pub fn searched_on(problem: &Problem, iterations: usize, joints: &[Vec<f64>]) -> Option<Found> {
     let prepared = Prepared::new(problem);
-    let m = problem.shape.size();
+    let (m, seen) = (problem.shape.size(), Seen::default());
     let mut x = prepared.scaled(joints);
     let is_inside = |x: &[f64]| {
         let is_weak = prepared.greatest_torque(x).is_none_or(|(share, ..)| share <= MAX_DRAWN_TORQUE_SHARE);
-        is_weak && prepared.is_inside(prepared.nearest(x))
+        is_weak && prepared.is_inside(prepared.nearest(&seen, x))
     };
     let mut shrinks = 0;
     while !is_inside(&x) {
@@ -157,7 +166,9 @@ pub fn searched_on(problem: &Problem, iterations: usize, joints: &[Vec<f64>]) ->
         }
         x.chunks_exact_mut(m).for_each(|joint| joint[1..].iter_mut().for_each(|x| *x *= 0.9));
     }
-    descended(None, &prepared, problem, iterations, &WALL_HEIGHTS[1..], x, 0).ok()
+    let search = Searched { alone: None, prepared: &prepared, problem, iterations };
+    let begun = search.begun(0, x, seen, &WALL_HEIGHTS[1..]).ok()?;
+    search.ended(begun).ok()
 }
 
 /// J of a motion, where it tells anything.
@@ -166,57 +177,109 @@ pub fn criterion_of(problem: &Problem, joints: &[Vec<f64>]) -> Option<f64> {
     prepared.criterion(&prepared.scaled(joints))
 }
 
-/// One start: from a random motion, or from the best so far with some of its joints drawn anew. `alone`: the problem
-/// without what is known, where anything is.
-fn one(
-    alone: Option<&Prepared>,
-    prepared: &Prepared,
-    problem: &Problem,
-    options: &SearchOptions,
-    start: usize,
-    best: Option<&[f64]>,
-) -> Result<Found, NoMotion> {
-    let mut random = Random::stream(options.seed, start as u64);
-    let near = best.and_then(|best| near(prepared, problem, best, &mut random));
-    let (x, heights) = match near {
-        Some(x) => (x, &WALL_HEIGHTS[1..]),
-        None => (first(prepared, problem, &mut random)?, &WALL_HEIGHTS[..]),
-    };
-    descended(alone, prepared, problem, options.iterations, heights, x, start)
+/// What every start of a search shares.
+struct Searched<'a> {
+    /// The problem without what is known, where anything is.
+    alone: Option<&'a Prepared<'a>>,
+    prepared: &'a Prepared<'a>,
+    problem: &'a Problem<'a>,
+    iterations: usize,
 }
 
-/// The descent from a motion that is inside all walls, at one height after the other.
-fn descended(
-    alone: Option<&Prepared>,
-    prepared: &Prepared,
-    problem: &Problem,
-    iterations: usize,
-    heights: &[f64],
-    from: Vec<f64>,
+/// A start that has come down to [`SIFTED_HEIGHT`].
+struct Begun {
     start: usize,
-) -> Result<Found, NoMotion> {
-    let mut x = from;
-    // Where something is known already: first without it, then with it, at ever lower walls.
-    let first = alone.into_iter().flat_map(|prepared| heights.iter().map(move |height| (prepared, *height)));
-    let last = if alone.is_some() { &WALL_HEIGHTS[HEIGHT_INDEX_AFTER_LONE_DESCENT..] } else { heights };
-    for (prepared, height) in first.chain(last.iter().map(|height| (prepared, *height))) {
-        let walled = Walled { prepared, height };
-        let least = if height == LAST_WALL_HEIGHT { SMALLEST_DESCENT_GAIN.0 } else { SMALLEST_DESCENT_GAIN.1 };
-        if let Some(found) = descend(&walled, &x, iterations, least) {
-            x = found.x;
-        }
+    x: Vec<f64>,
+    seen: Seen,
+    /// J there: of the motion alone, where something is known.
+    criterion: f64,
+}
+
+/// One start down to [`SIFTED_HEIGHT`]: from a random motion, or from the best so far with some of its joints drawn anew.
+fn begun(search: &Searched, seed: u64, start: usize, best: Option<&[f64]>) -> Result<Begun, NoMotion> {
+    let (mut random, seen) = (Random::stream(seed, start as u64), Seen::default());
+    let near = best.and_then(|best| near(search.prepared, search.problem, best, &mut random, &seen));
+    let (x, heights) = match near {
+        Some(x) => (x, &WALL_HEIGHTS[1..]),
+        None => (first(search.prepared, search.problem, &mut random, &seen)?, &WALL_HEIGHTS[..]),
+    };
+    search.begun(start, x, seen, heights)
+}
+
+impl Searched<'_> {
+    /// From a motion that is inside all walls down to [`SIFTED_HEIGHT`].
+    fn begun(&self, start: usize, x: Vec<f64>, seen: Seen, heights: &[f64]) -> Result<Begun, NoMotion> {
+        let prepared = self.alone.unwrap_or(self.prepared);
+        let high = heights.iter().copied().filter(|height| *height >= SIFTED_HEIGHT);
+        let x = self.descended(high.map(|height| (prepared, height)), x, &seen);
+        let criterion = prepared.criterion(&x).ok_or_else(|| too_small(prepared, self.problem, &x))?;
+        Ok(Begun { start, x, seen, criterion })
     }
-    // What was found, without the walls' part of the value.
-    let criterion = prepared.criterion(&x).ok_or_else(|| too_small(prepared, problem, &x))?;
-    let (room, joint, limit) = prepared.barrier().least_room(&x).ok_or(NoMotion::AllLocked)?;
-    Ok(Found {
-        start,
-        joints: prepared.joints(&x),
-        criterion,
-        room: (room, prepared.moving()[joint], limit),
-        torque: prepared.greatest_torque(&x),
-        nearest: prepared.nearest(&x),
-    })
+
+    /// The rest of the descent. Where something is known already: first without it, then with it, at ever lower walls.
+    fn ended(&self, begun: Begun) -> Result<Found, NoMotion> {
+        let low = || WALL_HEIGHTS.into_iter().filter(|height| *height < SIFTED_HEIGHT);
+        let alone = self.alone.into_iter().flat_map(|alone| low().map(move |height| (alone, height)));
+        let last = match self.alone {
+            Some(_) => &WALL_HEIGHTS[HEIGHT_INDEX_AFTER_LONE_DESCENT..],
+            None => &WALL_HEIGHTS[WALL_HEIGHTS.len() - low().count()..],
+        };
+        let all = alone.chain(last.iter().map(|height| (self.prepared, *height)));
+        let x = self.descended(all, begun.x, &begun.seen);
+        self.found(&Begun { x, ..begun })
+    }
+
+    /// The descent at one height after the other.
+    fn descended<'p>(
+        &self,
+        heights: impl Iterator<Item = (&'p Prepared<'p>, f64)>,
+        from: Vec<f64>,
+        seen: &Seen,
+    ) -> Vec<f64> {
+        let mut x = from;
+        for (prepared, height) in heights {
+            let walled = Walled { prepared, height, seen };
+            let least = if height == LAST_WALL_HEIGHT { SMALLEST_DESCENT_GAIN.0 } else { SMALLEST_DESCENT_GAIN.1 };
+            if let Some(found) = descend(&walled, &x, self.iterations, least) {
+                x = found.x;
+            }
+        }
+        x
+    }
+
+    /// What was found, without the walls' part of the value.
+    fn found(&self, Begun { start, x, seen, .. }: &Begun) -> Result<Found, NoMotion> {
+        let prepared = self.prepared;
+        let criterion = prepared.criterion(x).ok_or_else(|| too_small(prepared, self.problem, x))?;
+        let (room, joint, limit) = prepared.barrier().least_room(x).ok_or(NoMotion::AllLocked)?;
+        Ok(Found {
+            start: *start,
+            joints: prepared.joints(x),
+            criterion,
+            room: (room, prepared.moving()[joint], limit),
+            torque: prepared.greatest_torque(x),
+            nearest: prepared.nearest(seen, x),
+        })
+    }
+}
+
+/// What `of` makes of each item, in their order, by so many threads.
+fn in_parallel<T: Send, R: Send>(items: Vec<T>, threads: usize, of: impl Fn(T) -> R + Sync) -> Vec<R> {
+    let next = Mutex::new(items.into_iter().enumerate());
+    let work = || {
+        let mut done = Vec::new();
+        loop {
+            let item = next.lock().ok().and_then(|mut next| next.next());
+            let Some((at, item)) = item else { return done };
+            done.push((at, of(item)));
+        }
+    };
+    let mut all: Vec<(usize, R)> = std::thread::scope(|scope| {
+        let threads: Vec<_> = (0..threads.max(1)).map(|_| scope.spawn(work)).collect();
+        threads.into_iter().flat_map(|t| t.join().unwrap_or_default()).collect()
+    });
+    all.sort_by_key(|(at, _)| *at);
+    all.into_iter().map(|(_, result)| result).collect()
 }
 
 /// A random motion about a random centre, a share of the limits wide.
@@ -249,7 +312,7 @@ fn drawn(prepared: &Prepared, problem: &Problem, random: &mut Random) -> Vec<f64
 
 /// The best motion with some of its joints drawn anew, their swing as small as torques and distances ask; `None` where
 /// that is not enough.
-fn near(prepared: &Prepared, problem: &Problem, best: &[f64], random: &mut Random) -> Option<Vec<f64>> {
+fn near(prepared: &Prepared, problem: &Problem, best: &[f64], random: &mut Random, seen: &Seen) -> Option<Vec<f64>> {
     let m = problem.shape.size();
     let other = drawn(prepared, problem, random);
     let mut x = best.to_vec();
@@ -257,7 +320,7 @@ fn near(prepared: &Prepared, problem: &Problem, best: &[f64], random: &mut Rando
     anew.iter().for_each(|&j| x[j * m..(j + 1) * m].copy_from_slice(&other[j * m..(j + 1) * m]));
     for _ in 0..MAX_SHRINKS_PER_DRAW {
         let is_weak = prepared.greatest_torque(&x).is_none_or(|(share, ..)| share <= MAX_DRAWN_TORQUE_SHARE);
-        if is_weak && prepared.is_inside(prepared.nearest(&x)) {
+        if is_weak && prepared.is_inside(prepared.nearest(seen, &x)) {
             return Some(x);
         }
         anew.iter().for_each(|&j| shrink(&mut x[j * m..(j + 1) * m]));
@@ -289,7 +352,7 @@ fn draw_spectrum(shape: &Shape, random: &mut Random, x: &mut [f64]) {
 }
 
 /// A motion within all limits: a random spectrum, scaled.
-fn first(prepared: &Prepared, problem: &Problem, random: &mut Random) -> Result<Vec<f64>, NoMotion> {
+fn first(prepared: &Prepared, problem: &Problem, random: &mut Random, seen: &Seen) -> Result<Vec<f64>, NoMotion> {
     let m = problem.shape.size();
     let mut weakest = (f64::INFINITY, 0, LimitKind::Effort);
     let mut narrowest: Option<(f64, usize)> = None;
@@ -318,7 +381,7 @@ fn first(prepared: &Prepared, problem: &Problem, random: &mut Random) -> Result<
             if let Some(less) = strong.filter(|strong| strong.0 < weakest.0) {
                 weakest = less;
             }
-            if strong.is_none() && is_free(prepared.nearest(&x)) {
+            if strong.is_none() && is_free(prepared.nearest(seen, &x)) {
                 return Ok(x);
             }
             x.chunks_exact_mut(m).for_each(shrink);
@@ -403,7 +466,7 @@ pub(crate) mod tests {
             assert!(one.iter().all(|f| f.room.0 > 0.0 && f.torque.unwrap().0 < 1.0));
             // The descent ends far above where random motions are.
             let prepared = Prepared::new(&problem);
-            let random = first(&prepared, &problem, &mut Random::new(1)).unwrap();
+            let random = first(&prepared, &problem, &mut Random::new(1), &Seen::default()).unwrap();
             assert!(one[0].criterion < prepared.criterion(&random).unwrap() - 0.5);
         }
     }

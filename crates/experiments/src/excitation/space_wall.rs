@@ -7,16 +7,24 @@
 //!
 //! It is steep at the bound like a logarithm, and both its slope and its curvature vanish at s = 1.
 
-use crate::excitation::gap_proof::Surroundings;
+use std::cell::{RefCell, RefMut};
+
+use crate::excitation::gap_proof::{Known, Surroundings};
 use crate::excitation::motion::Shape;
 
 /// Room below which bodies feel the wall, m.
-const WALL_REACH_M: f64 = 0.08;
-/// Instants a period for each two coefficients of a coordinate (a harmonic). Between them the distance of a turning
-/// body at 2 m/s errs by millimetres.
-const INSTANTS_PER_HARMONIC: usize = 50;
+const WALL_REACH_M: f64 = 0.05;
+/// Instants a period for each two coefficients of a coordinate (a harmonic). Between them, dt apart, the distance of a body
+/// at 2 m/s in the highest of eight harmonics of ten seconds errs by a dt^2 / 8 = 2 mm: half of a reserve.
+const INSTANTS_PER_HARMONIC: usize = 32;
 /// Instants in a blend.
-const DISTANCE_INSTANTS_PER_BLEND: usize = 32;
+const DISTANCE_INSTANTS_PER_BLEND: usize = 24;
+
+/// What one start of a search has seen at each instant, of which the next look makes use.
+///
+/// Each start has its own, so that what it finds does not depend on others.
+#[derive(Default)]
+pub struct Seen(RefCell<Vec<Known>>);
 
 /// The wall.
 pub struct SpaceWall<'a> {
@@ -39,6 +47,7 @@ impl<'a> SpaceWall<'a> {
     /// along each coordinate at its instant.
     pub fn value(
         &self,
+        seen: &Seen,
         positions: &dyn Fn(&[f64]) -> Vec<f64>,
         height: f64,
         along: &mut dyn FnMut(&[f64], &[f64]),
@@ -46,10 +55,11 @@ impl<'a> SpaceWall<'a> {
         let weight = height / self.instants.len() as f64;
         let mut value = 0.0;
         // S and dS/dq at each instant; where no gap is near, nothing is felt.
-        for row in &self.instants {
+        let mut seen = self.seen(seen);
+        for (row, known) in self.instants.iter().zip(seen.iter_mut()) {
             let q = positions(row);
             let (mut total, mut is_near, mut is_kept) = (vec![0.0; q.len()], false, true);
-            self.surroundings.near(&q, WALL_REACH_M, &mut |gap, room, slope| {
+            self.surroundings.near(&q, WALL_REACH_M, known, &mut |gap, room, slope| {
                 let reserve = self.surroundings.gaps()[gap].reserve;
                 let width = WALL_REACH_M - reserve;
                 let s = (room - reserve) / width;
@@ -74,18 +84,26 @@ impl<'a> SpaceWall<'a> {
     }
 
     /// The room above its bound that is smallest beside its reserve, with its gap, where any solids come near, m.
-    pub fn nearest(&self, positions: &dyn Fn(&[f64]) -> Vec<f64>) -> Option<(f64, usize)> {
+    pub fn nearest(&self, seen: &Seen, positions: &dyn Fn(&[f64]) -> Vec<f64>) -> Option<(f64, usize)> {
         let mut nearest: Option<(f64, usize)> = None;
-        for row in &self.instants {
-            self.nearest_at(&positions(row), &mut nearest);
+        let mut seen = self.seen(seen);
+        for (row, known) in self.instants.iter().zip(seen.iter_mut()) {
+            self.nearest_at(&positions(row), known, &mut nearest);
         }
         nearest
     }
 
+    /// What was seen at each instant.
+    fn seen<'s>(&self, seen: &'s Seen) -> RefMut<'s, Vec<Known>> {
+        let mut seen = seen.0.borrow_mut();
+        seen.resize_with(self.instants.len(), || None);
+        seen
+    }
+
     /// Puts that room at a configuration into `nearest`, if it is smaller.
-    pub fn nearest_at(&self, q: &[f64], nearest: &mut Option<(f64, usize)>) {
+    pub fn nearest_at(&self, q: &[f64], known: &mut Known, nearest: &mut Option<(f64, usize)>) {
         let beside_reserve = |(room, gap): (f64, usize)| room / self.surroundings.gaps()[gap].reserve;
-        self.surroundings.near(q, WALL_REACH_M, &mut |gap, room, _| {
+        self.surroundings.near(q, WALL_REACH_M, known, &mut |gap, room, _| {
             if nearest.is_none_or(|n| beside_reserve((room, gap)) < beside_reserve(n)) {
                 *nearest = Some((room, gap));
             }
@@ -106,16 +124,17 @@ mod tests {
 
     #[test]
     fn slopes_are_those_of_differences() {
-        let rod = Rod::new(0.75);
+        let rod = Rod::new(0.72);
         let series = FourierSeries { period: 5.0, blend: 1.0, harmonics: 2 };
         let wall = SpaceWall::new(&rod, &Shape::Fourier(series));
         let at = |x: &[f64]| {
             let positions = |row: &[f64]| vec![row.iter().zip(x).map(|(b, x)| b * x).sum()];
             let mut gradient = vec![0.0; 5];
-            let value = wall.value(&positions, 0.1, &mut |row, slope| {
+            let seen = Seen::default();
+            let value = wall.value(&seen, &positions, 0.1, &mut |row, slope| {
                 gradient.iter_mut().zip(row).for_each(|(g, b)| *g += slope[0] * b);
             });
-            (value, gradient, wall.nearest(&positions))
+            (value, gradient, wall.nearest(&seen, &positions))
         };
         let x = [0.3, 0.3, -0.2, 0.2, 0.4];
         let (value, gradient, nearest) = at(&x);

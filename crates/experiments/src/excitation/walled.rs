@@ -13,6 +13,7 @@ use crate::excitation::barrier::Curvature;
 use crate::excitation::criterion::criterion;
 use crate::excitation::descent::Objective;
 use crate::excitation::problem::Prepared;
+use crate::excitation::space_wall::Seen;
 
 /// Curvature of the criterion along a scaled coefficient, roughly: what the barrier does not know.
 const CRITERION_CURVATURE: f64 = 0.1;
@@ -23,6 +24,8 @@ pub struct Walled<'a> {
     pub prepared: &'a Prepared<'a>,
     /// mu.
     pub height: f64,
+    /// What the start has seen of bodies.
+    pub seen: &'a Seen,
 }
 
 impl Walled<'_> {
@@ -32,7 +35,7 @@ impl Walled<'_> {
         let mut value = height * prepared.barrier().value(x, height, &mut gradient)?;
         let (n, b, moving) = (problem.limits.len(), problem.regressor.parameters().len(), prepared.moving());
         if let Some(space) = &prepared.space {
-            value += space.value(&|row| prepared.positions(x, row), height, &mut |row, slope| {
+            value += space.value(self.seen, &|row| prepared.positions(x, row), height, &mut |row, slope| {
                 moving.iter().enumerate().for_each(|(j, &k)| prepared.add_slope(j, row, slope[k], &mut gradient));
             })?;
         }
@@ -126,8 +129,8 @@ mod tests {
     fn the_gradient_is_exact() {
         let (arm, wall) = (Pendulum::new(), pendulum_torque());
         let limits = [CoordinateLimits { power: Some(12.0), ..pendulum_limits() }];
-        // Less than 0.08 m of room: the wall of space is felt.
-        let rod = Rod::new(0.58);
+        // Less than 0.05 m of room: the wall of space is felt.
+        let rod = Rod::new(0.55);
         let series = Shape::Fourier(FourierSeries { period: 5.0, blend: 1.0, harmonics: 3 });
         let spline = Shape::Spline(QuinticSpline { period: 5.0, spans: 7 });
         let (of_series, of_spline) = ([0.1, 0.15, -0.1, 0.1, 0.2, 0.05, -0.1], [0.1, 0.2, -0.2, 0.2, -0.1, 0.2, 0.1]);
@@ -147,7 +150,8 @@ mod tests {
                 prior: &[0.3, 0.1, 0.0, 0.0, 0.2],
             };
             let prepared = Prepared::new(&problem);
-            let walled = Walled { prepared: &prepared, height: 0.01 };
+            let seen = Seen::default();
+            let walled = Walled { prepared: &prepared, height: 0.01, seen: &seen };
             let (_, gradient) = walled.value(&x, f64::INFINITY).unwrap();
             for k in 0..x.len() {
                 let h = 1e-6;

@@ -28,6 +28,7 @@ use random::Random;
 use crate::motion::profile::Profile;
 use crate::plan::exciting_trajectory::{ExcitingTrajectory, Motion, SWEEP_ACCELERATION};
 use crate::plan::measured_motion::MeasuredMotion;
+use crate::plan::motion_count::kinds_of;
 use crate::plan::motion_kind::MotionKind;
 use crate::plan::paper_rows::{gravity_rows, spectral_rows};
 use crate::plan::permission::{Anything, Permission};
@@ -157,19 +158,8 @@ pub fn permitted_candidates(
     let n = limits.len();
     let mut trajectories = Vec::new();
     let matters = coordinates_that_matter(regressor, limits);
-    // Every kind of motion for each fast joint; its companions are joints behind it in the chain.
     for fast in 0..n {
-        let mut motions = vec![(MotionKind::Inertial, vec![])];
-        for l in fast + 1..n {
-            motions.push((MotionKind::Centrifugal, vec![l]));
-            motions.push((MotionKind::Coupling, vec![l]));
-        }
-        if fast + 1 < n {
-            motions.push((MotionKind::Mixed, (fast + 1..n).collect()));
-        }
-        if grid.gravity {
-            motions.push((MotionKind::Gravity, vec![]));
-        }
+        let motions = kinds_of(fast, n, grid.gravity);
         // Each motion draws from a stream of its own, whatever the others draw.
         for (index, (kind, slow)) in motions.into_iter().enumerate() {
             let mut random = Random::stream(grid.seed, (fast * 1000 + index) as u64);

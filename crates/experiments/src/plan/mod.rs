@@ -7,6 +7,7 @@ pub mod exchange;
 pub mod exciting_trajectory;
 pub mod experiment_plan;
 pub mod measured_motion;
+pub mod motion_count;
 pub mod motion_kind;
 pub mod paper_rows;
 pub mod permission;

@@ -6,8 +6,9 @@ use clearance::clearance::Clearance;
 use clearance::gaps::{FloorRule, Rules, Situation};
 use clearance::half_space::HalfSpace;
 use clearance::left_out::{Matter as ClearanceMatter, Why as ClearanceWhy};
+use clearance::nearby::Remembered;
 use experiments::excitation::course::Course;
-use experiments::excitation::gap_proof::{Gap, Room, Surroundings};
+use experiments::excitation::gap_proof::{Gap, Known, Room, Surroundings};
 use experiments::excitation::ledger::LowestPoint;
 use experiments::excitation::left_out::{LeftOut, Matter};
 use experiments::excitation::limits::{AskedLimits, CoordinateLimits, LimitKind};
@@ -160,8 +161,10 @@ impl Surroundings for RobotSurroundings {
         rooms.into_iter().map(|room| Room { reached: room.reached, at_least: room.at_least }).collect()
     }
 
-    fn near(&self, q: &[f64], within: f64, each: &mut dyn FnMut(usize, f64, &[f64])) {
-        self.clearance.near(q, within, each);
+    fn near(&self, q: &[f64], within: f64, known: &mut Known, each: &mut dyn FnMut(usize, f64, &[f64])) {
+        if let Some(known) = known.get_or_insert_with(|| Box::new(Remembered::default())).downcast_mut() {
+            self.clearance.near(q, within, known, each);
+        }
     }
 }
 

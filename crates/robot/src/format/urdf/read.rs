@@ -177,8 +177,12 @@ fn limits(joint: &urdf_rs::Joint, checked: &Checked, notes: &mut Vec<Note>) -> L
     let magnitude = |x: f64| (x > 0.0 && x.is_finite()).then_some(x);
     // What is not written counts as zero: then nobody meant to hold the joint still.
     let is_written = checked.joints.get(&joint.name).is_some_and(|m| m.has_range);
-    let position = (!turns && (is_written || limit.lower < limit.upper)).then_some((limit.lower, limit.upper));
+    // Exporters of drawings write zeros where they know nothing; a joint that someone holds still has a speed or a torque.
+    let is_blank = [limit.lower, limit.upper, limit.velocity, limit.effort].iter().all(|x| *x == 0.0);
+    let has_range = !is_blank && (is_written || limit.lower < limit.upper);
+    let position = (!turns && has_range).then_some((limit.lower, limit.upper));
     match position {
+        None if !turns && is_blank => note("has a <limit> of zeros alone: taken as unlimited"),
         None if !turns => note("has limits that leave no range: taken as unlimited"),
         Some((low, high)) if low == high => note("has the same lower and upper limit: it stands still"),
         Some((low, high)) if low > high => note("has a lower limit above its upper one: no motion keeps both"),

@@ -1,0 +1,314 @@
+//! Which solids are near each other, for a search that asks at the same instants of one motion after another.
+//!
+//! A gap changes by no more than
+//!
+//! ```text
+//! |d(q + dq) - d(q)| <= sum over the coordinates of |dq_k| R_k,   R_k = sum over the joints of |m_jk| reach_j
+//! ```
+//! reach_j is the largest distance from the axis of joint j that a point of the body can have at any configuration: the
+//! lengths of the links in between and the ball about the body. It is 1 for a joint that slides. So a look at a pair
+//! tells for how long nobody need look again, and the direction in which it was nearest tells most of what is left.
+//!
+//! What is remembered changes neither which solids are near nor their room, but for 0.02 mm.
+
+use robot::{JointKind, Pose};
+
+use crate::bodies::Shape;
+use crate::clearance::{Against, Clearance, Gap};
+use crate::half_space::HalfSpace;
+use crate::kinematic_tree::axis;
+use crate::separation::{Nearest, Seed, Standing, apart_along, nearest};
+use robot::vector::{Vector3, cross, dot, minus, norm, scaled};
+
+/// What looks at one instant leave for the next look; empty at first.
+#[derive(Clone, Debug, Default)]
+pub struct Remembered {
+    q: Vec<f64>,
+    /// Of every pair of solids a lower bound of its room above the bound of its gap, m.
+    rooms: Vec<f64>,
+    /// Where it was nearest, where that was looked for.
+    looks: Vec<Option<Box<Look>>>,
+}
+
+/// Where two solids were nearest.
+#[derive(Clone, Debug)]
+struct Look {
+    /// Unit vector from the second to the first.
+    along: Vector3,
+    seed: Seed,
+}
+
+/// Factor between the sampled range of a coordinate and the one for which the reach of what it slides is told.
+const SAMPLED_RANGE_FACTOR: f64 = 2.0;
+
+/// Share of the asked distance above which what is remembered is tried before the nearest points are looked for.
+const HOPEFUL_SHARE: f64 = 0.5;
+
+impl Clearance {
+    /// How fast each gap changes at most with each coordinate, m/rad (m/m), while none is farther from zero than `ranges`.
+    pub(crate) fn rates(&self, ranges: &[f64]) -> Vec<Vec<f64>> {
+        let of_gap = |gap: &Gap| {
+            let mut by_coordinate = vec![0.0; ranges.len()];
+            let fixed_normal = match gap.against {
+                Against::HalfSpace(wall) => Some(self.half_spaces[wall].normal),
+                Against::Body(_) => None,
+            };
+            let own: Vec<&Shape> = gap.shapes.iter().map(|&s| &self.bodies[gap.body].shapes[s]).collect();
+            let other: Vec<&Shape> = match gap.against {
+                Against::Body(b) => self.bodies[b].shapes.iter().collect(),
+                Against::HalfSpace(_) => vec![],
+            };
+            for (joints, shapes) in gap.joints.iter().zip([own, other]) {
+                let mut reach = shapes.iter().map(|s| norm(s.centre) + s.ball).fold(0.0, f64::max);
+                for &j in joints {
+                    let rate = match self.tree.kind(j) {
+                        JointKind::Fixed => 0.0,
+                        JointKind::Prismatic => 1.0,
+                        // About a normal that it turns around a joint moves nothing along it.
+                        JointKind::Revolute => {
+                            reach * fixed_normal.zip(self.tree.standing_axis(j)).map_or(1.0, |(n, z)| norm(cross(n, z)))
+                        }
+                    };
+                    self.tree.terms(j).iter().for_each(|(k, m)| by_coordinate[*k] += m.abs() * rate);
+                    reach += self.tree.length(j, ranges);
+                }
+            }
+            by_coordinate
+        };
+        self.gaps.iter().map(of_gap).collect()
+    }
+
+    /// The ranges of coordinates for which [`Self::rates`] are told.
+    pub(crate) fn ranges(count: usize, poses: &[Vec<f64>]) -> Vec<f64> {
+        (0..count).map(|k| SAMPLED_RANGE_FACTOR * poses.iter().map(|q| q[k].abs()).fold(0.0, f64::max)).collect()
+    }
+
+    /// Lowers what is remembered by how far bodies have moved since; forgets it where nothing tells how far.
+    fn recall(&self, q: &[f64], known: &mut Remembered) {
+        let is_told = known.q.len() == q.len() && q.iter().zip(&self.told_ranges).all(|(x, most)| x.abs() <= *most);
+        if !is_told {
+            let count = self.gaps.iter().map(|gap| self.pair_count(gap)).sum();
+            known.rooms.clear();
+            known.rooms.resize(count, f64::NEG_INFINITY);
+            known.looks.resize(count, None);
+            known.q = q.to_vec();
+            return;
+        }
+        known.q.iter_mut().zip(q).for_each(|(old, new)| *old = (*new - *old).abs());
+        let mut at = 0;
+        for (gap, rate) in self.gaps.iter().zip(&self.rates) {
+            let moved: f64 = rate.iter().zip(&known.q).map(|(rate, step)| rate * step).sum();
+            let count = self.pair_count(gap);
+            known.rooms[at..at + count].iter_mut().for_each(|room| *room -= moved);
+            at += count;
+        }
+        known.q.copy_from_slice(q);
+    }
+
+    /// Pairs of solids of a gap.
+    fn pair_count(&self, gap: &Gap) -> usize {
+        match gap.against {
+            Against::HalfSpace(_) => gap.shapes.len(),
+            Against::Body(other) => gap.shapes.len() * self.bodies[other].shapes.len(),
+        }
+    }
+
+    /// Visits every two solids whose room above their bound is less than `within`.
+    ///
+    /// `known`: what the last look at this instant left. `each` takes the gap, the room, m, and the slope of the room along
+    /// each coordinate, m/rad (m/m).
+    pub fn near(&self, q: &[f64], within: f64, known: &mut Remembered, each: &mut dyn FnMut(usize, f64, &[f64])) {
+        self.recall(q, known);
+        // Mostly nothing can have come near.
+        if known.rooms.iter().all(|room| *room > within) {
+            return;
+        }
+        let poses = self.tree.poses(q);
+        let mut slope = vec![0.0; q.len()];
+        let (mut rooms, mut looks) = (&mut known.rooms[..], &mut known.looks[..]);
+        for (g, gap) in self.gaps.iter().enumerate() {
+            let count = self.pair_count(gap);
+            let (own_rooms, own_looks);
+            (own_rooms, rooms) = rooms.split_at_mut(count);
+            (own_looks, looks) = looks.split_at_mut(count);
+            if own_rooms.iter().all(|room| *room > within) {
+                continue;
+            }
+            match gap.against {
+                Against::HalfSpace(wall) => {
+                    let wall = &self.half_spaces[wall];
+                    self.near_wall((g, gap), wall, within, &poses, own_rooms, &mut slope, each);
+                }
+                Against::Body(_) => {
+                    self.near_body((g, gap), within, &poses, (own_rooms, own_looks), &mut slope, each);
+                }
+            }
+        }
+    }
+
+    fn near_wall(
+        &self,
+        (g, gap): (usize, &Gap),
+        &HalfSpace { normal, offset, .. }: &HalfSpace,
+        within: f64,
+        poses: &[Pose],
+        rooms: &mut [f64],
+        slope: &mut [f64],
+        each: &mut dyn FnMut(usize, f64, &[f64]),
+    ) {
+        let body = &self.bodies[gap.body];
+        for (&s, known) in gap.shapes.iter().zip(rooms).filter(|(_, room)| **room <= within) {
+            let shape = &body.shapes[s];
+            // The ball about a shape tells cheaply that it is far.
+            *known = dot(normal, self.centre(body, shape, poses)) - shape.ball - offset - gap.bound;
+            if *known > within {
+                continue;
+            }
+            let on_body = self.standing(body, shape, poses).support(scaled(normal, -1.0));
+            *known = dot(normal, on_body) - shape.solid.radius - offset - gap.bound;
+            if *known < within {
+                self.slope(&gap.joints[0], normal, on_body, poses, slope);
+                each(g, *known, slope);
+                slope.fill(0.0);
+            }
+        }
+    }
+
+    fn near_body(
+        &self,
+        (g, gap): (usize, &Gap),
+        within: f64,
+        poses: &[Pose],
+        (rooms, looks): (&mut [f64], &mut [Option<Box<Look>>]),
+        slope: &mut [f64],
+        each: &mut dyn FnMut(usize, f64, &[f64]),
+    ) {
+        let Against::Body(other) = gap.against else { return };
+        let (body, other) = (&self.bodies[gap.body], &self.bodies[other]);
+        let all = gap.shapes.iter().flat_map(|s| other.shapes.iter().map(move |opposite| (&body.shapes[*s], opposite)));
+        for (((shape, opposite), room), look) in all.zip(rooms).zip(looks).filter(|((_, room), _)| **room <= within) {
+            let towards = minus(self.centre(body, shape, poses), self.centre(other, opposite, poses));
+            // Balls first, since most pairs are far from each other.
+            let between_balls = norm(towards) - shape.ball - opposite.ball - gap.bound;
+            if between_balls > within {
+                *room = between_balls;
+                continue;
+            }
+            let both = [self.standing(body, shape, poses), self.standing(other, opposite, poses)];
+            if let Some((reached, n, [on_a, on_b])) = near_pair(both, towards, gap.bound, within, room, look) {
+                self.slope(&gap.joints[0], n, on_a, poses, slope);
+                self.slope(&gap.joints[1], scaled(n, -1.0), on_b, poses, slope);
+                each(g, reached, slope);
+                slope.fill(0.0);
+            }
+        }
+    }
+
+    /// Adds how far a point moves along `n` with each coordinate.
+    fn slope(&self, joints: &[usize], n: Vector3, point: Vector3, poses: &[Pose], slope: &mut [f64]) {
+        for &j in joints {
+            let z = axis(&poses[j]);
+            let rate = match self.tree.kind(j) {
+                JointKind::Fixed => continue,
+                JointKind::Prismatic => dot(n, z),
+                JointKind::Revolute => dot(n, cross(z, minus(point, poses[j].position))),
+            };
+            self.tree.terms(j).iter().for_each(|(k, m)| slope[*k] += m * rate);
+        }
+    }
+}
+
+/// The room of two solids that are nearer than `within`, with the direction from b to a and the nearest points.
+fn near_pair(
+    [a, b]: [Standing; 2],
+    towards: Vector3,
+    bound: f64,
+    within: f64,
+    room: &mut f64,
+    look: &mut Option<Box<Look>>,
+) -> Option<(f64, Vector3, [Vector3; 2])> {
+    // Along the line of centres, or as they were apart before: two supports tell of most that they are far.
+    let along = look.as_ref().map_or(towards, |look| look.along);
+    if look.is_none() || *room > HOPEFUL_SHARE * within {
+        *room = apart_along(a, b, along) - bound;
+        if *room > within {
+            return None;
+        }
+    }
+    let look = look.get_or_insert_with(|| Box::new(Look { along, seed: Seed::default() }));
+    match nearest(a, b, towards, within + bound, &mut look.seed) {
+        Nearest::Beyond(at_least, along) => {
+            (*room, look.along) = (at_least - bound, along);
+            None
+        }
+        Nearest::At(found) => {
+            (*room, look.along) = (found.at_least - bound, found.direction);
+            let reached = found.reached - bound;
+            (reached < within).then_some((reached, found.direction, found.nearest))
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::path::Path;
+
+    use super::*;
+    use crate::gaps::{FloorRule, Rules, Situation};
+
+    /// Three links that turn, one that slides out of the last, and a fingertip.
+    const ARM: &str = r#"<robot name="arm">
+  <link name="post"><collision><geometry><sphere radius="0.1"/></geometry></collision></link>
+  <joint name="q1" type="revolute"><parent link="post"/><child link="upper"/><axis xyz="0 1 0"/>
+    <limit lower="-3" upper="3" velocity="1" effort="1"/></joint>
+  <link name="upper"><collision><origin xyz="0.4 0 0" rpy="0 1.5707963267948966 0"/><geometry><cylinder radius="0.05" length="0.5"/></geometry></collision></link>
+  <joint name="q2" type="revolute"><parent link="upper"/><child link="fore"/><origin xyz="0.8 0 0.1"/><axis xyz="0 0 1"/>
+    <limit lower="-3" upper="3" velocity="1" effort="1"/></joint>
+  <link name="fore"><collision><origin xyz="0.3 0 0"/><geometry><box size="0.4 0.1 0.08"/></geometry></collision></link>
+  <joint name="q3" type="prismatic"><parent link="fore"/><child link="rod"/><origin xyz="0.5 0 0"/><axis xyz="1 0 0"/>
+    <limit lower="-0.2" upper="0.2" velocity="1" effort="1"/></joint>
+  <link name="rod"><collision><origin xyz="0.1 0 0"/><geometry><box size="0.2 0.02 0.02"/></geometry></collision></link>
+  <joint name="q4" type="revolute"><parent link="rod"/><child link="tip"/><origin xyz="0.25 0 0"/><axis xyz="0 1 0"/>
+    <limit lower="-3" upper="3" velocity="1" effort="1"/></joint>
+  <link name="tip"><collision><origin xyz="0.06 0 0"/><geometry><capsule radius="0.02" length="0.08"/></geometry></collision></link>
+</robot>"#;
+
+    /// Along a walk of large and small steps, what is remembered changes nothing that is seen.
+    #[test]
+    fn what_is_remembered_changes_nothing() {
+        let robot = robot::format::read_urdf(ARM, "arm.urdf").unwrap();
+        let wave = |k: usize, m: f64| (m * k as f64).sin();
+        let pose = |k: usize| vec![3.0 * wave(k, 0.7), 3.0 * wave(k, 1.3), 0.2 * wave(k, 2.1), 3.0 * wave(k, 0.9)];
+        let poses: Vec<Vec<f64>> = (0..300).map(pose).collect();
+        let situation = Situation { rest: vec![0.0; 4], zero: vec![0.0; 4], moves: vec![true; 4], poses };
+        let rules = Rules { distance: Some(0.01), floor: FloorRule::At(-0.5), ..Rules::default() };
+        let clearance = Clearance::new(&robot, Path::new("."), &rules, &situation).unwrap();
+        let (mut known, mut q) = (Remembered::default(), pose(0));
+        let (mut visits, mut skipped) = (0, 0);
+        for step in 0..4000 {
+            // Mostly small steps, and now and then one beyond all that was sampled.
+            let size = [1e-3, 1e-3, 1e-2, 0.3][step % 4];
+            q.iter_mut().enumerate().for_each(|(k, x)| *x += size * wave(step + 31 * k, 1.7));
+            q[2] = q[2].clamp(-0.45, 0.45);
+            if step % 500 == 499 {
+                q = pose(step);
+            }
+            let look = |known: &mut Remembered| {
+                let mut seen: Vec<(usize, f64, Vec<f64>)> = vec![];
+                clearance.near(&q, 0.1, known, &mut |g, room, slope| seen.push((g, room, slope.to_vec())));
+                seen
+            };
+            let afresh = look(&mut Remembered::default());
+            skipped += usize::from(known.rooms.iter().filter(|room| **room > 0.1).count() > 0);
+            let again = look(&mut known);
+            visits += again.len();
+            let gaps = |seen: &[(usize, f64, Vec<f64>)]| seen.iter().map(|s| s.0).collect::<Vec<_>>();
+            assert_eq!(gaps(&again), gaps(&afresh), "{step}");
+            for (a, b) in again.iter().zip(&afresh) {
+                // On a round side both are found to some micrometres, from what is remembered to ten.
+                assert!((a.1 - b.1).abs() < 2e-5 || a.1 < 0.0, "{step}: {a:?} {b:?}");
+            }
+        }
+        assert!(visits > 2000 && skipped > 3000, "{visits} {skipped}");
+    }
+}
