@@ -232,7 +232,8 @@ impl Recording {
         };
         let outcome = read(&meant, work, &mut each).map_err(|e| Error::at(file, 0, e))?;
         for Channel { topic, schema, definition, .. } in outcome.channels {
-            if let Some(definition) = definition.filter(|_| !JOINT_STATE_TYPES.contains(&schema.as_str())) {
+            let is_told = |text: &str| !text.trim().is_empty() && !JOINT_STATE_TYPES.contains(&schema.as_str());
+            if let Some(definition) = definition.filter(|(_, text)| is_told(text)) {
                 self.definitions.insert(topic.clone(), definition);
             }
             self.all.insert((topic, schema));
