@@ -14,7 +14,7 @@ use crate::model::ModelArguments;
 use crate::terminal::{at_work, note, print, progress};
 use rist::output::write_file;
 
-/// Write a robot's base regressor and other functions, as source that needs no other file
+/// Write a robot's base regressor and other functions as source that stands alone
 #[derive(Args)]
 pub(crate) struct Arguments {
     #[command(flatten)]

@@ -18,7 +18,7 @@ const USELESS_SCALE: f64 = 0.5;
 pub(crate) fn claims_of_faults(tested: &[Tested], joints: &[JointResidual], parameters: &[Identified]) -> Vec<Claim> {
     let found = tested.iter().filter_map(|t| Some((t.gain()?, t)));
     let strongest = found.min_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, t)| t);
-    let mut claims: Vec<Claim> = strongest.map(|t| contradicted(t, joints)).into_iter().collect();
+    let mut claims: Vec<Claim> = strongest.and_then(|t| contradicted(t, joints)).into_iter().collect();
     // What else is tested is part of the deviations alone.
     let kinds: [fn(&Hypothesis) -> bool; 6] = [
         |h| matches!(h, Hypothesis::Mount(_)),
@@ -146,7 +146,8 @@ pub(super) fn statement(tested: &Tested, joints: &[JointResidual]) -> String {
     }
 }
 
-fn contradicted(tested: &Tested, joints: &[JointResidual]) -> Claim {
+/// The fault, what mends it, and what parts left out say of it; `None` of those that no claim names.
+fn contradicted(tested: &Tested, joints: &[JointResidual]) -> Option<Claim> {
     let Tested { of, value, held_out, .. } = tested;
     let at = |k: usize| &joints[k].coordinate;
     let remedy = match *of {
@@ -158,9 +159,7 @@ fn contradicted(tested: &Tested, joints: &[JointResidual]) -> Claim {
             format!("in the file of [options]: transmission: {{springs: [..]}}, {} for {}", significant(*value), at(k))
         }
         Hypothesis::Rotor(_) => "take rotor inertias among the parameters: [rotor_inertia=actuated]".into(),
-        Hypothesis::Late(_) => "[delay=auto] takes it out".into(),
-        Hypothesis::CrossTalk(k, _) => format!("look at the torque sensor of {}", at(k)),
-        Hypothesis::LoadFriction(_) => "[friction=auto] takes it among the parameters".into(),
+        Hypothesis::Late(_) | Hypothesis::LoadFriction(_) | Hypothesis::CrossTalk(..) => return None,
         Hypothesis::Drift(k) => format!("log {} again when its drive is warm and its gain is known", at(k)),
         Hypothesis::Mount(_) => {
             "[unknowns=mount] finds how the base is mounted, and prints the line that says it".into()
@@ -178,9 +177,10 @@ fn contradicted(tested: &Tested, joints: &[JointResidual]) -> Claim {
     let fault = statement(tested, joints);
     // A drive that warms up is no wrong log: it is part of what the fit leaves.
     if let Hypothesis::Drift(k) = *of {
-        return cannot_tell(Subject::of(RESIDUAL, [joints[k].coordinate.clone()]), fault, remedy);
+        return Some(cannot_tell(Subject::of(RESIDUAL, [joints[k].coordinate.clone()]), fault, remedy));
     }
-    Claim::new(subject(of, joints), Outcome::Contradicted { fault, remedy: Remedy::new("identify", remedy), trial })
+    let remedy = Remedy::new("identify", remedy);
+    Some(Claim::new(subject(of, joints), Outcome::Contradicted { fault, remedy, trial }))
 }
 
 #[cfg(test)]
