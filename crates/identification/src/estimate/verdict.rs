@@ -17,9 +17,7 @@ use crate::estimate::ledger::topics::{
     BODIES, COMMON_SCALE, GRAVITY_TORQUE, LOG, OTHER_MOTION, TORQUE_AT_LIMITS, TORQUE_SEEN,
 };
 use crate::estimate::ledger::torque_error::{TorqueError, Use};
-use crate::estimate::ledger::{
-    FreeFit, SMALLEST_COMMON_FACTOR, claims_of_faults, claims_of_fit, claims_of_log, not_noise,
-};
+use crate::estimate::ledger::{FreeFit, claims_of_faults, claims_of_fit, claims_of_log, not_noise, units_of_logs};
 use crate::estimate::passport::Passport;
 
 pub use claims::Trust;
@@ -295,19 +293,6 @@ fn favours(evidence: &Evidence) -> Vec<String> {
         reasons.push(format!("condition number {condition:.0}"));
     }
     reasons
-}
-
-/// In which units the answer is, where a factor of all torques that counts would not have shown.
-fn units_of_logs(claims: &[Claim]) -> Option<String> {
-    let claim = claims.iter().find(|claim| claim.subject().topic == COMMON_SCALE)?;
-    let hidden = match claim.outcome() {
-        Outcome::Agrees { smallest } if smallest.value > SMALLEST_COMMON_FACTOR => {
-            format!("below {} ", claims::significant(smallest.value, 3))
-        }
-        Outcome::CannotTell { .. } | Outcome::NotLookedAt { .. } => String::new(),
-        _ => return None,
-    };
-    Some(format!("in the units of the torques as logged: a factor {hidden}that all of them share would not have shown"))
 }
 
 fn found(evidence: &Evidence) -> String {

@@ -100,7 +100,7 @@ fn common_scale(passport: &Passport) -> Vec<Claim> {
 }
 
 /// Common factors below this are errors of nominal masses.
-pub(crate) const SMALLEST_COMMON_FACTOR: f64 = 1.05;
+const SMALLEST_COMMON_FACTOR: f64 = 1.05;
 /// How often joints whose slopes scatter about 1 have a mean this far from it.
 const COMMON_FACTOR_CHANCE: f64 = 0.01;
 
@@ -124,6 +124,19 @@ fn common_power(slopes: &[f64]) -> f64 {
     let independent = student::reach(COMMON_FACTOR_CHANCE, m - 1.0) / m.sqrt();
     let reached = independent.max(SHARED_ERROR_RATIO) * square.sqrt();
     reached.exp().clamp(SMALLEST_COMMON_FACTOR, widest)
+}
+
+/// In which units an answer is, where a factor of all torques that counts would not have shown.
+pub(crate) fn units_of_logs(claims: &[Claim]) -> Option<String> {
+    let claim = claims.iter().find(|claim| claim.subject().topic == COMMON_SCALE)?;
+    let hidden = match claim.outcome() {
+        Outcome::Agrees { smallest: s } if s.value > SMALLEST_COMMON_FACTOR => {
+            format!("below {} ", claims::significant(s.value, 3))
+        }
+        Outcome::CannotTell { .. } | Outcome::NotLookedAt { .. } => String::new(),
+        _ => return None,
+    };
+    Some(format!("in the units of the torques as logged: a factor {hidden}that all of them share would not have shown"))
 }
 
 /// The least offsets that would have been found, joints of one offset together.

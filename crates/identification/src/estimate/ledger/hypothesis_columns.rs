@@ -3,7 +3,7 @@
 use linear_model::linear_model::Model;
 use linear_model::states::States;
 
-use crate::estimate::ledger::hypotheses::{Hypothesis, Open, Tilt};
+use crate::estimate::ledger::hypothesis::{Hypothesis, Open, Tilt};
 
 /// Step of the derivative by a position, rad (m).
 const POSITION_STEP: f64 = 1e-4;
@@ -74,67 +74,4 @@ fn torque_rate(states: &States, r: usize, j: usize) -> f64 {
     let seconds = states.t[behind] - states.t[before];
     let change = states.tau[behind * states.n + j] - states.tau[before * states.n + j];
     if seconds > 0.0 { change / seconds } else { 0.0 }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::estimate::ledger::hypotheses::{Tested, hypotheses};
-    use crate::test_arm::Pendulum;
-    use linear_model::friction::terms::FrictionTerm;
-    use numerics::triangle::TriangleBuilder;
-
-    /// The hypothesis as a fit tells it, of states whose torques `change` changes; and the relative error of the parameters
-    /// of the fit without it and with it.
-    fn told(of: &Hypothesis, change: impl Fn(&mut States)) -> (Tested, [f64; 2]) {
-        let arm = Pendulum::new();
-        let model = Model::new(&arm, &FrictionTerm::STANDARD, &[]);
-        let mut states = arm.states(1000);
-        change(&mut states);
-        let exact = [&arm.truth[..], &[0.0; 3]].concat();
-        let mut rows = TriangleBuilder::new(exact.len());
-        model.rows(&states, 0..states.len(), |r, w| rows.push(w, states.tau[r]));
-        let x = rows.finish().solution();
-        let found = hypotheses(&model, &[states][..], &x, &[1.0], Open::default()).unwrap();
-        let found = found.into_iter().find(|tested| tested.of == *of).unwrap();
-        let norm = |x: &mut dyn Iterator<Item = f64>| x.map(|x| x * x).sum::<f64>().sqrt();
-        let error = |with: f64| {
-            let left = x.iter().zip(&found.effect).zip(&exact).map(|((x, effect), exact)| x + with * effect - exact);
-            norm(&mut { left }) / norm(&mut exact.iter().copied())
-        };
-        let errors = [error(0.0), error(1.0)];
-        (found, errors)
-    }
-
-    /// Torques that are logged one sample late: the time is told, with it the parameters are right, and no claim names it.
-    #[test]
-    fn late_torques_are_told() {
-        let late = |states: &mut States| {
-            states.tau.rotate_right(1);
-            states.tau[0] = states.tau[1];
-        };
-        for joint in [None, Some(0)] {
-            let (found, [without, with]) = told(&Hypothesis::Late(joint), late);
-            // The slope by neighbours is wrong by (w h)^2/6 and the delay by its square: some per cent at 5.1 rad/s.
-            assert!((found.value - 0.01).abs() < 5e-4, "{found:?}");
-            assert!(found.is_told() && !found.is_found(), "{found:?}");
-            // What is left goes with the square of the delay.
-            assert!(with < 0.2 * without, "{without} {with}");
-        }
-        let (none, _) = told(&Hypothesis::Late(None), |_| {});
-        assert!(none.value.abs() < 1e-4, "{none:?}");
-    }
-
-    /// Friction of a tenth of the load.
-    #[test]
-    fn friction_of_the_load_is_told() {
-        let loaded = |states: &mut States| {
-            let load: Vec<f64> = states.tau.iter().map(|tau| tau.abs()).collect();
-            states.tau.iter_mut().zip(load).zip(&states.direction).for_each(|((tau, load), s)| *tau += 0.1 * s * load);
-        };
-        let (found, [without, with]) = told(&Hypothesis::LoadFriction(0), loaded);
-        // The load is that of the fit without it.
-        assert!((found.value - 0.1).abs() < 0.02 && found.is_told() && !found.is_found(), "{found:?}");
-        assert!(with < 0.2 * without, "{without} {with}");
-    }
 }

@@ -1,0 +1,58 @@
+//! A fault of a log, or a rotor that a model lacks, that a fit may tell as one unknown more.
+
+/// One fault of a log.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Hypothesis {
+    /// The zero of a coordinate is off, rad.
+    Zero(usize),
+    /// The torque of a coordinate is so many times too large, less one.
+    Scale(usize),
+    /// A spring acts on a coordinate, N m/rad (N/m).
+    Spring(usize),
+    /// Gravity is tilted about an axis of the base, 0 for x and 1 for y, rad.
+    Mount(usize),
+    /// The rotor of a coordinate has an inertia that the model lacks, kg m^2 (kg).
+    Rotor(usize),
+    /// The torque of a coordinate grows by this share of itself between the first and the last sample.
+    Drift(usize),
+    /// The torque of a coordinate, or of all, is logged late, s.
+    Late(Option<usize>),
+    /// Coulomb friction of a coordinate grows with its load, N m per N m.
+    LoadFriction(usize),
+    /// The torque of the first coordinate holds a share of that of the second.
+    CrossTalk(usize, usize),
+}
+
+impl Hypothesis {
+    /// The coordinate; `None` for the mount and for torques that are all late.
+    pub fn joint(&self) -> Option<usize> {
+        match *self {
+            Hypothesis::Mount(_) => None,
+            Hypothesis::Late(k) => k,
+            Hypothesis::Zero(k)
+            | Hypothesis::Scale(k)
+            | Hypothesis::Spring(k)
+            | Hypothesis::Rotor(k)
+            | Hypothesis::Drift(k)
+            | Hypothesis::LoadFriction(k)
+            | Hypothesis::CrossTalk(k, _) => Some(k),
+        }
+    }
+
+    /// Whether a claim may name it.
+    pub(super) fn is_claimed(&self) -> bool {
+        !matches!(self, Hypothesis::Late(_) | Hypothesis::LoadFriction(_) | Hypothesis::CrossTalk(..))
+    }
+}
+
+/// What the mechanics of a robot leave open beside the parameters.
+#[derive(Clone, Copy, Default)]
+pub struct Open<'a> {
+    /// The torques per radian of tilt about each axis of the base.
+    pub tilts: &'a [Tilt<'a>],
+    /// The coordinates of which nobody said whether a rotor stands behind them.
+    pub rotors: &'a [usize],
+}
+
+/// Torques at a position q per radian of tilt about one axis of the base, n numbers.
+pub type Tilt<'a> = &'a dyn Fn(&[f64]) -> Vec<f64>;
