@@ -112,6 +112,8 @@ pub struct PostureEstimate {
     pub described: Option<Vec<f64>>,
     /// Names of the joints.
     pub coordinates: Vec<String>,
+    /// Whether each joint slides: its torque is a force, N, and its zero a length, m.
+    pub slides: Vec<bool>,
     /// N m (N), the offset of each joint's torque with its deviation.
     pub offsets: Vec<Told>,
     /// N m (N), what is left of each joint's torques: root of the mean square.
@@ -164,6 +166,7 @@ pub fn identify_postures(model: &Model, postures: &Postures, gains: Option<&[f64
         residuals: fit.residuals.iter().map(size).collect(),
         torques: torques.iter().map(size).collect(),
         coordinates: postures.coordinates.clone(),
+        slides: (0..n).map(|k| model.regressor().is_prismatic(k)).collect(),
         described,
         postures: count,
         are_plateaus: postures.are_plateaus,
@@ -250,9 +253,10 @@ impl fmt::Display for PostureEstimate {
         writeln!(f)?;
         for (j, name) in self.coordinates.iter().enumerate() {
             let left = 100.0 * self.residuals[j] / self.torques[j].max(f64::MIN_POSITIVE);
+            let unit = if self.slides[j] { "N" } else { "N m" };
             let of =
-                format!("left {} N m, {} % of its torques", significant(self.residuals[j], 2), significant(left, 2));
-            writeln!(f, "  {name:width$}  {} N m offset of its torque; {of}", shown(&self.offsets[j]))?;
+                format!("left {} {unit}, {} % of its torques", significant(self.residuals[j], 2), significant(left, 2));
+            writeln!(f, "  {name:width$}  {} {unit} offset of its torque; {of}", shown(&self.offsets[j]))?;
         }
         let Some(placed) = &self.placed else { return Ok(()) };
         let [before, after] = placed.left.map(|share| significant(100.0 * share, 2));
@@ -263,8 +267,9 @@ impl fmt::Display for PostureEstimate {
         if !placed.explains {
             return writeln!(f, "these bodies do not explain the postures: neither zeros nor mount are told by them");
         }
-        for (name, zero) in self.coordinates.iter().zip(&placed.zeros) {
-            writeln!(f, "  {name:width$}  {} zero, rad or m to be added to its positions", shown(zero))?;
+        for ((name, zero), slides) in self.coordinates.iter().zip(&placed.zeros).zip(&self.slides) {
+            let unit = if *slides { "m" } else { "rad" };
+            writeln!(f, "  {name:width$}  {} zero, {unit} to be added to its positions", shown(zero))?;
         }
         writeln!(f, "  {:width$}  {} turn of gravity, rad", "mount", shown(&placed.tilt))?;
         match placed.differs() {

@@ -82,14 +82,7 @@ fn is_useful(tested: &Tested) -> bool {
 fn subject(of: &Hypothesis, joints: &[JointResidual]) -> Subject {
     match *of {
         Hypothesis::Mount(axis) => Subject::of(MOUNT, [if axis == 0 { "x" } else { "y" }]),
-        Hypothesis::Late(k) => at(DELAY, k.map(|k| &joints[k].coordinate)),
-        Hypothesis::Zero(k)
-        | Hypothesis::Scale(k)
-        | Hypothesis::Spring(k)
-        | Hypothesis::Rotor(k)
-        | Hypothesis::Drift(k)
-        | Hypothesis::LoadFriction(k)
-        | Hypothesis::CrossTalk(k, _) => at(topic(of), [&joints[k].coordinate]),
+        _ => at(topic(of), of.joint().map(|k| &joints[k].coordinate)),
     }
 }
 

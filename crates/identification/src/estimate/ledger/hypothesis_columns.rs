@@ -68,7 +68,8 @@ pub(super) fn columns(model: &Model, states: &States, x: &[f64], all: &[Hypothes
     columns
 }
 
-/// d tau_j/dt at sample r, by the samples before and behind, N m/s (N/s).
+/// d tau_j/dt at sample r, by the samples before and behind, N m/s (N/s). Of a log so long that few of its samples are taken
+/// it says little, and tells no delay.
 fn torque_rate(states: &States, r: usize, j: usize) -> f64 {
     let (before, behind) = (r.saturating_sub(1), (r + 1).min(states.len() - 1));
     let seconds = states.t[behind] - states.t[before];
