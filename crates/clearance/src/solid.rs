@@ -184,7 +184,8 @@ fn distance_to_point(core: &Core, point: Vector3) -> f64 {
     let infinity = f64::MAX;
     match closest_points_support_map_support_map_with_params(&here, core, &Core::Point, infinity, &mut simplex, from) {
         GJKResult::ClosestPoints(on_core, other, _) => (on_core - other).length(),
-        GJKResult::Intersection => 0.0,
+        // What is nearer than this to parry is within.
+        GJKResult::Intersection => 10.0 * f64::EPSILON * (1.0 + norm(point)),
         // Without an answer the distance to one point of the core is taken, which is never too small.
         GJKResult::NoIntersection(_) | GJKResult::Proximity(_) => {
             norm(minus(core.support([-point[0], -point[1], -point[2]]), point))
@@ -196,6 +197,23 @@ fn distance_to_point(core: &Core, point: Vector3) -> f64 {
 mod tests {
     use super::*;
     use robot::vector::dot;
+
+    /// A mesh of 1e-35 m, found by fuzzing: to GJK all of it is one point.
+    #[test]
+    fn the_smallest_mesh_is_held() {
+        // More points of a ball than directions.
+        let on_ball = |k: usize| {
+            let (turn, z) = (2.4 * k as f64, (0.7 * k as f64).sin());
+            let across = (1.0 - z * z).sqrt();
+            [across * turn.cos(), across * turn.sin(), z].map(|x| 1e-35 * x)
+        };
+        let points: Vec<Vector3> = (0..20 * KEPT_DIRECTIONS).map(on_ball).collect();
+        let solid = Solid::around(&points).unwrap();
+        for point in &points {
+            let along = point.map(|x| 1e35 * x);
+            assert!(dot(solid.core.support(along), along) + solid.radius >= dot(*point, along));
+        }
+    }
 
     /// No point of a mesh is outside the solid, and the solid is hardly larger than the hull.
     #[test]
@@ -220,7 +238,8 @@ mod tests {
             assert!(held < outermost + 2e-3 * norm(along), "{k}: {held} {outermost}");
         }
         assert_eq!(Solid::around(&[]), None);
-        assert_eq!(Solid::around(&[[1.0, 2.0, 3.0]; 4]).unwrap().radius, 0.0);
+        // Ten times the rounding of 1 + |p|: GJK does not tell less from nothing.
+        assert!(Solid::around(&[[1.0, 2.0, 3.0]; 4]).unwrap().radius < 1.1e-14);
         // The corners of a cube are a cube.
         let corners: Vec<Vector3> =
             (0..8).map(|k: u8| [1, 2, 4].map(|bit| if k & bit == 0 { 0.5 } else { -0.5 })).collect();

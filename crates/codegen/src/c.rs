@@ -1,23 +1,26 @@
-//! A Module as C99: a header and a source file that need math.h for sin, cos and sqrt, and nothing else.
+//! A Module as C99: a header and a source file that need headers of the language alone, and of a library `sqrt` and `tanh`
+//! where they are used.
 //!
 //! ```text
 //! void race_base_regressor(const race_real q[3], ..., race_real y[3][18])
 //! {
 //!     const real q1 = q[1];
-//!     const real s1 = SIN(q1);
+//!     real s1, c1;
+//!     { .. sin_cos_of_each(1, angles, sines, cosines); s1 = sines[0]; .. }
 //!     const real t4 = s1 * dq0;
 //!     const real t5 = MUL_ADD(t4, c1, -q0);
 //!     y[0][2] = t5;
 //! ```
 //! `MUL_ADD(a, b, c)` is a b + c by one instruction where the compiler says that there is one, else by two.
-//! Every name carries the module's, so that two robots fit in one program. Inputs are read into
-//! variables first: nothing is lost where an output overlaps an input, and the compiler need not
-//! read an input again after a store.
+//! Every name carries the module's, so that two robots fit in one program. An output may be the array of an input that has
+//! as many entries: those are read into variables first. The others are read where they are used, which spares the compiler
+//! to keep them, and may not overlap an output.
 
 use expr::{Constant, Documented, Expr, Function, Fusion, Module, Node, Operation, Value};
 
+use crate::c_sine;
 use crate::controller::Controller;
-use crate::steps::{Name, Step, in_line, is_read, names, steps};
+use crate::steps::{Angle, Name, Step, in_line, is_read, names, steps};
 
 /// A header and its source file.
 pub struct CFiles {
@@ -41,7 +44,8 @@ pub fn c_files(module: &Module, made_by: &str, header_name: &str) -> CFiles {
     header += &format!(
         "#ifndef {upper}_H\n#define {upper}_H\n\n#ifdef __cplusplus\nextern \"C\" {{\n#endif\n\n\
          /* The numbers computed with: double, or what {upper}_REAL says, such as float. */\n\
-         #ifndef {upper}_REAL\n#define {upper}_REAL double\n#endif\ntypedef {upper}_REAL {prefix}_real;\n"
+         #ifndef {upper}_REAL\n#define {upper}_REAL double\n#endif\ntypedef {upper}_REAL {prefix}_real;\n\n\
+         /* An output may be the array of an input that has as many entries, and overlaps no other. */\n"
     );
     let mut source = format!("{banner}\n#include \"{header_name}\"\n") + &macros(prefix, &bound, controller.is_some());
 
@@ -71,10 +75,10 @@ pub fn c_files(module: &Module, made_by: &str, header_name: &str) -> CFiles {
             header += &format!("{sparse_head};\n");
             let places = function.non_zeros(0).into_iter().map(|(row, column)| format!("    {{{row}, {column}}},\n"));
             source += &format!("\n{list} = {{\n{}}};\n", places.collect::<String>());
-            source += &format!("\n{sparse_head}\n{{\n{}}}\n", body(&sparse));
+            source += &format!("\n{}\n{{\n{}}}\n", definition(prefix, &sparse), body(&sparse));
             source += &format!("\n{head}\n{{\n{}}}\n", given_places(prefix, function, &sparse));
         } else {
-            source += &format!("\n{head}\n{{\n{}}}\n", body(function));
+            source += &format!("\n{}\n{{\n{}}}\n", definition(prefix, function), body(function));
         }
         header += &format!("\n{}{head};\n", comment(&documented.doc));
     }
@@ -87,30 +91,38 @@ pub fn c_files(module: &Module, made_by: &str, header_name: &str) -> CFiles {
     CFiles { header, source }
 }
 
-/// What the bodies call: math.h, the type of the numbers, and macros for what depends on it.
+/// What the bodies call: headers, the type of the numbers, and what depends on it.
 fn macros(prefix: &str, bound: &[(&Documented, Function)], has_controller: bool) -> String {
-    let mut source = String::new();
-    let from_math = |node: &Node| matches!(node, Node::Sin(_) | Node::Cos(_) | Node::Sqrt(_));
-    let fuses = bound.iter().any(|(_, function)| Fusion::of(function).fused_sums() > 0);
-    if fuses || has_controller || bound.iter().any(|(_, function)| function.graph().nodes().iter().any(from_math)) {
-        source += "\n#include <math.h>\n";
+    let functions: Vec<&Function> = bound.iter().map(|(_, function)| function).collect();
+    let takes_sines = c_sine::is_read(&functions);
+    let fuses = takes_sines || functions.iter().any(|function| Fusion::of(function).fused_sums() > 0);
+    let takes_roots = functions.iter().any(|f| f.graph().nodes().iter().any(|node| matches!(node, Node::Sqrt(_))));
+    let mut headers = Vec::new();
+    if takes_sines {
+        headers.extend(["float.h", "stdint.h"]);
     }
+    if fuses || takes_roots || has_controller {
+        headers.push("math.h");
+    }
+    headers.sort_unstable();
+    let mut source = String::new();
+    if !headers.is_empty() {
+        source.push('\n');
+    }
+    headers.iter().for_each(|name| source += &format!("#include <{name}>\n"));
     source += &format!("\ntypedef {prefix}_real real;\n");
     if fuses {
         source += MUL_ADD;
     }
-    let reads = |wanted: fn(&Node) -> bool| bound.iter().any(|(_, f)| f.graph().nodes().iter().any(wanted));
-    let calls = [
-        ("sin", reads(|node| matches!(node, Node::Sin(_)))),
-        ("cos", reads(|node| matches!(node, Node::Cos(_)))),
-        ("sqrt", reads(|node| matches!(node, Node::Sqrt(_)))),
-        ("tanh", has_controller),
-    ];
-    if calls.iter().any(|(_, is_read)| *is_read) {
+    if takes_sines {
+        source += c_sine::SIN_COS_OF_EACH;
+    }
+    let calls = [("sqrt", takes_roots), ("tanh", has_controller)];
+    if calls.iter().any(|(_, is_called)| *is_called) {
         source +=
             "\n/* Of float where the numbers are: a processor with floats alone computes doubles by slow calls. */\n";
     }
-    for (name, _) in calls.iter().filter(|(_, is_read)| *is_read) {
+    for (name, _) in calls.iter().filter(|(_, is_called)| *is_called) {
         source += &format!(
             "#define {}(x) (sizeof(real) == sizeof(float) ? (real){name}f((float)(x)) : (real){name}((double)(x)))\n",
             name.to_ascii_uppercase()
@@ -125,17 +137,28 @@ fn macros(prefix: &str, bound: &[(&Documented, Function)], has_controller: bool)
 const MUL_ADD: &str = "
 /* a b + c: rounded once where the processor has an instruction for it, else twice. */
 #if defined(__clang__)
-static inline real mul_add(real a, real b, real c)
+static inline double fused(double a, double b, double c)
 {
 #pragma STDC FP_CONTRACT ON
+#pragma clang fp reassociate(off)
     return a * b + c;
 }
-#define MUL_ADD(a, b, c) mul_add(a, b, c)
+static inline float fusedf(float a, float b, float c)
+{
+#pragma STDC FP_CONTRACT ON
+#pragma clang fp reassociate(off)
+    return a * b + c;
+}
 #elif defined(FP_FAST_FMA) || defined(__FMA__) || defined(__ARM_FEATURE_FMA)
-#define MUL_ADD(a, b, c) (sizeof(real) == sizeof(float) ? (real)fmaf((float)(a), (float)(b), (float)(c)) : (real)fma(a, b, c))
+#define fused(a, b, c) fma(a, b, c)
+#define fusedf(a, b, c) fmaf(a, b, c)
 #else
-#define MUL_ADD(a, b, c) ((a) * (b) + (c))
+#define fused(a, b, c) ((a) * (b) + (c))
+#define fusedf(a, b, c) ((a) * (b) + (c))
 #endif
+#define MUL_ADD(a, b, c) \\
+    (sizeof(real) == sizeof(float) ? (real)fusedf((float)(a), (float)(b), (float)(c)) \\
+                                   : (real)fused((double)(a), (double)(b), (double)(c)))
 ";
 
 /// The declaration of a constant in the header, and its definition in the source.
@@ -163,8 +186,20 @@ fn declaration(prefix: &str, constant: &Constant) -> (String, Option<String>) {
     }
 }
 
+/// The head of a declaration: C++ has no `restrict`, and C needs it at the definition alone.
 fn signature(prefix: &str, function: &Function) -> String {
-    let inputs = function.inputs.iter().map(|i| format!("const {prefix}_real {}[{}]", i.name, i.entries.len()));
+    head(prefix, function, |_| "")
+}
+
+/// The head of a definition.
+fn definition(prefix: &str, function: &Function) -> String {
+    head(prefix, function, |input| if may_be_an_output(function, input) { "" } else { "restrict " })
+}
+
+/// `qualifier` stands in the brackets of an input.
+fn head(prefix: &str, function: &Function, qualifier: impl Fn(usize) -> &'static str) -> String {
+    let inputs = function.inputs.iter().enumerate();
+    let inputs = inputs.map(|(k, i)| format!("const {prefix}_real {}[{}{}]", i.name, qualifier(k), i.entries.len()));
     let outputs = function.outputs.iter().map(|o| match o.columns {
         1 => format!("{prefix}_real {}[{}]", o.name, o.rows),
         _ => format!("{prefix}_real {}[{}][{}]", o.name, o.rows, o.columns),
@@ -194,28 +229,31 @@ fn given_places(prefix: &str, function: &Function, sparse: &Function) -> String 
 
 fn body(function: &Function) -> String {
     let mut text = String::new();
-    // Inputs into variables first: an output may overlap an input.
+    let places = names(function);
+    let names: Vec<String> = places.iter().map(|name| operand(function, name)).collect();
+    let mut steps = steps(function).into_iter().peekable();
+    // Sines that are taken first read their angles where they are: nothing is stored yet.
+    if let Some(Step::SinCos(angles)) = steps.next_if(|step| matches!(step, Step::SinCos(_))) {
+        let of: Vec<String> = angles.iter().map(|angle| in_place(function, &places[angle.angle])).collect();
+        text += &c_sine::statements(&angles, &of, &names, in_a_row(function, &places, &angles));
+    }
     for (k, input) in function.inputs.iter().enumerate() {
         let read: Vec<usize> = (0..input.entries.len()).filter(|&i| is_read(function, k, i)).collect();
         if read.is_empty() {
             text += &format!("    (void){};\n", input.name);
         }
-        for i in read {
+        for i in read.into_iter().filter(|_| may_be_an_output(function, k)) {
             text += &format!("    const real {} = {}[{i}];\n", local(&input.name, i), input.name);
         }
     }
-    let names: Vec<String> = names(function).iter().map(|name| operand(function, name)).collect();
-    for step in steps(function) {
+    for step in steps {
         match step {
             Step::Compute(n, operation) => {
                 text += &format!("    const real {} = {};\n", names[n], value(&names, operation))
             }
-            Step::SinCos { angle, sine, cosine } => {
-                for (node, name) in [(sine, "SIN"), (cosine, "COS")] {
-                    if let Some(node) = node {
-                        text += &format!("    const real {} = {name}({});\n", names[node], names[angle]);
-                    }
-                }
+            Step::SinCos(angles) => {
+                let of: Vec<String> = angles.iter().map(|angle| names[angle.angle].clone()).collect();
+                text += &c_sine::statements(&angles, &of, &names, None);
             }
             Step::Store { output, row, column, node, negative } => {
                 let output = &function.outputs[output];
@@ -228,6 +266,24 @@ fn body(function: &Function) -> String {
     text
 }
 
+/// Where the angles stand, if they are entries of one input, one after the other.
+fn in_a_row(function: &Function, places: &[Name], angles: &[Angle]) -> Option<String> {
+    let place = |angle: &Angle| match places[angle.angle] {
+        Name::Input { input, entry } => Some((input, entry)),
+        _ => None,
+    };
+    let (input, first) = place(angles.first()?)?;
+    let follow = angles.iter().enumerate().all(|(k, angle)| place(angle) == Some((input, first + k)));
+    let name = &function.inputs[input].name;
+    follow.then(|| if first == 0 { name.clone() } else { format!("&{name}[{first}]") })
+}
+
+/// Whether an output has as many entries as the input, and so may be the same array.
+fn may_be_an_output(function: &Function, input: usize) -> bool {
+    let n = function.inputs[input].entries.len();
+    function.outputs.iter().any(|output| output.entries.len() == n)
+}
+
 /// The variable that holds an entry of an input; `t`, `s` and `c` have numbers of their own.
 fn local(input: &str, entry: usize) -> String {
     let apart = if matches!(input, "t" | "s" | "c") { "_" } else { "" };
@@ -237,8 +293,19 @@ fn local(input: &str, entry: usize) -> String {
 fn operand(function: &Function, name: &Name) -> String {
     match name {
         Name::Constant(x) => format!("(real){x:?}"),
-        Name::Input { input, entry } => local(&function.inputs[*input].name, *entry),
+        Name::Input { input, entry } if may_be_an_output(function, *input) => {
+            local(&function.inputs[*input].name, *entry)
+        }
+        Name::Input { .. } => in_place(function, name),
         Name::Variable(name) => name.clone(),
+    }
+}
+
+/// An input where it stands in its array.
+fn in_place(function: &Function, name: &Name) -> String {
+    match name {
+        Name::Input { input, entry } => format!("{}[{entry}]", function.inputs[*input].name),
+        _ => unreachable!("an input is asked for"),
     }
 }
 

@@ -3,6 +3,7 @@
 #![warn(missing_docs)]
 
 mod c;
+mod c_sine;
 mod controller;
 mod formula;
 mod numbers;

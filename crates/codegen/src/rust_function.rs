@@ -9,7 +9,6 @@
 //! ```
 //! `mul_add` is the trait's: fused where the target fuses. Signs stand only where a store or a sum needs them.
 
-use std::collections::BTreeMap;
 use std::fmt::Write as _;
 
 use expr::{Expr, Function, Operation};
@@ -90,7 +89,7 @@ impl Lines {
 /// an input that nothing reads is named `_NAME`.
 pub(crate) fn render(bound: &Function, lines: &mut Lines) -> TokenStream {
     let steps = steps(bound);
-    let writer = Writer::new(bound, &steps);
+    let writer = Writer::new(bound);
     let (head, body) = (head(bound), lines.body(steps.iter().map(|step| writer.statement(step))));
     quote! {
         #[inline(always)]
@@ -112,7 +111,7 @@ pub(crate) fn render_sparse(bound: &Function, doc: &TokenStream, lines: &mut Lin
         quote!((#row, #column))
     });
     let steps = steps(bound);
-    let writer = Writer::new(bound, &steps);
+    let writer = Writer::new(bound);
     let statements = steps.iter().filter_map(|step| match *step {
         Step::Store { row, column, node, negative, .. } => {
             // An entry that is zero is not in the list.
@@ -189,38 +188,14 @@ fn head(bound: &Function) -> TokenStream {
     quote!(pub fn #name<R: Real>(#inputs #(#outputs,)*))
 }
 
-/// Up to this many coordinates, all sines and cosines are taken at once. Beyond, they are taken four at a time where
-/// the first is needed, because a value computed long before it is read is spilled from its register.
-const MAX_SINES_AT_ONCE: usize = 8;
-
 struct Writer<'a> {
     function: &'a Function,
     names: Vec<Name>,
-    /// Coordinate -> the statement that takes its sine and cosine. It stands at the first coordinate of a group; at the
-    /// others it is empty.
-    groups: BTreeMap<usize, TokenStream>,
 }
 
-impl<'a> Writer<'a> {
-    fn new(function: &'a Function, steps: &[Step]) -> Writer<'a> {
-        let mut writer = Writer { function, names: names(function), groups: BTreeMap::new() };
-        let pairs = steps.iter().filter_map(|step| match *step {
-            Step::SinCos { angle, sine, cosine } => Some((angle, sine, cosine)),
-            _ => None,
-        });
-        let pairs: Vec<_> = pairs.filter(|pair| matches!(writer.names[pair.0], Name::Input { .. })).collect();
-        for group in pairs
-            .chunks(if pairs.len() > MAX_SINES_AT_ONCE { 4 } else { MAX_SINES_AT_ONCE })
-            .filter(|group| group.len() > 1)
-        {
-            let angles = group.iter().map(|pair| writer.tokens(pair.0));
-            let sines = group.iter().map(|pair| writer.operand_or_nothing(pair.1));
-            let cosines = group.iter().map(|pair| writer.operand_or_nothing(pair.2));
-            let mut statement =
-                Some(quote!(let ([#(#sines),*], [#(#cosines),*]) = R::sin_cos_of_each([#(#angles),*]);));
-            writer.groups.extend(group.iter().map(|pair| (pair.0, statement.take().unwrap_or_default())));
-        }
-        writer
+impl Writer<'_> {
+    fn new(function: &Function) -> Writer<'_> {
+        Writer { function, names: names(function) }
     }
 
     fn operand_or_nothing(&self, n: Option<usize>) -> TokenStream {
@@ -258,13 +233,14 @@ impl<'a> Writer<'a> {
     fn statement(&self, step: &Step) -> Statement {
         match *step {
             Step::Compute(n, operation) => self.line(format!("let {} = {};", self.operand(n), self.value(operation))),
-            Step::SinCos { angle, sine, cosine } => {
-                let alone = || {
-                    let (sine, cosine) = (self.operand_or_nothing(sine), self.operand_or_nothing(cosine));
-                    let angle = self.tokens(angle);
-                    quote!(let (#sine, #cosine) = (#angle).sin_cos();)
-                };
-                Statement::Tokens(self.groups.get(&angle).cloned().unwrap_or_else(alone))
+            Step::SinCos(ref angles) => {
+                let sines: Vec<_> = angles.iter().map(|a| self.operand_or_nothing(a.sine)).collect();
+                let cosines: Vec<_> = angles.iter().map(|a| self.operand_or_nothing(a.cosine)).collect();
+                let of: Vec<_> = angles.iter().map(|a| self.tokens(a.angle)).collect();
+                Statement::Tokens(match &of[..] {
+                    [angle] => quote!(let (#(#sines),*, #(#cosines),*) = (#angle).sin_cos();),
+                    _ => quote!(let ([#(#sines),*], [#(#cosines),*]) = R::sin_cos_of_each([#(#of),*]);),
+                })
             }
             Step::Store { output, row, column, node, negative } => {
                 let output = &self.function.outputs[output];

@@ -1,8 +1,10 @@
 //! A Function as straight-line steps, one per operation, in the order of its schedule. Every target
 //! language writes the same steps in its own way.
 //!
-//! An entry is stored as soon as it is known. Sine and cosine of an angle are one step. [`expr::Fusion`] decides which
-//! product is fused into which sum.
+//! An entry is stored as soon as it is known. Sines and cosines of several inputs are one step. [`expr::Fusion`] decides
+//! which product is fused into which sum.
+
+use std::collections::BTreeMap;
 
 use expr::{Expr, Function, Fusion, Node, Operation, SymbolKind, operands};
 
@@ -15,11 +17,23 @@ pub(crate) fn in_line(text: &str) -> String {
 pub(crate) enum Step {
     /// The node takes what the operation gives.
     Compute(usize, Operation),
-    /// Sine and cosine of the angle; the nodes, where something reads them.
-    SinCos { angle: usize, sine: Option<usize>, cosine: Option<usize> },
+    /// Sines and cosines of angles, at most eight.
+    SinCos(Vec<Angle>),
     /// An entry of an output takes the node's value, or its negative.
     Store { output: usize, row: usize, column: usize, node: usize, negative: bool },
 }
+
+/// An angle and its sine and cosine, as nodes, where something reads them.
+#[derive(Clone, Copy)]
+pub(crate) struct Angle {
+    pub angle: usize,
+    pub sine: Option<usize>,
+    pub cosine: Option<usize>,
+}
+
+/// Up to this many angles that are inputs, all sines and cosines are taken first. Beyond, they are taken four at a time
+/// where the first is needed, because a value computed long before it is read is spilled from its register.
+const MAX_SINES_AT_ONCE: usize = 8;
 
 /// How a node is read by those that use it.
 #[derive(Clone, Debug, PartialEq)]
@@ -42,23 +56,43 @@ pub(crate) fn steps(function: &Function) -> Vec<Step> {
             places[node].push(Step::Store { output, row, column, node, negative });
         }
     }
-    let mut steps = Vec::new();
+    let (first, mut groups) = groups(nodes);
+    let mut steps: Vec<Step> = first.into_iter().map(Step::SinCos).collect();
     for (n, places) in places.into_iter().enumerate() {
         match (nodes[n], fusion.operation_of(n)) {
-            // The pair is made at the place of the first of the two.
-            (Node::Sin(a) | Node::Cos(a), _) => {
-                let place = |wanted: Node| nodes.iter().position(|node| *node == wanted);
-                let (sine, cosine) = (place(Node::Sin(a)), place(Node::Cos(a)));
-                if sine.into_iter().chain(cosine).min() == Some(n) {
-                    steps.push(Step::SinCos { angle: a.node(), sine, cosine });
-                }
-            }
+            (Node::Sin(_) | Node::Cos(_), _) => steps.extend(groups.remove(&n).map(Step::SinCos)),
             (_, Operation::None) => {}
             (_, operation) => steps.push(Step::Compute(n, operation)),
         }
         steps.extend(places);
     }
     steps
+}
+
+/// The angles whose sines and cosines are taken together: before all else, and at the node where the first of them stands.
+fn groups(nodes: &[Node]) -> (Option<Vec<Angle>>, BTreeMap<usize, Vec<Angle>>) {
+    let mut pairs: BTreeMap<usize, Angle> = BTreeMap::new();
+    for (n, node) in nodes.iter().enumerate() {
+        let (Node::Sin(a) | Node::Cos(a)) = node else { continue };
+        let pair = pairs.entry(a.node()).or_insert(Angle { angle: a.node(), sine: None, cosine: None });
+        match node {
+            Node::Sin(_) => pair.sine = Some(n),
+            _ => pair.cosine = Some(n),
+        }
+    }
+    let first = |pair: &Angle| pair.sine.into_iter().chain(pair.cosine).min().unwrap_or(pair.angle);
+    let mut pairs: Vec<Angle> = pairs.into_values().collect();
+    pairs.sort_by_key(first);
+    // Any other angle is known only where it stands.
+    let (of_inputs, others): (Vec<Angle>, Vec<Angle>) =
+        pairs.into_iter().partition(|pair| matches!(nodes[pair.angle], Node::Symbol(_)));
+    let at_node = |group: &[Angle]| (first(&group[0]), group.to_vec());
+    let alone = others.chunks(1).map(at_node);
+    match of_inputs.len() {
+        0 => (None, alone.collect()),
+        1..=MAX_SINES_AT_ONCE => (Some(of_inputs), alone.collect()),
+        _ => (None, of_inputs.chunks(4).map(at_node).chain(alone).collect()),
+    }
 }
 
 /// The name of each node: `t12`, and `s1`, `c1` for sine and cosine of entry 1 of the first input.

@@ -63,9 +63,9 @@ pub fn base_regressor_entries<R: Real>(
     ddq: &[R; 2],
     mut set: impl FnMut(usize, usize, usize, R),
 ) {
+    let (s1, c1) = (q[1]).sin_cos();
     set(0, 0, 0, ddq[0]);
     set(3, 1, 1, ddq[1]);
-    let (s1, c1) = (q[1]).sin_cos();
     let t9 = dq[1] * dq[1];
     let t10 = s1 * t9;
     let t13 = (-ddq[1]).mul_add(c1, t10);

@@ -344,13 +344,6 @@ pub fn base_regressor_entries<R: Real>(
     ddq: &[R; 7],
     mut set: impl FnMut(usize, usize, usize, R),
 ) {
-    set(0, 0, 0, ddq[0]);
-    set(45, 1, 5, ddq[1]);
-    set(90, 2, 15, ddq[2]);
-    set(126, 3, 23, ddq[3]);
-    set(155, 4, 31, ddq[4]);
-    set(177, 5, 39, ddq[5]);
-    set(192, 6, 47, ddq[6]);
     let ([s1, s2, s3, s4, s5, s6], [c1, c2, c3, c4, c5, c6]) = R::sin_cos_of_each([
         q[1],
         q[2],
@@ -359,6 +352,13 @@ pub fn base_regressor_entries<R: Real>(
         q[5],
         q[6],
     ]);
+    set(0, 0, 0, ddq[0]);
+    set(45, 1, 5, ddq[1]);
+    set(90, 2, 15, ddq[2]);
+    set(126, 3, 23, ddq[3]);
+    set(155, 4, 31, ddq[4]);
+    set(177, 5, 39, ddq[5]);
+    set(192, 6, 47, ddq[6]);
     let t26 = dq[0] * c1;
     let t27 = dq[1] * t26;
     let t28 = ddq[0].mul_add(s1, t27);

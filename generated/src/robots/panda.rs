@@ -329,8 +329,6 @@ pub fn base_regressor_entries<R: Real>(
     ddq: &[R; 7],
     mut set: impl FnMut(usize, usize, usize, R),
 ) {
-    set(0, 0, 0, ddq[0]);
-    set(45, 1, 5, ddq[1]);
     let ([s1, s2, s3, s4, s5, s6], [c1, c2, c3, c4, c5, c6]) = R::sin_cos_of_each([
         q[1],
         q[2],
@@ -339,6 +337,8 @@ pub fn base_regressor_entries<R: Real>(
         q[5],
         q[6],
     ]);
+    set(0, 0, 0, ddq[0]);
+    set(45, 1, 5, ddq[1]);
     let t26 = dq[0] * c1;
     let t27 = dq[1] * t26;
     let t28 = ddq[0].mul_add(s1, t27);

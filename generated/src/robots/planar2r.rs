@@ -66,12 +66,12 @@ pub fn base_regressor_entries<R: Real>(
     ddq: &[R; 2],
     mut set: impl FnMut(usize, usize, usize, R),
 ) {
+    let (s1, c1) = (q[1]).sin_cos();
     set(0, 0, 0, ddq[0]);
     set(7, 1, 4, ddq[1]);
     let t8 = ddq[0] + ddq[1];
     set(1, 0, 1, t8);
     set(4, 1, 1, t8);
-    let (s1, c1) = (q[1]).sin_cos();
     let t11 = R::from_f64(0.5) * c1;
     let t13 = R::from_f64(0.5) * ddq[0];
     let t14 = c1 * t13;

@@ -132,9 +132,9 @@ pub fn base_regressor_entries<R: Real>(
     ddq: &[R; 3],
     mut set: impl FnMut(usize, usize, usize, R),
 ) {
+    let ([s1, s2], [c1, c2]) = R::sin_cos_of_each([q[1], q[2]]);
     set(0, 0, 0, ddq[0]);
     set(22, 1, 5, ddq[1]);
-    let ([s1, s2], [c1, c2]) = R::sin_cos_of_each([q[1], q[2]]);
     let t14 = dq[0] * c1;
     let t15 = dq[1] * t14;
     let t16 = ddq[0].mul_add(s1, t15);

@@ -277,12 +277,6 @@ pub fn base_regressor_entries<R: Real>(
     ddq: &[R; 6],
     mut set: impl FnMut(usize, usize, usize, R),
 ) {
-    set(0, 0, 0, ddq[0]);
-    set(38, 1, 5, ddq[1]);
-    set(76, 2, 15, ddq[2]);
-    set(105, 3, 23, ddq[3]);
-    set(127, 4, 31, ddq[4]);
-    set(142, 5, 39, ddq[5]);
     let ([s1, s2, s3, s4, s5], [c1, c2, c3, c4, c5]) = R::sin_cos_of_each([
         q[1],
         q[2],
@@ -290,6 +284,12 @@ pub fn base_regressor_entries<R: Real>(
         q[4],
         q[5],
     ]);
+    set(0, 0, 0, ddq[0]);
+    set(38, 1, 5, ddq[1]);
+    set(76, 2, 15, ddq[2]);
+    set(105, 3, 23, ddq[3]);
+    set(127, 4, 31, ddq[4]);
+    set(142, 5, 39, ddq[5]);
     let t23 = dq[0] * c1;
     let t24 = dq[1] * t23;
     let t25 = ddq[0].mul_add(s1, t24);

@@ -99,6 +99,7 @@ pub fn base_regressor_entries<R: Real>(
     ddq: &[R; 4],
     mut set: impl FnMut(usize, usize, usize, R),
 ) {
+    let ([s1, s2], [c1, c2]) = R::sin_cos_of_each([q[1], q[2]]);
     set(0, 0, 0, ddq[0]);
     set(11, 1, 4, ddq[1]);
     set(19, 2, 8, ddq[2]);
@@ -106,7 +107,6 @@ pub fn base_regressor_entries<R: Real>(
     let t14 = ddq[0] + ddq[1];
     set(1, 0, 1, t14);
     set(8, 1, 1, t14);
-    let ([s1, s2], [c1, c2]) = R::sin_cos_of_each([q[1], q[2]]);
     let t17 = R::from_f64(0.425) * c1;
     let t19 = R::from_f64(0.425) * ddq[0];
     let t20 = c1 * t19;

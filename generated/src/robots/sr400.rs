@@ -270,11 +270,6 @@ pub fn base_regressor_entries<R: Real>(
     ddq: &[R; 6],
     mut set: impl FnMut(usize, usize, usize, R),
 ) {
-    set(0, 0, 0, ddq[0]);
-    set(43, 1, 5, ddq[1]);
-    set(63, 2, 23, ddq[2]);
-    set(85, 3, 31, ddq[3]);
-    set(100, 4, 39, ddq[4]);
     let ([s1, s5, s2, s3, s4], [c1, c5, c2, c3, c4]) = R::sin_cos_of_each([
         q[1],
         q[5],
@@ -282,6 +277,11 @@ pub fn base_regressor_entries<R: Real>(
         q[3],
         q[4],
     ]);
+    set(0, 0, 0, ddq[0]);
+    set(43, 1, 5, ddq[1]);
+    set(63, 2, 23, ddq[2]);
+    set(85, 3, 31, ddq[3]);
+    set(100, 4, 39, ddq[4]);
     let t23 = dq[0] * c1;
     let t24 = dq[1] * t23;
     let t25 = ddq[0].mul_add(s1, t24);

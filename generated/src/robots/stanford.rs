@@ -252,18 +252,18 @@ pub fn base_regressor_entries<R: Real>(
     ddq: &[R; 6],
     mut set: impl FnMut(usize, usize, usize, R),
 ) {
-    set(0, 0, 0, ddq[0]);
-    set(37, 1, 5, ddq[1]);
-    set(69, 2, 12, ddq[2]);
-    set(83, 3, 20, ddq[3]);
-    set(105, 4, 28, ddq[4]);
-    set(120, 5, 36, ddq[5]);
     let ([s1, s3, s4, s5], [c1, c3, c4, c5]) = R::sin_cos_of_each([
         q[1],
         q[3],
         q[4],
         q[5],
     ]);
+    set(0, 0, 0, ddq[0]);
+    set(37, 1, 5, ddq[1]);
+    set(69, 2, 12, ddq[2]);
+    set(83, 3, 20, ddq[3]);
+    set(105, 4, 28, ddq[4]);
+    set(120, 5, 36, ddq[5]);
     let t23 = dq[0] * c1;
     let t24 = dq[1] * t23;
     let t25 = ddq[0].mul_add(s1, t24);

@@ -115,11 +115,11 @@ pub fn base_regressor_entries<R: Real>(
     ddq: &[R; 4],
     mut set: impl FnMut(usize, usize, usize, R),
 ) {
+    let ([s1, s3], [c1, c3]) = R::sin_cos_of_each([q[1], q[3]]);
     set(0, 0, 0, ddq[0]);
     set(12, 1, 5, ddq[1]);
     set(15, 2, 8, ddq[2]);
     set(27, 3, 13, ddq[3]);
-    let ([s1, s3], [c1, c3]) = R::sin_cos_of_each([q[1], q[3]]);
     let t17 = dq[0] * c1;
     let t18 = dq[1] * t17;
     let t19 = ddq[0].mul_add(s1, t18);

@@ -70,7 +70,7 @@ pub(crate) const ORDERS: [(&str, &[&str]); 18] = [
             "size",
         ],
     ),
-    ("crates/codegen", &["steps", "numbers", "controller", "rust_function", "rust_file", "c", "formula"]),
+    ("crates/codegen", &["steps", "numbers", "controller", "rust_function", "rust_file", "c_sine", "c", "formula"]),
     (
         "crates/logs",
         &[
