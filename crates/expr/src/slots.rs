@@ -87,6 +87,11 @@ impl Slots {
         slot
     }
 
+    /// A slot that no node has.
+    pub(crate) fn take_for_ever(&mut self) -> u32 {
+        self.next()
+    }
+
     fn next(&mut self) -> u32 {
         self.free.pop().unwrap_or_else(|| {
             self.n_slots += 1;

@@ -1,7 +1,11 @@
 //! A function scheduled for evaluation in place: straight-line code, interpreted.
 //!
 //! Nodes run in their order of creation. A slot is reused as soon as its value is dead, so that the working set stays
-//! in the cache. The interpreter computes B samples side by side, so that one dispatch serves B multiplications.
+//! in the cache.
+//!
+//! Sums and products are one operation, (+-a) b +- c, because a 1 + c and a b + -0 round as a + c and a b do. So a long run
+//! of them has no branch that depends on what is computed: an interpreter that jumps from operation to operation waits
+//! for the processor to guess where to. The interpreter computes eight samples side by side, in its vector registers.
 //!
 //! The operations are those of [`Fusion`], as in generated code. Where the processor fuses a product with a sum, the
 //! tape gives the same bits as the compiled function. On other processors both round the product first.
@@ -15,7 +19,9 @@ use crate::slots::{Slots, last_uses, partners};
 /// A function ready to run.
 #[derive(Clone, Debug)]
 pub struct Tape {
-    ops: Vec<Op>,
+    sums: Vec<Sum>,
+    /// What stands between the sums.
+    others: Vec<Other>,
     /// Constants, written to their slots before the first evaluation.
     constants: Vec<(u32, f64)>,
     /// Slot of each input, in the order of the function's inputs.
@@ -25,31 +31,57 @@ pub struct Tape {
     n_slots: usize,
 }
 
+/// (+-a) b +- c to a slot.
 #[derive(Clone, Copy, Debug)]
-struct Op {
-    code: Code,
+struct Sum {
     a: u32,
     b: u32,
     c: u32,
+    to: u32,
+    a_sign: Sign,
+    c_sign: Sign,
+}
+
+/// The bits that turn the sign of a number.
+#[derive(Clone, Copy, Debug)]
+struct Sign(u64);
+
+impl Sign {
+    const PLUS: Sign = Sign(0);
+
+    fn of(e: Expr) -> Sign {
+        Sign(u64::from(e.is_negative()) << 63)
+    }
+
+    /// Two loops: from one, the compiler makes operations on single numbers.
+    #[inline(always)]
+    fn times<const B: usize>(self, x: &[f64; B]) -> [f64; B] {
+        let (mut bits, mut signed) = ([0; B], [0.0; B]);
+        for l in 0..B {
+            bits[l] = x[l].to_bits() ^ self.0;
+        }
+        for l in 0..B {
+            signed[l] = f64::from_bits(bits[l]);
+        }
+        signed
+    }
+}
+
+/// An operation that is no sum, after the first `after` sums.
+#[derive(Clone, Copy, Debug)]
+struct Other {
+    after: usize,
+    code: Code,
+    a: u32,
+    b: u32,
     to: u32,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Code {
-    Add,
-    Sub,
-    Mul,
-    /// a b + c.
-    MulAdd,
-    /// a b - c.
-    MulSub,
-    /// -a b + c.
-    NegMulAdd,
-    /// -a b - c.
-    NegMulSub,
     Div,
     Sqrt,
-    /// The negative of `a`.
+    /// Of the negative of `a`.
     SqrtOfNegative,
     /// Sine to `to`, cosine to `b`.
     SinCos,
@@ -58,35 +90,18 @@ enum Code {
 /// Memory of one evaluation at a time; make one per thread.
 #[derive(Clone, Debug)]
 pub struct Workspace {
-    one: Vec<[f64; 1]>,
+    /// One sample, twice: of a pair the sign is turned in the register where it is multiplied, of a single number not.
+    one: Vec<[f64; 2]>,
     many: Vec<[f64; TAPE_LANES]>,
 }
 
-/// Samples computed side by side: enough to amortise a dispatch, few enough for a 7R regressor to stay in L2.
-const TAPE_LANES: usize = 32;
+/// Samples computed side by side: two registers of AVX2 an operand. The slots of a 7R regressor stay in the nearest cache.
+const TAPE_LANES: usize = 8;
 
-/// The code of an operation and its operands, whose signs go into the code. An operand that the operation does not have
-/// repeats another.
-fn coded(operation: Operation) -> Option<(Code, [Expr; 3])> {
-    let (code, a, b, c) = match operation {
-        Operation::None => return None,
-        Operation::Add(a, b) if b.is_negative() => (Code::Sub, a, b, b),
-        Operation::Add(a, b) => (Code::Add, a, b, b),
-        Operation::MulAdd(a, b, c) => {
-            let code = match (a.is_negative(), c.is_negative()) {
-                (false, false) => Code::MulAdd,
-                (false, true) => Code::MulSub,
-                (true, false) => Code::NegMulAdd,
-                (true, true) => Code::NegMulSub,
-            };
-            (code, a, b, c)
-        }
-        Operation::Mul(a, b) => (Code::Mul, a, b, b),
-        Operation::Div(a, b) => (Code::Div, a, b, b),
-        Operation::Sqrt(a) if a.is_negative() => (Code::SqrtOfNegative, a, a, a),
-        Operation::Sqrt(a) => (Code::Sqrt, a, a, a),
-    };
-    Some((code, [a, b, c]))
+/// The slots in which all constants of sums stand: of a + c, which is a 1 + c, and of a b, which is a b + -0.
+struct Units {
+    one: u32,
+    minus_zero: u32,
 }
 
 impl Tape {
@@ -99,7 +114,9 @@ impl Tape {
         let mut last_use = last_uses(&bound, &fusion);
         let mut slots = Slots::new(nodes.len());
         let mut constants = Vec::new();
-        let mut ops = Vec::new();
+        let (mut sums, mut others) = (Vec::new(), Vec::new());
+        let units = Units { one: slots.take_for_ever(), minus_zero: slots.take_for_ever() };
+        constants.extend([(units.one, 1.0), (units.minus_zero, -0.0)]);
         // Constants keep their slots: they are written once, before the first run.
         for (i, &node) in nodes.iter().enumerate() {
             if let Node::Constant(x) = node {
@@ -126,22 +143,42 @@ impl Tape {
                         None => slots.take_for_now(),
                     };
                     let (sine, cosine) = if matches!(node, Node::Sin(_)) { (own, other) } else { (other, own) };
-                    ops.push(Op { code: Code::SinCos, a, b: cosine, c: a, to: sine });
+                    others.push(Other { after: sums.len(), code: Code::SinCos, a, b: cosine, to: sine });
                 }
                 _ => {}
             }
-            let Some((code, [a, b, c])) = coded(fusion.operation_of(i)) else { continue };
+            let operation = fusion.operation_of(i);
+            if operation == Operation::None {
+                continue;
+            }
             // Slots of operands that are used here for the last time are free for the result.
-            let (a_slot, b_slot, c_slot) = (slots.at(a), slots.at(b), slots.at(c));
+            let held = |e: Expr| slots.at(e);
+            let add =
+                |a: u32, b: u32, c: u32, signs: [Sign; 2]| Sum { a, b, c, to: 0, a_sign: signs[0], c_sign: signs[1] };
+            let other = |code: Code, a: Expr, b: Expr| Other { after: 0, code, a: held(a), b: held(b), to: 0 };
+            let made = match operation {
+                Operation::None => continue,
+                Operation::Add(a, c) => Ok(add(held(a), units.one, held(c), [Sign::PLUS, Sign::of(c)])),
+                Operation::MulAdd(a, b, c) => Ok(add(held(a), held(b), held(c), [Sign::of(a), Sign::of(c)])),
+                Operation::Mul(a, b) => Ok(add(held(a), held(b), units.minus_zero, [Sign::PLUS; 2])),
+                Operation::Div(a, b) => Err(other(Code::Div, a, b)),
+                Operation::Sqrt(a) if a.is_negative() => Err(other(Code::SqrtOfNegative, a, a)),
+                Operation::Sqrt(a) => Err(other(Code::Sqrt, a, a)),
+            };
             let mut dead: Vec<usize> = fusion.operands_of(i).map(Expr::node).filter(|&e| last_use[e] == i).collect();
             dead.sort_unstable();
             dead.dedup();
             dead.into_iter().for_each(|e| slots.give_back(e));
-            ops.push(Op { code, a: a_slot, b: b_slot, c: c_slot, to: slots.take(i) });
+            let to = slots.take(i);
+            match made {
+                Ok(sum) => sums.push(Sum { to, ..sum }),
+                Err(other) => others.push(Other { after: sums.len(), to, ..other }),
+            }
         }
         let slot = |e: &Expr| slots.of(e.node()).expect("outputs are scheduled");
         Tape {
-            ops,
+            sums,
+            others,
             constants,
             inputs: bound.inputs.iter().flat_map(|i| &i.entries).map(|e| slots.of(e.node())).collect(),
             outputs: bound
@@ -166,9 +203,9 @@ impl Tape {
 
     /// Memory for evaluations of this tape, to be used again by each.
     pub fn workspace(&self) -> Workspace {
-        let mut work = Workspace { one: vec![[0.0]; self.n_slots], many: Vec::new() };
+        let mut work = Workspace { one: vec![[0.0; 2]; self.n_slots], many: Vec::new() };
         for &(slot, x) in &self.constants {
-            work.one[slot as usize] = [x];
+            work.one[slot as usize] = [x; 2];
         }
         work
     }
@@ -181,8 +218,11 @@ impl Tape {
 
     /// `inputs.len() / n_inputs()` evaluations, samples one after the other in both slices.
     pub fn evaluate_many(&self, inputs: &[f64], work: &mut Workspace, outputs: &mut [f64]) {
+        if outputs.len() == self.n_outputs() {
+            return self.evaluate(inputs, work, outputs);
+        }
         if work.many.is_empty() {
-            work.many = work.one.iter().map(|&[x]| [x; TAPE_LANES]).collect();
+            work.many = work.one.iter().map(|&[x, _]| [x; TAPE_LANES]).collect();
         }
         let (n_in, n_out) = (self.n_inputs(), self.n_outputs());
         for (block, outputs) in outputs.chunks_mut((n_out * TAPE_LANES).max(1)).enumerate() {
@@ -241,42 +281,57 @@ impl Tape {
                 slots[*slot as usize] = std::array::from_fn(|lane| input(k, lane));
             }
         }
-        for op in &self.ops {
-            let (a, b, c) = (slots[op.a as usize], slots[op.b as usize], slots[op.c as usize]);
-            let mut to = [0.0; B];
-            // A loop rather than `from_fn`, because the compiler would not use the wider instructions in a closure of
-            // the library.
-            macro_rules! abreast {
-                ($l:ident, $value:expr) => {
-                    for $l in 0..B {
-                        to[$l] = $value
-                    }
-                };
-            }
-            match op.code {
-                Code::Add => abreast!(l, a[l] + b[l]),
-                Code::Sub => abreast!(l, a[l] - b[l]),
-                Code::Mul => abreast!(l, a[l] * b[l]),
-                Code::MulAdd => abreast!(l, mul_add(a[l], b[l], c[l])),
-                Code::MulSub => abreast!(l, mul_add(a[l], b[l], -c[l])),
-                Code::NegMulAdd => abreast!(l, mul_add(-a[l], b[l], c[l])),
-                Code::NegMulSub => abreast!(l, mul_add(-a[l], b[l], -c[l])),
-                Code::Div => abreast!(l, a[l] / b[l]),
-                Code::Sqrt => abreast!(l, a[l].sqrt()),
-                Code::SqrtOfNegative => abreast!(l, (-a[l]).sqrt()),
-                Code::SinCos => {
-                    let mut cosine = [0.0; B];
-                    (0..B).for_each(|l| (to[l], cosine[l]) = sin_cos(a[l], &mul_add));
-                    slots[op.b as usize] = cosine;
-                }
-            }
-            slots[op.to as usize] = to;
+        let mut done = 0;
+        for other in &self.others {
+            run_sums(&self.sums[done..other.after], slots, &mul_add);
+            done = other.after;
+            run_other(other, slots, &mul_add);
         }
+        run_sums(&self.sums[done..], slots, &mul_add);
         for (k, &(slot, negative)) in self.outputs.iter().enumerate() {
             let values = slots[slot as usize];
             output(k, if negative { values.map(|x| -x) } else { values });
         }
     }
+}
+
+// Loops rather than `from_fn`, because the compiler would not use the wider instructions in a closure of the library.
+
+#[inline(always)]
+fn run_sums<const B: usize>(sums: &[Sum], slots: &mut [[f64; B]], mul_add: impl Fn(f64, f64, f64) -> f64) {
+    for sum in sums {
+        let (a, b, c) = (&slots[sum.a as usize], &slots[sum.b as usize], &slots[sum.c as usize]);
+        let (a, c) = (sum.a_sign.times(a), sum.c_sign.times(c));
+        let mut to = [0.0; B];
+        for l in 0..B {
+            to[l] = mul_add(a[l], b[l], c[l]);
+        }
+        slots[sum.to as usize] = to;
+    }
+}
+
+#[inline(always)]
+fn run_other<const B: usize>(other: &Other, slots: &mut [[f64; B]], mul_add: impl Fn(f64, f64, f64) -> f64) {
+    let (a, b) = (slots[other.a as usize], slots[other.b as usize]);
+    let mut to = [0.0; B];
+    macro_rules! abreast {
+        ($l:ident, $value:expr) => {
+            for $l in 0..B {
+                to[$l] = $value
+            }
+        };
+    }
+    match other.code {
+        Code::Div => abreast!(l, a[l] / b[l]),
+        Code::Sqrt => abreast!(l, a[l].sqrt()),
+        Code::SqrtOfNegative => abreast!(l, (-a[l]).sqrt()),
+        Code::SinCos => {
+            let mut cosine = [0.0; B];
+            (0..B).for_each(|l| (to[l], cosine[l]) = sin_cos(a[l], &mul_add));
+            slots[other.b as usize] = cosine;
+        }
+    }
+    slots[other.to as usize] = to;
 }
 
 #[cfg(test)]
@@ -332,7 +387,7 @@ mod tests {
         let inputs = [0.1, 0.3, 0.1 * 0.3];
         let value = |mul_add: fn(f64, f64, f64) -> f64| {
             let mut y = f64::NAN;
-            tape.run_with(&mut tape.workspace().one, |k, _| inputs[k], |_, values: [f64; 1]| y = values[0], mul_add);
+            tape.run_with(&mut tape.workspace().one, |k, _| inputs[k], |_, values: [f64; 2]| y = values[0], mul_add);
             y
         };
         assert_eq!(value(|a, b, c| a * b + c), 0.0);

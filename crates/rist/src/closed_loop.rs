@@ -6,7 +6,7 @@
 use experiments::motion::record::Record;
 use experiments::motion::reference_motion::Reference;
 use experiments::simulate::closed_loop::Stop;
-use experiments::simulate::setup::SimulationSetup;
+use experiments::simulate::setup::{Asked, SimulationSetup};
 use identification::estimate::closed_loop::identify_closed_loop;
 use identification::estimate::identify::Fit;
 use identification::estimators::closed_loop::{ClosedLoop, Simulator};
@@ -92,8 +92,9 @@ impl Simulator for PlanInLoop<'_> {
         let law = |f: &[f64]| FrictionLaw::asymmetric(f[0], f[1] + f[2], f[0], f[2] - f[1]);
         setup.friction = friction.chunks_exact(FrictionTerm::STANDARD.len()).map(law).collect();
         let mut found = Vec::new();
-        for reference in self.references {
-            let (record, stop) = setup.record(dynamics.as_ref(), reference, None, None);
+        let asked = |reference| Asked { reference, feedforward: None, noise: None };
+        let asked: Vec<Asked> = self.references.iter().map(asked).collect();
+        for (record, stop) in setup.records(dynamics.as_ref(), &asked) {
             if let Stop::NotPhysical { time } = stop {
                 return Err(logs::Error::new(format!(
                     "the simulation of an experiment breaks down at {time:.3} s: no robot has the parameters it starts \

@@ -10,7 +10,7 @@ use experiments::plan::exciting_trajectory::ExcitingTrajectory;
 use experiments::plan::ranges::check_limits;
 use experiments::simulate::closed_loop::Stop;
 use experiments::simulate::dynamics::{Dynamics, inverse_dynamics};
-use experiments::simulate::setup::{self, MAX_CONTROL_PERIOD_S, SimulationSetup};
+use experiments::simulate::setup::{self, Asked, MAX_CONTROL_PERIOD_S, SimulationSetup};
 use identification::estimate::identified::Identified;
 use linear_model::artefact::Seal;
 use linear_model::parameter::{BaseParameter, FrictionParameter, Parameter, ParameterId};
@@ -150,18 +150,36 @@ pub fn simulate<'a>(
         motions.extend(ways.iter().map(|(name, way)| motion(format!("{name}_loaded"), way, true)));
     }
     let run = Run { model, setup: &setup, request, dynamics, feedforward };
-    let record = |index: usize, motion: &Motion| {
-        let run = loaded.as_ref().filter(|_| motion.is_loaded).unwrap_or(&run);
-        let reference = match motion.way {
+    // Motions of one robot go abreast; one with another load is another robot.
+    let indices: Vec<usize> = (0..motions.len()).collect();
+    let groups: Vec<&[usize]> = indices
+        .chunk_by(|a, b| motions[*a].is_loaded == motions[*b].is_loaded)
+        .flat_map(|of_one| of_one.chunks(of_one.len().div_ceil(of_one.len().div_ceil(ABREAST))))
+        .collect();
+    let records = |_, group: &&[usize]| {
+        let run = loaded.as_ref().filter(|_| motions[group[0]].is_loaded).unwrap_or(&run);
+        let reference = |index: &usize| match motions[*index].way {
             Way::Planned(trajectory) => trajectory.reference(),
             Way::Exciting(motion) => motion.reference(),
             Way::Validation(number) => validation_motion(&run.setup.limits, sample_time, request.seed, *number),
         };
-        run.motion(&motion.name, &reference, index)
+        run.records(group, &group.iter().map(reference).collect::<Vec<Reference>>())
     };
-    in_order(&motions, record, |index, record| {
-        Interruption::check()?;
-        take(&motions[index].name, &record?)
+    in_order(&groups, records, |group, records| {
+        for (index, (record, stop)) in groups[group].iter().zip(records) {
+            Interruption::check()?;
+            let name = &motions[*index].name;
+            match stop {
+                Stop::End => take(name, &record)?,
+                Stop::NotPhysical { time } => {
+                    return Err(Error::new(format_args!(
+                        "{name}: the simulation breaks down at {time:.3} s: the inertial parameters of the file are not \
+                         physical, or the robot cannot follow"
+                    )));
+                }
+            }
+        }
+        Ok(())
     })?;
     drop((run, loaded));
     let of_feedforward = request.feedforward.as_ref().and_then(|estimate| estimate.seal.note("[feedforward]"));
@@ -203,6 +221,9 @@ fn validation_motion(limits: &[MotionLimits], sample_time: f64, seed: u64, numbe
     validation_trajectory(&motion, &position, &velocity, &acceleration, sample_time, &mut random)
 }
 
+/// Motions computed side by side, as many as a tape computes states.
+const ABREAST: usize = 8;
+
 /// A motion to be simulated.
 struct Motion<'a> {
     name: String,
@@ -228,18 +249,14 @@ struct Run<'a> {
 }
 
 impl Run<'_> {
-    fn motion(&self, name: &str, reference: &Reference, index: usize) -> Result<Record, Error> {
-        let noise = (!self.request.noise_free).then_some((self.request.seed, index as u64));
+    /// The records of the motions with these numbers.
+    fn records(&self, numbers: &[usize], references: &[Reference]) -> Vec<(Record, Stop)> {
         let added = self.feedforward.as_ref().map(|f| |reference: &Reference| f.torques(self.model, reference));
-        let added = added.as_ref().map(|f| f as &setup::Feedforward);
-        let (record, stop) = self.setup.record(self.dynamics.as_ref(), reference, added, noise);
-        match stop {
-            Stop::End => Ok(record),
-            Stop::NotPhysical { time } => Err(Error::new(format_args!(
-                "{name}: the simulation breaks down at {time:.3} s: the inertial parameters of the file are not \
-                 physical, or the robot cannot follow"
-            ))),
-        }
+        let feedforward = added.as_ref().map(|f| f as &setup::Feedforward);
+        let noise = |number: usize| (!self.request.noise_free).then_some((self.request.seed, number as u64));
+        let asked = |(number, reference): (&usize, _)| Asked { reference, feedforward, noise: noise(*number) };
+        let asked: Vec<Asked> = numbers.iter().zip(references).map(asked).collect();
+        self.setup.records(self.dynamics.as_ref(), &asked)
     }
 }
 

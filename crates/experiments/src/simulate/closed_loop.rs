@@ -19,6 +19,7 @@ use random::Random;
 use crate::motion::record::Record;
 use crate::motion::reference_motion::Reference;
 use crate::simulate::dynamics::Dynamics;
+use crate::simulate::run::{Run, follow};
 
 /// Joint PD with a filtered velocity.
 #[derive(Clone, Debug, PartialEq)]
@@ -85,9 +86,6 @@ pub struct Simulation<'a> {
     pub substeps: usize,
 }
 
-/// A law of control: instant, positions seen, velocities, torques to write.
-pub type Law<'a> = dyn FnMut(usize, &[f64], &[f64], &mut [f64]) + 'a;
-
 /// The reason why a simulated motion stopped.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Stop {
@@ -105,62 +103,9 @@ impl Simulation<'_> {
     ///
     /// The record is noise-free and not quantised. It ends early when the robot is not physical.
     pub fn run(&self, reference: &Reference, feedforward: Option<&[Vec<f64>]>) -> (Record, Stop) {
-        self.run_under(reference, &mut |i, seen, velocity, tau| {
-            for (k, tau) in tau.iter_mut().enumerate() {
-                *tau = self.controller.proportional[k] * (reference.q[k][i] - seen[k])
-                    + self.controller.derivative[k] * (reference.dq[k][i] - velocity[k])
-                    + feedforward.map_or(0.0, |f| f[k][i]);
-            }
-        })
-    }
-
-    /// The same under a law of the caller's, which writes the torques, N m, of an instant from the positions that the
-    /// controller sees and their filtered differences.
-    pub fn run_under(&self, reference: &Reference, law: &mut Law) -> (Record, Stop) {
-        let n = self.dynamics.n_coordinates();
-        let h = reference.sample_time;
-        let count = reference.q.first().map_or(0, Vec::len);
-        let mut record = Record { sample_time: h, q: vec![Vec::new(); n], current: vec![Vec::new(); n] };
-        let mut state = State::new(n);
-        let mut velocity = vec![0.0; n];
-        let mut seen_before = vec![0.0; n];
-        let mut held = vec![0.0; n];
-        let mut asked = vec![0.0; n];
-        // The robot starts on the reference, at its velocity.
-        for k in 0..n {
-            state.q[k] = reference.q[k].first().copied().unwrap_or(0.0);
-            velocity[k] = reference.dq[k].first().copied().unwrap_or(0.0);
-            state.dq[k] = velocity[k];
-        }
-        let decay = (-self.controller.velocity_pole * h).exp();
-        for i in 0..count {
-            // The controller: the encoder's position, its filtered backward difference, the limited torque.
-            for k in 0..n {
-                let seen = quantised(state.q[k], self.quantum[k]);
-                if i > 0 {
-                    velocity[k] = decay * velocity[k] + (1.0 - decay) * (seen - seen_before[k]) / h;
-                }
-                seen_before[k] = seen;
-            }
-            law(i, &seen_before, &velocity, &mut asked);
-            for k in 0..n {
-                let limit = self.drives.greatest_torque[k];
-                let torque = asked[k].clamp(-limit, limit);
-                let current = torque / self.drives.gain[k];
-                // The record has the mean of the currents held before and after the instant.
-                record.q[k].push(state.q[k]);
-                record.current[k].push(if i == 0 { current } else { 0.5 * (held[k] + current) });
-                held[k] = current;
-                state.tau[k] = torque;
-            }
-            // The torque is held for a sample, while the robot moves in substeps of Runge-Kutta.
-            for _ in 0..self.substeps {
-                if !self.step(&mut state, h / self.substeps as f64) {
-                    return (record, Stop::NotPhysical { time: i as f64 * h });
-                }
-            }
-        }
-        (record, Stop::End)
+        let mut run = Run::new(self, reference, feedforward);
+        follow(self.dynamics, std::slice::from_mut(&mut run));
+        run.ended()
     }
 
     /// The same with enough steps in a sample for the friction where it turns its sign.
@@ -188,60 +133,10 @@ impl Simulation<'_> {
         }
         most
     }
-
-    /// One Runge-Kutta 4 step under a constant drive torque.
-    fn step(&self, s: &mut State, h: f64) -> bool {
-        let n = s.q.len();
-        let (q0, v0) = (s.q.clone(), s.dq.clone());
-        for stage in 0..4 {
-            if !self.acceleration(s) {
-                return false;
-            }
-            let (weight, ahead) = [(1.0, 0.5), (2.0, 0.5), (2.0, 1.0), (1.0, 0.0)][stage];
-            for k in 0..n {
-                let first = if stage == 0 { 0.0 } else { 1.0 };
-                s.sum_v[k] = first * s.sum_v[k] + weight * s.dq[k];
-                s.sum_a[k] = first * s.sum_a[k] + weight * s.ddq[k];
-                let v = s.dq[k];
-                s.dq[k] = v0[k] + ahead * h * s.ddq[k];
-                s.q[k] = q0[k] + ahead * h * v;
-            }
-        }
-        for k in 0..n {
-            s.q[k] = q0[k] + h / 6.0 * s.sum_v[k];
-            s.dq[k] = v0[k] + h / 6.0 * s.sum_a[k];
-        }
-        s.q.iter().chain(&s.dq).all(|x| x.abs() < 1e6)
-    }
-
-    /// ddq = A^-1 (tau - h - G).
-    fn acceleration(&self, s: &mut State) -> bool {
-        self.dynamics.fill(&s.q, &s.dq, &mut s.inertia, &mut s.ddq);
-        for k in 0..s.q.len() {
-            s.ddq[k] = s.tau[k] - s.ddq[k] - self.friction[k].torque(s.dq[k], s.tau[k]);
-        }
-        solve_positive(&mut s.inertia, &mut s.ddq)
-    }
 }
 
-struct State {
-    q: Vec<f64>,
-    dq: Vec<f64>,
-    ddq: Vec<f64>,
-    tau: Vec<f64>,
-    inertia: Vec<f64>,
-    sum_v: Vec<f64>,
-    sum_a: Vec<f64>,
-}
-
-impl State {
-    fn new(n: usize) -> State {
-        let z = || vec![0.0; n];
-        State { q: z(), dq: z(), ddq: z(), tau: z(), inertia: vec![0.0; n * n], sum_v: z(), sum_a: z() }
-    }
-}
-
-fn quantised(q: f64, quantum: f64) -> f64 {
+/// q rounded to the encoder's steps; as it is where they are zero.
+pub(crate) fn quantised(q: f64, quantum: f64) -> f64 {
     if quantum > 0.0 { (q / quantum).round() * quantum } else { q }
 }
 

@@ -15,6 +15,13 @@ pub trait Dynamics: Sync {
 
     /// Writes A (n x n, row by row, kg m^2) and h (n, N m) at q (rad), dq (rad/s).
     fn fill(&self, q: &[f64], dq: &[f64], inertia: &mut [f64], bias: &mut [f64]);
+
+    /// The same of several states (q, dq), one after the other.
+    fn fill_each(&self, states: &[(&[f64], &[f64])], inertia: &mut [f64], bias: &mut [f64]) {
+        let n = self.n_coordinates();
+        let room = inertia.chunks_exact_mut((n * n).max(1)).zip(bias.chunks_exact_mut(n.max(1)));
+        states.iter().zip(room).for_each(|((q, dq), (inertia, bias))| self.fill(q, dq, inertia, bias));
+    }
 }
 
 /// The dynamics of a regressor with given base parameters.

@@ -4,4 +4,5 @@ pub mod closed_loop;
 pub mod defaults;
 pub mod dynamics;
 pub mod record_file;
+mod run;
 pub mod setup;

@@ -22,6 +22,7 @@ use crate::simulate::closed_loop::{Controller, Drives, Sensing, Simulation, Stop
 use crate::simulate::defaults::{CONTROL_BANDWIDTH_HZ, POSITION_QUANTUM};
 use crate::simulate::defaults::{greatest_effort, joint_friction, joint_of, motion_limits};
 use crate::simulate::dynamics::{Dynamics, torques};
+use crate::simulate::run::{Run, follow};
 
 /// What a controller adds for a reference, N m, `[coordinate][instant]`.
 pub type Feedforward<'a> = dyn Fn(&Reference) -> Vec<Vec<f64>> + 'a;
@@ -128,42 +129,56 @@ impl SimulationSetup {
         }
     }
 
-    /// The record of a motion at the rate of its reference.
-    ///
-    /// `noise`: the seed and the index of its stream; `None`: without noise. `feedforward`: what the controller adds, N
-    /// m `[coordinate][instant]`, for the reference as the controller samples it. Without it the controller adds what
-    /// it knows of the robot.
-    pub fn record(
-        &self,
-        dynamics: &dyn Dynamics,
-        reference: &Reference,
-        feedforward: Option<&Feedforward>,
-        noise: Option<(u64, u64)>,
-    ) -> (Record, Stop) {
+    /// The records of motions, each at the rate of its reference and with what ended it; they are computed abreast, and
+    /// each is what it would be alone.
+    pub fn records(&self, dynamics: &dyn Dynamics, asked: &[Asked]) -> Vec<(Record, Stop)> {
         // 1e-9 forgives the rounding of a rate of 1 kHz.
-        let parts = (reference.sample_time / MAX_CONTROL_PERIOD_S - 1e-9).ceil().max(1.0) as usize;
-        let controlled = reference.refined(parts);
-        let simulation = Simulation {
-            dynamics,
-            controller: &self.controller,
-            drives: &self.drives,
-            quantum: &self.sensing.quantum,
-            friction: &self.friction,
-            substeps: 2,
-        }
-        .with_short_steps(&controlled);
-        let known = || self.knows_robot.then(|| torques(dynamics, &controlled));
-        let feedforward = feedforward.map(|torques| torques(&controlled)).or_else(known);
-        let (record, stop) = simulation.run(&controlled, feedforward.as_deref());
-        let record = record.thinned(parts);
-        match noise {
-            None => (record, stop),
-            Some((seed, index)) => {
-                let mut random = Random::stream(seed, index);
-                (self.sensing.measure(&record, &self.drives.gain, &mut random), stop)
+        let parts =
+            |asked: &Asked| (asked.reference.sample_time / MAX_CONTROL_PERIOD_S - 1e-9).ceil().max(1.0) as usize;
+        let controlled: Vec<Reference> = asked.iter().map(|a| a.reference.refined(parts(a))).collect();
+        let pairs = || asked.iter().zip(&controlled);
+        let simulation = |reference: &Reference| {
+            Simulation {
+                dynamics,
+                controller: &self.controller,
+                drives: &self.drives,
+                quantum: &self.sensing.quantum,
+                friction: &self.friction,
+                substeps: 2,
             }
-        }
+            .with_short_steps(reference)
+        };
+        let simulations: Vec<Simulation> = controlled.iter().map(simulation).collect();
+        let feedforward = |(asked, reference): (&Asked, &Reference)| {
+            let known = || self.knows_robot.then(|| torques(dynamics, reference));
+            asked.feedforward.map(|torques| torques(reference)).or_else(known)
+        };
+        let feedforwards: Vec<Option<Vec<Vec<f64>>>> = pairs().map(feedforward).collect();
+        let run = |((simulation, reference), feedforward)| Run::new(simulation, reference, feedforward);
+        let forward = feedforwards.iter().map(Option::as_deref);
+        let mut runs: Vec<Run> = simulations.iter().zip(&controlled).zip(forward).map(run).collect();
+        follow(dynamics, &mut runs);
+        let measured = |(asked, run): (&Asked, Run)| {
+            let (record, stop) = run.ended();
+            let record = record.thinned(parts(asked));
+            let Some((seed, index)) = asked.noise else { return (record, stop) };
+            let mut random = Random::stream(seed, index);
+            (self.sensing.measure(&record, &self.drives.gain, &mut random), stop)
+        };
+        asked.iter().zip(runs).map(measured).collect()
     }
+}
+
+/// A motion to be simulated.
+#[derive(Clone, Copy)]
+pub struct Asked<'a> {
+    /// The motion that is asked of the robot.
+    pub reference: &'a Reference,
+    /// What the controller adds, N m `[coordinate][instant]`, for the reference as the controller samples it. Without it
+    /// the controller adds what it knows of the robot.
+    pub feedforward: Option<&'a Feedforward<'a>>,
+    /// The seed and the index of its stream; `None`: without noise.
+    pub noise: Option<(u64, u64)>,
 }
 
 #[cfg(test)]

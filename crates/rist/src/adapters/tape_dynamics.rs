@@ -41,12 +41,16 @@ impl Dynamics for TapeDynamics {
     }
 
     fn fill(&self, q: &[f64], dq: &[f64], inertia: &mut [f64], bias: &mut [f64]) {
+        self.fill_each(&[(q, dq)], inertia, bias);
+    }
+
+    fn fill_each(&self, states: &[(&[f64], &[f64])], inertia: &mut [f64], bias: &mut [f64]) {
         self.tapes.with(|tapes, work, inputs| {
-            inputs.extend(q.iter().chain(&self.parameters));
-            tapes[0].evaluate(inputs, &mut work[0], inertia);
+            states.iter().for_each(|(q, _)| inputs.extend(q.iter().chain(&self.parameters)));
+            tapes[0].evaluate_many(inputs, &mut work[0], inertia);
             inputs.clear();
-            inputs.extend(q.iter().chain(dq).chain(&self.parameters));
-            tapes[1].evaluate(inputs, &mut work[1], bias);
+            states.iter().for_each(|(q, dq)| inputs.extend(q.iter().chain(*dq).chain(&self.parameters)));
+            tapes[1].evaluate_many(inputs, &mut work[1], bias);
         });
     }
 }

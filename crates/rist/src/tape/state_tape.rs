@@ -95,11 +95,7 @@ impl StateTape {
                 }
                 count += 1;
             }
-            // One state alone runs on the scalar tape, more of them side by side.
-            match count {
-                1 => tapes[0].evaluate(inputs, &mut work[0], outputs),
-                _ => tapes[0].evaluate_many(inputs, &mut work[0], outputs),
-            }
+            tapes[0].evaluate_many(inputs, &mut work[0], outputs);
         });
         let size = outputs.len() / count.max(1);
         open.into_iter().for_each(|k| outputs[k * size..][..size].fill(f64::NAN));

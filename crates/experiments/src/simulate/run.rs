@@ -1,0 +1,177 @@
+//! A simulated motion on its way, and several of them abreast: what A(q) and h(q, dq) of all are asked for at once.
+//!
+//! A motion goes from one look at its dynamics to the next, four of them in a step of Runge-Kutta. It depends on no other:
+//! its bits are those of the motion alone.
+
+use numerics::positive_definite::solve_positive;
+
+use crate::motion::record::Record;
+use crate::motion::reference_motion::Reference;
+use crate::simulate::closed_loop::{Simulation, Stop, quantised};
+use crate::simulate::dynamics::Dynamics;
+
+/// Stages of Runge-Kutta 4: the weight of each in the step, and how far ahead, in steps, the next one looks.
+const STAGES: [(f64, f64); 4] = [(1.0, 0.5), (2.0, 0.5), (2.0, 1.0), (1.0, 0.0)];
+
+/// Takes all `runs` to their ends; their simulations are of these dynamics.
+pub(crate) fn follow(dynamics: &dyn Dynamics, runs: &mut [Run]) {
+    let n = dynamics.n_coordinates();
+    let (mut inertia, mut bias) = (vec![0.0; runs.len() * n * n], vec![0.0; runs.len() * n]);
+    loop {
+        let states: Vec<(&[f64], &[f64])> = runs.iter().filter_map(Run::asks).collect();
+        if states.is_empty() {
+            return;
+        }
+        let count = states.len();
+        dynamics.fill_each(&states, &mut inertia[..count * n * n], &mut bias[..count * n]);
+        let answers = inertia.chunks_exact_mut((n * n).max(1)).zip(bias.chunks_exact_mut(n.max(1)));
+        for (run, (inertia, bias)) in runs.iter_mut().filter(|run| run.asks().is_some()).zip(answers) {
+            run.take(inertia, bias);
+        }
+    }
+}
+
+/// A motion between two looks at its dynamics.
+pub(crate) struct Run<'a> {
+    simulation: &'a Simulation<'a>,
+    reference: &'a Reference,
+    /// N m, `[coordinate][instant]`.
+    feedforward: Option<&'a [Vec<f64>]>,
+    record: Record,
+    stop: Option<Stop>,
+    /// The sample whose torque is held, the step within it, and the stage of that step.
+    at: (usize, usize, usize),
+    /// The state of the stage, rad (m), and that of the step's begin.
+    q: Vec<f64>,
+    dq: Vec<f64>,
+    begin: (Vec<f64>, Vec<f64>),
+    /// Weighted sums of the stages' velocities and accelerations.
+    sum_v: Vec<f64>,
+    sum_a: Vec<f64>,
+    /// Torques held, N m, and their currents, A.
+    tau: Vec<f64>,
+    held: Vec<f64>,
+    /// What the controller has seen last, and the velocity it filters from that.
+    seen: Vec<f64>,
+    velocity: Vec<f64>,
+}
+
+impl<'a> Run<'a> {
+    /// The robot stands on the reference, at its velocity.
+    pub(crate) fn new(
+        simulation: &'a Simulation,
+        reference: &'a Reference,
+        feedforward: Option<&'a [Vec<f64>]>,
+    ) -> Run<'a> {
+        let n = simulation.dynamics.n_coordinates();
+        let first =
+            |series: &[Vec<f64>]| -> Vec<f64> { series.iter().map(|x| x.first().copied().unwrap_or(0.0)).collect() };
+        let (q, dq, zeros) = (first(&reference.q), first(&reference.dq), || vec![0.0; n]);
+        let mut run = Run {
+            simulation,
+            reference,
+            feedforward,
+            record: Record { sample_time: reference.sample_time, q: vec![Vec::new(); n], current: vec![Vec::new(); n] },
+            stop: None,
+            at: (0, 0, 0),
+            begin: (q.clone(), dq.clone()),
+            velocity: dq.clone(),
+            q,
+            dq,
+            sum_v: zeros(),
+            sum_a: zeros(),
+            tau: zeros(),
+            held: zeros(),
+            seen: zeros(),
+        };
+        run.control();
+        run
+    }
+
+    /// The record so far, and why it ends.
+    ///
+    /// Panics before the end.
+    pub(crate) fn ended(self) -> (Record, Stop) {
+        (self.record, self.stop.expect("the run was followed to its end"))
+    }
+
+    /// The state q, dq whose dynamics it needs; `None` at its end.
+    fn asks(&self) -> Option<(&[f64], &[f64])> {
+        self.stop.is_none().then_some((&self.q, &self.dq))
+    }
+
+    /// The controller at a sample: the encoder's position, its filtered backward difference, the limited torque.
+    fn control(&mut self) {
+        let (i, reference, simulation) = (self.at.0, self.reference, self.simulation);
+        if i >= reference.q.first().map_or(0, Vec::len) {
+            self.stop = Some(Stop::End);
+            return;
+        }
+        let (h, controller) = (reference.sample_time, simulation.controller);
+        let decay = (-controller.velocity_pole * h).exp();
+        for k in 0..self.q.len() {
+            let seen = quantised(self.q[k], simulation.quantum[k]);
+            if i > 0 {
+                self.velocity[k] = decay * self.velocity[k] + (1.0 - decay) * (seen - self.seen[k]) / h;
+            }
+            self.seen[k] = seen;
+            let asked = controller.proportional[k] * (reference.q[k][i] - seen)
+                + controller.derivative[k] * (reference.dq[k][i] - self.velocity[k])
+                + self.feedforward.map_or(0.0, |f| f[k][i]);
+            let limit = simulation.drives.greatest_torque[k];
+            let torque = asked.clamp(-limit, limit);
+            let current = torque / simulation.drives.gain[k];
+            // The record has the mean of the currents held before and after the instant.
+            self.record.q[k].push(self.q[k]);
+            self.record.current[k].push(if i == 0 { current } else { 0.5 * (self.held[k] + current) });
+            self.held[k] = current;
+            self.tau[k] = torque;
+        }
+    }
+
+    /// Goes on with A (n x n, row by row) and h of the state it asked about, which are used up.
+    fn take(&mut self, inertia: &mut [f64], bias: &mut [f64]) {
+        let (sample, step, stage) = self.at;
+        // ddq = A^-1 (tau - h - G).
+        let ddq = bias;
+        for (k, ddq) in ddq.iter_mut().enumerate() {
+            *ddq = self.tau[k] - *ddq - self.simulation.friction[k].torque(self.dq[k], self.tau[k]);
+        }
+        if !solve_positive(inertia, ddq) {
+            return self.break_down();
+        }
+        let h = self.reference.sample_time / self.simulation.substeps as f64;
+        let (weight, ahead) = STAGES[stage];
+        let (q0, v0) = &self.begin;
+        for k in 0..ddq.len() {
+            let first = if stage == 0 { 0.0 } else { 1.0 };
+            self.sum_v[k] = first * self.sum_v[k] + weight * self.dq[k];
+            self.sum_a[k] = first * self.sum_a[k] + weight * ddq[k];
+            let v = self.dq[k];
+            self.dq[k] = v0[k] + ahead * h * ddq[k];
+            self.q[k] = q0[k] + ahead * h * v;
+        }
+        if stage + 1 < STAGES.len() {
+            self.at.2 = stage + 1;
+            return;
+        }
+        for k in 0..self.q.len() {
+            self.q[k] = q0[k] + h / 6.0 * self.sum_v[k];
+            self.dq[k] = v0[k] + h / 6.0 * self.sum_a[k];
+        }
+        if !self.q.iter().chain(&self.dq).all(|x| x.abs() < 1e6) {
+            return self.break_down();
+        }
+        self.begin.0.copy_from_slice(&self.q);
+        self.begin.1.copy_from_slice(&self.dq);
+        self.at = (sample, step + 1, 0);
+        if step + 1 == self.simulation.substeps {
+            self.at = (sample + 1, 0, 0);
+            self.control();
+        }
+    }
+
+    fn break_down(&mut self) {
+        self.stop = Some(Stop::NotPhysical { time: self.at.0 as f64 * self.reference.sample_time });
+    }
+}
