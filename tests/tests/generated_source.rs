@@ -143,7 +143,8 @@ fn folder(name: &str) -> PathBuf {
 /// The part of `main` that calls each function of a module at all states.
 fn calls_of_c(m: &Module) -> String {
     let mut main = String::new();
-    for Function { name, inputs, outputs, .. } in m.functions.iter().map(|f| &f.function) {
+    for f in &m.functions {
+        let Function { name, inputs, outputs, .. } = &f.function;
         writeln!(main, "    for (k = 0; k < {STATES}; k++) {{").unwrap();
         for i in inputs {
             writeln!(main, "        double in_{}[{}];", i.name, i.entries.len()).unwrap();
@@ -161,6 +162,21 @@ fn calls_of_c(m: &Module) -> String {
         for o in outputs {
             let first = if o.columns == 1 { "" } else { "[0]" };
             writeln!(main, "        give(out_{}{first}, {});", o.name, o.entries.len()).unwrap();
+        }
+        if let Some(entries) = &f.entries {
+            // The function of the entries gives those of the whole, each at its place.
+            let (list, n) = (entries.list.to_ascii_lowercase(), entries.of.places.len());
+            let inputs: Vec<String> = f.function.inputs.iter().map(|i| format!("in_{}, ", i.name)).collect();
+            let (module, inputs, whole) = (&m.name, inputs.concat(), &outputs[0].name);
+            writeln!(
+                main,
+                "        double some[{n}];
+        {module}_{name}_non_zeros({inputs}some);
+        for (int e = 0; e < {n}; e++)
+            if (some[e] != out_{whole}[{module}_{list}[e][0]][{module}_{list}[e][1]] && some[e] == some[e])
+                return 1;"
+            )
+            .unwrap();
         }
         main += "    }\n";
     }
@@ -242,7 +258,8 @@ fn rust_agrees_with_the_tape() {
     for m in &modules {
         std::fs::write(folder.join(format!("{}.rs", m.name)), codegen::rust_file(m, "this test")).unwrap();
         writeln!(text, "#[allow(dead_code)]\nmod {};", m.name).unwrap();
-        for Function { name, inputs, outputs, .. } in m.functions.iter().map(|f| &f.function) {
+        for f in &m.functions {
+            let Function { name, inputs, outputs, .. } = &f.function;
             writeln!(main, "    for _ in 0..{STATES} {{").unwrap();
             let mut arguments = Vec::new();
             for i in inputs {
@@ -258,6 +275,20 @@ fn rust_agrees_with_the_tape() {
             for o in outputs {
                 let flat = if o.columns == 1 { "" } else { ".as_flattened()" };
                 writeln!(main, "        out_{}{flat}.iter().for_each(|x| println!(\"{{x:e}}\"));", o.name).unwrap();
+            }
+            if let Some(entries) = &f.entries {
+                let inputs: Vec<String> = inputs.iter().map(|i| format!("&in_{}, ", i.name)).collect();
+                let (module, list, n) = (&m.name, &entries.list, entries.of.places.len());
+                let (inputs, whole) = (inputs.concat(), &outputs[0].name);
+                writeln!(
+                    main,
+                    "        let mut some = [0.0_f64; {n}];
+        {module}::{name}_non_zeros({inputs}&mut some);
+        for (x, (row, column)) in some.iter().zip({module}::{list}) {{
+            assert_eq!(x.to_bits(), out_{whole}[row][column].to_bits());
+        }}"
+                )
+                .unwrap();
             }
             main += "    }\n";
         }

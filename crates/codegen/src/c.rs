@@ -16,11 +16,11 @@
 //! as many entries: those are read into variables first. The others are read where they are used, which spares the compiler
 //! to keep them, and may not overlap an output.
 
-use expr::{Constant, Documented, Expr, Function, Fusion, Module, Node, Operation, Value};
+use expr::{Constant, Documented, Entries, Expr, Function, Fusion, Module, Node, Operation, Value};
 
 use crate::c_sine;
 use crate::controller::Controller;
-use crate::steps::{Angle, Name, Step, in_line, is_read, names, steps};
+use crate::steps::{Angle, Name, Step, in_line, is_read, is_read_beside_sines, names, steps};
 
 /// A header and its source file.
 pub struct CFiles {
@@ -58,25 +58,31 @@ pub fn c_files(module: &Module, made_by: &str, header_name: &str) -> CFiles {
             source += &format!("\n{defined}");
         }
     }
-    // A sparse function has two forms: its non-zero entries, and all of them by calling that one.
+    // A function with zeros has two forms: the entries that tell all, and all of them by calling that one.
     for (documented, function) in &bound {
         let head = signature(prefix, function);
-        if documented.is_sparse {
-            let sparse = function.without_zeros(&format!("{}_non_zeros", function.name));
-            let sparse_head = signature(prefix, &sparse);
+        if let Some(Entries { list, of }) = &documented.entries {
+            let sparse = function.at_places(&format!("{}_non_zeros", function.name), &of.places);
             let n = sparse.outputs[0].rows;
-            let list = format!("const int {prefix}_non_zeros[{n}][2]");
-            header += "\n/* Row and column of each entry that is not always zero, row by row. */\n";
-            header += &format!("#define {upper}_N_NON_ZEROS {n}\nextern {list};\n");
+            let upper_triangle = if of.is_symmetric { " of the upper triangle" } else { "" };
+            let declared = format!("const int {prefix}_{}[{n}][2]", list.to_ascii_lowercase());
+            header +=
+                &format!("\n/* Row and column of each entry{upper_triangle} that is not always zero, row by row. */\n");
+            header += &format!("#define {upper}_N_{list} {n}\nextern {declared};\n");
             header += &format!(
-                "\n/* The entries of {prefix}_{} that are not always zero, in that order. */\n",
+                "\n/* The entries{upper_triangle} of {prefix}_{} that are not always zero, in that order. */\n",
                 function.name
             );
-            header += &format!("{sparse_head};\n");
-            let places = function.non_zeros(0).into_iter().map(|(row, column)| format!("    {{{row}, {column}}},\n"));
-            source += &format!("\n{list} = {{\n{}}};\n", places.collect::<String>());
+            header += &format!("{};\n", signature(prefix, &sparse));
+            let places = of.places.iter().map(|(row, column)| format!("    {{{row}, {column}}},\n"));
+            source += &format!("\n{declared} = {{\n{}}};\n", places.collect::<String>());
             source += &format!("\n{}\n{{\n{}}}\n", definition(prefix, &sparse), body(&sparse));
-            source += &format!("\n{head}\n{{\n{}}}\n", given_places(prefix, function, &sparse));
+            // A symmetric matrix that is filled from its list takes twice the time of the operations behind it.
+            if of.is_symmetric {
+                source += &format!("\n{}\n{{\n{}}}\n", definition(prefix, function), body(function));
+            } else {
+                source += &format!("\n{head}\n{{\n{}}}\n", given_places(prefix, function, &sparse));
+            }
         } else {
             source += &format!("\n{}\n{{\n{}}}\n", definition(prefix, function), body(function));
         }
@@ -233,7 +239,9 @@ fn body(function: &Function) -> String {
     let names: Vec<String> = places.iter().map(|name| operand(function, name)).collect();
     let mut steps = steps(function).into_iter().peekable();
     // Sines that are taken first read their angles where they are: nothing is stored yet.
-    if let Some(Step::SinCos(angles)) = steps.next_if(|step| matches!(step, Step::SinCos(_))) {
+    let first = steps.next_if(|step| matches!(step, Step::SinCos(_)));
+    let takes_sines_first = first.is_some();
+    if let Some(Step::SinCos(angles)) = first {
         let of: Vec<String> = angles.iter().map(|angle| in_place(function, &places[angle.angle])).collect();
         text += &c_sine::statements(&angles, &of, &names, in_a_row(function, &places, &angles));
     }
@@ -242,7 +250,8 @@ fn body(function: &Function) -> String {
         if read.is_empty() {
             text += &format!("    (void){};\n", input.name);
         }
-        for i in read.into_iter().filter(|_| may_be_an_output(function, k)) {
+        let is_read_later = |i: &usize| !takes_sines_first || is_read_beside_sines(function, k, *i);
+        for i in read.into_iter().filter(|_| may_be_an_output(function, k)).filter(is_read_later) {
             text += &format!("    const real {} = {}[{i}];\n", local(&input.name, i), input.name);
         }
     }

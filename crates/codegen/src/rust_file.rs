@@ -6,7 +6,7 @@ use quote::{format_ident, quote};
 
 use crate::controller::Controller;
 use crate::numbers::{Operations, real_trait};
-use crate::rust_function::{Lines, render, render_sparse};
+use crate::rust_function::{Lines, render, render_entries};
 use crate::steps::in_line;
 
 /// The file of `module`; `made_by` is the command that makes it again, for the banner.
@@ -24,11 +24,12 @@ pub fn rust_file(module: &Module, made_by: &str) -> String {
     let mut functions = Vec::new();
     for (documented, function) in &bound {
         let doc = doc_lines(&documented.doc);
-        functions.push(if documented.is_sparse {
-            render_sparse(function, &doc, &mut lines)
-        } else {
-            let body = render(function, &mut lines);
-            quote!(#doc #body)
+        functions.push(match &documented.entries {
+            Some(entries) => render_entries(function, entries, &doc, &mut lines),
+            None => {
+                let body = render(function, &mut lines);
+                quote!(#doc #body)
+            }
         });
     }
     let operations = operations(bound.iter().map(|(_, function)| function));

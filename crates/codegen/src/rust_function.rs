@@ -11,7 +11,7 @@
 
 use std::fmt::Write as _;
 
-use expr::{Expr, Function, Operation};
+use expr::{Entries, Expr, Function, Operation};
 use proc_macro2::{Ident, Literal, Span, TokenStream};
 use quote::{format_ident, quote};
 
@@ -99,14 +99,14 @@ pub(crate) fn render(bound: &Function, lines: &mut Lines) -> TokenStream {
     }
 }
 
-/// As `render`, but two functions: one gives every entry its place, and one writes only the entries that are not always
-/// zero. `doc` stands above the first, and the list of places above both. The operations stand once, in a third
+/// As `render`, but two functions: one gives every entry its place, and one writes only the entries that tell all.
+/// `doc` stands above the first, and the list of places above both. The operations stand once, in a third
 /// function that hands out entries. If the dense matrix were filled from the list, all entries would wait for the end
 /// and be spilled from their registers.
-pub(crate) fn render_sparse(bound: &Function, doc: &TokenStream, lines: &mut Lines) -> TokenStream {
-    let non_zeros = bound.non_zeros(0);
-    let (n, literal) = (Literal::usize_unsuffixed(non_zeros.len()), Literal::usize_unsuffixed);
-    let list = non_zeros.iter().map(|&(row, column)| {
+pub(crate) fn render_entries(bound: &Function, entries: &Entries, doc: &TokenStream, lines: &mut Lines) -> TokenStream {
+    let (places, is_symmetric) = (&entries.of.places, entries.of.is_symmetric);
+    let (n, literal) = (Literal::usize_unsuffixed(places.len()), Literal::usize_unsuffixed);
+    let list = places.iter().map(|&(row, column)| {
         let (row, column) = (literal(row), literal(column));
         quote!((#row, #column))
     });
@@ -114,8 +114,8 @@ pub(crate) fn render_sparse(bound: &Function, doc: &TokenStream, lines: &mut Lin
     let writer = Writer::new(bound);
     let statements = steps.iter().filter_map(|step| match *step {
         Step::Store { row, column, node, negative, .. } => {
-            // An entry that is zero is not in the list.
-            let k = non_zeros.binary_search(&(row, column)).ok()?;
+            // An entry that is zero or below the diagonal is not in the list.
+            let k = places.binary_search(&(row, column)).ok()?;
             let (sign, value) = (if negative { "-" } else { "" }, writer.operand(node));
             Some(Statement::Line(format!("set({k}, {row}, {column}, {sign}{value});")))
         }
@@ -123,35 +123,46 @@ pub(crate) fn render_sparse(bound: &Function, doc: &TokenStream, lines: &mut Lin
     });
     let body = lines.body(statements);
     let output = &bound.outputs[0];
-    let (entries, sparse) = (format_ident!("{}_entries", bound.name), format_ident!("{}_non_zeros", bound.name));
+    let (handed, sparse) = (format_ident!("{}_entries", bound.name), format_ident!("{}_non_zeros", bound.name));
     let (head, arguments, inputs) = (head(bound), input_arguments(bound), input_names(bound));
     let (y, zero) = (format_ident!("{}", output.name), quote!(R::from_f64(0.0)));
     let (rows, columns) = (literal(output.rows), literal(output.columns));
-    let (zeros, place) = match output.columns {
-        1 => (quote!([#zero; #rows]), quote!(|_, row, _, x| #y[row] = x)),
-        _ => (quote!([[#zero; #columns]; #rows]), quote!(|_, row, column, x| #y[row][column] = x)),
+    let (zeros, place) = match (output.columns, is_symmetric) {
+        (1, _) => (quote!([#zero; #rows]), quote!(|_, row, _, x| #y[row] = x)),
+        (_, false) => (quote!([[#zero; #columns]; #rows]), quote!(|_, row, column, x| #y[row][column] = x)),
+        (_, true) => {
+            let place = quote!(|_, row: usize, column: usize, x| {
+                #y[row][column] = x;
+                #y[column][row] = x;
+            });
+            (quote!([[#zero; #columns]; #rows]), place)
+        }
     };
-    let list_doc = " Row and column of each entry that is not always zero, row by row.";
-    let sparse_doc = format!(" The entries of `{}` that are not always zero, in the order of `NON_ZEROS`.", bound.name);
-    let entries_doc =
-        " Hands every entry that is not always zero to `set`, after its number in `NON_ZEROS`, row and column.";
+    let name = format_ident!("{}", entries.list);
+    let of = if is_symmetric { " of the upper triangle" } else { "" };
+    let list_doc = format!(" Row and column of each entry{of} that is not always zero, row by row.");
+    let sparse_doc =
+        format!(" The entries{of} of `{}` that are not always zero, in the order of `{name}`.", bound.name);
+    let entries_doc = format!(
+        " Hands every entry{of} that is not always zero to `set`, after its number in `{name}`, row and column."
+    );
     quote! {
         #[doc = #list_doc]
-        pub const NON_ZEROS: [(usize, usize); #n] = [#(#list),*];
+        pub const #name: [(usize, usize); #n] = [#(#list),*];
         #doc
         #[inline(always)]
         #head {
             *#y = #zeros;
-            #entries(#(#inputs,)* #place);
+            #handed(#(#inputs,)* #place);
         }
         #[doc = #sparse_doc]
         #[inline(always)]
         pub fn #sparse<R: Real>(#arguments #y: &mut [R; #n]) {
-            #entries(#(#inputs,)* |entry, _, _, x| #y[entry] = x);
+            #handed(#(#inputs,)* |entry, _, _, x| #y[entry] = x);
         }
         #[doc = #entries_doc]
         #[inline(always)]
-        pub fn #entries<R: Real>(#arguments mut set: impl FnMut(usize, usize, usize, R)) {
+        pub fn #handed<R: Real>(#arguments mut set: impl FnMut(usize, usize, usize, R)) {
             #body
         }
     }

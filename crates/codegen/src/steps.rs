@@ -127,7 +127,16 @@ pub(crate) fn names(function: &Function) -> Vec<Name> {
 
 /// Whether something reads this entry of an input.
 pub(crate) fn is_read(function: &Function, input: usize, entry: usize) -> bool {
+    is_read_by(function, input, entry, |_| true)
+}
+
+/// Whether something that is no sine or cosine reads this entry of an input.
+pub(crate) fn is_read_beside_sines(function: &Function, input: usize, entry: usize) -> bool {
+    is_read_by(function, input, entry, |node| !matches!(node, Node::Sin(_) | Node::Cos(_)))
+}
+
+fn is_read_by(function: &Function, input: usize, entry: usize, counts: impl Fn(&Node) -> bool) -> bool {
     let e = function.inputs[input].entries[entry];
-    function.graph().nodes().iter().any(|node| operands(*node).any(|o| o.abs() == e))
+    function.graph().nodes().iter().any(|node| counts(node) && operands(*node).any(|o| o.abs() == e))
         || function.outputs.iter().flat_map(|o| &o.entries).any(|o| o.abs() == e)
 }

@@ -89,6 +89,15 @@ pub trait Algebra {
     fn sqrt(&mut self, a: &Self::Value) -> Self::Value;
 }
 
+/// What [`Function::telling_places`] finds.
+#[derive(Clone, Debug, PartialEq)]
+pub struct TellingPlaces {
+    /// Row and column.
+    pub places: Vec<(usize, usize)>,
+    /// Whether the output is its own transpose: what is below the diagonal is not in the places.
+    pub is_symmetric: bool,
+}
+
 impl Function {
     /// Keeps the part of `graph` that the outputs need.
     pub fn new(name: &str, graph: &Graph, inputs: Vec<Input>, outputs: Vec<Output>) -> Function {
@@ -185,14 +194,25 @@ impl Function {
         places.map(|(i, _)| (i / o.columns, i % o.columns)).collect()
     }
 
-    /// The same operations, but each output has only the entries of [`Function::non_zeros`], in one column.
-    pub fn without_zeros(&self, name: &str) -> Function {
+    /// The places of an output that tell all of it, row by row: of a matrix that is its own transpose the upper triangle,
+    /// and none that is zero whatever the inputs are.
+    pub fn telling_places(&self, output: usize) -> TellingPlaces {
+        let o = &self.outputs[output];
+        let at = |row: usize, column: usize| o.entries[row * o.columns + column];
+        let mirrored = |row: usize| (0..row).all(|column| at(row, column) == at(column, row));
+        let is_symmetric = o.rows == o.columns && o.rows > 1 && (0..o.rows).all(mirrored);
+        let mut places = self.non_zeros(output);
+        places.retain(|(row, column)| !is_symmetric || row <= column);
+        TellingPlaces { places, is_symmetric }
+    }
+
+    /// The same operations, but the one output has only the entries of these places, in one column.
+    pub fn at_places(&self, name: &str, places: &[(usize, usize)]) -> Function {
         let mut function = Function { graph: self.graph.clone(), ..self.outline() };
         function.name = name.to_string();
-        for o in &mut function.outputs {
-            o.entries.retain(|e| !e.is_zero());
-            (o.rows, o.columns) = (o.entries.len(), 1);
-        }
+        let o = &mut function.outputs[0];
+        o.entries = places.iter().map(|(row, column)| o.entries[row * o.columns + column]).collect();
+        (o.rows, o.columns) = (o.entries.len(), 1);
         function
     }
 

@@ -19,8 +19,8 @@ mod slots;
 mod tape;
 
 pub use adjoint::{Adjoint, AdjointWorkspace};
-pub use function::{Algebra, Count, Function, Input, Output, operands};
+pub use function::{Algebra, Count, Function, Input, Output, TellingPlaces, operands};
 pub use fusion::{Fusion, Operation};
 pub use graph::{Expr, Graph, Node, Symbol, SymbolKind};
-pub use module::{Constant, Documented, Module, Value};
+pub use module::{Constant, Documented, Entries, Module, Value};
 pub use tape::{Tape, Workspace};

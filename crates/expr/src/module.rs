@@ -1,6 +1,6 @@
 //! Functions that share a file, with the comments for the reader of that file.
 
-use crate::function::Function;
+use crate::function::{Function, TellingPlaces};
 
 /// The content of one generated file, in whatever language.
 #[derive(Clone, Debug)]
@@ -48,9 +48,17 @@ pub struct Documented {
     pub doc: Vec<String>,
     /// The function itself.
     pub function: Function,
-    /// Whether the file also has a second function, which writes only the entries that are not zero for all inputs, and
-    /// the list of their places. Such a function has one output, and is the only one of its file.
-    pub is_sparse: bool,
+    /// What a second function of the file writes alone, where it has one. Such a function has one output.
+    pub entries: Option<Entries>,
+}
+
+/// The entries of a matrix that a function of their own writes.
+#[derive(Clone, Debug)]
+pub struct Entries {
+    /// The constant that lists their places: upper-case letters and underscores.
+    pub list: String,
+    /// The places.
+    pub of: TellingPlaces,
 }
 
 impl Module {
@@ -70,14 +78,24 @@ impl Module {
         self.constants.push(Constant { name: name.into(), doc: doc.into(), value });
     }
 
-    /// Adds a function with the lines of `doc`.
+    /// Adds a function with the lines of `doc`, and beside it the one of the entries that tell all of it, where these are
+    /// fewer than all of a matrix.
     pub fn function(&mut self, doc: &str, function: Function) {
-        self.functions.push(Documented { doc: doc.lines().map(String::from).collect(), function, is_sparse: false });
+        let entries = match &function.outputs[..] {
+            [o] if o.columns > 1 => {
+                let (of, list) = (function.telling_places(0), function.name.to_ascii_uppercase() + "_PLACES");
+                (of.places.len() < o.entries.len()).then_some(Entries { list, of })
+            }
+            _ => None,
+        };
+        self.functions.push(Documented { doc: doc.lines().map(String::from).collect(), function, entries });
     }
 
-    /// Adds a function with the lines of `doc`, and beside it the one that leaves out zeros.
-    pub fn sparse_function(&mut self, doc: &str, function: Function) {
-        self.functions.push(Documented { doc: doc.lines().map(String::from).collect(), function, is_sparse: true });
+    /// Adds the base regressor: the places of its entries are `NON_ZEROS`, however many they are.
+    pub fn regressor(&mut self, doc: &str, function: Function) {
+        let of = TellingPlaces { places: function.non_zeros(0), is_symmetric: false };
+        let entries = Some(Entries { list: "NON_ZEROS".into(), of });
+        self.functions.push(Documented { doc: doc.lines().map(String::from).collect(), function, entries });
     }
 }
 

@@ -132,7 +132,7 @@ fn robot_module(
     let tells = "Tells this function from that of any other robot or geometry.";
     module.constant("FINGERPRINT", tells, Value::Number(regressor.fingerprint()));
     let shape = "Y(q, dq, ddq), row by row: `y[i][c]` is the torque of coordinate i per unit of parameter c.";
-    module.sparse_function(shape, regressor);
+    module.regressor(shape, regressor);
     module
 }
 

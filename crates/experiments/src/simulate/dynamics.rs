@@ -64,17 +64,28 @@ impl Dynamics for RegressorDynamics<'_> {
     }
 }
 
+/// Instants whose dynamics are asked for at once.
+const AT_ONCE: usize = 64;
+
 /// A(q) ddq + h(q, dq) along a reference, N m, `[coordinate][instant]`.
 pub fn torques(dynamics: &dyn Dynamics, reference: &Reference) -> Vec<Vec<f64>> {
     let (n, count) = (dynamics.n_coordinates(), reference.q.first().map_or(0, Vec::len));
-    let (mut a, mut h) = (vec![0.0; n * n], vec![0.0; n]);
+    let (mut inertia, mut bias) = (vec![0.0; AT_ONCE * n * n], vec![0.0; AT_ONCE * n]);
     let mut found = vec![Vec::with_capacity(count); n];
-    for i in 0..count {
-        let at = |series: &[Vec<f64>]| series.iter().map(|x| x[i]).collect::<Vec<f64>>();
-        dynamics.fill(&at(&reference.q), &at(&reference.dq), &mut a, &mut h);
-        let ddq = at(&reference.ddq);
-        for (k, series) in found.iter_mut().enumerate() {
-            series.push(h[k] + a[k * n..(k + 1) * n].iter().zip(&ddq).map(|(a, x)| a * x).sum::<f64>());
+    let at = |series: &[Vec<f64>], i: usize| series.iter().map(|x| x[i]).collect::<Vec<f64>>();
+    for first in (0..count).step_by(AT_ONCE) {
+        let instants = first..count.min(first + AT_ONCE);
+        let states: Vec<(Vec<f64>, Vec<f64>)> =
+            instants.clone().map(|i| (at(&reference.q, i), at(&reference.dq, i))).collect();
+        let asked: Vec<(&[f64], &[f64])> = states.iter().map(|(q, dq)| (&q[..], &dq[..])).collect();
+        let m = asked.len();
+        dynamics.fill_each(&asked, &mut inertia[..m * n * n], &mut bias[..m * n]);
+        for (k, i) in instants.enumerate() {
+            let ddq = at(&reference.ddq, i);
+            let (a, h) = (&inertia[k * n * n..][..n * n], &bias[k * n..][..n]);
+            for (row, series) in found.iter_mut().enumerate() {
+                series.push(h[row] + a[row * n..(row + 1) * n].iter().zip(&ddq).map(|(a, x)| a * x).sum::<f64>());
+            }
         }
     }
     found
