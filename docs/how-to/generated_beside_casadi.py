@@ -1,16 +1,20 @@
-"""Generated Rust beside the C that casadi writes of the same robot, in one process: nanoseconds a call, the best of 60 turns.
+"""Generated Rust beside casadi's C of the same robot in its best form, in one process: nanoseconds a call, best of 60 turns.
 
     cargo build --release -p cli
     pip install casadi pin numpy
     python docs/how-to/generated_beside_casadi.py ROBOT.urdf
 
-casadi's functions are a Newton-Euler recursion in its own symbols, base parameters as inputs and all others structurally
-zero, the regressor as their Jacobian and its non-zeros alone; gcc compiles them in four ways, of which the best counts. Rust is
-`rist generate` with -C opt-level=3 -C target-cpu=native. Revolute and prismatic joints alone; needs gcc, objcopy and rustc.
+casadi's functions are in its own symbols, base parameters as inputs and all others structurally zero, with common
+subexpressions taken out: the regressor row by row, from the wrench of each body per unit of a parameter and how each joint
+moves the body; the torques by a Newton-Euler recursion; the inertia matrix by composite bodies, upper triangle. Only non-zeros
+are written, by either side. gcc, and clang where it is there, compile in several ways, of which the best counts; once
+with the library's sine and once with that of rist's C. Rust is `rist generate` with -C opt-level=3 -C target-cpu=native. Revolute and
+prismatic joints alone; needs gcc, objcopy and rustc.
 """
 
 import pathlib
 import re
+import shutil
 import subprocess
 import sys
 import tempfile
@@ -105,17 +109,87 @@ for j in range(links, 0, -1):
         force[parent] += carried
         moment[parent] += ca.mtimes(turn[j], moment[j]) + cross(place[j], carried)
 
-regressor = ca.jacobian(tau, x)
+
+
+def matrix(rows):
+    return sparse(ca.vertcat(*(ca.horzcat(*row) for row in rows)))
+
+
+def skew(a):
+    return matrix([[0, -a[2], a[1]], [a[2], 0, -a[0]], [-a[1], a[0], 0]])
+
+
+def by_inertia(a):
+    """I a = by_inertia(a) (xx, xy, yy, xz, yz, zz)."""
+    return matrix([[a[0], a[1], 0, a[2], 0, 0], [0, a[0], a[1], 0, a[2], 0], [0, 0, 0, a[0], a[1], a[2]]])
+
+
+def dot(a, b):
+    return ca.dot(ca.densify(a), ca.densify(b))
+
+
+def slides(j):
+    return model.joints[j].shortname().replace("JointModel", "")[0] == "P"
+
+
+# Row i of body j's columns: the wrench that moves it per unit of a parameter, times how joint i moves it.
+regressor, moves = ca.SX(n, 10 * links), [{} for _ in range(links + 1)]
+for j in range(1, links + 1):
+    for i, (angular, linear) in moves[model.parents[j]].items():
+        carried = sparse(ca.mtimes(turn[j].T, linear + cross(angular, place[j])))
+        moves[j][i] = (sparse(ca.mtimes(turn[j].T, angular)), carried)
+    moves[j][j] = (zero, axes[j]) if slides(j) else (axes[j], zero)
+    of_first = sparse(skew(dw[j]) + ca.mtimes(skew(w[j]), skew(w[j])))
+    of_inertia = sparse(by_inertia(dw[j]) + ca.mtimes(skew(w[j]), by_inertia(w[j])))
+    for i, (angular, linear) in moves[j].items():
+        first = ca.mtimes(of_first.T, linear) + cross(dv[j], angular)
+        row = ca.horzcat(dot(linear, dv[j]), ca.densify(first).T, ca.densify(ca.mtimes(of_inertia.T, angular)).T)
+        regressor[model.joints[i].idx_v, 10 * (j - 1) : 10 * j] = row
+regressor = ca.sparsify(regressor[:, base])
+
+# Composite bodies: mass, first moments and inertia of all that a joint carries, in its frame.
+mass, first, inertia = ([None] * (links + 1) for _ in range(3))
+for j in range(1, links + 1):
+    m, mx, my, mz, xx, xy, yy, xz, yz, zz = standard[10 * (j - 1) : 10 * j]
+    mass[j], first[j] = m, sparse(ca.vertcat(mx, my, mz))
+    inertia[j] = matrix([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
+inertia_matrix = ca.SX(n, n)
+for j in range(links, 0, -1):
+    f = sparse(mass[j] * axes[j]) if slides(j) else cross(axes[j], first[j])
+    about = cross(first[j], axes[j]) if slides(j) else sparse(ca.mtimes(inertia[j], axes[j]))
+    k = j
+    while k:
+        i, column = sorted((model.joints[k].idx_v, model.joints[j].idx_v))
+        inertia_matrix[i, column] = dot(axes[k], f if slides(k) else about)
+        f = sparse(ca.mtimes(turn[k], f))
+        about = sparse(ca.mtimes(turn[k], about) + cross(place[k], f))
+        k = model.parents[k]
+    parent = model.parents[j]
+    if parent:
+        h, p = sparse(ca.mtimes(turn[j], first[j])), place[j]
+        both = ca.mtimes(skew(p), skew(h))
+        shifted = -both - both.T - mass[j] * ca.mtimes(skew(p), skew(p))
+        inertia[parent] = sparse(inertia[parent] + ca.mtimes(ca.mtimes(turn[j], inertia[j]), turn[j].T) + shifted)
+        first[parent] = sparse(first[parent] + h + mass[j] * p)
+        mass[parent] = mass[parent] + mass[j]
+inertia_matrix = ca.sparsify(inertia_matrix)
+
 slopes = [ca.jacobian(tau, q), ca.jacobian(tau, dq)]
+best = {"cse": True}
 functions = {
-    "base_regressor": ca.Function("base_regressor", [q, dq, ddq], [regressor]),
-    "inverse_dynamics": ca.Function("inverse_dynamics", [q, dq, ddq, x], [ca.densify(tau)]),
-    "inertia_matrix": ca.Function("inertia_matrix", [q, x], [ca.triu(ca.jacobian(tau, ddq))]),
-    # Common subexpressions taken out, which casadi does not do by itself.
-    "derivatives": ca.Function("derivatives", [q, dq, ddq, x], [ca.horzcat(*slopes)], {"cse": True}),
+    "base_regressor": ca.Function("base_regressor", [q, dq, ddq], [regressor], best),
+    "inverse_dynamics": ca.Function("inverse_dynamics", [q, dq, ddq, x], [ca.densify(tau)], best),
+    "inertia_matrix": ca.Function("inertia_matrix", [q, x], [inertia_matrix], best),
+    "derivatives": ca.Function("derivatives", [q, dq, ddq, x], [ca.horzcat(*slopes)], best),
 }
 at = state()
 difference = pin.computeJointTorqueRegressor(model, data, *at)[:, base] - np.array(functions["base_regressor"](*at))
+values = random.uniform(0, 1, len(base))
+by_acceleration = ca.Function("by_acceleration", [q, x], [ca.triu(ca.jacobian(tau, ddq))])
+difference = max(
+    abs(difference).max(),
+    abs(np.array(functions["inertia_matrix"](at[0], values) - by_acceleration(at[0], values))).max(),
+)
 code = ca.CodeGenerator("robot.c")
 for function in functions.values():
     code.add(function)
@@ -126,15 +200,34 @@ def run(*words):
     subprocess.run(words, cwd=here, check=True)
 
 
-ways = ["-O3", "-O3 -fno-tree-slp-vectorize", "-O3 -ffast-math", "-O2 -ffast-math -fno-tree-slp-vectorize"]
-for k, flags in enumerate(ways):
-    run("gcc", *flags.split(), "-march=native", "-c", "robot.c", "-o", f"{k}.o")
+names = "inverse-dynamics,inertia-matrix,inverse-dynamics-derivatives"
+options = [urdf, "--rotor-inertia", "none", "--functions", names, "--quiet", "--out"]
+run(rist, "generate", *options, "arm.rs")
+run(rist, "generate", *options, "arm.c", "--language", "c")
+
+# The sine of rist's C in the place of the library's.
+ours = (here / "arm.c").read_text()
+fused = ours[ours.index("/* a b + c: rounded once") : ours.index("#define MUL_ADD")]
+sine = ours[ours.index("static inline void sin_cos_of_double") : ours.index("/* Within 1e-7 for")]
+(here / "robot_sine.c").write_text(f"""#include <math.h>
+#include <stdint.h>
+{fused}{sine}
+static inline double sine_of(double x) {{ double s, c; sin_cos_of_double(x, &s, &c); return s; }}
+static inline double cosine_of(double x) {{ double s, c; sin_cos_of_double(x, &s, &c); return c; }}
+#define sin sine_of
+#define cos cosine_of
+#include "robot.c"
+""")
+
+gcc = ["gcc " + flags for flags in ["-O3", "-O3 -fno-tree-slp-vectorize", "-O2 -fno-tree-slp-vectorize"]]
+clang = ["clang -O3", "clang -O3 -fno-slp-vectorize"] if shutil.which("clang") else []
+ways = [(way, source) for source in ("robot.c", "robot_sine.c") for way in gcc + clang]
+for k, (way, source) in enumerate(ways):
+    run(*way.split(), "-march=native", "-c", source, "-o", f"{k}.o")
     run("objcopy", *(f"--redefine-sym={name}=casadi{k}_{name}" for name in functions), f"{k}.o")
     keep = (f"--keep-global-symbol=casadi{k}_{name}" for name in functions)
     run("objcopy", *keep, f"{k}.o")
 
-names = "inverse-dynamics,inertia-matrix,inverse-dynamics-derivatives"
-run(rist, "generate", urdf, "--rotor-inertia", "none", "--functions", names, "--out", "arm.rs", "--quiet")
 source = (here / "arm.rs").read_text()
 p = int(re.search(r"PARAMETERS: \[&str; (\d+)\]", source)[1])
 entries = int(re.search(r"NON_ZEROS: \[\(usize, usize\); (\d+)\]", source)[1])
@@ -151,8 +244,8 @@ pub extern "C" fn rust_inverse_dynamics(q: &V, dq: &V, ddq: &V, x: &[f64; {p}], 
     arm::inverse_dynamics(q, dq, ddq, x, tau)
 }}
 #[unsafe(no_mangle)]
-pub extern "C" fn rust_inertia_matrix(q: &V, x: &[f64; {p}], a: &mut [V; {n}]) {{
-    arm::inertia_matrix(q, x, a)
+pub extern "C" fn rust_inertia_matrix(q: &V, x: &[f64; {p}], a: &mut [f64; arm::INERTIA_MATRIX_PLACES.len()]) {{
+    arm::inertia_matrix_non_zeros(q, x, a)
 }}
 #[unsafe(no_mangle)]
 pub extern "C" fn rust_derivatives(q: &V, dq: &V, ddq: &V, x: &[f64; {p}], y: &mut [[V; {n}]; 2]) {{
@@ -169,6 +262,7 @@ listed = ",".join("{" + ",".join(f"casadi{k}_{name}" for k in range(len(ways))) 
 #include <stdio.h>
 #include <stdlib.h>
 #include <time.h>
+#define WAYS {len(ways)}
 typedef int F(const double **, double **, long long *, double *, int);
 {declared}
 void rust_base_regressor(), rust_inverse_dynamics(), rust_inertia_matrix(), rust_derivatives();
@@ -179,43 +273,42 @@ static double now(void) {{
     return t.tv_sec * 1e9 + t.tv_nsec;
 }}
 int main(void) {{
-    F *all[4][4] = {{{listed}}};
+    F *all[4][WAYS] = {{{listed}}};
     for (int i = 0; i < 64 * {n}; i++) {{
         q[0][i] = 6. * rand() / RAND_MAX - 3, v[0][i] = 4. * rand() / RAND_MAX - 2, a[0][i] = 10. * rand() / RAND_MAX - 5;
     }}
     for (int i = 0; i < {max(p, len(base))}; i++) x[i] = 1. * rand() / RAND_MAX;
-    double best[20];
-    for (int i = 0; i < 20; i++) best[i] = 1e30;
-    int calls = 64 * 100;
+    double best[4][WAYS + 1];
+    for (int i = 0; i < 4 * (WAYS + 1); i++) best[0][i] = 1e30;
+    int calls = 64 * {100 if n < 12 else 10};
     for (int turn = 0; turn < 60; turn++)
-        for (int i = 0; i < 20; i++) {{
-            int f = i / 5, way = i % 5;
-            double begin = now();
-            for (int c = 0; c < calls; c++) {{
-                int s = c & 63;
-                const double *in[] = {{q[s], f == 2 ? x : v[s], a[s], x}};
-                double *out[] = {{y}};
-                if (way < 4) all[f][way](in, out, 0, memory, 0);
-                else if (f == 0) rust_base_regressor(q[s], v[s], a[s], y);
-                else if (f == 1) rust_inverse_dynamics(q[s], v[s], a[s], x, y);
-                else if (f == 2) rust_inertia_matrix(q[s], x, y);
-                else rust_derivatives(q[s], v[s], a[s], x, y);
+        for (int f = 0; f < 4; f++)
+            for (int way = 0; way <= WAYS; way++) {{
+                double begin = now();
+                for (int c = 0; c < calls; c++) {{
+                    int s = c & 63;
+                    const double *in[] = {{q[s], f == 2 ? x : v[s], a[s], x}};
+                    double *out[] = {{y}};
+                    if (way < WAYS) all[f][way](in, out, 0, memory, 0);
+                    else if (f == 0) rust_base_regressor(q[s], v[s], a[s], y);
+                    else if (f == 1) rust_inverse_dynamics(q[s], v[s], a[s], x, y);
+                    else if (f == 2) rust_inertia_matrix(q[s], x, y);
+                    else rust_derivatives(q[s], v[s], a[s], x, y);
+                }}
+                double each = (now() - begin) / calls;
+                if (each < best[f][way]) best[f][way] = each;
             }}
-            double each = (now() - begin) / calls;
-            if (each < best[i]) best[i] = each;
-        }}
-    for (int f = 0; f < 4; f++) {{
-        double least = 1e30;
-        for (int way = 0; way < 4; way++) if (best[5 * f + way] < least) least = best[5 * f + way];
-        printf("%.0f %.0f\\n", least, best[5 * f + 4]);
-    }}
+    for (int f = 0; f < 4; f++)
+        for (int way = 0; way <= WAYS; way++) printf("%.1f\\n", best[f][way]);
 }}
 """)
 objects = [f"{k}.o" for k in range(len(ways))]
 run("gcc", "-O2", "-w", "main.c", *objects, "librist.a", "-lm", "-lpthread", "-ldl", "-o", "main")
-timed = subprocess.run([here / "main"], capture_output=True, text=True, check=True).stdout.split()
-print(f"{urdf.stem}: {n} joints, {len(base)} base parameters (rist: {p}); casadi against pinocchio: {abs(difference).max():.0e}")
-print(f"{'function':<18} {'operations':>10} {'casadi, ns':>10} {'rist, ns':>10} {'ratio':>6}")
+timed = [float(x) for x in subprocess.run([here / "main"], capture_output=True, text=True, check=True).stdout.split()]
+print(f"{urdf.stem}: {n} joints, {len(base)} base parameters (rist: {p}); casadi against pinocchio: {difference:.0e}")
+print(f"{'function':<18} {'operations':>10} {'casadi, ns':>10} {'our sine':>10} {'rist, ns':>10} {'ratios':>11}")
 for k, (name, function) in enumerate(functions.items()):
-    c, rust = float(timed[2 * k]), float(timed[2 * k + 1])
-    print(f"{name:<18} {function.n_instructions():>10} {c:>10.0f} {rust:>10.0f} {c / rust:>6.2f}")
+    of = timed[k * (len(ways) + 1) : (k + 1) * (len(ways) + 1)]
+    library, own, rust = min(of[: len(ways) // 2]), min(of[len(ways) // 2 : -1]), of[-1]
+    counted = f"{name:<18} {function.n_instructions():>10} {library:>10.0f} {own:>10.0f} {rust:>10.0f}"
+    print(f"{counted} {library / rust:>5.2f} {own / rust:>5.2f}")
