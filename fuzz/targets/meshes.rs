@@ -1,4 +1,4 @@
-//! A mesh, read as STL and as OBJ, and the solid about it.
+//! A mesh, read as STL, as OBJ and as Collada, and the solid about it.
 //!
 //! Laws: the solid holds every vertex; its distance from a ball is not larger than that of any vertex.
 #![no_main]
@@ -12,7 +12,7 @@ use libfuzzer_sys::fuzz_target;
 use robot::Pose;
 
 fuzz_target!(|data: &[u8]| {
-    for path in ["mesh.stl", "mesh.obj"].map(Path::new) {
+    for path in ["mesh.stl", "mesh.obj", "mesh.dae"].map(Path::new) {
         if let Ok(vertices) = parse_vertices(data, path) {
             held(&vertices);
         }

@@ -11,6 +11,7 @@ mod agreement;
 mod angle_snap;
 mod assembly;
 pub mod closure;
+mod collada;
 mod collision;
 pub mod convention;
 mod error;
@@ -32,6 +33,7 @@ mod relation;
 mod robot;
 pub mod value;
 pub mod vector;
+mod xml_bounds;
 
 pub use collision::{Collision, CollisionShape};
 pub use error::{Error, Place};

@@ -1,11 +1,12 @@
-//! The vertices and triangles of a mesh file: STL, binary and text, and OBJ.
+//! The vertices of a mesh file: STL, binary and text, OBJ and Collada; and the triangles of the first two.
 //!
 //! Normals, textures and names are not read. A face of an OBJ with more corners than three is cut into a fan.
 //!
-//! Not here: where a file is looked for; Collada.
+//! Not here: where a file is looked for; the scene of a Collada ([`crate::collada`]).
 
 use std::path::Path;
 
+use crate::collada;
 use crate::vector::Vector3;
 
 /// The vertices of a file, as often as they stand there; `path` tells the format and stands in messages.
@@ -15,17 +16,19 @@ pub fn vertices(bytes: &[u8], path: &Path) -> Result<Vec<Vector3>, String> {
     let read = match format(path)? {
         Format::Stl => stl(bytes),
         Format::Obj => text_vertices(bytes, "v"),
+        Format::Collada => collada::vertices(bytes),
     };
     read.map_err(|what| format!("{}: {what}", path.display()))
 }
 
-/// The triangles of a file; as [`vertices`].
+/// The triangles of a file; as [`vertices`]. Of a Collada none are read: no format that asks for them has one.
 pub fn triangles(bytes: &[u8], path: &Path) -> Result<Vec<[Vector3; 3]>, String> {
     let corners = vertices(bytes, path)?;
     let fail = |what: String| format!("{}: {what}", path.display());
     match format(path)? {
         Format::Stl => Ok(corners.chunks_exact(3).map(|t| [t[0], t[1], t[2]]).collect()),
         Format::Obj => faces(bytes, &corners).map_err(fail),
+        Format::Collada => Err(fail("triangles are read from .stl and .obj".into())),
     }
 }
 
@@ -33,6 +36,7 @@ pub fn triangles(bytes: &[u8], path: &Path) -> Result<Vec<[Vector3; 3]>, String>
 enum Format {
     Stl,
     Obj,
+    Collada,
 }
 
 /// Fails where the extension is of no format that is read.
@@ -45,11 +49,12 @@ fn format(path: &Path) -> Result<Format, String> {
     match kind.as_str() {
         "stl" => Ok(Format::Stl),
         "obj" => Ok(Format::Obj),
+        "dae" => Ok(Format::Collada),
         _ => {
             let (path, stem) = (path.display(), path.with_extension("stl"));
             let stem = stem.display();
             Err(format!(
-                "{path}: meshes are read from .stl and .obj: convert it (assimp export {path} {stem}, or MeshLab)"
+                "{path}: meshes are read from .stl, .obj and .dae: convert it (assimp export {path} {stem}, or MeshLab)"
             ))
         }
     }

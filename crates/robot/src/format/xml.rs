@@ -5,12 +5,7 @@ use roxmltree::{Document, ParsingOptions};
 use crate::error::Error;
 use crate::format::node::Source;
 use crate::format::shown::shown;
-
-/// More elements than this are no robot.
-const MAX_XML_NODES: u32 = 2_000_000;
-/// No element of a description has more attributes. The time to find one that stands twice grows as the square of their
-/// number.
-const MAX_ATTRIBUTES_PER_ELEMENT: usize = 256;
+use crate::xml_bounds::{MAX_ATTRIBUTES_PER_ELEMENT, MAX_XML_NODES, crowded};
 
 /// The document of a text; `kind` names what it should be.
 ///
@@ -52,17 +47,6 @@ pub(in crate::format) fn root_tag(text: &str) -> &str {
     let tag = rest.strip_prefix('<').unwrap_or("");
     let tag = tag.split(|c: char| c.is_whitespace() || matches!(c, '>' | '/')).next().unwrap_or("");
     tag.rsplit(':').next().unwrap_or(tag)
-}
-
-/// Line and tag of the first element with too many attributes.
-fn crowded(text: &str) -> Option<(usize, &str)> {
-    let tags = text.match_indices('<').map(|(at, _)| (at, &text[at + 1..]));
-    let is_element = |rest: &str| !rest.starts_with(['!', '?', '/']);
-    let inside =
-        tags.filter(|(_, rest)| is_element(rest)).map(|(at, rest)| (at, rest.split('>').next().unwrap_or(rest)));
-    let (at, tag) = { inside }
-        .find(|(_, tag)| tag.matches('=').take(MAX_ATTRIBUTES_PER_ELEMENT + 1).count() > MAX_ATTRIBUTES_PER_ELEMENT)?;
-    Some((1 + text[..at].matches('\n').count(), tag.split_whitespace().next().unwrap_or("")))
 }
 
 #[cfg(test)]
