@@ -2,7 +2,7 @@
 //! nothing, and stay small however long the log is.
 
 use tests::planar_log::{HEADER, log_of};
-use tests::program::{folder, rist};
+use tests::program::{LIMITED_ARM, folder, rist};
 use tests::random::Random;
 use tests::{model, model_path, test_robot_path};
 
@@ -120,6 +120,34 @@ fn a_plan_has_a_picture_a_motion() {
     }
 }
 
+/// With its model a plan is proved for the page, without one its file is quoted; what is loosened by hand shows.
+#[test]
+fn a_page_proves_a_plan_or_says_who_claims() {
+    let here = folder("plan_proof_page");
+    std::fs::write(here.join("arm.yaml"), LIMITED_ARM).unwrap();
+    let arm = "arm.yaml".to_string();
+    let plan =
+        ["plan", &arm, "-n", "6", "--starts", "2", "--nodes", "60", "--configurations", "8", "--out", "plan.yaml"];
+    assert_eq!(rist(&here, &plan).code, Some(0));
+    let page = |plan: &str, model: &[&str]| {
+        let run = rist(&here, &[&["report", "--plan", plan, "--out", "page.html"], model].concat());
+        assert_eq!(run.code, Some(0), "{}", run.err);
+        std::fs::read_to_string(here.join("page.html")).unwrap()
+    };
+    let (quoted, proved) = (page("plan.yaml", &[]), page("plan.yaml", &["--model", &arm]));
+    assert!(quoted.contains("The file says that the plan is at least") && !quoted.contains("Found again"));
+    assert!(proved.contains("Found again from the plan and the model: proven again: D-efficiency at least"));
+    assert!(
+        proved.contains(": proven, between samples too: position of ") && !proved.contains("says that the plan is at")
+    );
+    assert!(!proved.contains("class=\"unproven\""));
+    let text = std::fs::read_to_string(here.join("plan.yaml")).unwrap();
+    let line = text.lines().find(|line| line.starts_with("d_efficiency_at_least: ")).unwrap();
+    std::fs::write(here.join("more.yaml"), text.replace(line, "d_efficiency_at_least: 0.9999999")).unwrap();
+    let more = page("more.yaml", &["--model", &arm]);
+    assert!(more.contains("class=\"unproven\">Found again") && more.contains("BROKEN: the file says D-efficiency"));
+}
+
 /// Each coordinate within its limits, the path of the tip and every parameter; found again, the same charts. A limit that
 /// is broken by hand is said.
 #[test]
@@ -166,7 +194,11 @@ fn a_motion_is_drawn_within_its_limits() {
     // Without the model: what the motion itself tells, and that its certificate was not found anew.
     assert_eq!(rist(&here, &report).code, Some(0));
     assert_eq!(drawn(&text("again.html")).len(), 6 * 4 + 1);
-    assert!(text("again.html").contains("read from the file of the motion"));
+    let again = text("again.html");
+    assert!(again.contains("The file says: proven, between samples too: ") && !again.contains("found from the motion"));
+    for said in ["encoder zero: assumed 0", "and no safety function"] {
+        assert!(page.contains(said) && again.contains(said), "{said}");
+    }
 
     let broken = text("motion.yaml").replacen("centre: ", "centre: 9 # ", 1);
     std::fs::write(here.join("broken.yaml"), broken).unwrap();

@@ -24,7 +24,8 @@ use rist::output::{check_output, write_file};
 ///
 /// With the model of an estimate from logs, the logs are read once more: torques, residuals, their spectrum, friction and
 /// limits are drawn, and parameters have their rules and meanings. With the model of a motion its limits are proved once
-/// more, and its torques and the path of its tip are drawn.
+/// more, and its torques and the path of its tip are drawn. So is a plan with its model. Without one, what a file says of
+/// itself is told as that.
 #[derive(Args)]
 pub(crate) struct Arguments {
     #[command(flatten)]
@@ -64,10 +65,18 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
         Some(path) => Some(read_motion(path, model.as_ref())?),
         None => None,
     };
+    let plan_proof = match (&model, &plan, &files.plan) {
+        (Some(model), Some(plan), Some(path)) => {
+            at_work(format_args!("proving {}", path.display()));
+            Some(rist::plan_proof(model, path, plan)?)
+        }
+        _ => None,
+    };
     let command = command();
     let (page, pictures) = rist::page::page(&PageRequest {
         model: model.as_ref(),
         plan: plan.as_ref(),
+        plan_proof: plan_proof.as_ref(),
         motion: motion.as_ref().map(|(artefact, portrait)| ShownMotion { artefact, portrait }),
         estimate: estimate.as_ref(),
         against: against.as_ref().map(|(name, other)| (name.as_str(), other)),

@@ -74,10 +74,14 @@ pub fn motion(shown: ShownMotion) -> MotionPart {
     let ShownMotion { artefact, portrait } = shown;
     let rows = &portrait.certificate;
     let ledger = portrait.ledger();
-    let whose = match portrait.is_found_anew {
-        true => "found from the motion and the model",
-        false => "read from the file of the motion; rist check finds it from the motion and the model",
+    let proof = match portrait.is_found_anew {
+        true => format!("{ledger}. The certificate is found from the motion and the model."),
+        false => format!(
+            "The file says: {ledger}. Nobody proved it for this page; rist check does, from the motion and the model."
+        ),
     };
+    let margins = portrait.margins.as_ref().map(|margins| margins.text()).unwrap_or_default();
+    let margins: Vec<String> = margins.lines().map(str::to_string).collect();
     let in_words = |row: &CertificateRow| {
         let joint = portrait.joints.iter().find(|joint| joint.coordinate == row.subject);
         row.in_words(joint.and_then(|joint| joint.is_prismatic))
@@ -96,10 +100,10 @@ pub fn motion(shown: ShownMotion) -> MotionPart {
     let (scale, parameters) = visible(&artefact.parameters);
     MotionPart {
         summary: artefact.in_words(),
-        proof: format!("{ledger}. The certificate is {whose}."),
+        proof,
         is_proven: ledger.is_kept(),
         limits: limits.collect(),
-        notes: [&portrait.notes[..], &ledger.left_out_sentences()].concat(),
+        notes: [&portrait.notes[..], &ledger.left_out_sentences(), &margins].concat(),
         joints: portrait.joints.iter().enumerate().map(charts).collect(),
         tip: portrait.tip.as_ref().map(|tip| tip.name.clone()),
         path: of_tip(shown).map(|(_, plane, chart)| figure(plane, chart)).collect(),

@@ -15,10 +15,24 @@ use crate::number::{percent, significant};
 use crate::plot::Plot;
 use crate::timeline::Timeline;
 
+/// What was found again of a plan from its model.
+#[derive(Clone, Debug)]
+pub struct PlanProof {
+    /// What its proof is worth, in a sentence.
+    pub worth: String,
+    /// How each experiment stands, by name.
+    pub experiments: Vec<(String, String)>,
+    /// Whether all of it is proven.
+    pub is_kept: bool,
+}
+
 /// A plan of experiments.
 #[derive(Serialize)]
 pub(crate) struct PlanPart {
     summary: String,
+    worth: String,
+    is_kept: bool,
+    proofs: Vec<(String, String)>,
     open: String,
     rows: Vec<Experiment>,
     motions: Vec<Figure>,
@@ -36,8 +50,8 @@ struct Experiment {
     gain: String,
 }
 
-/// The plan in words and rows.
-pub(crate) fn plan(plan: &ExperimentPlan) -> PlanPart {
+/// The plan in words and rows; what its file says of itself is told as that.
+pub(crate) fn plan(plan: &ExperimentPlan, proof: Option<&PlanProof>) -> PlanPart {
     let trajectories = plan.trajectories("").unwrap_or_default();
     let duration = |k: usize| trajectories.get(k).map(|t| seconds(&t.reference()));
     let row = |(k, e): (usize, &PlannedExperiment)| Experiment {
@@ -55,16 +69,25 @@ pub(crate) fn plan(plan: &ExperimentPlan) -> PlanPart {
     let origin = origin(plan.seal);
     PlanPart {
         summary: format!(
-            "{origin}{} experiments out of {} candidates show {} of {} parameters. The plan is at least {} as good as the best of its \
-             size (D-efficiency); its condition number is {:.1}, and no plan has less than {:.1}.",
+            "{origin}{} experiments out of {} candidates. The file says that they show {} of {} parameters, and that their \
+             condition number is {:.1}, while no plan has less than {:.1}.",
             plan.experiments.len(),
             plan.candidates,
             plan.rank,
             plan.parameters.len(),
-            percent(plan.d_efficiency_at_least),
             plan.cond_fro,
             plan.cond_fro_at_least
         ),
+        worth: match proof {
+            Some(proof) => format!("Found again from the plan and the model: {}.", proof.worth),
+            None => format!(
+                "The file says that the plan is at least {} as good as the best of its size (D-efficiency). Nobody proved it or the \
+                 limits of the experiments for this page; rist check does, from the plan and the model.",
+                percent(plan.d_efficiency_at_least)
+            ),
+        },
+        is_kept: proof.is_none_or(|proof| proof.is_kept),
+        proofs: proof.map(|proof| proof.experiments.clone()).unwrap_or_default(),
         open: open.join(", "),
         rows: plan.experiments.iter().enumerate().map(row).collect(),
         motions: motions(plan),

@@ -14,7 +14,7 @@ use crate::compact::compact;
 use crate::comparison::{Comparison, Other, comparison};
 use crate::drawing::Drawing;
 use crate::excitation::{self, MOTION_TIME, MotionPart, ShownMotion};
-use crate::experiments::{self, PlanPart, VALIDATION_TIME, ValidationPart};
+use crate::experiments::{self, PlanPart, PlanProof, VALIDATION_TIME, ValidationPart};
 use crate::grades::{self, Grades, class};
 use crate::information::{self, MapPart};
 use crate::joints::{self, Joint, LOG_TIME};
@@ -37,6 +37,8 @@ pub struct Page<'a> {
     pub subject: Option<Subject<'a>>,
     /// The experiments that were planned.
     pub plan: Option<&'a ExperimentPlan>,
+    /// What was found again of them.
+    pub plan_proof: Option<&'a PlanProof>,
     /// The exciting motion.
     pub motion: Option<ShownMotion<'a>>,
     /// The parameters.
@@ -201,7 +203,7 @@ impl Page<'_> {
             condition: estimate.and_then(|e| e.condition_number).filter(|x| x.is_finite()).map(|x| format!("{x:.0}")),
             tenths: estimate.map(tenths).unwrap_or_default(),
             remarks: estimate.map(|e| e.remarks.clone()).unwrap_or_default(),
-            plan: self.plan.map(experiments::plan),
+            plan: self.plan.map(|plan| experiments::plan(plan, self.plan_proof)),
             motion: self.motion.map(excitation::motion),
             validation: self.validation.map(experiments::validation),
             facts: self.facts(),

@@ -16,7 +16,7 @@ pub mod compact;
 pub mod comparison;
 pub mod drawing;
 pub mod excitation;
-mod experiments;
+pub mod experiments;
 mod frame;
 mod grades;
 pub mod identification;

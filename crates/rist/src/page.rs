@@ -3,6 +3,7 @@
 use report::comparison::Other;
 use report::identification::{Page, Subject};
 
+pub use report::experiments::PlanProof;
 pub use report::identification::Origin;
 
 use crate::Estimate;
@@ -21,6 +22,8 @@ pub struct PageRequest<'a> {
     pub model: Option<&'a Model>,
     /// The experiments that were planned.
     pub plan: Option<&'a ExperimentPlan>,
+    /// What was found again of them: [`crate::played_file::plan_proof`].
+    pub plan_proof: Option<&'a PlanProof>,
     /// The exciting motion, with what is drawn of it: [`crate::motion_portrait`].
     pub motion: Option<ShownMotion<'a>>,
     /// The parameters.
@@ -63,9 +66,9 @@ pub fn page(request: &PageRequest) -> (String, Vec<(String, String)>) {
         described: described.as_deref(),
     });
     let path = request.model.map(|model| model.path.display().to_string());
-    let PageRequest { plan, motion, estimate, portrait, validation, verdict, origin, .. } = *request;
+    let PageRequest { plan, plan_proof, motion, estimate, portrait, validation, verdict, origin, .. } = *request;
     let origin = Origin { model: path.as_deref(), ..origin };
     let against = request.against.map(|(name, estimate)| Other { name, estimate });
-    let page = Page { subject, plan, motion, estimate, against, portrait, validation, verdict, origin };
+    let page = Page { subject, plan, plan_proof, motion, estimate, against, portrait, validation, verdict, origin };
     (spelled(&page.html(), request.reader), page.pictures())
 }

@@ -7,6 +7,7 @@ use experiments::motion::point_trajectory::{Interpolation, PointTrajectory};
 use experiments::plan::experiment_plan::ExperimentPlan;
 use linear_model::artefact::Kind;
 use logs::{ColumnNames, Table};
+use report::experiments::PlanProof;
 use robot::format::read_text;
 
 use crate::checking::{Checked, check};
@@ -116,6 +117,19 @@ impl PlayedFile {
             }),
         }
     }
+}
+
+/// What is found again of a plan, for a page.
+///
+/// Fails as a check of it does.
+pub fn plan_proof(model: &Model, file: &Path, plan: &ExperimentPlan) -> Result<PlanProof, Error> {
+    let checked = PlayedFile::Plan(Box::new(plan.clone())).check(model, file, None, &CheckRequest::default())?;
+    let stands = |(name, checked): &(String, Checked)| (name.clone(), checked.ledger().to_string());
+    Ok(PlanProof {
+        worth: checked.worth.as_ref().map(|worth| worth.sentence.clone()).unwrap_or_default(),
+        experiments: checked.parts.iter().map(stands).collect(),
+        is_kept: checked.faults().is_empty(),
+    })
 }
 
 fn worth(plan: &ExperimentPlan, found: Option<f64>) -> Worth {
