@@ -240,7 +240,18 @@ fn a_motion_goes_to_a_robot_and_back() {
     holds(
         &run,
         0,
-        &["way there: proven", "motion: proven", "way back: proven", "not tried on a controller", "safety function"],
+        &[
+            "way there: proven",
+            "motion: proven",
+            "way back: proven",
+            "not tried on a controller",
+            "safety function",
+            "warm-up: friction falls",
+            "repetition: it begins and ends at rest",
+            "stop where a joint strays from its set point",
+            "stop where a torque is far above what is proven of it without dry friction, N m (N): q1 ",
+            "a stop at the limits of acceleration takes q",
+        ],
     );
     for never in ["where the robot stands is not given", "approach and return", "limit of"] {
         assert!(!run.out.replace("assumed: limit of", "").contains(never), "{never}: {}", run.out);

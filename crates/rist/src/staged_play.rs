@@ -19,6 +19,7 @@ use crate::checking_courses::check_points;
 use crate::error::Error;
 use crate::model::Model;
 use crate::play::{UR_CB3_HZ, UR_E_SERIES_HZ};
+use crate::play_advice::advice;
 use crate::request::{CheckRequest, Controller, PlayRequest, Request};
 
 /// A motion as a controller plays it.
@@ -88,17 +89,30 @@ pub fn staged_play(
         parts.iter_mut().for_each(|(_, checked)| checked.left_out.retain(|out| out.matter != Matter::Approach));
         reference = joined(&there.reference(played.rate), &reference, &back.reference(played.rate));
     }
+    let advice = advice(&played, &parts, names);
     let text = match request.controller {
-        Controller::UrE | Controller::UrCb3 => servo_script(&reference),
+        Controller::UrE | Controller::UrCb3 => comments(&advice) + &servo_script(&reference),
         Controller::Franka => trajectory_file(&reference, names, played.rate, TrajectoryFormat::Csv),
-        Controller::Ros2 => trajectory_file(&reference, names, played.rate, TrajectoryFormat::RosYaml),
+        Controller::Ros2 => {
+            comments(&advice) + &trajectory_file(&reference, names, played.rate, TrajectoryFormat::RosYaml)
+        }
     };
-    Ok(StagedPlay { text, template: template(names), parts, notes: notes(request, &reference, &played) })
+    let notes = notes(request, &reference, &played).into_iter().chain(advice).collect();
+    Ok(StagedPlay { text, template: template(names), parts, notes })
 }
 
-/// What the ways are held to: accelerations and jerks that nobody else gives are those of the motion.
+/// Sentences as comments of URScript and YAML; the reader of a file knows no flags.
+fn comments(sentences: &[String]) -> String {
+    sentences.iter().map(|line| format!("# {}\n", line.replace("[limits=FILE]", "a limits file"))).collect()
+}
+
+/// What the ways are held to: accelerations and jerks that nobody else gives are those of the motion, and so are margins.
 fn of_ways(asked: &CheckRequest, motion: &ExcitingMotion) -> CheckRequest {
     let mut limits = asked.limits.clone().unwrap_or_default();
+    if let Some(margins) = &motion.margins {
+        let names: Vec<String> = motion.joints.iter().map(|joint| joint.coordinate.clone()).collect();
+        limits.margins = margins.errors.held_to(&limits.margins, &names);
+    }
     for joint in &motion.joints {
         let (all, own) = (&limits.all, limits.coordinates.entry(joint.coordinate.clone()).or_default());
         if all.slowed.or(own.slowed).is_none() {
