@@ -28,6 +28,7 @@ import xml.etree.ElementTree as xml
 import numpy as np
 
 from description import Fault, parse_yaml, read_description, read_urdf
+from margins import Margins, stopping_limits
 
 E = 2.0**-52  # twice the rounding of an operation
 TINY = 1e-300
@@ -327,13 +328,15 @@ class Parts:
         off = sum(o * (self.half**k / math.factorial(k)) for k, (_, o) in enumerate(self.derivatives[d:]))
         return terms, (rest + off + 16 * E * sum(np.abs(x) for x in terms)) * (1 + 16 * E)
 
-    def forms(self, d, names):
+    def forms(self, d, names, off=None):
+        """Of the d-th derivative; `off`: how far each joint may be from it."""
         terms, rest = self.taylor(d)
         x0, x1, r = terms[0], terms[1], rest
         if len(terms) > 2:
             x0, r = x0 + 0.5 * terms[2], r + 0.5 * np.abs(terms[2])
         r = r + sum(np.abs(x) for x in terms[3:])
-        return {name: Form(x0[k], x1[k], r[k] * (1 + 8 * E)) for k, name in enumerate(names)}
+        off = off or {}
+        return {name: Form(x0[k], x1[k], (r[k] + off.get(name, 0.0)) * (1 + 8 * E)) for k, name in enumerate(names)}
 
     def range(self, d):
         """Least and greatest of the d-th derivative, [joint, part]."""
@@ -520,7 +523,7 @@ def gap_rows(robot, certificate, theirs, mine, floor):
             splits = [(subject[: m.start()], subject[m.end() :]) for m in re.finditer(" and ", subject)]
             pair = next((s for s in splits if s[0] in bodies and s[1] in bodies), None)
             if pair:
-                found = (subject, float(row["bound"]), *pair)
+                found = (subject, float(row["bound"]) - float(row.get("margin") or 0.0), *pair)
         else:
             continue
         rows.append((row["limit"], *found)) if found else unknown.append(f"{row['limit']} of {subject}")
@@ -538,9 +541,10 @@ def gap_rows(robot, certificate, theirs, mine, floor):
     return rows, unknown, bodies
 
 
-def prove_gap(robot, pieces, names, bodies, row):
-    """The room of a gap above its bound."""
+def prove_gap(robot, pieces, names, bodies, row, margins):
+    """The room of a gap above its bound, with what errors of joints and bodies take of it."""
     _, _, bound, body, other = row
+    has_margins = margins.bodies > 0 or any(margins.joints.values())
     carrier, solids = bodies[body]
     is_plane = not isinstance(other, str)
     against, opposite = (None, []) if is_plane else bodies[other]
@@ -561,7 +565,7 @@ def prove_gap(robot, pieces, names, bodies, row):
         return np.where(parts.half > 1e-5, np.maximum(seen, 1e-9), seen)[None]
 
     def look(parts):
-        q, count = parts.forms(0, names), len(parts.middle)
+        q, count = parts.forms(0, names, margins.joints), len(parts.middle)
         (turn, shift) = pose(own, q)
         held, seen = np.full(count, np.inf), np.full(count, np.inf)
         if is_plane:
@@ -569,9 +573,9 @@ def prove_gap(robot, pieces, names, bodies, row):
             turn, shift, turn_off, shift_off = ends((turn, shift), count)
             for vertices, radius in solids:
                 least = (np.einsum("peij,vj,i->pev", turn, vertices, n) + (shift @ n)[:, :, None]).min(2)
-                away = off(vertices, turn_off, shift_off, np.tile(n, (count, 1))) + 1e-12 + radius
+                away = off(vertices, turn_off, shift_off, np.tile(n, (count, 1))) + 1e-12 + radius + margins.bodies
                 held = np.minimum(held, least.min(1) - away - height)
-                seen = np.minimum(seen, least.mean(1) - radius - height)
+                seen = np.minimum(seen, least.mean(1) - (away if has_margins else radius) - height)
             return held[None], guarded(seen, parts)
         back = transposed(turn)
         inverse = (back, [-x for x in turned(back, shift)])
@@ -581,13 +585,13 @@ def prove_gap(robot, pieces, names, bodies, row):
                 # The balls about the vertices tell cheaply what is far.
                 far = np.sqrt(((a.mean(0) - shift - np.einsum("peij,j->pei", turn, b.mean(0))) ** 2).sum(2)).min(1)
                 balls = sum(np.sqrt(((x - x.mean(0)) ** 2).sum(1)).max() for x in (a, b)) + ra + rb + bound
-                away = (turn_off @ np.abs(b).max(0) + shift_off).sum(1) + 1e-12
+                away = (turn_off @ np.abs(b).max(0) + shift_off).sum(1) + 1e-12 + 2 * margins.bodies
                 proven, reached = far - balls - 2 * away - 1e-3, far - balls
                 near = np.flatnonzero(proven < 0)
                 if len(near):
                     enough = bound + ra + rb + away[near]
                     _, p, s = separate(a, b, turn[near], shift[near], enough)
-                    proven[near], reached[near] = p - enough, s - bound - ra - rb + away[near]
+                    proven[near], reached[near] = p - enough, s - enough + (0 if has_margins else 2 * away[near])
                 held, seen = np.minimum(held, proven), np.minimum(seen, reached)
         return held[None], guarded(seen, parts)
 
@@ -695,16 +699,25 @@ def check(model, motion_file, limits_file=None, as_given=False, out=print):
     flat += [j["centre"] for j in motion["joints"]]
     if not all(isinstance(x, (int, float)) and math.isfinite(x) for x in flat):
         raise Fault(f"{motion_file}: a coefficient is no number")
-    pieces, limits = pieces_of(motion), held_limits(robot, motion, file)
+    margins = Margins(file, motion, names)
+    pieces, limits = pieces_of(motion), margins.narrow(held_limits(robot, motion, file))
     share = float(motion.get("effort_share", 1.0))
     share = share if 0 < share <= 1 else 1.0
     rows, result = prove_series(robot, pieces, names, limits)
     good = tell(rows, result, out)
     told = [f"{sum(row[0] == kind for row in rows)} {kind}" for kind in KINDS]
+    stopping, stops = stopping_limits(motion)
+    if stops:
+        still, result = prove_series(robot, pieces, names, stopping)
+        good = tell([("stopping", *row[1:]) for row in still], result, out) and good
+        told.append(stops)
     unseen = []
     if robot.has_dynamics and any(kind in ("effort", "power") for _, kind in limits):
         efforts, result = prove_efforts(robot, pieces, names, limits, share)
         good = tell(efforts, result, out) and good
+        if margins.payload:
+            loaded, result = prove_efforts(margins.loaded(robot), pieces, names, limits, share)
+            good = tell([(f"{kind} with the payload", *row) for kind, *row in loaded], result, out) and good
         rows += efforts
         told += [f"{sum(row[0] == kind for row in efforts)} {kind}" for kind in ("effort", "power")]
     else:
@@ -722,7 +735,7 @@ def check(model, motion_file, limits_file=None, as_given=False, out=print):
         if row[0] == "distance":
             row = (*row[:2], max(row[2], float(mine.get("distance") or 0.0)), *row[3:])
             bounds.append(row[2])
-        good = tell([(row[0], row[1], "")], prove_gap(robot, pieces, names, bodies, row), out) and good
+        good = tell([(row[0], row[1], "")], prove_gap(robot, pieces, names, bodies, row, margins), out) and good
     told += [f"{sum(row[0] == kind for row in gaps)} {kind}" for kind in ("distance", "region")]
     # What nobody looked at.
     named = {frozenset(row[3:5]) for row in gaps if row[0] == "distance"}
@@ -736,6 +749,7 @@ def check(model, motion_file, limits_file=None, as_given=False, out=print):
     unseen += [f"shape of {text}" for text in robot.unread]
     if not floors:
         unseen.append("a floor: neither the limits file nor the motion has one")
+    unseen += margins.unseen()
     alone = sorted({row[0] for row in rows if row[2] == ALONE})
     if alone:
         unseen.append(f"limits of {', '.join(alone)} are as the motion's file has them: nothing else gives one")
@@ -745,7 +759,7 @@ def check(model, motion_file, limits_file=None, as_given=False, out=print):
         unseen.append("torques of an estimate: those of the description are held")
     unseen += [
         "the way to the first pose and from the last",
-        "what is no part of the description: calibration, tracking, payload, cables, errors of meshes",
+        "what is no part of the description: cables; torques and velocities of tracking errors",
         "fingerprint, criterion and parameters of the motion's file",
     ]
     for text in unseen:

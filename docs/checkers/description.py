@@ -13,6 +13,8 @@ import xml.etree.ElementTree as xml
 
 import numpy as np
 
+import collada
+
 
 class Fault(Exception):
     """A file that cannot be read."""
@@ -391,8 +393,12 @@ def mesh(path, name):
         else:
             words = re.findall(rb"vertex\s+(\S+)\s+(\S+)\s+(\S+)", data)
             found = np.array([[float(x) for x in word] for word in words])
+    elif file.suffix.lower() == ".dae":
+        found = collada.vertices(data)
+        if isinstance(found, str):
+            return f"mesh {name}: {found}"
     else:
-        return f"mesh {name}: meshes are read from .stl and .obj"
+        return f"mesh {name}: meshes are read from .stl, .obj and .dae"
     return np.unique(found, axis=0) if len(found) else f"mesh {name}: it has no vertex"
 
 

@@ -89,7 +89,7 @@ fn the_last_line_tells_all(out: &str) {
         "proven, between samples too: position of 3, ",
         "distance of 4, floor of upper and of fore, region of ",
         "; floor at z = 0.05 m, lowest point 0.0",
-        "; assumed: distance of upper and column and of fore and upper; NOT looked at: approach and return",
+        "; assumed: distance of upper and column and of fore and upper, margins; NOT looked at: approach and return",
     ];
     said.iter().for_each(|said| assert!(last.contains(said), "`{said}` is not in {last}"));
     assert!(!last.contains("BROKEN") && !out.contains("every limit"), "{out}");
@@ -238,7 +238,10 @@ fn what_a_user_signs_is_said() {
     let limits = "space: {floor: none, accept: [[fore, post, the forearm is soft]]}";
     let signed = run(limits, &quick);
     let end = last(&signed.out);
-    assert!(end.contains("; no floor, lowest point ") && end.contains("assumed: distance of 3, floor;"), "{end}");
+    assert!(
+        end.contains("; no floor, lowest point ") && end.contains("assumed: distance of 3, floor, margins;"),
+        "{end}"
+    );
     assert!(
         signed.out.contains("distance of fore and post: assumed by the user: the forearm is soft\n"),
         "{}",

@@ -35,6 +35,12 @@ const ARM: &str = r#"<robot name="arm">
 
 const LIMITS: &str = "\
 all: {power: 300}
+margins:
+  encoder_zero: 0.002
+  tracking: {turn: 0.01, grip: 0.001}
+  calibration: 0.001
+  mesh: 0.0005
+  payload: {link: left, mass: 0.5, centre_of_mass: [0.02, 0, 0], inertia: {xx: 0.0001, yy: 0.0001, zz: 0.0001}}
 space:
   floor: 0.05
   distance: 0.03
@@ -114,8 +120,11 @@ const fn defect(file: &'static str, from: &'static str, to: &'static str, code: 
     Defect { file, from, to, code, says }
 }
 
+/// Keys of margins that the defects raise.
+const MARGINS: [&str; 4] = ["encoder_zero", "turn: ", "calibration", "mass: 0.5"];
+
 /// One of each kind.
-const DEFECTS: [Defect; 15] = [
+const DEFECTS: [Defect; 20] = [
     defect(
         "motion.yaml",
         "coordinate: turn\n  centre: ",
@@ -141,6 +150,11 @@ const DEFECTS: [Defect; 15] = [
         1,
         "BROKEN: region of fore at the least y of box 1 of the limits file",
     ),
+    defect("limits.yaml", "encoder_zero: 0.002", "encoder_zero: {lift: 1}", 1, "BROKEN: position of lift"),
+    defect("limits.yaml", "turn: 0.01", "turn: 0.5, bend: 0.2", 1, "BROKEN: region of fore at "),
+    defect("limits.yaml", "calibration: 0.001", "calibration: 0.2", 1, "BROKEN: distance of "),
+    defect("limits.yaml", "mass: 0.5", "mass: 60", 1, "BROKEN: effort with the payload of "),
+    defect("motion.yaml", "      way: ", "      way: 0.001 #", 1, "BROKEN: stopping of "),
     defect(
         "motion.yaml",
         "subject: fore and post",
@@ -166,11 +180,36 @@ fn a_motion_is_proven_anew_without_rist_and_each_defect_is_found() {
     excite(&folder, &["arm.urdf", "--limits", "limits.yaml", "--out", "motion.yaml"]);
     let found = checker(&folder, "check_motion.py", &["arm.urdf", "motion.yaml", "--limits", "limits.yaml"]);
     assert_eq!(found.code, Some(0), "{}{}", found.out, found.err);
-    for said in ["4 position, 4 velocity, 4 acceleration, 4 jerk, 4 effort, 4 power, ", " distance, ", " region; "] {
+    for said in [
+        "4 position, 4 velocity, 4 acceleration, 4 jerk, ",
+        "stopping takes at most ",
+        "4 effort, 4 power, ",
+        " distance, ",
+        " region; ",
+    ] {
         assert!(found.out.contains(said), "no `{said}` in {}", found.out);
     }
     let motion = std::fs::read_to_string(folder.join("motion.yaml")).unwrap();
     DEFECTS.iter().for_each(|defect| found_out(&folder, defect, &motion));
+    // Greater margins of a user: rist finds the same.
+    for Defect { file, from, to, .. } in
+        DEFECTS.iter().filter(|defect| MARGINS.iter().any(|key| defect.from.contains(key)))
+    {
+        assert_eq!(*file, "limits.yaml");
+        std::fs::write(folder.join("wide.yaml"), LIMITS.replacen(from, to, 1)).unwrap();
+        let found = rist(&folder, &["check", "arm.urdf", "motion.yaml", "--limits", "wide.yaml"]);
+        assert!(found.code == Some(1) && found.out.contains("BROKEN: "), "{to}: {}{}", found.out, found.err);
+    }
+    // Those of the motion's own file count where the user gives none, and where they are greater.
+    std::fs::write(folder.join("none.yaml"), &LIMITS[..LIMITS.find("margins:").unwrap()]).unwrap();
+    for limits in ["none.yaml", "limits.yaml"] {
+        let found = rist(&folder, &["check", "arm.urdf", "motion.yaml", "--limits", limits]);
+        assert_eq!(found.code, Some(0), "{}{}", found.out, found.err);
+        for said in ["calibration: 0.001 m, the proof", "payload: none to 0.5 kg on left", "cover stopping"] {
+            assert!(found.out.contains(said), "{limits}: no `{said}` in {}", found.out);
+        }
+        assert!(!found.out.contains("assumed: margins"), "{limits}: {}", found.out);
+    }
     // A row that is taken away is a pair that nobody looked at.
     let at = motion.find("- limit: distance\n  subject: fore and post\n").unwrap();
     let next = at + 1 + motion[at + 1..].find("\n- limit: ").unwrap();

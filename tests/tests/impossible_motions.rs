@@ -274,7 +274,7 @@ fn a_check_says_whose_limits_it_proves() {
         "limit of acceleration, jerk, power: assumed by the motion's file: a limit that stands nowhere else is as ",
         "distance: not looked at, because the description has no collision geometry; ",
         "floor: not looked at, because the description has no collision geometry, ",
-        "; assumed: limit of 3; NOT looked at: distance, floor, approach and return\n",
+        "; assumed: limit of 3, margins; NOT looked at: distance, floor, approach and return\n",
         "effort and power are held to 0.9 of their limits",
     ] {
         assert!(plain.out.contains(line), "{line}: {}", plain.out);
@@ -283,8 +283,11 @@ fn a_check_says_whose_limits_it_proves() {
     let whole = run(&["motion.yaml", "--limits", "made.yaml"]);
     assert_eq!(whole.code, Some(0), "{}", whole.err);
     assert!(whole.out.contains("jerk          as in the limits file"), "{}", whole.out);
+    assert!(!whole.out.contains("assumed by the motion's file"), "{}", whole.out);
     assert!(
-        !whole.out.contains("assumed") && whole.out.ends_with("NOT looked at: distance, floor, approach and return\n")
+        whole.out.ends_with("; assumed: margins; NOT looked at: distance, floor, approach and return\n"),
+        "{}",
+        whole.out
     );
 
     // Loosened by hand, and broken: the motion's own limits do not notice it, those of the file do.

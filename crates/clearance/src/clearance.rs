@@ -30,8 +30,10 @@ pub struct Gap {
     pub subject: String,
     /// Whether both sides are links of the robot.
     pub is_own: bool,
-    /// m.
+    /// m, with the margin.
     pub bound: f64,
+    /// What of the bound is there for errors of joints and bodies, m.
+    pub margin: f64,
     /// Room above the bound that a search keeps for what happens between its instants, m.
     pub reserve: f64,
     /// The moving links, by name, that the two bodies belong to; of one body its own twice.

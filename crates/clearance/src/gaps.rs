@@ -9,6 +9,7 @@ use std::path::Path;
 use robot::{JointKind, Pose, Robot};
 
 use crate::bodies::{Body, bodies};
+use crate::body_errors::BodyErrors;
 use crate::clearance::{Against, Clearance, Gap};
 use crate::half_space::HalfSpace;
 use crate::kinematic_tree::KinematicTree;
@@ -29,6 +30,8 @@ pub struct Rules {
     pub floor: FloorRule,
     /// Where bodies must stay.
     pub half_spaces: Vec<HalfSpace>,
+    /// How far bodies may be from where the joints put them.
+    pub errors: BodyErrors,
 }
 
 /// Which floor there is.
@@ -44,8 +47,8 @@ pub enum FloorRule {
 
 impl Default for Rules {
     fn default() -> Rules {
-        let (accepted, half_spaces) = (vec![], vec![]);
-        Rules { own_links: true, distance: None, accepted, floor: FloorRule::OfBase(None), half_spaces }
+        let (accepted, half_spaces, errors) = (vec![], vec![], BodyErrors::default());
+        Rules { own_links: true, distance: None, accepted, floor: FloorRule::OfBase(None), half_spaces, errors }
     }
 }
 
@@ -111,8 +114,7 @@ impl Clearance {
         for wall in 0..clearance.half_spaces.len() {
             clearance.add_wall(wall, situation, &poses)?;
         }
-        clearance.rates = clearance.rates(&clearance.told_ranges);
-        Ok(clearance)
+        Ok(clearance.with_rates(&rules.errors))
     }
 
     /// No gaps: nothing says how far joints move that are found numerically.
@@ -180,6 +182,7 @@ impl Clearance {
                     subject,
                     is_own: true,
                     bound: 0.0,
+                    margin: 0.0,
                     reserve: RESERVE_M,
                     carriers: [body.carrier.clone(), other.carrier.clone()],
                     body: a,

@@ -9,6 +9,7 @@
 #![warn(missing_docs)]
 
 pub mod bodies;
+pub mod body_errors;
 pub mod clearance;
 pub mod gaps;
 pub mod half_space;

@@ -90,6 +90,7 @@ impl Clearance {
                 subject: format!("{} at {name}", body.name),
                 is_own: false,
                 bound: 0.0,
+                margin: 0.0,
                 reserve: RESERVE_M,
                 carriers: [body.carrier.clone(), body.carrier.clone()],
                 body: at,

@@ -49,17 +49,22 @@ impl KnownLoad {
     pub fn from_yaml(file: &str, text: &str) -> Result<KnownLoad, Error> {
         let error = |message: String| Error { place: Place { file: file.into(), ..Place::default() }, message };
         let load: KnownLoad = yaml::read(text).map_err(|e| error(format!("this is no load: {e}")))?;
-        let at_centre = KnownLoad { centre_of_mass: [0.0; 3], ..load.clone() };
-        let finite = load.part().parameters().iter().all(|x| x.is_finite());
-        let i = load.inertia;
+        load.fault().map_or(Ok(load), |fault| Err(error(fault)))
+    }
+
+    /// Why no body has these figures, if so.
+    pub fn fault(&self) -> Option<String> {
+        let at_centre = KnownLoad { centre_of_mass: [0.0; 3], ..self.clone() };
+        let finite = self.part().parameters().iter().all(|x| x.is_finite());
+        let i = self.inertia;
         // A point has no moments, so zero is allowed; the rounding of the eigenvalues is that of the largest one.
-        let least = -1e-12 * (i.xx.abs() + i.yy.abs() + i.zz.abs() + load.mass.abs());
-        if !finite || load.mass <= 0.0 || smallest_eigenvalue(&at_centre.part().parameters()) < least {
-            let message = "no body has this mass and inertia: a positive mass is needed, in kg, and moments about the \
-                           centre of mass of which none exceeds the sum of the other two, in kg m^2";
-            return Err(error(message.into()));
-        }
-        Ok(load)
+        let least = -1e-12 * (i.xx.abs() + i.yy.abs() + i.zz.abs() + self.mass.abs());
+        let is_none = !finite || self.mass <= 0.0 || smallest_eigenvalue(&at_centre.part().parameters()) < least;
+        is_none.then(|| {
+            "no body has this mass and inertia: a positive mass is needed, in kg, and moments about the centre of mass of \
+             which none exceeds the sum of the other two, in kg m^2"
+                .into()
+        })
     }
 
     /// Its contribution to the base parameters of the map. Fails when the robot has no such link.

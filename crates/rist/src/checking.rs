@@ -3,13 +3,14 @@
 use std::path::Path;
 
 use experiments::excitation::artefact::ExcitingMotion;
+use experiments::excitation::error_margins::ErrorMargins;
 use experiments::excitation::fitting::Obligations;
 use experiments::excitation::gap_proof::Gap;
 use experiments::excitation::held_limits::{HeldLimit, held, kinds_of_motion_alone};
 use experiments::excitation::ledger::{LowestPoint, MotionLedger};
 use experiments::excitation::left_out::{LeftOut, Matter};
 use experiments::excitation::limits::{CoordinateLimits, LimitKind, LimitsFile, given};
-use experiments::excitation::margins::Margins;
+use experiments::excitation::margins::{self, Margins, with_margins};
 use experiments::excitation::motion::Motion;
 use experiments::excitation::proof::{CertificateRow, DescribedTorque, EnclosedTorque};
 use experiments::excitation::space_limits::{Floor, SpaceLimits};
@@ -17,7 +18,8 @@ use experiments::excitation::space_limits::{Floor, SpaceLimits};
 use crate::adapters::surroundings::RobotSurroundings;
 use crate::described::torque_left_out;
 use crate::error::Error;
-use crate::exciting::{KnownTorque, identified_torque};
+use crate::exciting::identified_torque;
+use crate::known_torque::KnownTorque;
 use crate::model::Model;
 use crate::request::CheckRequest;
 
@@ -82,20 +84,25 @@ pub fn check(model: &Model, file: &Path, artefact: &ExcitingMotion, request: &Ch
         )));
     }
     let (limits, origins) = held_limits(model, file, artefact, &motion, asked)?;
+    let errors = margins_of(artefact, file, names, asked)?;
+    let limits =
+        with_margins(&errors, names, &limits).map_err(|what| Error::new(format_args!("{}: {what}", file.display())))?;
 
     // Torques.
     let identified = request.after.as_ref().map(|estimate| identified_torque(model, names, estimate)).transpose()?;
-    let known = KnownTorque::new(model, identified.as_ref());
+    let known = KnownTorque::new(model, identified.as_ref()).with_payload(model, errors.payload.as_ref())?;
+    let loaded = known.loaded.as_ref().map(|(loaded, _)| loaded as &dyn EnclosedTorque);
     let torque = known.enclosure.as_ref().map(|torque| DescribedTorque {
         torque: torque as &dyn EnclosedTorque,
         friction: known.friction.clone(),
         share: artefact.effort_share,
+        loaded,
     });
 
     // Bodies.
     let nothing = SpaceLimits::default();
     let user = asked.and_then(|asked| asked.space.as_ref()).unwrap_or(&nothing);
-    let surroundings = RobotSurroundings::new(model, user, Some(&artefact.space), &limits)?;
+    let surroundings = RobotSurroundings::new(model, user, Some(&artefact.space), &limits, &errors)?;
     let obligations =
         Obligations { limits: &limits, names, torque: torque.as_ref(), surroundings: surroundings.some() };
     let certificate = obligations.certificate(&motion);
@@ -106,12 +113,25 @@ pub fn check(model: &Model, file: &Path, artefact: &ExcitingMotion, request: &Ch
     left_out.extend(limits_of_file(&origins));
     left_out.extend(torques_of_file(artefact, request).filter(|_| torque.is_some()));
     left_out.push(LeftOut::approach());
+    left_out.extend(margins::left_out(&errors));
     let seals =
         [artefact.seal.note(file.display()), after_note(request), beyond_own_list(artefact, surroundings.gaps())];
     let notes = seals.into_iter().flatten().chain(notes(artefact, torque.is_some(), &origins)).collect();
     let (floor, lowest) = (surroundings.floor(), surroundings.lowest(&motion));
-    let margins = Margins::new(&certificate, &limits, names, surroundings.mesh_error());
+    let margins = Margins::new(&motion, &certificate, &obligations, &errors, surroundings.mesh_error());
     Ok(Checked { certificate, left_out, floor, lowest, margins, notes, limits, origins })
+}
+
+/// The margins of the user, and what the motion's own file has more.
+fn margins_of(
+    artefact: &ExcitingMotion,
+    file: &Path,
+    names: &[String],
+    asked: Option<&LimitsFile>,
+) -> Result<ErrorMargins, Error> {
+    let own = artefact.margins.as_ref().map(|margins| margins.errors.clone()).unwrap_or_default();
+    own.fault(names).map_or(Ok(()), |fault| Err(Error::new(format_args!("{}: {fault}", file.display()))))?;
+    Ok(asked.map_or(own.clone(), |asked| own.held_to(&asked.margins, names)))
 }
 
 /// Where the estimate that tells the torques is not as it was written.

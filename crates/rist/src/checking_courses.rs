@@ -6,11 +6,12 @@
 use std::path::Path;
 
 use experiments::excitation::course::Course;
+use experiments::excitation::error_margins::ErrorMargins;
 use experiments::excitation::fitting::Obligations;
 use experiments::excitation::held_limits::{HeldLimit, Origin};
 use experiments::excitation::left_out::{LeftOut, Matter};
 use experiments::excitation::limits::{AskedLimits, CoordinateLimits, LimitKind, LimitsFile, given};
-use experiments::excitation::margins::Margins;
+use experiments::excitation::margins::{self, Margins, asked_with_margins};
 use experiments::excitation::polynomial_course::PolynomialCourse;
 use experiments::excitation::space_limits::SpaceLimits;
 use experiments::motion::point_trajectory::{Interpolation, PointTrajectory};
@@ -24,7 +25,8 @@ use crate::adapters::surroundings::RobotSurroundings;
 use crate::checking::{Checked, after_note};
 use crate::described::torque_left_out;
 use crate::error::Error;
-use crate::exciting::{KnownTorque, identified_torque};
+use crate::exciting::identified_torque;
+use crate::known_torque::KnownTorque;
 use crate::model::Model;
 use crate::request::CheckRequest;
 
@@ -133,15 +135,16 @@ pub fn points_of_table(model: &Model, table: &Table, names: &ColumnNames) -> Res
         .map_err(|what| Error::new(format_args!("{}: {what}", table.file)))
 }
 
-/// What description and request give, one per coordinate.
+/// What description and request give, one per coordinate, narrowed by the margins of the joints.
 pub(crate) fn limits_of_request(model: &Model, file: Option<&LimitsFile>) -> Result<Vec<AskedLimits>, Error> {
     let refused = |what: String| Error::new(format_args!("{}: {what}", model.path.display()));
     let (nothing, names) = (Default::default(), model.regressor().coordinates());
     let file = file.unwrap_or(&nothing);
     file.check_names(names).map_err(refused)?;
     let one = |(name, coordinate): (&String, &robot::Coordinate)| {
-        given(&coordinate.limits, &file.of(name), &file.all)
-            .map_err(|what| refused(format!("coordinate {name}: {what}")))
+        let found = given(&coordinate.limits, &file.of(name), &file.all)
+            .and_then(|found| asked_with_margins(found, file.margins.of_joint(name)));
+        found.map_err(|what| refused(format!("coordinate {name}: {what}")))
     };
     names.iter().zip(&model.robot.coordinates).map(one).collect()
 }
@@ -183,6 +186,7 @@ pub(crate) struct CourseCheck<'a> {
     limits: Vec<CoordinateLimits>,
     known: KnownTorque<'a>,
     surroundings: RobotSurroundings,
+    errors: ErrorMargins,
 }
 
 impl<'a> CourseCheck<'a> {
@@ -192,11 +196,12 @@ impl<'a> CourseCheck<'a> {
         let names = model.regressor().coordinates();
         let identified =
             request.after.as_ref().map(|estimate| identified_torque(model, names, estimate)).transpose()?;
-        let known = KnownTorque::new(model, identified.as_ref());
+        let errors = request.limits.as_ref().map(|limits| limits.margins.clone()).unwrap_or_default();
+        let known = KnownTorque::new(model, identified.as_ref()).with_payload(model, errors.payload.as_ref())?;
         let nothing = SpaceLimits::default();
         let user = request.limits.as_ref().and_then(|limits| limits.space.as_ref()).unwrap_or(&nothing);
-        let surroundings = RobotSurroundings::new(model, user, None, &limits)?;
-        Ok(CourseCheck { model, request, asked, jumps, limits, known, surroundings })
+        let surroundings = RobotSurroundings::new(model, user, None, &limits, &errors)?;
+        Ok(CourseCheck { model, request, asked, jumps, limits, known, surroundings, errors })
     }
 
     /// What the experiments of plans are held to.
@@ -210,6 +215,11 @@ impl<'a> CourseCheck<'a> {
             slack: PLAN_ROUNDING,
         };
         CourseCheck::new(model, request, asked, jumps)
+    }
+
+    /// The torques.
+    pub(crate) fn known(&self) -> &KnownTorque<'a> {
+        &self.known
     }
 
     /// The bodies.
@@ -231,9 +241,10 @@ impl<'a> CourseCheck<'a> {
         let (names, limits) = (self.model.regressor().coordinates(), &self.limits);
         let torque = self.known.described(1.0, limits);
         let surroundings = self.surroundings.some();
-        let certificate = Obligations { limits, names, torque: torque.as_ref(), surroundings }.certificate(course);
+        let obligations = Obligations { limits, names, torque: torque.as_ref(), surroundings };
+        let certificate = obligations.certificate(course);
         Checked {
-            margins: Margins::new(&certificate, limits, names, self.surroundings.mesh_error()),
+            margins: Margins::new(course, &certificate, &obligations, &self.errors, self.surroundings.mesh_error()),
             certificate,
             left_out: self.left_out(),
             floor: self.surroundings.floor(),
@@ -260,6 +271,7 @@ impl<'a> CourseCheck<'a> {
         }
         left_out.extend(unbounded(names, asked, &self.limits, &self.jumps, self.request));
         left_out.push(LeftOut::approach());
+        left_out.extend(margins::left_out(&self.errors));
         left_out
     }
 }

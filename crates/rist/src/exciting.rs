@@ -11,15 +11,13 @@ use experiments::excitation::gap_proof::Gap;
 use experiments::excitation::ledger::MotionLedger;
 use experiments::excitation::left_out::LeftOut;
 use experiments::excitation::limits::{CoordinateLimits, LimitKind, motion_limits};
+use experiments::excitation::margins::{self, Margins, with_margins};
 use experiments::excitation::motion::{Motion, Shape};
 use experiments::excitation::no_motion::NoMotion;
 use experiments::excitation::problem::Problem;
-use experiments::excitation::proof::{
-    CertificateRow, DescribedFriction, DescribedTorque, EnclosedTorque, IdentifiedTorque,
-};
+use experiments::excitation::proof::{CertificateRow, IdentifiedTorque};
 use experiments::excitation::search::{Found, search};
 use experiments::excitation::space_limits::{Floor, SpaceLimits};
-use experiments::excitation::torque_wall::TorqueWall;
 use experiments::excitation::visibility::{JointNoise, Visibility, visibility};
 use experiments::simulate::dynamics::RegressorDynamics;
 use experiments::simulate::setup::SimulationSetup;
@@ -33,12 +31,12 @@ pub use numerics::interruption::Interruption;
 
 use crate::adapters::regressor_slope::RegressorSlope;
 use crate::adapters::surroundings::RobotSurroundings;
-use crate::adapters::torque_enclosure::TorqueEnclosure;
 use crate::after_estimate::{identified_friction, prior_rows, residual_noise};
 use crate::described::{described_friction, described_values, torque_left_out, torque_noise};
 use crate::error::Error;
 pub use crate::excite_timing::default_period;
 use crate::excite_timing::timing;
+use crate::known_torque::KnownTorque;
 use crate::model::Model;
 use crate::proved_motion::{ProvedMotion, cost_note, proved};
 use crate::request::ExciteRequest;
@@ -55,25 +53,28 @@ pub fn excite(model: &Model, request: &ExciteRequest, progress: &ExciteProgress)
     let friction = request.check_motion()?;
     let regressor = RegressorSlope::new(model)?;
     let names = regressor.coordinates().to_vec();
-    let (limits, mut notes) = limits_and_notes(model, &regressor, request)?;
+    let (stated, mut notes) = limits_and_notes(model, &regressor, request)?;
+    let of_model = |what| Error::new(format_args!("{}: {what}", model.path.display()));
+    let errors = request.limits.as_ref().map(|limits| limits.margins.clone()).unwrap_or_default();
+    let limits = with_margins(&errors, &names, &stated).map_err(of_model)?;
     let (shape, samples) = timing(request, &limits)?;
     let identified = request.after.as_ref().map(|estimate| identified_torque(model, &names, estimate)).transpose()?;
     let noise = noise(model, request, &names, &mut notes);
 
     // Known torques.
-    let known = KnownTorque::new(model, identified.as_ref());
-    let of_model = |what| Error::new(format_args!("{}: {what}", model.path.display()));
+    let known = KnownTorque::new(model, identified.as_ref()).with_payload(model, errors.payload.as_ref())?;
     known.check_power(&names, &limits).map_err(of_model)?;
     known.check_friction(&names, &limits, request.effort_share).map_err(of_model)?;
     let torque = known.described(request.effort_share, &limits);
     let wall = known.wall(request.effort_share).filter(|_| torque.is_some());
 
     // Places that bodies may reach.
-    let surroundings = RobotSurroundings::new(model, &request.space(), None, &limits)?;
+    let surroundings = RobotSurroundings::new(model, &request.space(), None, &limits, &errors)?;
     let mut left_out = surroundings.left_out().to_vec();
     left_out.extend(torque_left_out(known.enclosure.is_some(), &names, &limits, request.limits.as_ref()));
     refuse_what_is_owed(model, &left_out)?;
     left_out.push(LeftOut::approach());
+    left_out.extend(margins::left_out(&errors));
 
     // The search.
     let linear = LinearModel::new(&regressor, &friction, &[]);
@@ -112,14 +113,26 @@ pub fn excite(model: &Model, request: &ExciteRequest, progress: &ExciteProgress)
     Interruption::check()?;
     let noise = joint_noise(model, request, &known, &motion, noise);
     let seen = visibility(&linear, &motion, &limits, &noise, &described_values(model, &linear), &certificate, &prior);
-    let joints = motion_joints(&motion, &names, &limits);
-    let lowest = surroundings.lowest(&motion);
+    let joints = motion_joints(&motion, &names, &stated);
+    let margins = Margins::new(&motion, &certificate, &obligations, &errors, surroundings.mesh_error());
     let found = artefact(model, request, shape, joints, identified, noise, notes, certificate, seen);
+    let found = ExcitingMotion { kept_share: Some(kept_share), margins: Some(margins), ..found };
+    Ok(in_its_place(found, left_out, &surroundings, &motion))
+}
+
+/// The artefact with what it leaves out, its lowest point and its floor, and whether all of it is proven.
+fn in_its_place(
+    found: ExcitingMotion,
+    left_out: Vec<LeftOut>,
+    surroundings: &RobotSurroundings,
+    motion: &Motion,
+) -> ExcitingMotion {
     // The floor of the base stands in the file as one that was asked for.
     let floor = surroundings.floor().map(Floor::At).or(found.space.floor);
     let space = SpaceLimits { floor, ..found.space.clone() };
-    let found = ExcitingMotion { left_out: Some(left_out), lowest, kept_share: Some(kept_share), space, ..found };
-    Ok(ExcitingMotion { proven: found.ledger().is_kept(), ..found })
+    let lowest = surroundings.lowest(motion);
+    let found = ExcitingMotion { left_out: Some(left_out), lowest, space, ..found };
+    ExcitingMotion { proven: found.ledger().is_kept(), ..found }
 }
 
 /// Fails where the user asked for something at which nobody could look, before a search is lost to it.
@@ -174,6 +187,7 @@ fn artefact(
         left_out: None,
         lowest: None,
         kept_share: None,
+        margins: None,
         certificate,
         parameters: seen.parameters,
     }
@@ -189,79 +203,6 @@ fn limits_and_notes(
     let is_prismatic = |k: usize| regressor.is_prismatic(k);
     motion_limits(regressor.coordinates(), is_prismatic, &described, &request.limits.clone().unwrap_or_default())
         .map_err(|what| Error::new(format_args!("{}: {what}", model.path.display())))
-}
-
-/// The torques known from the description or from an identification.
-pub(crate) struct KnownTorque<'a> {
-    /// `None` where nothing is known.
-    pub(crate) enclosure: Option<TorqueEnclosure<'a>>,
-    /// Base parameters.
-    pub(crate) parameters: Option<Vec<f64>>,
-    /// One per coordinate.
-    pub(crate) friction: Vec<DescribedFriction>,
-}
-
-impl<'a> KnownTorque<'a> {
-    /// The identified torques, or else those of the description.
-    pub(crate) fn new(model: &'a Model, identified: Option<&IdentifiedTorque>) -> KnownTorque<'a> {
-        match identified {
-            Some(IdentifiedTorque { parameters, friction }) => KnownTorque {
-                enclosure: TorqueEnclosure::identified(model, parameters),
-                parameters: Some(parameters.clone()),
-                friction: friction.clone(),
-            },
-            None => KnownTorque {
-                enclosure: TorqueEnclosure::new(model),
-                parameters: model.described_parameters(),
-                friction: described_friction(model),
-            },
-        }
-    }
-
-    /// Fails where there are limits of power but no known torques, which these limits need.
-    pub(crate) fn check_power(&self, names: &[String], limits: &[CoordinateLimits]) -> Result<(), String> {
-        let limited = names.iter().zip(limits).find(|(_, l)| l.power.is_some() && self.enclosure.is_none());
-        limited.map_or(Ok(()), |(name, _)| {
-            Err(format!(
-                "the limit of power of {name} needs the torque, which the description does not tell: give it inertial \
-                 parameters, or an estimate ([after]), or leave that limit out"
-            ))
-        })
-    }
-
-    /// Fails where dry friction alone takes what a limit of effort leaves.
-    fn check_friction(&self, names: &[String], limits: &[CoordinateLimits], share: f64) -> Result<(), String> {
-        let is_taken = |(name, l, dry): (&String, &CoordinateLimits, f64)| {
-            let effort = l.effort.filter(|effort| share * effort <= dry)?;
-            Some(format!(
-                "the effort limit of {name} is {effort}, of which [effort_share] leaves {:.4}, and its dry friction alone takes \
-                 {dry}: raise the limit or [effort_share], or correct the friction",
-                share * effort
-            ))
-        };
-        let all = names.iter().zip(limits).zip(&self.friction);
-        match self
-            .enclosure
-            .as_ref()
-            .and_then(|_| all.map(|((name, l), f)| (name, l, f.coulomb.abs())).find_map(is_taken))
-        {
-            Some(fault) => Err(fault),
-            None => Ok(()),
-        }
-    }
-
-    /// The enclosure of the torques, where there are limits of effort or power. A motion may use `share` of these
-    /// limits.
-    pub(crate) fn described(&self, share: f64, limits: &[CoordinateLimits]) -> Option<DescribedTorque<'_>> {
-        limits.iter().find(|l| l.effort.is_some() || l.power.is_some())?;
-        let torque: &dyn EnclosedTorque = self.enclosure.as_ref()?;
-        Some(DescribedTorque { torque, friction: self.friction.clone(), share })
-    }
-
-    /// The wall that keeps the search away from the limits of the torque.
-    fn wall(&self, share: f64) -> Option<TorqueWall> {
-        Some(TorqueWall { parameters: self.parameters.clone()?, friction: self.friction.clone(), share })
-    }
 }
 
 /// Takes the torques from an estimate. Fails where it is of another model, or lacks parameters of this one.

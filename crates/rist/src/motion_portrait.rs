@@ -10,7 +10,8 @@ pub use report::excitation::ShownMotion;
 
 use crate::checking::{Checked, check};
 use crate::error::Error;
-use crate::exciting::{ExcitingMotion, KnownTorque};
+use crate::exciting::ExcitingMotion;
+use crate::known_torque::KnownTorque;
 use crate::model::Model;
 use crate::request::CheckRequest;
 
@@ -28,8 +29,8 @@ pub fn motion_of_file(file: &Path, artefact: &ExcitingMotion) -> Result<MotionPo
 pub fn checked_motion(model: &Model, file: &Path, artefact: &ExcitingMotion) -> Result<MotionPortrait, Error> {
     let checked = check(model, file, artefact, &CheckRequest::default())?;
     let portrait = drawn(model, artefact, checked.limits.clone())?;
-    let Checked { certificate, notes, left_out, floor, lowest, .. } = checked;
-    Ok(MotionPortrait { certificate, notes, left_out, floor, lowest, ..portrait })
+    let Checked { certificate, notes, left_out, floor, lowest, margins, .. } = checked;
+    Ok(MotionPortrait { certificate, notes, left_out, floor, lowest, margins: Some(margins), ..portrait })
 }
 
 /// A motion that was found just now, with the certificate that it has.

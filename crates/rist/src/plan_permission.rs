@@ -11,6 +11,7 @@ use experiments::plan::permission::Permission;
 
 use crate::adapters::surroundings::RobotSurroundings;
 use crate::described::described_friction;
+use crate::known_torque::KnownTorque;
 use crate::model::Model;
 
 /// Instants of a period at which torques are looked at; between two of them, so that no corner is one.
@@ -23,8 +24,8 @@ const PLACES: std::ops::RangeInclusive<usize> = 5..=60;
 /// What the description and the user's limits ask of torques and bodies.
 pub(crate) struct PlanPermission<'a> {
     model: &'a Model,
-    /// Base parameters, where the description has them.
-    parameters: Option<Vec<f64>>,
+    /// Base parameters, where the description has them; and those with a payload that may be there.
+    parameters: Vec<Vec<f64>>,
     friction: Vec<DescribedFriction>,
     /// What torque without dry friction may be, one per coordinate, N m (N).
     most: Vec<Option<f64>>,
@@ -32,17 +33,20 @@ pub(crate) struct PlanPermission<'a> {
 }
 
 impl<'a> PlanPermission<'a> {
-    /// `share`: of the limits of effort, what a torque may use.
+    /// `share`: of the limits of effort, what a torque may use; `known`: the torques of the description.
     pub(crate) fn new(
         model: &'a Model,
         limits: &[AskedLimits],
         share: f64,
+        known: &KnownTorque,
         surroundings: &'a RobotSurroundings,
     ) -> PlanPermission<'a> {
         let friction = described_friction(model);
         let most = |(l, f): (&AskedLimits, &DescribedFriction)| l.effort.map(|effort| share * effort - f.coulomb.abs());
         let most = limits.iter().zip(&friction).map(most).collect();
-        PlanPermission { model, parameters: model.described_parameters(), friction, most, surroundings }
+        let loaded = known.loaded.as_ref().map(|(_, parameters)| parameters);
+        let parameters = known.parameters.iter().chain(loaded).cloned().collect();
+        PlanPermission { model, parameters, friction, most, surroundings }
     }
 
     /// Whether bodies keep apart at a pose and its torques leave a margin. `known`: of the pose before it on a way.
@@ -57,18 +61,19 @@ impl<'a> PlanPermission<'a> {
     }
 
     fn is_strong_enough(&self, states: &[[Vec<f64>; 3]]) -> bool {
-        let Some(parameters) = self.parameters.as_ref().filter(|_| self.most.iter().any(Option::is_some)) else {
+        let Some(p) = self.parameters.first().map(Vec::len).filter(|_| self.most.iter().any(Option::is_some)) else {
             return true;
         };
         let regressor = self.model.regressor();
-        let p = parameters.len();
         let mut y = vec![0.0; self.most.len() * p];
         states.iter().all(|[q, dq, ddq]| {
             regressor.fill(q, dq, ddq, &mut y);
             let kept = |(k, most): (usize, &Option<f64>)| {
                 let f = &self.friction[k];
-                let rigid: f64 = y[k * p..][..p].iter().zip(parameters).map(|(y, x)| y * x).sum();
-                most.is_none_or(|most| (rigid + f.viscous * dq[k] + f.offset).abs() <= most)
+                let rigid =
+                    |parameters: &Vec<f64>| -> f64 { y[k * p..][..p].iter().zip(parameters).map(|(y, x)| y * x).sum() };
+                let torques = self.parameters.iter().map(|parameters| rigid(parameters) + f.viscous * dq[k] + f.offset);
+                most.is_none_or(|most| torques.into_iter().all(|torque| torque.abs() <= most))
             };
             self.most.iter().enumerate().all(kept)
         })

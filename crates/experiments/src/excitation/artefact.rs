@@ -18,6 +18,7 @@ use crate::excitation::fourier_series::FourierSeries;
 use crate::excitation::ledger::{LowestPoint, MotionLedger};
 use crate::excitation::left_out::LeftOut;
 use crate::excitation::limits::CoordinateLimits;
+use crate::excitation::margins::Margins;
 use crate::excitation::motion::{Motion, Shape};
 use crate::excitation::proof::{CertificateRow, IdentifiedTorque};
 use crate::excitation::quintic_spline::QuinticSpline;
@@ -77,6 +78,9 @@ pub struct ExcitingMotion {
     /// The lowest point of the links that move, as far as instants show.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub lowest: Option<LowestPoint>,
+    /// What the certificate has room for, and what stopping takes; a motion of an earlier version does not say.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub margins: Option<Margins>,
     /// The limits with what proves them.
     pub certificate: Vec<CertificateRow>,
     /// What the motion makes visible.
@@ -282,8 +286,9 @@ impl ExcitingMotion {
         let kept = self.kept_share.map_or(String::new(), |share| {
             format!("; {:.1} % of what the search found before the proof", 100.0 * share)
         });
+        let margins = self.margins.as_ref().map_or(String::new(), |margins| format!("margins:\n{}\n", margins.text()));
         format!(
-            "{}: {}\ndet^(1/p) {determinant}, condition number {condition}{kept}\n\n{}{}\n{}\n{}\n",
+            "{}: {}\ndet^(1/p) {determinant}, condition number {condition}{kept}\n\n{}{}\n{}\n{margins}{}\n",
             self.model.name,
             self.in_words(),
             certificate_text(&self.certificate, is_prismatic),

@@ -153,7 +153,7 @@ mod tests {
         let motion =
             Motion { rate: 100.0, repetitions: 1, shape, joints: vec![vec![0.0, 0.3, 0.1, 0.3, -0.2, 0.2, 0.1]] };
         let friction = vec![DescribedFriction::default()];
-        let described = DescribedTorque { torque: &Spring, friction, share: 1.0 };
+        let described = DescribedTorque { torque: &Spring, friction, share: 1.0, loaded: None };
         let with = |effort: f64| [CoordinateLimits { effort: Some(effort), ..pendulum_limits() }];
         let reached = prove_torque(&motion, &with(1e3), &names, &described)[0].value.abs();
         let limits = with(reached / 1.5);

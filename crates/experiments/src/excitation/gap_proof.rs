@@ -26,6 +26,8 @@ pub struct Gap {
     pub subject: String,
     /// m.
     pub bound: f64,
+    /// What of it is there for errors of joints and bodies, m.
+    pub margin: f64,
     /// Room above the bound that a search keeps for what bodies do between its instants, m.
     pub reserve: f64,
     /// The moving links that both sides belong to, by name.
@@ -136,6 +138,7 @@ fn row(gap: &Gap, least: Least) -> CertificateRow {
         time_s: least.time,
         value: least.reached,
         bound: gap.bound,
+        margin: gap.margin,
         nowhere_beyond: least.proved,
         kept: match (least.proved >= gap.bound, least.reached < gap.bound) {
             (_, true) => Kept::Violated,
@@ -163,6 +166,7 @@ pub(crate) mod tests {
                 limit: LimitKind::Region,
                 subject: "rod at the wall".into(),
                 bound: 0.0,
+                margin: 0.0,
                 reserve: 0.004,
                 carriers: ["rod".into(), "rod".into()],
             };

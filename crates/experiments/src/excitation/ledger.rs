@@ -32,6 +32,7 @@ const FLOOR: Topic = Topic("floor");
 const REGION: Topic = Topic("region");
 const LIMIT: Topic = Topic("limit");
 const APPROACH: Topic = Topic("approach and return");
+const MARGIN: Topic = Topic("margins");
 
 /// The lowest point of the links that move.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -164,6 +165,7 @@ fn subject_of_left_out(out: &LeftOut) -> Subject {
         Matter::Floor => FLOOR,
         Matter::Region => REGION,
         Matter::Approach => APPROACH,
+        Matter::Margin => MARGIN,
     };
     Subject::of(topic, out.of.iter().map(|of| at(topic, of)))
 }
@@ -237,6 +239,7 @@ mod tests {
             time_s: 1.0,
             value: 0.5,
             bound: 1.0,
+            margin: 0.0,
             nowhere_beyond: 0.6,
             kept,
             how: "Taylor enclosures".into(),

@@ -22,6 +22,8 @@ pub enum Matter {
     Region,
     /// The way to the first pose, and from the last.
     Approach,
+    /// Errors of the robot that the proof would have room for.
+    Margin,
 }
 
 impl Matter {

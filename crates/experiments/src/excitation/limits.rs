@@ -18,6 +18,7 @@ use linear_model::yaml;
 use robot::Limits;
 use serde::{Deserialize, Serialize};
 
+use crate::excitation::error_margins::ErrorMargins;
 pub use crate::excitation::limit_kind::LimitKind;
 use crate::excitation::space_limits::SpaceLimits;
 
@@ -170,23 +171,26 @@ pub struct LimitsFile {
     pub coordinates: BTreeMap<String, AskedLimits>,
     /// Where the bodies may be; `None`: as where nothing is asked.
     pub space: Option<SpaceLimits>,
+    /// How far the robot may be from its description and its plan.
+    pub margins: ErrorMargins,
 }
 
 impl LimitsFile {
     /// Reads the YAML of `--limits`.
     pub fn from_yaml(file: &str, text: &str) -> Result<LimitsFile, logs::Error> {
         let expected = "expected `coordinates: {NAME: {position: [LOW, HIGH], velocity, acceleration, jerk, effort, \
-                        power, locked, slowed}}`, `all: {..}` of the same, or `space: {floor, walls: [{point, normal, links}], \
-                        boxes: [{low, high, links}], distance, own_links, accept: [[LINK, LINK, REASON]]}`";
+                        power, locked, slowed}}`, `all: {..}` of the same, `space: {floor, walls: [{point, normal, links}], \
+                        boxes: [{low, high, links}], distance, own_links, accept: [[LINK, LINK, REASON]]}`, or `margins: \
+                        {encoder_zero, tracking, calibration, mesh, payload}`";
         yaml::read(text).map_err(|e| logs::Error::at(file, 0, format!("these are no limits: {e}; {expected}")))
     }
 
-    /// Fails where the file names a coordinate that is not there.
+    /// Fails where the file names a coordinate that is not there, or a margin that no robot has.
     pub fn check_names(&self, names: &[String]) -> Result<(), String> {
-        match self.coordinates.keys().find(|name| !names.contains(name)) {
-            Some(unknown) => Err(format!("limits: there is no coordinate `{unknown}`; there are {}", names.join(", "))),
-            None => Ok(()),
+        if let Some(unknown) = self.coordinates.keys().find(|name| !names.contains(name)) {
+            return Err(format!("limits: there is no coordinate `{unknown}`; there are {}", names.join(", ")));
         }
+        self.margins.fault(names).map_or(Ok(()), Err)
     }
 
     /// What the file says of a coordinate by its name.

@@ -1,116 +1,213 @@
-//! What a proof has in hand as numbers, and what it has nothing in hand for.
-//!
-//! Where stopping begins at an instant, with the limits of acceleration, a joint of the velocity v stands after v/a s and
-//! v^2/(2 a) rad (m). Taken is the velocity that is proven for the whole motion, so that this holds at each instant.
+//! What a proof has room for as numbers, what it assumes to be zero, and how far stopping takes.
 
 use claims::significant;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
-use crate::excitation::limits::{CoordinateLimits, LimitKind};
+use crate::excitation::course::Course;
+use crate::excitation::error_margins::{ErrorMargins, narrowed};
+use crate::excitation::fitting::Obligations;
+use crate::excitation::left_out::{LeftOut, Matter};
+use crate::excitation::limits::{AskedLimits, CoordinateLimits};
 use crate::excitation::proof::CertificateRow;
+use crate::excitation::stopping::{Stops, stops};
 
-/// How far a joint goes on after stopping begins, at most.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Stopping {
-    /// Its coordinate.
-    pub coordinate: String,
-    /// s.
-    pub time_s: f64,
-    /// rad (m).
-    pub way: f64,
+/// Limits whose positions are narrowed by how far the joints may be from where a motion has them.
+///
+/// Fails where that leaves a joint no room.
+pub fn with_margins(
+    margins: &ErrorMargins,
+    names: &[String],
+    limits: &[CoordinateLimits],
+) -> Result<Vec<CoordinateLimits>, String> {
+    let one = |((limits, name), by): ((&CoordinateLimits, &String), f64)| {
+        let refused = |what: String| format!("coordinate {name}: {what}");
+        let position = narrowed(limits.position, by).map_err(refused)?;
+        let found = CoordinateLimits { position, ..limits.clone() };
+        let locked = found.locked.filter(|q| !(position.0..=position.1).contains(q));
+        locked
+            .map_or(Ok(found), |q| Err(refused(format!("locked at {q}, within the margins of its limits of position"))))
+    };
+    limits.iter().zip(names).zip(margins.of_joints(names)).map(one).collect()
 }
+
+/// What description and user give of a joint, with positions narrowed by how far it may be off.
+///
+/// Fails where that leaves no room.
+pub fn asked_with_margins(asked: AskedLimits, by: f64) -> Result<AskedLimits, String> {
+    let position = asked.position.map(|position| narrowed(position, by)).transpose()?;
+    Ok(AskedLimits { position, ..asked })
+}
+
+/// What a certificate is, and is not.
+pub const STATEMENT: &str = "a proof of planning, and no safety function";
 
 /// The margins of a certificate.
-#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
 pub struct Margins {
-    /// How much larger than the hull of its mesh a body may be, m, with its link; none: no mesh.
+    /// What the rows have room for; what is not given is assumed to be zero.
+    pub errors: ErrorMargins,
+    /// How much larger than the hull of its mesh a body may be, m, with its link; none: no mesh. The rows have room for it.
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub mesh: Option<(f64, String)>,
-    /// The coordinate that goes on longest, and the one that goes on farthest; none where no acceleration is limited.
-    pub stopping: Vec<Stopping>,
+    /// Where stopping begins at any instant.
+    pub stopping: Stops,
+    /// What the certificate is.
+    pub statement: String,
 }
 
-/// What no proof of a motion has a margin for.
-const NOTHING_FOR: &str = "encoder zeros, calibration, tracking errors, a payload that the description does not have";
-
 impl Margins {
-    /// From a certificate, its limits, and the greatest error of a mesh.
+    /// Of a certificate along a course, with the greatest error of a mesh.
     pub fn new(
+        course: &dyn Course,
         rows: &[CertificateRow],
-        limits: &[CoordinateLimits],
-        names: &[String],
+        obligations: &Obligations,
+        errors: &ErrorMargins,
         mesh: Option<(f64, String)>,
     ) -> Margins {
-        let one = |(name, limits): (&String, &CoordinateLimits)| {
-            let row = rows.iter().find(|row| row.limit == LimitKind::Velocity && row.subject == *name)?;
-            // The row has the end that is nearest to its limit.
-            let (v, a) = (row.nowhere_beyond.abs(), limits.acceleration);
-            a.is_finite().then(|| Stopping { coordinate: name.clone(), time_s: v / a, way: 0.5 * v * v / a })
-        };
-        let all: Vec<Stopping> = names.iter().zip(limits).filter_map(one).collect();
-        let longest = all.iter().max_by(|a, b| a.time_s.total_cmp(&b.time_s));
-        let farthest = all.iter().max_by(|a, b| a.way.total_cmp(&b.way)).filter(|far| Some(*far) != longest);
-        Margins { mesh, stopping: longest.into_iter().chain(farthest).cloned().collect() }
+        let Obligations { limits, names, surroundings, .. } = obligations;
+        let stopping = stops(course, rows, limits, names, *surroundings);
+        Margins { errors: errors.clone(), mesh, stopping, statement: STATEMENT.into() }
     }
 
     /// In lines.
     pub fn text(&self) -> String {
         let mut text = String::new();
+        for (name, given) in self.errors.words() {
+            text += &match given {
+                Some(given) => format!("{name}: {given}, the proof has room for it\n"),
+                None => format!("{name}: assumed 0\n"),
+            };
+        }
         if let Some((error, link)) = &self.mesh {
             text += &format!(
                 "bodies of meshes: their hulls, made larger by at most {} mm ({link})\n",
                 significant(1e3 * error, 2)
             );
         }
-        for Stopping { coordinate, time_s, way } in &self.stopping {
-            text += &format!(
-                "stopping, at any instant, at the limit of acceleration: {coordinate} stands after {} s and {} rad (m)\n",
-                significant(*time_s, 2),
-                significant(*way, 2)
-            );
-        }
-        text + &format!("no margin for: {NOTHING_FOR}\na proof of planning, and no safety function\n")
+        text + &self.stopping.text() + STATEMENT + "\n"
+    }
+}
+
+/// The margins that are assumed to be zero; `None` where all are given.
+pub fn left_out(errors: &ErrorMargins) -> Option<LeftOut> {
+    let missing: Vec<&str> = errors.words().into_iter().filter(|(_, x)| x.is_none()).map(|(key, _)| key).collect();
+    let what = format!("{} 0 (margins of a limits file give them)", is_listed(&missing));
+    (!missing.is_empty()).then(|| LeftOut::assumed(Matter::Margin, vec![], what, "default"))
+}
+
+/// `a is`, `a and b are`, `a, b and c are`.
+fn is_listed(names: &[&str]) -> String {
+    match names {
+        [] => String::new(),
+        [one] => format!("{one} is"),
+        [first @ .., last] => format!("{} and {last} are", first.join(", ")),
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::excitation::proof::Kept;
+    use crate::excitation::gap_proof::tests::Rod;
+    use crate::excitation::motion::tests::motions;
+    use linear_model::yaml;
 
-    /// 2 rad/s at 4 rad/s^2 are half a second and half a rad; the other joint is quicker to stand.
+    fn read(text: &str) -> ErrorMargins {
+        yaml::read(text).unwrap()
+    }
+
+    /// What is not given is named, and what is given is not, zero or more.
     #[test]
-    fn a_joint_stands_after_its_way() {
-        let row = |subject: &str, v: f64| CertificateRow {
-            limit: LimitKind::Velocity,
-            subject: subject.into(),
-            time_s: 1.0,
-            value: v,
-            bound: 3.0,
-            nowhere_beyond: -v,
-            kept: Kept::Proven,
-            how: "Taylor enclosures".into(),
+    fn what_is_not_given_is_said() {
+        let said = |text: &str| {
+            let found = left_out(&read(text));
+            found.map(|out| match out.why {
+                crate::excitation::left_out::Why::Assumed { what, by } => format!("{by}: {what}"),
+                other => panic!("{other:?}"),
+            })
         };
-        let limit = |acceleration: f64| CoordinateLimits {
-            position: (-1.0, 1.0),
-            velocity: 3.0,
+        let all = said("{}").unwrap();
+        assert!(all.starts_with("default: encoder zero, tracking, calibration, mesh and payload are 0"), "{all}");
+        let payload = "payload: {link: hand, mass: 1, centre_of_mass: [0, 0, 0]}";
+        let one = said(&format!("{{encoder_zero: 0, tracking: 0, calibration: 0, {payload}}}")).unwrap();
+        assert!(one.starts_with("default: mesh is 0"), "{one}");
+        assert_eq!(said(&format!("{{encoder_zero: 0, tracking: 0, calibration: 0, mesh: 0, {payload}}}")), None);
+    }
+
+    fn limit(acceleration: f64, position: f64) -> CoordinateLimits {
+        CoordinateLimits {
+            position: (-position, position),
+            velocity: 100.0,
             acceleration,
-            jerk: 1e3,
+            jerk: 1e9,
             effort: None,
             power: None,
             locked: None,
-        };
-        let (rows, names) = ([row("q1", 2.0), row("q2", 1.0)], ["q1".to_string(), "q2".to_string()]);
-        let of = |a: [f64; 2], mesh| Margins::new(&rows, &a.map(limit), &names, mesh);
-        let found = of([4.0, 10.0], Some((0.0012, "hand".into())));
-        assert_eq!(found.stopping, [Stopping { coordinate: "q1".into(), time_s: 0.5, way: 0.5 }]);
-        let text = found.text();
-        for said in ["larger by at most 1.2 mm (hand)", "q1 stands after 0.5 s and 0.5 rad (m)", "no safety function"] {
-            assert!(text.contains(said), "{said}: {text}");
         }
-        // The one longer, the other farther.
-        let two = of([4.0, 1.9], None).stopping;
-        assert_eq!(two.iter().map(|s| s.coordinate.as_str()).collect::<Vec<_>>(), ["q2", "q1"]);
-        let none = of([f64::INFINITY; 2], None);
-        assert!(none.stopping.is_empty() && !none.text().contains("stopping") && !none.text().contains("meshes"));
+    }
+
+    /// What is said of stopping is what dense samples of the motion find, and never less.
+    #[test]
+    fn stopping_is_that_of_samples() {
+        let names = ["q1".to_string(), "q2".to_string()];
+        let a = [4.0, 9.0];
+        for motion in motions() {
+            let limits = [limit(a[0], 20.0), limit(a[1], 30.0)];
+            let (mut way, mut reach, mut height) = ([0.0_f64; 2], [0.0_f64; 2], f64::NEG_INFINITY);
+            for i in 0..=100_000 {
+                let at = motion.at(motion.duration() * f64::from(i) / 100_000.0);
+                for k in 0..2 {
+                    let own = 0.5 * at[k][1] * at[k][1].abs() / a[k];
+                    way[k] = way[k].max(own.abs());
+                    reach[k] = reach[k].max((at[k][0] + own).abs());
+                    if k == 0 {
+                        height = height.max(at[0][0].sin()).max((at[0][0] + own).sin());
+                    }
+                }
+            }
+            let rod = Rod::new(height + 30.0);
+            let obligations = Obligations { limits: &limits, names: &names, torque: None, surroundings: Some(&rod) };
+            let rows = obligations.certificate(&motion);
+            let found = Margins::new(&motion, &rows, &obligations, &ErrorMargins::default(), None);
+            let far = if way[0] > way[1] { 0 } else { 1 };
+            let first = &found.stopping.joints[0];
+            let (v, at) = (first.velocity, motion.at(first.at_s)[far][1]);
+            assert!((v.abs() - at.abs()).abs() < 1e-3 * v.abs(), "{first:?} {at}");
+            assert!(first.coordinate == names[far] && first.way >= way[far] && first.way < way[far] * 1.001 + 1e-9);
+            let rooms = [20.0 - reach[0], 30.0 - reach[1]];
+            let room = found.stopping.positions.as_ref().unwrap();
+            let expected = rooms[0].min(rooms[1]);
+            assert!(room.room <= expected + 1e-9 && room.room > expected - 0.1, "{room:?} {rooms:?}");
+            // The wall is farther than the box of stopping reaches.
+            let bodies = found.stopping.bodies.as_ref().unwrap();
+            assert!((bodies.covered, bodies.distances) == (1, 1) && bodies.least.room <= 30.0, "{bodies:?}");
+            let text = found.text();
+            for said in
+                ["encoder zero: assumed 0\n", "cover stopping at any instant", "covers stopping at any", STATEMENT]
+            {
+                assert!(text.contains(said), "{said}: {text}");
+            }
+            // Limits just at what the motion itself reaches do not cover it, and a wall there neither.
+            let near = [limit(a[0], reach[0] - 1e-2), limit(a[1], 30.0)];
+            let near_rod = Rod::new(height - 1e-3);
+            let obligations = Obligations { limits: &near, names: &names, torque: None, surroundings: Some(&near_rod) };
+            let text = Margins::new(&motion, &rows, &obligations, &ErrorMargins::default(), None).text();
+            assert!(text.contains("do not cover stopping: q1 goes up to 0.01"), "{text}");
+            assert!(text.contains("for 0 of 1 distances, not for region of rod at the wall"), "{text}");
+        }
+    }
+
+    /// Without a limit of acceleration nothing is said of stopping.
+    #[test]
+    fn nothing_is_said_of_stopping_without_a_limit() {
+        let names = ["q1".to_string(), "q2".to_string()];
+        let limits = [limit(f64::INFINITY, 1.0), limit(f64::INFINITY, 1.0)];
+        let motion = &motions()[0];
+        let obligations = Obligations { limits: &limits, names: &names, torque: None, surroundings: None };
+        let found = Margins::new(motion, &[], &obligations, &read("mesh: 0.002"), Some((0.0012, "hand".into())));
+        let text = found.text();
+        assert!(found.stopping == Stops::default() && !text.contains("stopping"), "{text}");
+        assert!(text.contains("larger by at most 1.2 mm (hand)") && text.contains("mesh: 0.002 m, the proof has room"));
+        assert!(text.ends_with("no safety function\n"), "{text}");
     }
 }

@@ -18,46 +18,9 @@ use numerics::range::{Range, Subdivision, ranges};
 use serde::{Deserialize, Serialize};
 
 use crate::excitation::course::{Course, EnclosedCourse, Stretch};
+pub use crate::excitation::described_torque::{DescribedFriction, DescribedTorque, EnclosedTorque, IdentifiedTorque};
 use crate::excitation::enclosure::Derivatives;
 use crate::excitation::limits::{CoordinateLimits, LimitKind};
-
-/// The torque function of a described robot on jets of its motion.
-pub trait EnclosedTorque: Sync {
-    /// Torque of each coordinate, N m (N), friction left out.
-    fn torque(&self, q: &[Jet], dq: &[Jet], ddq: &[Jet]) -> Vec<Jet>;
-}
-
-/// Friction that the description gives for a coordinate: N m s/rad, N m (N s/m, N).
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct DescribedFriction {
-    /// N m s/rad (N s/m).
-    pub viscous: f64,
-    /// N m (N).
-    pub coulomb: f64,
-    /// N m (N).
-    pub offset: f64,
-}
-
-/// Torques as an earlier identification found them.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct IdentifiedTorque {
-    /// Base parameters, in the order of the model.
-    pub parameters: Vec<f64>,
-    /// One per coordinate.
-    pub friction: Vec<DescribedFriction>,
-}
-
-/// What is known of the torques of a robot, described or identified.
-pub struct DescribedTorque<'a> {
-    /// Encloses the torque of the description.
-    pub torque: &'a dyn EnclosedTorque,
-    /// One per coordinate.
-    pub friction: Vec<DescribedFriction>,
-    /// Share of the limits of effort and power that a motion may use: the description is not the robot.
-    pub share: f64,
-}
 
 /// Whether a limit is kept.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -83,14 +46,21 @@ pub struct CertificateRow {
     pub time_s: f64,
     /// The value at that time, which is nearest to the bound or farthest beyond it.
     pub value: f64,
-    /// The limit itself, in the unit of the value.
+    /// The limit itself, in the unit of the value; of a distance with its margin.
     pub bound: f64,
+    /// What of the bound of a distance is there for errors of joints and bodies, m.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub margin: f64,
     /// A proved bound: the value is nowhere beyond it.
     pub nowhere_beyond: f64,
     /// Whether the limit is kept, and how that is known.
     pub kept: Kept,
     /// The proof in words.
     pub how: String,
+}
+
+fn is_zero(x: &f64) -> bool {
+    *x == 0.0
 }
 
 impl CertificateRow {
@@ -154,7 +124,39 @@ fn over_stretches(
 }
 
 /// The rows of torques and powers of the coordinates that have a limit of effort, or of power.
+///
+/// With a payload that may be there each row is the worse of two: torques are linear in the payload's mass, so that any part of
+/// it gives less.
 pub fn prove_torque(
+    course: &dyn Course,
+    limits: &[CoordinateLimits],
+    names: &[String],
+    described: &DescribedTorque,
+) -> Vec<CertificateRow> {
+    let without = prove_torque_of(course, limits, names, described);
+    let Some(loaded) = described.with_payload() else { return without };
+    let with = prove_torque_of(course, limits, names, &loaded);
+    let worse = |(without, with): (CertificateRow, CertificateRow)| {
+        let size = |row: &CertificateRow| row.nowhere_beyond.abs();
+        let is_worse = rank(&with).cmp(&rank(&without)).then(size(&without).total_cmp(&size(&with))).is_lt();
+        match is_worse {
+            true => CertificateRow { how: format!("{}, with the payload", with.how), ..with },
+            false => CertificateRow { how: format!("{}, without the payload", without.how), ..without },
+        }
+    };
+    without.into_iter().zip(with).map(worse).collect()
+}
+
+/// Violated before open before proven.
+fn rank(row: &CertificateRow) -> u8 {
+    match row.kept {
+        Kept::Violated => 0,
+        Kept::Open => 1,
+        Kept::Proven => 2,
+    }
+}
+
+fn prove_torque_of(
     course: &dyn Course,
     limits: &[CoordinateLimits],
     names: &[String],
@@ -268,6 +270,7 @@ fn row(
             time_s: stretch.start + end.time,
             value: end.reached,
             bound,
+            margin: 0.0,
             nowhere_beyond: end.proved,
             kept: match (sign * (end.proved - bound) <= 0.0, sign * (end.reached - bound) > 0.0) {
                 (true, _) => Kept::Proven,
@@ -277,12 +280,7 @@ fn row(
             how: how.clone(),
         })
     });
-    // Violated before open before proven, then by room; the first of equals.
-    let rank = |row: &CertificateRow| match row.kept {
-        Kept::Violated => 0,
-        Kept::Open => 1,
-        Kept::Proven => 2,
-    };
+    // By rank, then by room; the first of equals.
     rows.min_by(|a, b| rank(a).cmp(&rank(b)).then(a.room().total_cmp(&b.room())))
 }
 
@@ -357,7 +355,7 @@ pub(crate) mod tests {
     fn proofs_of_torque_and_power_are_sharp() {
         let names = ["q1".to_string(), "q2".to_string()];
         let friction = DescribedFriction { viscous: 0.7, coulomb: 0.4, offset: -0.2 };
-        let described = DescribedTorque { torque: &Spring, friction: vec![friction; 2], share: 0.8 };
+        let described = DescribedTorque { torque: &Spring, friction: vec![friction; 2], share: 0.8, loaded: None };
         for motion in motions() {
             let drive = |x: [f64; 4]| {
                 let tau = 2.0 * x[2] + 3.0 * x[0] + 0.7 * x[1] - 0.2;

@@ -14,6 +14,11 @@ const SAMPLES_PER_PART: usize = 4;
 
 /// The greatest torque or power over what may be used of its limit, at instants: what a proof finds is at least that.
 pub fn sampled_excess(course: &dyn Course, limits: &[CoordinateLimits], described: &DescribedTorque) -> f64 {
+    let loaded = described.with_payload().map_or(0.0, |loaded| excess_of(course, limits, &loaded));
+    loaded.max(excess_of(course, limits, described))
+}
+
+fn excess_of(course: &dyn Course, limits: &[CoordinateLimits], described: &DescribedTorque) -> f64 {
     let (enclosed, limited) = (course.enclosed(), limited_drives(limits, described));
     let mut greatest = 0.0_f64;
     if limited.is_empty() {

@@ -7,6 +7,7 @@ use experiments::excitation::artefact::ExcitingMotion;
 use experiments::excitation::ledger::{LowestPoint, MotionLedger};
 use experiments::excitation::left_out::LeftOut;
 use experiments::excitation::limits::{CoordinateLimits, LimitKind};
+use experiments::excitation::margins::Margins;
 use experiments::excitation::motion::Motion;
 use experiments::excitation::proof::{CertificateRow, DescribedFriction};
 use linear_model::regressor::Regressor;
@@ -38,6 +39,8 @@ pub struct MotionPortrait {
     pub floor: Option<f64>,
     /// The lowest point of the links that move.
     pub lowest: Option<LowestPoint>,
+    /// What the certificate has room for, and what stopping takes.
+    pub margins: Option<Margins>,
     /// Whether the certificate was found from the motion and the model, and not read from a file.
     pub is_found_anew: bool,
 }
@@ -94,6 +97,7 @@ impl MotionPortrait {
             left_out: ledger.left_out.to_vec(),
             floor: ledger.floor,
             lowest: ledger.lowest.cloned(),
+            margins: artefact.margins.clone(),
             ..self
         }
     }
@@ -156,6 +160,7 @@ impl MotionPortrait {
             left_out: vec![],
             floor: None,
             lowest: None,
+            margins: None,
             is_found_anew: known.is_some(),
         }
     }

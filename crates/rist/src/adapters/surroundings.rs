@@ -2,12 +2,14 @@
 
 use std::path::Path;
 
+use clearance::body_errors::BodyErrors;
 use clearance::clearance::Clearance;
 use clearance::gaps::{FloorRule, Rules, Situation};
 use clearance::half_space::HalfSpace;
 use clearance::left_out::{Matter as ClearanceMatter, Why as ClearanceWhy};
 use clearance::nearby::Remembered;
 use experiments::excitation::course::Course;
+use experiments::excitation::error_margins::ErrorMargins;
 use experiments::excitation::gap_proof::{Gap, Known, Room, Surroundings};
 use experiments::excitation::ledger::LowestPoint;
 use experiments::excitation::left_out::{LeftOut, Matter};
@@ -48,21 +50,23 @@ const LOWEST_INSTANTS: u32 = 2000;
 
 impl RobotSurroundings {
     /// The gaps that `user` asks of the model; what the file of a motion asks for, `own`, may make them tighter. `limits`:
-    /// one per coordinate.
+    /// one per coordinate, narrowed by `margins`.
     ///
     /// Fails where `user` names a link that is not there, has a wall without direction, or asks for what the robot
-    /// cannot reach.
+    /// cannot reach, and where nothing bounds how far margins of joints move a body.
     pub(crate) fn new(
         model: &Model,
         user: &SpaceLimits,
         own: Option<&SpaceLimits>,
         limits: &[CoordinateLimits],
+        margins: &ErrorMargins,
     ) -> Result<RobotSurroundings, Error> {
         let refused = |what: String| Error::new(format_args!("{}: {what}", model.path.display()));
         if let Some(fault) = user.fault() {
             return Err(refused(fault));
         }
-        let rules = rules(user, own).map_err(refused)?;
+        let errors = body_errors(model, limits, margins).map_err(refused)?;
+        let rules = Rules { errors, ..rules(user, own).map_err(refused)? };
         let directory = model.path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
         let situation = situation(model, limits);
         let clearance = Clearance::new(&model.robot, directory, &rules, &situation).map_err(refused)?;
@@ -70,6 +74,7 @@ impl RobotSurroundings {
             limit: if gap.is_own { LimitKind::Distance } else { LimitKind::Region },
             subject: gap.subject.clone(),
             bound: gap.bound,
+            margin: gap.margin,
             reserve: gap.reserve,
             carriers: gap.carriers.clone(),
         };
@@ -189,6 +194,20 @@ fn situation(model: &Model, limits: &[CoordinateLimits]) -> Situation {
     }
 }
 
+/// What margins of joints and bodies mean for the bodies. A joint that slides without end has no place from which its reach
+/// is told.
+fn body_errors(model: &Model, limits: &[CoordinateLimits], margins: &ErrorMargins) -> Result<BodyErrors, String> {
+    let names = model.regressor().coordinates();
+    let joints = margins.of_joints(names);
+    let farthest: Vec<f64> = limits.iter().map(|l| l.position.0.abs().max(l.position.1.abs())).collect();
+    let is_endless = |&k: &usize| model.regressor().is_prismatic(k) && !farthest[k].is_finite();
+    if let Some(k) = (0..names.len()).find(is_endless).filter(|_| joints.iter().any(|by| *by > 0.0)) {
+        return Err(format!("margins of joints need limits of position of {}, which slides", names[k]));
+    }
+    let farthest = farthest.into_iter().map(|x| if x.is_finite() { x } else { 0.0 }).collect();
+    Ok(BodyErrors { joints, farthest, bodies: margins.of_bodies() })
+}
+
 /// What is left out, and whether the user asked for it.
 fn left_out(out: &clearance::left_out::LeftOut, user: &SpaceLimits) -> LeftOut {
     let (matter, is_asked) = match out.matter {
@@ -224,5 +243,12 @@ fn rules(user: &SpaceLimits, own: Option<&SpaceLimits>) -> Result<Rules, String>
         Some(Floor::Word(_)) => FloorRule::Nowhere,
         None => FloorRule::OfBase(own.and_then(|own| own.floor).and_then(Floor::height)),
     };
-    Ok(Rules { own_links: space.own_links, distance: space.distance, accepted: space.accepted(), floor, half_spaces })
+    Ok(Rules {
+        own_links: space.own_links,
+        distance: space.distance,
+        accepted: space.accepted(),
+        floor,
+        half_spaces,
+        errors: BodyErrors::default(),
+    })
 }

@@ -49,7 +49,8 @@ request! {
         /// YAML with tighter limits: `coordinates: {NAME: {position: [LOW, HIGH], velocity, acceleration, jerk, effort,
         /// power, locked: POSITION, slowed: FACTOR}}`; `all:` has them for every coordinate; `space:` has the room of the
         /// bodies in the base frame, m: `{floor: Z or none, walls: [{point, normal, links}], boxes: [{low, high, links}],
-        /// distance: 0.01, own_links: true, accept: [[LINK, LINK, REASON]]}`.
+        /// distance: 0.01, own_links: true, accept: [[LINK, LINK, REASON]]}`; `margins:` has the errors that the proof has room
+        /// for: `{encoder_zero, tracking, calibration, mesh, payload: {link, mass, centre_of_mass}}`.
         limits: Option<LimitsFile> = None, value_name("FILE");
         /// Share of the limits of effort and power that the torque of the description may use.
         effort_share: f64 = 0.9, range(Range::Share), value_name("SHARE");

@@ -1,0 +1,68 @@
+//! How far bodies may be from where the joints put them, and what that takes of a gap.
+//!
+//! A gap of two bodies loses 2 c + sum of R_j e_j, that of a body to a half-space c + sum of R_j e_j: c is how far a point of a body may be
+//! from where it is taken to be, e_j how far joint j, and R_j how fast that joint moves the body at most, wherever the robot may be.
+
+use crate::clearance::Clearance;
+
+/// How far bodies may be from where the joints put them.
+#[derive(Clone, Debug, Default)]
+pub struct BodyErrors {
+    /// How far each joint may be from where it is taken to be, rad (m); none: all are there.
+    pub joints: Vec<f64>,
+    /// Farthest each coordinate is from zero, rad (m).
+    pub farthest: Vec<f64>,
+    /// How far a point of a body may be from where it is taken to be, m.
+    pub bodies: f64,
+}
+
+impl Clearance {
+    /// With how fast its gaps change at most. Raises each bound by what errors take of it: of both bodies of a pair, and of joints times how fast they move the
+    /// bodies wherever the robot may be.
+    pub(crate) fn with_rates(mut self, errors: &BodyErrors) -> Clearance {
+        self.rates = self.rates(&self.told_ranges);
+        let far = |k: usize| errors.farthest.get(k).copied().unwrap_or(0.0) + errors.joints.get(k).unwrap_or(&0.0);
+        let ranges: Vec<f64> = self.told_ranges.iter().enumerate().map(|(k, told)| told.max(far(k))).collect();
+        let rates = self.rates(&ranges);
+        for (gap, rate) in self.gaps.iter_mut().zip(rates) {
+            let sides = if gap.is_own { 2.0 } else { 1.0 };
+            let of_joints: f64 = rate.iter().zip(&errors.joints).map(|(rate, by)| rate * by).sum();
+            gap.margin = sides * errors.bodies + of_joints;
+            gap.bound += gap.margin;
+        }
+        self
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::gaps::tests::{clearance, situation};
+    use crate::gaps::{FloorRule, Rules};
+
+    /// Wherever the joints are, and wherever within their errors they really are, a gap loses no more than its margin.
+    #[test]
+    fn a_gap_loses_no_more_than_its_margin() {
+        let rules = |errors| Rules { distance: Some(0.02), floor: FloorRule::At(-0.15), errors, ..Rules::default() };
+        let (joints, bodies) = (vec![0.03, 0.05, 0.02], 0.004);
+        let errors = BodyErrors { joints: joints.clone(), farthest: vec![3.0; 3], bodies };
+        let (without, with) = (clearance(&rules(BodyErrors::default())).unwrap(), clearance(&rules(errors)).unwrap());
+        let all: Vec<usize> = (0..with.gaps().len()).collect();
+        let mut most: f64 = 0.0;
+        for (k, q) in situation().poses.iter().enumerate().take(300) {
+            let wave = |j: usize| joints[j] * ((k * 7 + j * 3) as f64).sin().signum();
+            let off = [q[0] + wave(0), q[1] + wave(1), q[2] + wave(2)];
+            let (there, here) = (with.rooms(&off, &[0.0; 3], &all), with.rooms(q, &[0.0; 3], &all));
+            for (g, (there, here)) in there.iter().zip(&here).enumerate() {
+                let (gap, sides) = (&with.gaps()[g], if with.gaps()[g].is_own { 2.0 } else { 1.0 });
+                let lost = here.reached - there.reached + sides * bodies;
+                assert!(lost <= gap.margin + 1e-9, "{}: {lost} {}", gap.subject, gap.margin);
+                assert!((gap.bound - gap.margin - without.gaps()[g].bound).abs() < 1e-15, "{gap:?}");
+                most = most.max(lost / gap.margin);
+            }
+        }
+        // It is no more than a few times what is lost.
+        assert!(most > 0.3, "{most}");
+        assert!(without.gaps().iter().all(|gap| gap.margin == 0.0));
+    }
+}

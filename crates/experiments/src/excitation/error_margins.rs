@@ -1,0 +1,217 @@
+//! How far a robot may be from its description and from its plan, as its user gives it, and what a proof does with it.
+//!
+//! | margin | is how far | the proof |
+//! |---|---|---|
+//! | `encoder_zero`, `tracking` | a joint is from where the motion has it, rad (m); both add up to e | narrows positions by e at both ends; lowers a distance by the sum of e R over its joints |
+//! | `calibration` | a point of a body is from where the joints and the description put it, in the frame of the base, m | lowers the distance to a plane by that, of two links by twice that |
+//! | `mesh` | a body stands out of its collision shape, m | the same |
+//! | `payload` | a body that may be on a link, or a part of its mass, or none | efforts and powers with it and without it: they are linear in its mass |
+//!
+//! R bounds how fast the joint moves the bodies, m/rad. What is not given is assumed to be zero, and that is said. Not here:
+//! velocities and torques that tracking adds.
+
+use std::collections::BTreeMap;
+
+use linear_model::known_load::KnownLoad;
+use serde::{Deserialize, Serialize};
+
+/// Of all joints, or of joints by name, rad (m).
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(untagged)]
+pub enum JointMargin {
+    /// Of each.
+    Each(f64),
+    /// Of these; of others zero.
+    Named(BTreeMap<String, f64>),
+}
+
+impl JointMargin {
+    fn of(&self, coordinate: &str) -> f64 {
+        match self {
+            JointMargin::Each(x) => *x,
+            JointMargin::Named(all) => all.get(coordinate).copied().unwrap_or(0.0),
+        }
+    }
+
+    fn numbers(&self) -> Vec<f64> {
+        match self {
+            JointMargin::Each(x) => vec![*x],
+            JointMargin::Named(all) => all.values().copied().collect(),
+        }
+    }
+}
+
+/// What a user knows of these errors; `None`: nothing.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct ErrorMargins {
+    /// How far the zero of an encoder may be off.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub encoder_zero: Option<JointMargin>,
+    /// How far a joint may be from its set point.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub tracking: Option<JointMargin>,
+    /// How far a point of a body may be from where it is put, m.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub calibration: Option<f64>,
+    /// How far a body may stand out of its collision shape, m.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub mesh: Option<f64>,
+    /// A body that may be there.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub payload: Option<KnownLoad>,
+}
+
+/// A joint with less room is held still, rad (m): it has none to lose.
+const HELD_STILL: f64 = 1e-6;
+/// More than any robot is off, rad or m.
+const LARGEST_MARGIN: f64 = 10.0;
+
+impl ErrorMargins {
+    /// What no robot has, if so.
+    pub fn fault(&self, names: &[String]) -> Option<String> {
+        let joints = [("encoder_zero", &self.encoder_zero), ("tracking", &self.tracking)];
+        let of_joints = joints.iter().flat_map(|(key, x)| x.iter().flat_map(|x| x.numbers()).map(|x| (*key, x)));
+        let bodies = [("calibration", self.calibration), ("mesh", self.mesh)];
+        let mut all = of_joints.chain(bodies.into_iter().filter_map(|(key, x)| Some((key, x?))));
+        if let Some((key, x)) = all.find(|(_, x)| !(0.0..=LARGEST_MARGIN).contains(x)) {
+            return Some(format!("margins: {key} is {x}; expected is 0 to {LARGEST_MARGIN} (rad or m)"));
+        }
+        for (key, margin) in joints {
+            let Some(JointMargin::Named(named)) = margin else { continue };
+            if let Some(unknown) = named.keys().find(|name| !names.contains(name)) {
+                let known = names.join(", ");
+                return Some(format!("margins: {key}: there is no coordinate `{unknown}`; there are {known}"));
+            }
+        }
+        let fault = self.payload.as_ref().and_then(KnownLoad::fault)?;
+        Some(format!("margins: payload: {fault}"))
+    }
+
+    /// How far each joint may be from where the motion has it, rad (m).
+    pub fn of_joints(&self, names: &[String]) -> Vec<f64> {
+        names.iter().map(|name| self.of_joint(name)).collect()
+    }
+
+    /// The same of one joint.
+    pub fn of_joint(&self, name: &str) -> f64 {
+        [&self.encoder_zero, &self.tracking].into_iter().flatten().map(|margin| margin.of(name)).sum()
+    }
+
+    /// The tracking error of a joint that is given, rad (m).
+    pub fn tracking_of(&self, name: &str) -> Option<f64> {
+        self.tracking.as_ref().map(|margin| margin.of(name))
+    }
+
+    /// How far a point of a body may be from where it is taken to be, m.
+    pub fn of_bodies(&self) -> f64 {
+        self.calibration.unwrap_or(0.0) + self.mesh.unwrap_or(0.0)
+    }
+
+    /// What a user asks of a motion that was made with `self`: what its own file has more counts too.
+    pub fn held_to(&self, user: &ErrorMargins, names: &[String]) -> ErrorMargins {
+        let joints = |own: &Option<JointMargin>, asked: &Option<JointMargin>| match (own, asked) {
+            (Some(own), Some(asked)) => {
+                let greater = |name: &String| (name.clone(), own.of(name).max(asked.of(name)));
+                Some(if own == asked { own.clone() } else { JointMargin::Named(names.iter().map(greater).collect()) })
+            }
+            (own, asked) => asked.as_ref().or(own.as_ref()).cloned(),
+        };
+        let greater = |own: Option<f64>, asked: Option<f64>| own.into_iter().chain(asked).reduce(f64::max);
+        ErrorMargins {
+            encoder_zero: joints(&self.encoder_zero, &user.encoder_zero),
+            tracking: joints(&self.tracking, &user.tracking),
+            calibration: greater(self.calibration, user.calibration),
+            mesh: greater(self.mesh, user.mesh),
+            payload: user.payload.as_ref().or(self.payload.as_ref()).cloned(),
+        }
+    }
+
+    /// Each margin by its name, with what is given of it in words.
+    pub fn words(&self) -> [(&'static str, Option<String>); 5] {
+        let joints = |margin: &Option<JointMargin>| match margin {
+            Some(JointMargin::Each(x)) => Some(format!("{x} rad (m)")),
+            Some(JointMargin::Named(all)) => {
+                let one = |(name, x): (&String, &f64)| format!("{name} {x}");
+                Some(format!("{} rad (m)", all.iter().map(one).collect::<Vec<_>>().join(", ")))
+            }
+            None => None,
+        };
+        let metres = |x: Option<f64>| x.map(|x| format!("{x} m"));
+        let payload = self.payload.as_ref().map(|load| format!("none to {} kg on {}", load.mass, load.link));
+        [
+            ("encoder zero", joints(&self.encoder_zero)),
+            ("tracking", joints(&self.tracking)),
+            ("calibration", metres(self.calibration)),
+            ("mesh", metres(self.mesh)),
+            ("payload", payload),
+        ]
+    }
+}
+
+/// Positions less `by` at both ends; a joint that is held still keeps them.
+///
+/// Fails where nothing is left.
+pub fn narrowed((low, high): (f64, f64), by: f64) -> Result<(f64, f64), String> {
+    if by == 0.0 || high - low <= HELD_STILL {
+        return Ok((low, high));
+    }
+    let found = (low + by, high - by);
+    match found.0 < found.1 {
+        true => Ok(found),
+        false => Err(format!(
+            "the margins of encoder zero and tracking, {by} rad (m) at either end, leave no room of the positions from {low} \
+             to {high}"
+        )),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use linear_model::yaml;
+
+    fn read(text: &str) -> ErrorMargins {
+        yaml::read(text).unwrap()
+    }
+
+    fn names() -> Vec<String> {
+        ["q1", "q2"].map(String::from).to_vec()
+    }
+
+    #[test]
+    fn margins_add_up_and_narrow() {
+        let margins = read("{encoder_zero: 0.01, tracking: {q2: 0.02}, calibration: 0.001, mesh: 0.002}");
+        assert_eq!((margins.of_joints(&names()), margins.of_bodies()), (vec![0.01, 0.03], 0.003));
+        assert_eq!(narrowed((-1.0, 2.0), 0.5), Ok((-0.5, 1.5)));
+        assert_eq!(narrowed((1.0, 1.0 + 1e-9), 0.5), Ok((1.0, 1.0 + 1e-9)));
+        assert!(narrowed((-1.0, 1.0), 1.0).unwrap_err().contains("leave no room of the positions from -1 to 1"));
+        assert_eq!(narrowed((f64::NEG_INFINITY, 1.0), 0.5), Ok((f64::NEG_INFINITY, 0.5)));
+    }
+
+    /// A file's own margins are never lowered by those of a user, nor the other way round.
+    #[test]
+    fn the_greater_margin_counts() {
+        let own = read("{encoder_zero: 0.01, mesh: 0.002, tracking: 0.1}");
+        let user = read("{encoder_zero: {q1: 0.02}, mesh: 0.001, calibration: 0.003}");
+        let held = own.held_to(&user, &names());
+        assert_eq!(held.of_joints(&names()), vec![0.02 + 0.1, 0.01 + 0.1]);
+        assert_eq!((held.mesh, held.calibration), (Some(0.002), Some(0.003)));
+        assert_eq!(own.held_to(&own, &names()), own);
+    }
+
+    #[test]
+    fn what_no_robot_has_is_refused() {
+        for (text, says) in [
+            ("encoder_zero: -0.1", "margins: encoder_zero is -0.1; expected is 0 to 10"),
+            ("tracking: {q1: 11}", "margins: tracking is 11;"),
+            ("calibration: 1e9", "margins: calibration is 1000000000"),
+            ("tracking: {q7: 0.1}", "margins: tracking: there is no coordinate `q7`; there are q1, q2"),
+            ("payload: {link: q, mass: -1, centre_of_mass: [0, 0, 0]}", "margins: payload: no body has"),
+        ] {
+            let fault = read(text).fault(&names()).unwrap();
+            assert!(fault.starts_with(says), "{text}: {fault}");
+        }
+        assert_eq!(read("{tracking: 0.1, mesh: 0}").fault(&names()), None);
+    }
+}
