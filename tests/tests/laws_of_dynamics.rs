@@ -68,7 +68,10 @@ fn close(found: &[f64], expected: &[f64], size: &[f64], tolerance: f64, what: &s
 
 #[test]
 fn regressor_times_parameters_is_the_torque_of_newton_and_euler_and_of_lagrange() {
-    for (file, robot) in models() {
+    // Beside the models, loops whose frames stand on one another.
+    let file = "two_loops_on_one_frame.par";
+    let on_frames = robot::format::read(&tests::test_robot_path(file)).unwrap_or_else(|e| panic!("{e}"));
+    for (file, robot) in models().into_iter().chain([(file.to_string(), on_frames)]) {
         let mut random = Random(1);
         let mut regressor = Regressor::new(&robot);
         let torque = Tape::new(&derived(&robot).torque());

@@ -42,6 +42,10 @@ pub enum Mistake {
     Density,
     /// The centre of mass lies far outside the collision shapes.
     CentreOutside,
-    /// Limits of the position that are none, or in degrees.
+    /// Limits that are none, of zero, or in degrees.
     Limits,
+    /// Orientations of more than a turn.
+    Degrees,
+    /// Other readers take the text otherwise, or refuse it.
+    OtherReaders,
 }

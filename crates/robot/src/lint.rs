@@ -44,6 +44,7 @@ pub fn lint(robot: &Robot) -> Vec<Finding> {
         }
     }
     habits(robot, &mut findings);
+    findings.extend(robot.oddities.iter().cloned());
     findings
 }
 

@@ -1,6 +1,7 @@
 //! The robot: links, joints, coordinates, loops.
 
 use crate::collision::Collision;
+use crate::finding::Finding;
 use crate::inertial::{Part, Pose};
 use crate::value::{Affine, CoordinateId, Symbol, Value};
 
@@ -40,6 +41,8 @@ pub struct Robot {
     /// Notes on the angles and axes that the reader took for others, where the robot differs from its file in the last
     /// digits.
     pub snapped: Vec<Note>,
+    /// What is odd in the text that it was read from: [`crate::lint`] tells it with the rest.
+    pub oddities: Vec<Finding>,
 }
 
 /// One generalised coordinate.

@@ -3,6 +3,7 @@
 //! It needs a Python with mujoco (`python3`, or `RIST_PYTHON`) and models: those of gymnasium, dm_control and robosuite
 //! where they are installed, and of the folders in `RIST_MJCF`. Where there are none, the test says so.
 
+mod cost;
 mod recursion;
 
 use std::io::Write;
@@ -69,7 +70,7 @@ fn mass_matrix_and_bias_are_those_of_mujoco() {
     }
     let answer = python(&["run"], &asked).expect("a Python that lists models runs them");
     let (mut agree, mut by_meshes) = (0, 0);
-    let mut wrong = Vec::new();
+    let (mut wrong, mut rows) = (Vec::new(), Vec::<String>::new());
     let mut models = answer.split("model ").skip(1);
     for (path, robot) in &robots {
         let block = models.next().unwrap_or_else(|| panic!("{path}: no answer"));
@@ -84,14 +85,22 @@ fn mass_matrix_and_bias_are_those_of_mujoco() {
         assert_eq!(n, robot.n_coordinates(), "{path}");
         let worst = lines.map(|line| difference(robot, n, line)).fold(0.0, f64::max);
         println!("{worst:.1e} {n:3} {path}");
+        rows.extend(cost::row(&called(path), robot, worst, &|| read(path).map(|read| read.0), None));
         match (worst <= tolerance, by_mesh) {
             (true, 1) => by_meshes += 1,
             (true, _) => agree += 1,
             (false, _) => wrong.push(format!("{worst:.1e} {path}")),
         }
     }
+    println!("{}", rows.join("\n"));
     println!("{agree} models agree, and {by_meshes} whose bodies weigh by meshes");
     assert!(wrong.is_empty() && agree > 0, "{}", wrong.join("\n"));
+}
+
+/// The file, by the folder that it stands in.
+fn called(path: &str) -> String {
+    let parts: Vec<&str> = path.rsplit('/').take(2).collect();
+    parts.into_iter().rev().collect::<Vec<_>>().join("/")
 }
 
 /// The largest difference of an entry, relative to the largest of its kind.

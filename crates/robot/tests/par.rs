@@ -183,3 +183,36 @@ fn the_samples_of_opensymoro_are_read() {
         assert!(robot.passive.is_empty() && robot.n_coordinates() == 6);
     }
 }
+
+/// A frame may stand on the frame of a loop: it is the robot whose frame stands on the link behind that.
+#[test]
+fn a_frame_on_the_frame_of_a_loop_stands_on_its_link() {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../tests/data/robots/two_loops_on_one_frame.par");
+    let text = std::fs::read_to_string(path).unwrap();
+    let robot = read(&text);
+    assert!(robot.passive.is_empty(), "{:?}", robot.notes);
+    let twin = &robot.loops[1].twin;
+    assert_eq!(twin.antecedent, robot.loops[0].twin.antecedent);
+    // On the link, and on the cut instead of its twin, which coincide.
+    let on_link = text.replace("3, 6, 11}", "3, 6, 6}").replace("L, H, 0}", "L, H, H}");
+    let on_link = on_link.replace("0, 0, 0, pi/3}", "0, 0, 0, 0}").replace("th10, 0, 0}", "th10, 0, pi/3}");
+    let on_cut = text.replace("3, 6, 11}", "3, 6, 9}");
+    for same in [on_link, on_cut] {
+        let other = read(&same);
+        assert_eq!(variables(&robot), variables(&other));
+        let q = [0.3, -0.2, 0.5, 0.7];
+        let poses = robot.link_poses(&q);
+        let (a, b) = (poses.last().unwrap(), other.link_poses(&q));
+        assert!((0..3).all(|i| (a.position[i] - b.last().unwrap().position[i]).abs() < 1e-14));
+        let theirs = &other.loops[1].twin;
+        let (a, b) = (twin.geometry.pose(&robot.symbols, 0.0, 0.0), theirs.geometry.pose(&other.symbols, 0.0, 0.0));
+        assert_eq!((twin.antecedent, a), (theirs.antecedent, b));
+    }
+    // What has no placement is refused, with the way out.
+    let circle = text.replace("3, 6, 11}", "3, 6, 12}");
+    let message = format::read_par(&circle, "t.par").unwrap_err().to_string();
+    assert!(message.contains("t.par:7:41: the antecedents of frame 12 run in a circle"), "{message}");
+    let oblique = text.replace("pi/2, 0, 0, 0, 0, 0}", "pi/2, 0, 0, 0, 0.1, 0.2}");
+    let message = format::read_par(&oblique, "t.par").unwrap_err().to_string();
+    assert!(message.contains("(* Value ") && message.contains("or place frame 12 from link 6"), "{message}");
+}

@@ -1,5 +1,6 @@
 //! Descriptions with macros: what they stand for, what is refused, and Python's xacro beside it.
 
+mod cost;
 mod recursion;
 
 use std::path::{Path, PathBuf};
@@ -161,17 +162,21 @@ fn what_is_written_out_is_what_python_writes() {
     let packages: Vec<(String, PathBuf)> =
         rows.iter().filter(|row| row[0] == "package").map(|row| (row[1].to_string(), row[2].into())).collect();
     let options = ReadOptions { packages: &packages, ..ReadOptions::default() };
-    let (mut agree, mut wrong) = (0, Vec::new());
+    let (mut agree, mut wrong, mut costs) = (0, Vec::new(), Vec::<String>::new());
     for file in rows.iter().filter(|row| row[0] == "file").map(|row| row[1]) {
         let Some(text) = python(&["expand", &root, file]) else { continue };
         let Ok(theirs) = parse_with(&text, Path::new("arm.urdf"), options) else { continue };
         match read_with(Path::new(file), options) {
-            Ok(ours) if difference(&ours, &theirs) < 1e-12 => agree += 1,
+            Ok(ours) if difference(&ours, &theirs) < 1e-12 => {
+                agree += 1;
+                let (name, worst) = (file.rsplit('/').next().unwrap_or(file), difference(&ours, &theirs));
+                costs.extend(cost::row(name, &ours, worst, &|| read_with(Path::new(file), options), Some(&text)));
+            }
             Ok(ours) => wrong.push(format!("{file}: {:.1e}", difference(&ours, &theirs))),
             Err(error) => wrong.push(error.to_string()),
         }
     }
-    println!("{agree} descriptions agree");
+    println!("{}\n{agree} descriptions agree", costs.join("\n"));
     assert!(wrong.is_empty() && agree > 0, "{}", wrong.join("\n"));
 }
 

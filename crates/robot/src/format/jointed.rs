@@ -127,6 +127,7 @@ pub(in crate::format) fn robot(
         gravity,
         notes,
         snapped,
+        oddities: Vec::new(),
     };
     check_frames(source, &robot, &given, &follows, &places)?;
     if angles == Angles::Meant {

@@ -1,5 +1,7 @@
 //! The meshes of a model, read only where a body weighs by one.
 
+use std::cell::RefCell;
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use gate::source;
@@ -22,6 +24,8 @@ pub(super) struct Meshes<'a> {
     compiler: &'a Compiler,
     /// Where their files are; `None` where the description has no place.
     folder: Option<&'a Path>,
+    /// What is known of them by now: shapes to see and shapes to collide with are often one mesh.
+    known: RefCell<BTreeMap<String, Result<Volume, String>>>,
 }
 
 impl<'a> Meshes<'a> {
@@ -37,7 +41,7 @@ impl<'a> Meshes<'a> {
             let name = element.attribute("name").or(stem).unwrap_or("").to_string();
             listed.push((name, defaults.view(element, None)?));
         }
-        Ok(Meshes { listed, compiler, folder })
+        Ok(Meshes { listed, compiler, folder, known: RefCell::default() })
     }
 
     fn find(&self, name: &str) -> Option<View<'a>> {
@@ -59,6 +63,15 @@ impl<'a> Meshes<'a> {
 
     /// What a mesh encloses, in its own axes.
     pub(super) fn volume(&self, name: &str) -> Result<Volume, String> {
+        let known = self.known.borrow().get(name).cloned();
+        known.unwrap_or_else(|| {
+            let found = self.enclosed(name);
+            self.known.borrow_mut().insert(name.into(), found.clone());
+            found
+        })
+    }
+
+    fn enclosed(&self, name: &str) -> Result<Volume, String> {
         let view = self.find(name).ok_or_else(|| format!("there is no mesh `{}`", shown(name)))?;
         let how = match view.choice("inertia", &["legacy", "exact", "shell", "convex"]).map_err(|e| e.message)? {
             None | Some(0) => Enclosure::Legacy,

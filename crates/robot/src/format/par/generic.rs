@@ -1,11 +1,14 @@
 //! Values for symbols to which a file gives none.
 
+use super::table::text;
+use crate::format::expression::{Names, identifiers};
+use crate::format::node::Node;
 use crate::robot::Note;
 use crate::value::Symbol;
 
 /// A value by the name alone, so that neither the order of the file nor other symbols change it:
 /// m or rad, in [0.2, 0.9), of five digits.
-pub(super) fn generic_value(name: &str) -> f64 {
+fn generic_value(name: &str) -> f64 {
     // FNV-1a, then splitmix64, so that similar names get values far apart.
     let hash = name.bytes().fold(0xcbf2_9ce4_8422_2325u64, |h, b| (h ^ u64::from(b)).wrapping_mul(0x0100_0000_01b3));
     let mut z = hash.wrapping_add(0x9e37_79b9_7f4a_7c15);
@@ -16,8 +19,28 @@ pub(super) fn generic_value(name: &str) -> f64 {
 }
 
 /// The value that makes a component of gravity -9.81 m/s^2: of `G3`, or of the G3 in `-G3`.
-pub(super) fn gravity_value(component: &str) -> f64 {
+fn gravity_value(component: &str) -> f64 {
     if component.trim_start().starts_with('-') { 9.81 } else { -9.81 }
+}
+
+/// Symbols without a value, in the order of the file.
+pub(super) fn define_generic<'a>(geometry: impl Iterator<Item = &'a Node>, gravity: &[Node], names: &mut Names) {
+    let lonely = gravity.iter().filter(|n| identifiers(text(n)).next().is_some()).count() == 1;
+    for node in gravity {
+        for word in identifiers(text(node)) {
+            let value = if lonely && !text(node).contains(['*', '/']) {
+                gravity_value(text(node))
+            } else {
+                10.0 * generic_value(word)
+            };
+            names.define_generic(word, value);
+        }
+    }
+    for word in geometry.flat_map(|n| identifiers(text(n))) {
+        if !names.coordinates.iter().any(|c| c == word) {
+            names.define_generic(word, generic_value(word));
+        }
+    }
 }
 
 /// What to tell about symbols without values.

@@ -1,5 +1,6 @@
 //! SYMORO's .par files.
 
+mod carried;
 mod generic;
 mod parameters;
 mod read;

@@ -15,7 +15,8 @@
 
 use std::collections::BTreeSet;
 
-use super::generic::{generic_value, gravity_value, note_generic};
+use super::carried::{Carriers, carriers, product};
+use super::generic::{define_generic, note_generic};
 use super::parameters::{friction, inertial, note_unused, rotor_inertia};
 use super::table::{Table, text};
 use super::text::{ParText, scan};
@@ -59,7 +60,7 @@ pub(in crate::format) fn read_par_with(text: &str, file: &str, options: ReadOpti
     names.coordinates = owners.coordinates.iter().chain(&owners.passive).cloned().collect();
     let gravity = table.list("G").map_or_else(|| ["0", "0", "GZ"].map(worded).to_vec(), <[Node]>::to_vec);
     let named = names.symbols.len();
-    define_generic(&frames, &gravity, &mut names);
+    define_generic(frames.geometry.iter().flatten(), &gravity, &mut names);
     names.set_values(source, options.values)?;
     notes.extend(note_generic(&names.symbols[named..]));
 
@@ -97,6 +98,7 @@ pub(in crate::format) fn read_par_with(text: &str, file: &str, options: ReadOpti
         gravity,
         notes,
         snapped: Vec::new(),
+        oddities: Vec::new(),
     };
     // Last what needs the whole robot: passive joints, and whether the loops close.
     passive_by_its_joint(&mut robot);
@@ -156,8 +158,10 @@ fn link(
 
 /// The frames of the file, by index from zero.
 struct Frames {
-    /// Number of each frame's antecedent, zero for the base.
+    /// Number of the link that carries each frame, zero for the base.
     antecedent: Vec<usize>,
+    /// The twins of loops that lead there, nearest first.
+    through: Vec<Vec<usize>>,
     kind: Vec<JointKind>,
     actuated: Vec<bool>,
     /// gamma b alpha d theta r of each.
@@ -179,18 +183,12 @@ struct Owners {
 
 impl Frames {
     fn new(source: Source, table: &Table) -> Result<Frames, Error> {
-        // A frame stands on a link or on the base; by default on the frame before it.
+        // A frame stands on a link, on the base, or on the frame of a loop; by default on the frame before it.
         let antecedent = table.integers("ant", 0, table.nf, |j| (j - 1).min(table.nl))?;
-        if let Some(j) = (0..table.nf).find(|&j| antecedent[j] > table.nl) {
-            let message = format!(
-                "ant of frame {} is {}, a frame that carries no link: place frame {0} from the link behind that frame, \
-                 1 to {}, or from the base, 0",
-                j + 1,
-                antecedent[j],
-                table.nl
-            );
-            return Err(table.list("ant").map_or(table.at("ant", message.clone()), |l| source.at(&l[j], message)));
-        }
+        let Carriers { link: antecedent, through } = carriers(&antecedent, table.nl, table.nj).map_err(|j| {
+            let message = format!("the antecedents of frame {} run in a circle and never reach a link", j + 1);
+            table.list("ant").map_or(table.at("ant", message.clone()), |l| source.at(&l[j], message))
+        })?;
         // Twins are fixed by default and must be, for the cut moves in their stead.
         let twin = |j: usize| j > table.nj;
         let sigma = table.integers("sigma", 0, 2, |j| if twin(j) { 2 } else { 0 })?;
@@ -211,6 +209,7 @@ impl Frames {
         };
         Ok(Frames {
             antecedent,
+            through,
             kind: sigma.iter().map(|s| [JointKind::Revolute, JointKind::Prismatic, JointKind::Fixed][*s]).collect(),
             actuated: actuated.iter().map(|m| *m == 1).collect(),
             geometry: (0..table.nf).map(|j| GEOMETRY_KEYS.map(|key| node(key, j))).collect(),
@@ -357,28 +356,35 @@ impl Frames {
             }
         };
         let [gamma, b, alpha, d, theta, r]: [Value; 6] = values.try_into().unwrap_or([const { Value::ZERO }; 6]);
-        Ok((kind, drive, ModifiedDh { gamma, b, alpha, d, theta, r }, variable))
+        let own = ModifiedDh { gamma, b, alpha, d, theta, r };
+        Ok((kind, drive, self.on_its_link(source, names, j, own)?, variable))
     }
-}
 
-/// Symbols without a value, in the order of the file.
-fn define_generic(frames: &Frames, gravity: &[Node], names: &mut Names) {
-    let lonely = gravity.iter().filter(|n| identifiers(text(n)).next().is_some()).count() == 1;
-    for node in gravity {
-        for word in identifiers(text(node)) {
-            let value = if lonely && !text(node).contains(['*', '/']) {
-                gravity_value(text(node))
-            } else {
-                10.0 * generic_value(word)
-            };
-            names.define_generic(word, value);
+    /// The placement of frame j in its link, which twins of loops may lead to.
+    fn on_its_link(&self, source: Source, names: &Names, j: usize, own: ModifiedDh) -> Result<ModifiedDh, Error> {
+        let mut placement = own;
+        for &twin in &self.through[j] {
+            let mut values = Vec::with_capacity(6);
+            for (key, node) in GEOMETRY_KEYS.into_iter().zip(&self.geometry[twin]) {
+                values.push(names.constant(source, &format!("{key} of frame {}", twin + 1), node)?);
+            }
+            let [gamma, b, alpha, d, theta, r]: [Value; 6] = values.try_into().unwrap_or([const { Value::ZERO }; 6]);
+            let twin_placement = ModifiedDh { gamma, b, alpha, d, theta, r };
+            placement = product(twin_placement, placement, &names.symbols).ok_or_else(|| {
+                let on = match self.antecedent[j] {
+                    0 => "the base, 0".to_string(),
+                    link => format!("link {link}"),
+                };
+                source.whole(format!(
+                    "frame {} stands on the frame of a loop, {}, and both turn about other axes than z: give the symbols \
+                     values in comments `(* Value {} = 0.45 *)`, or place frame {0} from {on}",
+                    j + 1,
+                    twin + 1,
+                    names.symbols.iter().find(|s| s.generic).map_or("L", |s| &s.name)
+                ))
+            })?;
         }
-    }
-    let rest = frames.geometry.iter().flatten();
-    for word in rest.flat_map(|n| identifiers(text(n))) {
-        if !names.coordinates.iter().any(|c| c == word) {
-            names.define_generic(word, generic_value(word));
-        }
+        Ok(placement)
     }
 }
 

@@ -2,6 +2,7 @@
 
 mod collision;
 mod mimic;
+mod oddities;
 mod read;
 mod text;
 mod tree;

@@ -66,7 +66,7 @@ pub fn read_urdf_with(text: &str, file: &str, options: ReadOptions) -> Result<Ro
         notes,
         snapped,
     };
-    jointed::robot(source, joints, rest, options.angles)
+    Ok(Robot { oddities: checked.oddities, ..jointed::robot(source, joints, rest, options.angles)? })
 }
 
 /// Refuses values of symbols, since a URDF has none.

@@ -10,8 +10,10 @@ use std::fmt::Write;
 use roxmltree::{Document, Node};
 
 use super::collision::collisions;
+use super::oddities::oddities;
 use crate::collision::Collision;
 use crate::error::Error;
+use crate::finding::Finding;
 use crate::format::budget::MAX_LINKS;
 use crate::format::expression::LARGEST_NUMBER;
 use crate::format::node::Source;
@@ -117,6 +119,8 @@ pub(super) struct Checked {
     pub collisions: BTreeMap<String, Vec<Collision>>,
     /// What was taken otherwise than it stands there, and what was left out.
     pub notes: Vec<Note>,
+    /// What lint tells of the text.
+    pub oddities: Vec<Finding>,
 }
 
 /// The largest limit of a joint.
@@ -154,7 +158,15 @@ pub(super) fn check(source: Source, text: &str, floats: bool) -> Result<Checked,
     let at = reader.at(root);
     let shapes = root.children().filter(|n| n.has_tag_name("link"));
     let shapes = shapes.map(|n| (n.attribute("name").unwrap_or("").to_string(), collisions(n))).collect();
-    Ok(Checked { text: reader.out, at, links, joints, collisions: shapes, notes: reader.notes })
+    Ok(Checked {
+        text: reader.out,
+        at,
+        links,
+        joints,
+        collisions: shapes,
+        notes: reader.notes,
+        oddities: oddities(root),
+    })
 }
 
 struct Reader<'a, 'i> {

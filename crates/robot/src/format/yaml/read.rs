@@ -105,6 +105,7 @@ pub(in crate::format) fn read_yaml_with(text: &str, file: &str, options: ReadOpt
         gravity,
         notes: vec![],
         snapped: vec![],
+        oddities: Vec::new(),
     };
     let places = convention.to_near_ends(&mut robot, options.angles);
     if let Some(node) = fields.get("standard_parameters") {

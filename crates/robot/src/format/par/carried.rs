@@ -1,0 +1,133 @@
+//! Frames placed from the frame of a loop instead of from a link.
+//!
+//! The cut of a loop and its twin are one frame, and the twin is fixed to a link. What stands on either of them is
+//! therefore fixed to that link, by the twin's placement and then its own [Khalil, Kleinfinger 1986]:
+//!
+//! ```text
+//! Rz(gamma1) Tz(b1) Rx(alpha1) Tx(d1) . Rz(theta1 + gamma2) Tz(r1 + b2) . Rx(alpha2) Tx(d2) Rz(theta2) Tz(r2)
+//! ```
+//! Where one of the three groups is nothing this is one placement, exact in the symbols. Elsewhere it is one too, and found
+//! in numbers; symbols without a value then have none, and the frame is refused.
+
+use crate::angle_snap::{computed_angle, computed_length};
+use crate::inertial::Pose;
+use crate::robot::ModifiedDh;
+use crate::value::{Symbol, Value};
+
+/// Where each frame stands in the end.
+pub(super) struct Carriers {
+    /// Number of the link that carries each frame, zero for the base.
+    pub link: Vec<usize>,
+    /// The twins that lead from a frame to that link, nearest first, by index from zero.
+    pub through: Vec<Vec<usize>>,
+}
+
+/// Follows antecedents beyond the links. Fails with the index of a frame whose antecedents run in a circle.
+pub(super) fn carriers(antecedent: &[usize], n_links: usize, n_joints: usize) -> Result<Carriers, usize> {
+    let mut found = Carriers { link: Vec::new(), through: Vec::new() };
+    for j in 0..antecedent.len() {
+        let (mut number, mut through) = (antecedent[j], Vec::new());
+        while number > n_links {
+            let twin = if number <= n_joints { number + n_joints - n_links } else { number } - 1;
+            // The twin of a cut stands on a link, not on its cut.
+            if through.contains(&twin) || twin == j {
+                return Err(j);
+            }
+            through.push(twin);
+            number = antecedent[twin];
+        }
+        found.link.push(number);
+        found.through.push(through);
+    }
+    Ok(found)
+}
+
+/// The placement `first` and then `second` as one. `None` where only numbers would tell, and symbols have none.
+pub(super) fn product(first: ModifiedDh, second: ModifiedDh, symbols: &[Symbol]) -> Option<ModifiedDh> {
+    let zero = |v: &Value| v.as_multiple_of_pi(symbols).is_some_and(|(n, _)| n == 0);
+    let sum = |a: Value, b: Value| match (zero(&a), zero(&b)) {
+        (true, _) => b,
+        (_, true) => a,
+        _ => Value::Add(a.into(), b.into()),
+    };
+    let ModifiedDh { gamma, b, alpha, d, theta, r } = first.clone();
+    let next = second.clone();
+    if zero(&alpha) && zero(&d) {
+        let (gamma, b) = (sum(gamma, sum(theta, next.gamma)), sum(b, sum(r, next.b)));
+        return Some(ModifiedDh { gamma, b, ..second });
+    }
+    if zero(&next.alpha) && zero(&next.d) {
+        let (theta, r) = (sum(theta, sum(next.gamma, next.theta)), sum(r, sum(next.b, next.r)));
+        return Some(ModifiedDh { theta, r, ..first });
+    }
+    if zero(&sum(theta, next.gamma)) && zero(&sum(r, next.b)) {
+        return Some(ModifiedDh { gamma, b, alpha: sum(alpha, next.alpha), d: sum(d, next.d), ..second });
+    }
+    let generic = symbols.iter().any(|s| s.generic);
+    (!generic).then(|| in_numbers(&first.pose(symbols, 0.0, 0.0).compose(&second.pose(symbols, 0.0, 0.0))))
+}
+
+/// The placement that is this pose.
+fn in_numbers(pose: &Pose) -> ModifiedDh {
+    let (r, [x, y, z]) = (pose.rotation, pose.position);
+    // The axis z of the frame is (sin gamma sin alpha, -cos gamma sin alpha, cos alpha).
+    let sine = r[0][2].hypot(r[1][2]);
+    let parallel = sine < 1e-12;
+    let gamma = if parallel { y.atan2(x) } else { r[0][2].atan2(-r[1][2]) };
+    let (s, c) = gamma.sin_cos();
+    let alpha = if parallel { 0.0_f64.atan2(r[2][2]) } else { sine.atan2(r[2][2]) };
+    let across = c * y - s * x;
+    let length = if parallel { 0.0 } else { -across / alpha.sin() };
+    // The x axis of the antecedent, turned by gamma, is turned by -theta from that of the frame.
+    let theta = (-(c * r[0][1] + s * r[1][1])).atan2(c * r[0][0] + s * r[1][0]);
+    ModifiedDh {
+        gamma: computed_angle(gamma),
+        b: computed_length(z - length * alpha.cos()),
+        alpha: computed_angle(alpha),
+        d: computed_length(c * x + s * y),
+        theta: computed_angle(theta),
+        r: computed_length(length),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn placed(x: [f64; 6]) -> ModifiedDh {
+        let [gamma, b, alpha, d, theta, r] = x.map(Value::Number);
+        ModifiedDh { gamma, b, alpha, d, theta, r }
+    }
+
+    /// One placement stands for two, whichever group is nothing, and where none is.
+    #[test]
+    fn two_placements_are_one() {
+        let a = [0.3, 0.2, 0.7, 0.4, -0.5, 0.6];
+        let b = [0.9, -0.1, -1.2, 0.8, 0.25, -0.35];
+        let flat = |x: [f64; 6]| [x[0], x[1], 0.0, 0.0, x[4], x[5]];
+        let met = [0.5, -0.6, b[2], b[3], b[4], b[5]];
+        let turned = [a[0], a[1], 0.0, a[3], a[4], a[5]];
+        let along = [b[0], b[1], 0.0, b[3], b[4], b[5]];
+        for (first, second) in [(a, b), (flat(a), b), (a, flat(b)), (a, met), (turned, along), (flat(a), flat(b))] {
+            let (first, second) = (placed(first), placed(second));
+            let wanted = first.pose(&[], 0.0, 0.0).compose(&second.pose(&[], 0.0, 0.0));
+            let found = product(first, second, &[]).unwrap().pose(&[], 0.0, 0.0);
+            for i in 0..3 {
+                assert!((found.position[i] - wanted.position[i]).abs() < 1e-14, "{found:?} {wanted:?}");
+                for k in 0..3 {
+                    assert!((found.rotation[i][k] - wanted.rotation[i][k]).abs() < 1e-14, "{found:?} {wanted:?}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn a_symbol_without_a_value_has_no_number() {
+        let symbols = [Symbol { name: "L".into(), value: Value::Number(0.7), generic: true }];
+        let mut first = placed([0.3, 0.2, 0.7, 0.4, -0.5, 0.6]);
+        first.d = Value::Symbol(crate::value::SymbolId(0));
+        assert!(product(first.clone(), placed([0.9, -0.1, -1.2, 0.8, 0.25, -0.35]), &symbols).is_none());
+        let exact = product(first, placed([0.1, 0.0, 0.0, 0.0, 0.2, 0.0]), &symbols).unwrap();
+        assert_eq!(exact.d, Value::Symbol(crate::value::SymbolId(0)));
+    }
+}

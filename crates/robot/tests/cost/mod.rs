@@ -1,0 +1,43 @@
+//! What it takes to read a description, beside the URDF of the same robot: printed, never asserted.
+
+use std::path::Path;
+use std::time::{Duration, Instant};
+
+use robot::format::{Angles, Mimic, ReadOptions, parse_with, write_urdf};
+use robot::{Error, Robot};
+
+/// Processor time of this thread where the system counts it, so that other work beside it does not matter.
+fn now() -> Duration {
+    let counted = std::fs::read_to_string("/proc/thread-self/schedstat").ok();
+    let nanoseconds = counted.and_then(|text| text.split(' ').next()?.parse().ok());
+    static START: std::sync::OnceLock<Instant> = std::sync::OnceLock::new();
+    nanoseconds.map_or_else(|| START.get_or_init(Instant::now).elapsed(), Duration::from_nanos)
+}
+
+/// How long a description is read before its time is taken: the system counts in ticks of some milliseconds.
+const ENOUGH: Duration = Duration::from_millis(100);
+
+/// The time of one reading, ms.
+fn milliseconds(read: &dyn Fn() -> Result<Robot, Error>) -> Option<f64> {
+    let (before, mut readings) = (now(), 0);
+    while now() - before < ENOUGH {
+        read().ok()?;
+        readings += 1;
+    }
+    Some((now() - before).as_secs_f64() * 1e3 / f64::from(readings))
+}
+
+/// `| name | coordinates | difference | ms | ms of the URDF |`; without a `urdf` the robot is written as one.
+pub(super) fn row(
+    name: &str,
+    robot: &Robot,
+    difference: f64,
+    read: &dyn Fn() -> Result<Robot, Error>,
+    urdf: Option<&str>,
+) -> Option<String> {
+    let urdf = urdf.map_or_else(|| write_urdf(robot).0, str::to_string);
+    let options = ReadOptions { mimic: Mimic::Independent, angles: Angles::AsGiven, ..ReadOptions::default() };
+    let theirs = milliseconds(&|| parse_with(&urdf, Path::new("arm.urdf"), options))?;
+    let ours = milliseconds(read)?;
+    Some(format!("| {name} | {} | {difference:.0e} | {ours:.2} | {theirs:.2} |", robot.n_coordinates()))
+}
