@@ -173,6 +173,11 @@ pub(crate) const GROUPS: [Group; 7] = [
                 ],
             },
             Told {
+                name: "wrench",
+                shown: Own,
+                examples: &[("rist wrench log.csv", "mass, centre and inertia of what a force-torque sensor holds")],
+            },
+            Told {
                 name: "doctor",
                 shown: Own,
                 examples: &[("rist doctor robot.urdf log.csv", "do they belong together, and if not, what mends it")],

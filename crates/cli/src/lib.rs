@@ -39,6 +39,7 @@ mod terminal;
 mod validate;
 mod verdict;
 mod visibility;
+mod wrench;
 
 use std::ffi::OsString;
 use std::io::{self, Write};
@@ -73,6 +74,7 @@ enum Command {
     Simulate(simulate::Arguments),
     Columns(columns::Arguments),
     Postures(postures::Arguments),
+    Wrench(wrench::Arguments),
     Doctor(doctor::Arguments),
     Identify(Box<identify::Arguments>),
     Validate(validate::Arguments),
@@ -175,6 +177,7 @@ fn run(command: Command) -> Result<(), Failure> {
         Command::Simulate(arguments) => simulate::run(&arguments),
         Command::Columns(arguments) => columns::run(&arguments),
         Command::Postures(arguments) => postures::run(&arguments),
+        Command::Wrench(arguments) => wrench::run(&arguments),
         Command::Doctor(arguments) => doctor::run(&arguments),
         Command::Identify(arguments) => identify::run(&arguments),
         Command::Validate(arguments) => validate::run(&arguments),

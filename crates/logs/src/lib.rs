@@ -22,6 +22,7 @@ mod read;
 mod stream;
 mod table;
 mod timeline;
+mod wrenches;
 
 pub use cleaning::account::{GAP_PERIODS, LogReport};
 pub use cleaning::raw_words::RawWord;
@@ -43,3 +44,4 @@ pub use log::{Effort, Log, Window};
 pub use postures::Postures;
 pub use stream::{LogSource, LogStream};
 pub use table::{Lines, Table};
+pub use wrenches::Wrenches;

@@ -90,6 +90,7 @@ pub mod torque_difference;
 mod unknowns;
 pub mod validation;
 pub mod verdict;
+pub mod wrench;
 pub mod write_back;
 
 // The steps, each with its request and its result.
@@ -122,6 +123,7 @@ pub use states_file::evaluate;
 pub use told_by::{Outlook, ToldBy, told_by};
 pub use validation::{Validation, predicted_torques, validate};
 pub use verdict::{Trust, Verdict};
+pub use wrench::{WrenchEstimate, identify_wrench};
 pub use write_back::{WrittenBack, write_mjcf, write_urdf};
 
 // What passes between them, and is of other packages.
@@ -175,7 +177,7 @@ pub use linear_model::reference::ModelReference;
 pub use linear_model::regressor::Regressor;
 pub use linear_model::standard_map::StandardMap;
 pub use logs::{
-    Array, ColumnNames, Columns, Effort, Error as LogError, LogSource, Postures, Proposal, Proposed, Table,
+    Array, ColumnNames, Columns, Effort, Error as LogError, LogSource, Postures, Proposal, Proposed, Table, Wrenches,
 };
 pub use modeling::{BaseParameters, Closure, RobotFunction, Rules};
 pub use robot::convention::Convention;

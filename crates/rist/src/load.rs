@@ -29,6 +29,8 @@ pub struct Load {
     pub sigma: Ten,
     /// Whether the logs tell each of them.
     pub determined: [bool; 10],
+    /// Whether they are in the frame that the user means, though not all are determined.
+    pub(crate) in_file_frame: bool,
 }
 
 /// The load in the loaded logs.
@@ -61,7 +63,7 @@ pub(crate) fn load(
     let widening = fit.estimate.discount().sqrt();
     let sigma = std::array::from_fn(|i| widening * covariance[(i, i)].max(0.0).sqrt());
     let determined = std::array::from_fn(|i| found.determined[i]);
-    Ok(Load { link: carrier.name.clone(), is_whole, parameters, sigma, determined })
+    Ok(Load { link: carrier.name.clone(), is_whole, parameters, sigma, determined, in_file_frame: is_whole })
 }
 
 /// The body that carries the load: the named one (or one with a fixed link of that name), else the last one, if there
@@ -98,33 +100,44 @@ impl Load {
     }
 }
 
-/// A load in the words of those who take one; each wants the inertia about the centre of mass, in the axes of its flange.
+/// A load in the words of those who take one; each wants the centre of mass, and the inertia about it, in the axes of its
+/// flange. `None` for the inertia leaves out those who cannot do without.
 ///
 /// UR: set_target_payload(m, cog, [Ixx, Iyy, Izz, Ixy, Ixz, Iyz]). Franka: setLoad with the nine entries by columns. KUKA:
-/// centre in mm. The last is the file of our own `load`.
-fn words_of_controllers(f: &mut fmt::Formatter<'_>, link: &str, body: &Centroidal) -> fmt::Result {
+/// centre in mm. xArm: set_tcp_load with kg and mm, without an inertia. The last is the file of our own `load`.
+fn words_of_controllers(
+    f: &mut fmt::Formatter<'_>,
+    link: &str,
+    mass: f64,
+    centre: [f64; 3],
+    inertia: Option<[f64; 6]>,
+) -> fmt::Result {
     // Rounded as printed, so that nothing is a negative zero.
     let rounded = |x: f64, digits: f64| (x * digits).round() / digits + 0.0;
-    let [x, y, z] = body.centre.map(|x| rounded(x, 1e4));
-    let [xx, xy, xz, yy, yz, zz] = body.inertia.map(|i| rounded(i, 1e5));
-    let mass = body.mass;
-    writeln!(f, "about its centre of mass, in the axes of that frame (that of the flange, for a controller):")?;
-    let ur = format!("[{xx:.5}, {yy:.5}, {zz:.5}, {xy:.5}, {xz:.5}, {yz:.5}]");
-    writeln!(f, "UR      set_target_payload({mass:.4}, [{x:.4}, {y:.4}, {z:.4}], {ur})")?;
-    let franka = format!("{{{xx:.5}, {xy:.5}, {xz:.5}, {xy:.5}, {yy:.5}, {yz:.5}, {xz:.5}, {yz:.5}, {zz:.5}}}");
-    writeln!(f, "Franka  setLoad({mass:.4}, {{{x:.4}, {y:.4}, {z:.4}}}, {franka})")?;
+    let [x, y, z] = centre.map(|x| rounded(x, 1e4));
     let [x_mm, y_mm, z_mm] = [x, y, z].map(|x| 1000.0 * x);
+    let inertia = inertia.map(|inertia| inertia.map(|i| rounded(i, 1e5)));
+    writeln!(f, "about its centre of mass, in the axes of that frame (that of the flange, for a controller):")?;
+    let ur = inertia.map_or(String::new(), |[xx, xy, xz, yy, yz, zz]| {
+        format!(", [{xx:.5}, {yy:.5}, {zz:.5}, {xy:.5}, {xz:.5}, {yz:.5}]")
+    });
+    writeln!(f, "UR      set_target_payload({mass:.4}, [{x:.4}, {y:.4}, {z:.4}]{ur})")?;
+    if let Some([xx, xy, xz, yy, yz, zz]) = inertia {
+        let franka = format!("{{{xx:.5}, {xy:.5}, {xz:.5}, {xy:.5}, {yy:.5}, {yz:.5}, {xz:.5}, {yz:.5}, {zz:.5}}}");
+        writeln!(f, "Franka  setLoad({mass:.4}, {{{x:.4}, {y:.4}, {z:.4}}}, {franka})")?;
+    }
     writeln!(f, "KUKA    M {mass:.4}, X {x_mm:.1}, Y {y_mm:.1}, Z {z_mm:.1} (mm)")?;
-    let own = format!("{{xx: {xx:.5}, xy: {xy:.5}, xz: {xz:.5}, yy: {yy:.5}, yz: {yz:.5}, zz: {zz:.5}}}");
-    let place = format!("centre_of_mass: [{x:.4}, {y:.4}, {z:.4}]");
-    writeln!(f, "rist    {{link: {link}, mass: {mass:.4}, {place}, inertia: {own}}}")
+    writeln!(f, "xArm    set_tcp_load({mass:.4}, [{x_mm:.1}, {y_mm:.1}, {z_mm:.1}])")?;
+    let own = inertia.map_or(String::new(), |[xx, xy, xz, yy, yz, zz]| {
+        format!(", inertia: {{xx: {xx:.5}, xy: {xy:.5}, xz: {xz:.5}, yy: {yy:.5}, yz: {yz:.5}, zz: {zz:.5}}}")
+    });
+    writeln!(f, "rist    {{link: {link}, mass: {mass:.4}, centre_of_mass: [{x:.4}, {y:.4}, {z:.4}]{own}}}")
 }
 
-impl fmt::Display for Load {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+impl Load {
+    /// The parameters, the centre of mass, and the words of controllers.
+    pub(crate) fn tell(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let (x, sigma) = (&self.parameters, &self.sigma);
-        let frame = if self.is_whole { "the link as the model's file has it" } else { "the link's modified DH frame" };
-        writeln!(f, "\nload on {}, in and about the frame of {frame}:", self.link)?;
         for (k, inertial) in Inertial::BODY.into_iter().enumerate() {
             let name = inertial.letters();
             let unit = ["kg m^2", "kg m", "kg"][usize::from(k > 5) + usize::from(k > 8)];
@@ -140,14 +153,28 @@ impl fmt::Display for Load {
         } else if self.is_whole && smallest_eigenvalue(x) < 0.0 {
             writeln!(f, "no body has these parameters: its inertia is not known well enough")?;
         }
-        if let Some(c) = centroidal(x).filter(|_| self.is_whole && mass > certain) {
-            let [x, y, z] = c.centre;
-            writeln!(f, "{:.4} kg, centre of mass ({x:.4}, {y:.4}, {z:.4}) m", c.mass)?;
+        let is_point = self.determined[6..].iter().all(|d| *d) && mass > certain;
+        let centre = [6, 7, 8].map(|k| x[k] / mass);
+        if is_point {
+            let [x, y, z] = centre;
+            writeln!(f, "{mass:.4} kg, centre of mass ({x:.4}, {y:.4}, {z:.4}) m")?;
         }
         match self.body() {
-            Some(body) => words_of_controllers(f, &self.link, &body),
+            Some(body) => words_of_controllers(f, &self.link, body.mass, body.centre, Some(body.inertia)),
+            // A centre of mass is told in the frame of the file, which takes all ten parameters to turn into.
+            None if is_point && self.in_file_frame && !self.is_whole => {
+                words_of_controllers(f, &self.link, mass, centre, None)
+            }
             None => Ok(()),
         }
+    }
+}
+
+impl fmt::Display for Load {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let frame = if self.is_whole { "the link as the model's file has it" } else { "the link's modified DH frame" };
+        writeln!(f, "\nload on {}, in and about the frame of {frame}:", self.link)?;
+        self.tell(f)
     }
 }
 
@@ -156,7 +183,14 @@ mod tests {
     use super::*;
 
     fn load(parameters: Ten) -> Load {
-        Load { link: "tool0".into(), is_whole: true, parameters, sigma: [1e-4; 10], determined: [true; 10] }
+        Load {
+            link: "tool0".into(),
+            is_whole: true,
+            parameters,
+            sigma: [1e-4; 10],
+            determined: [true; 10],
+            in_file_frame: true,
+        }
     }
 
     /// 2 kg at (0.1, 0, 0.2) with 0.01 0.02 0.025 about it: the blocks have it back, in each order.
@@ -170,6 +204,7 @@ mod tests {
             "UR      set_target_payload(2.0000, [0.1000, 0.0000, 0.2000], [0.01000, 0.02000, 0.02500, 0.00000, ",
             "Franka  setLoad(2.0000, {0.1000, 0.0000, 0.2000}, {0.01000, ",
             "KUKA    M 2.0000, X 100.0, Y 0.0, Z 200.0 (mm)",
+            "xArm    set_tcp_load(2.0000, [100.0, 0.0, 200.0])",
             "rist    {link: tool0, mass: 2.0000, centre_of_mass: [0.1000, 0.0000, 0.2000], inertia: {xx: 0.01000, ",
         ] {
             assert!(shown.contains(line), "{line}\n{shown}");

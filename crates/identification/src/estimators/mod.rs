@@ -15,3 +15,4 @@ pub mod replicate_deviation;
 pub(crate) mod row_products;
 pub mod state_bands;
 pub mod weighted;
+pub mod wrench_load;

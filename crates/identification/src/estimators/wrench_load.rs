@@ -1,0 +1,512 @@
+//! The load behind a force-torque sensor, from its wrenches and poses.
+//!
+//! The sensor holds a body with the ten parameters m, mc and I about its origin. With R and p its pose in a frame at rest, F and
+//! N its wrench and o any point at rest, momentum and angular momentum change by what acts:
+//!
+//! ```text
+//! d2/dt2 (m p + R mc) = R F + m g
+//! d/dt H = (p - o) x R F + R N + (m (p - o) + R mc) x g
+//! H = m (p - o) x p' + (p - o) x R (w x mc) + R mc x p' + R I w
+//! ```
+//! Multiplied by a function that is zero with its slopes at both ends of a window, and integrated over it by parts, the
+//! derivatives of the measurements go to the function [Shinbrot 1957]: only p' and w are left to be taken from the poses.
+//! All is linear in the ten parameters and in constant offsets of the six signals. Forces and torques have the weights of their
+//! own residuals; the deviations are those of white noise, widened by the correlation from window to window.
+//!
+//! Rows without a clock are postures: F = -m R'g, N = -mc x R'g. They tell no inertia.
+//!
+//! Not here: springs and drift of the sensor, and its crosstalk.
+
+use linear_model::pseudo_inertia::Ten;
+use logs::{Error, Wrenches};
+use numerics::least_squares::{Solution, solve};
+use numerics::triangle::TriangleBuilder;
+
+/// m/s^2, along z of the frame at rest.
+const GRAVITY: f64 = -9.81;
+/// s, the shortest window; and the fewest samples in one.
+const WINDOW_S: f64 = 0.25;
+const WINDOW_SAMPLES: usize = 24;
+/// Samples on each side of one from which its velocity is taken.
+const NEIGHBOURS: usize = 3;
+/// Steps of a clock beyond this many usual ones are gaps.
+const GAP_STEPS: f64 = 3.0;
+/// Ten parameters, and an offset of each signal.
+const UNKNOWNS: usize = 16;
+/// Rounds in which the weights of forces and torques settle.
+const ROUNDS: usize = 4;
+/// The largest correlation from window to window that is reckoned with.
+const LARGEST_CORRELATION: f64 = 0.9;
+
+type Vector = [f64; 3];
+type Matrix = [[f64; 3]; 3];
+type Row = [f64; UNKNOWNS];
+
+/// A load and how well it is known.
+#[derive(Clone, Debug)]
+pub struct WrenchLoad {
+    /// XX XY XZ YY YZ ZZ MX MY MZ M in and about the frame of the sensor.
+    pub parameters: Ten,
+    /// Standard deviations.
+    pub sigma: Ten,
+    /// Whether the log determines each of them.
+    pub determined: [bool; 10],
+    /// Offsets of the forces, N, and the torques, N m, with their deviations; `None` where the log does not tell.
+    pub offsets: [Option<(f64, f64)>; 6],
+    /// Whether the sensor gives what the load does to it, and not what it does to the load.
+    pub is_reaction: bool,
+    /// What is left of a sample, N, and N m about a point of its window: root of the mean square.
+    pub residuals: [f64; 2],
+    /// Windows of the log, or postures.
+    pub windows: usize,
+}
+
+/// Finds the load of a log.
+///
+/// Fails where no window of it is free of gaps, and where the numbers leave the range of numbers.
+pub fn wrench_load(log: &Wrenches) -> Result<WrenchLoad, Error> {
+    let groups = if log.t.is_empty() { postures(log) } else { windows(log) };
+    let windows = groups[0].rows.len() / 3;
+    if 3 * windows < 2 * UNKNOWNS {
+        let what = if log.t.is_empty() { "postures" } else { "windows of a quarter of a second without a gap" };
+        let least = (2 * UNKNOWNS).div_ceil(3);
+        return Err(Error::at(&log.name, 0, format!("{windows} {what} are too few for a load: {least} are the least")));
+    }
+    // Torques are less than forces by an arm of some centimetres.
+    let mut deviations: Vec<f64> = groups.iter().map(|g| g.first_deviation).collect();
+    let mut solution = weighted(&groups, &deviations);
+    for _ in 0..ROUNDS {
+        for (deviation, group) in deviations.iter_mut().zip(&groups) {
+            let sum: f64 = group.residuals(&solution).map(|r| r * r).sum();
+            let free = group.rows.len() as f64 - UNKNOWNS as f64 / groups.len() as f64;
+            *deviation = (sum / free.max(1.0)).sqrt().max(1e-12 * group.largest()).max(f64::MIN_POSITIVE);
+        }
+        solution = weighted(&groups, &deviations);
+    }
+    if !solution.x.iter().all(|x| x.is_finite()) {
+        return Err(Error::at(&log.name, 0, "its numbers leave the range of numbers"));
+    }
+    Ok(found(&groups, &deviations, &solution, windows))
+}
+
+fn found(groups: &[Group], deviations: &[f64], solution: &Solution, windows: usize) -> WrenchLoad {
+    let correlation = correlation(groups, deviations, solution);
+    let widening = ((1.0 + correlation) / (1.0 - correlation)).sqrt();
+    let sigma = |k: usize| widening * solution.inverse[(k, k)].max(0.0).sqrt();
+    let is_reaction = solution.x[9] < 0.0;
+    let sign = if is_reaction { -1.0 } else { 1.0 };
+    let offset = |k: usize| solution.determined[k].then(|| (solution.x[k], sigma(k)));
+    WrenchLoad {
+        parameters: std::array::from_fn(|k| sign * solution.x[k]),
+        sigma: std::array::from_fn(sigma),
+        determined: std::array::from_fn(|k| solution.determined[k]),
+        offsets: std::array::from_fn(|k| offset(10 + k)),
+        is_reaction,
+        residuals: [0, 1].map(|k| deviations[k] / groups[k].of_a_sample),
+        windows,
+    }
+}
+
+/// Equations of one kind, three in a window.
+struct Group {
+    rows: Vec<(Row, f64)>,
+    /// Deviation that the first round takes.
+    first_deviation: f64,
+    /// Deviation of an equation where a sample has the deviation one.
+    of_a_sample: f64,
+}
+
+impl Group {
+    fn new(first_deviation: f64) -> Group {
+        Group { rows: Vec::new(), first_deviation, of_a_sample: 1.0 }
+    }
+
+    fn residuals<'a>(&'a self, solution: &'a Solution) -> impl Iterator<Item = f64> + 'a {
+        self.rows.iter().map(|(row, y)| y - row.iter().zip(&solution.x).map(|(a, x)| a * x).sum::<f64>())
+    }
+
+    fn largest(&self) -> f64 {
+        self.rows.iter().fold(0.0, |largest, (_, y)| largest.max(y.abs()))
+    }
+}
+
+fn weighted(groups: &[Group], deviations: &[f64]) -> Solution {
+    let mut block = TriangleBuilder::new(UNKNOWNS);
+    for (group, deviation) in groups.iter().zip(deviations) {
+        for (row, y) in &group.rows {
+            block.push(&row.map(|x| x / deviation), y / deviation);
+        }
+    }
+    solve(&block.finish())
+}
+
+/// Of each equation with that of the next window, the mean over all kinds; not below zero.
+fn correlation(groups: &[Group], deviations: &[f64], solution: &Solution) -> f64 {
+    let (mut products, mut count) = (0.0, 0.0);
+    for (group, deviation) in groups.iter().zip(deviations) {
+        let left: Vec<f64> = group.residuals(solution).map(|r| r / deviation).collect();
+        for (a, b) in left.iter().zip(left.iter().skip(3)) {
+            products += a * b;
+            count += 1.0;
+        }
+    }
+    (products / f64::max(count, 1.0)).clamp(0.0, LARGEST_CORRELATION)
+}
+
+/// Equations of rows at rest: forces, torques.
+fn postures(log: &Wrenches) -> Vec<Group> {
+    let mut groups = vec![Group::new(1.0), Group::new(0.1)];
+    for ((rotation, force), torque) in log.rotation.iter().zip(&log.force).zip(&log.torque) {
+        let down = back(rotation, [0.0, 0.0, GRAVITY]);
+        for i in 0..3 {
+            let (mut of_force, mut of_torque) = ([0.0; UNKNOWNS], [0.0; UNKNOWNS]);
+            of_force[9] = -down[i];
+            of_force[10 + i] = 1.0;
+            for k in 0..3 {
+                of_torque[6 + k] = -cross(unit(k), down)[i];
+            }
+            of_torque[13 + i] = 1.0;
+            groups[0].rows.push((of_force, force[i]));
+            groups[1].rows.push((of_torque, torque[i]));
+        }
+    }
+    groups
+}
+
+/// Equations of windows: forces and torques with an even function, then with an odd one.
+fn windows(log: &Wrenches) -> Vec<Group> {
+    let mut groups = vec![Group::new(1.0), Group::new(0.1), Group::new(1.0), Group::new(0.1)];
+    let mut squares = [0.0; 2];
+    let step = usual_step(&log.t);
+    let velocities = Velocities::of(log);
+    let mut first = 0;
+    while first + WINDOW_SAMPLES <= log.t.len() {
+        let enough = |&last: &usize| log.t[last] - log.t[first] >= WINDOW_S;
+        let Some(last) = (first + WINDOW_SAMPLES - 1..log.t.len()).find(enough) else { break };
+        if let Some(gap) = (first..last).rev().find(|&k| log.t[k + 1] - log.t[k] > GAP_STEPS * step) {
+            first = gap + 1;
+            continue;
+        }
+        for odd in [0, 1] {
+            let window = Window::of(log, first, last, odd == 1);
+            squares[odd] += window.samples.iter().map(|s| s.0 * s.0).sum::<f64>();
+            let (force, torque) = equations(log, &velocities, &window);
+            groups[2 * odd].rows.extend(force);
+            groups[2 * odd + 1].rows.extend(torque);
+        }
+        first = last + 1;
+    }
+    for (k, group) in groups.iter_mut().enumerate() {
+        group.of_a_sample = (3.0 * squares[k / 2] / (group.rows.len() as f64).max(1.0)).sqrt();
+    }
+    groups
+}
+
+fn usual_step(t: &[f64]) -> f64 {
+    let mut steps: Vec<f64> = t.windows(2).map(|w| w[1] - w[0]).collect();
+    steps.sort_by(f64::total_cmp);
+    steps.get(steps.len() / 2).copied().unwrap_or(0.0)
+}
+
+/// The function over the samples of a window: (1 - u^2)^4, or u times that, u from -1 to 1.
+struct Window {
+    first: usize,
+    /// The function and its first two derivatives, times the step of the clock.
+    samples: Vec<(f64, f64, f64)>,
+    /// A point at rest, m.
+    point: Vector,
+}
+
+impl Window {
+    fn of(log: &Wrenches, first: usize, last: usize, odd: bool) -> Window {
+        let t = &log.t[first..=last];
+        let (middle, half) = ((t[0] + t[t.len() - 1]) / 2.0, (t[t.len() - 1] - t[0]) / 2.0);
+        let sample = |k: usize| {
+            let u = (t[k] - middle) / half;
+            let v = (1.0 - u * u).max(0.0);
+            let step = (t[(k + 1).min(t.len() - 1)] - t[k.saturating_sub(1)]) / 2.0;
+            let (f, d, dd) = (v.powi(4), -8.0 * u * v.powi(3), 8.0 * v * v * (7.0 * u * u - 1.0));
+            let (f, d, dd) = if odd { (u * f, f + u * d, 2.0 * d + u * dd) } else { (f, d, dd) };
+            (f * step, d * step / half, dd * step / (half * half))
+        };
+        let samples = (0..t.len()).map(sample).collect();
+        Window { first, samples, point: log.position[usize::midpoint(first, last)] }
+    }
+}
+
+/// The three equations of momentum and the three of angular momentum.
+fn equations(log: &Wrenches, velocities: &Velocities, window: &Window) -> (Vec<(Row, f64)>, Vec<(Row, f64)>) {
+    let (mut force, mut torque) = ([([0.0; UNKNOWNS], 0.0); 3], [([0.0; UNKNOWNS], 0.0); 3]);
+    let down = [0.0, 0.0, GRAVITY];
+    for (k, &(f, d, dd)) in (window.first..).zip(&window.samples) {
+        let turn = &log.rotation[k];
+        let place = minus(log.position[k], window.point);
+        let (speed, spin) = (velocities.linear[k], velocities.angular[k]);
+        let (pushed, twisted) = (turned(turn, log.force[k]), turned(turn, log.torque[k]));
+        let about = plus(cross(place, pushed), twisted);
+        let (swept, fallen) = (cross(place, speed), cross(place, down));
+        for i in 0..3 {
+            force[i].1 += f * pushed[i];
+            force[i].0[9] += dd * place[i] - f * down[i];
+            torque[i].1 += f * about[i];
+            torque[i].0[9] -= d * swept[i] + f * fallen[i];
+        }
+        for c in 0..3 {
+            let axis = turned(turn, unit(c));
+            let moved = plus(cross(place, turned(turn, cross(spin, unit(c)))), cross(axis, speed));
+            let (weighed, levered) = (cross(axis, down), cross(place, axis));
+            for i in 0..3 {
+                force[i].0[6 + c] += dd * axis[i];
+                force[i].0[10 + c] += f * axis[i];
+                torque[i].0[6 + c] -= d * moved[i] + f * weighed[i];
+                torque[i].0[10 + c] += f * levered[i];
+                torque[i].0[13 + c] += f * axis[i];
+            }
+        }
+        // I w by its six entries xx xy xz yy yz zz.
+        for (c, (a, b)) in [(0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2)].into_iter().enumerate() {
+            let mut momentum = [0.0; 3];
+            momentum[a] = spin[b];
+            momentum[b] = spin[a];
+            let momentum = turned(turn, momentum);
+            (0..3).for_each(|i| torque[i].0[c] -= d * momentum[i]);
+        }
+    }
+    (force.to_vec(), torque.to_vec())
+}
+
+/// Velocities of the sensor's origin, in the frame at rest, and of its axes, in themselves.
+struct Velocities {
+    linear: Vec<Vector>,
+    angular: Vec<Vector>,
+}
+
+impl Velocities {
+    /// Slopes of cubics through the neighbours of each sample, of the turns from it for the axes.
+    fn of(log: &Wrenches) -> Velocities {
+        let count = log.t.len();
+        let mut found = Velocities { linear: Vec::with_capacity(count), angular: Vec::with_capacity(count) };
+        for k in 0..count {
+            let near = k.saturating_sub(NEIGHBOURS)..=(k + NEIGHBOURS).min(count - 1);
+            let times: Vec<f64> = near.clone().map(|i| log.t[i] - log.t[k]).collect();
+            let weights = slope_weights(&times);
+            let (mut linear, mut angular) = ([0.0; 3], [0.0; 3]);
+            for (i, weight) in near.zip(weights) {
+                let (moved, turned) =
+                    (minus(log.position[i], log.position[k]), turn(&log.rotation[k], &log.rotation[i]));
+                (0..3).for_each(|a| {
+                    linear[a] += weight * moved[a];
+                    angular[a] += weight * turned[a];
+                });
+            }
+            found.linear.push(linear);
+            found.angular.push(angular);
+        }
+        found
+    }
+}
+
+/// Weights of samples at these times whose sum is the slope at zero of the cubic of least squares.
+fn slope_weights(times: &[f64]) -> Vec<f64> {
+    let scale = times.iter().fold(f64::MIN_POSITIVE, |s: f64, t| s.max(t.abs()));
+    let powers = nalgebra::DMatrix::from_fn(times.len(), times.len().min(4), |r, c| (times[r] / scale).powi(c as i32));
+    let inverse = powers.pseudo_inverse(1e-12).unwrap_or_else(|_| nalgebra::DMatrix::zeros(4, times.len()));
+    (0..times.len()).map(|k| if inverse.nrows() > 1 { inverse[(1, k)] / scale } else { 0.0 }).collect()
+}
+
+/// The turn from one attitude to another as a vector in the axes of the first, rad.
+fn turn(from: &Matrix, to: &Matrix) -> Vector {
+    let entry = |i: usize, k: usize| (0..3).map(|a| from[a][i] * to[a][k]).sum::<f64>();
+    let twice = [entry(2, 1) - entry(1, 2), entry(0, 2) - entry(2, 0), entry(1, 0) - entry(0, 1)];
+    let sine = (twice.iter().map(|x| x * x).sum::<f64>()).sqrt() / 2.0;
+    let cosine = (entry(0, 0) + entry(1, 1) + entry(2, 2) - 1.0) / 2.0;
+    let scale = if sine < 1e-9 { 0.5 } else { sine.atan2(cosine) / (2.0 * sine) };
+    twice.map(|x| scale * x)
+}
+
+fn unit(k: usize) -> Vector {
+    std::array::from_fn(|i| f64::from(u8::from(i == k)))
+}
+
+fn cross(a: Vector, b: Vector) -> Vector {
+    [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
+}
+
+fn plus(a: Vector, b: Vector) -> Vector {
+    std::array::from_fn(|i| a[i] + b[i])
+}
+
+fn minus(a: Vector, b: Vector) -> Vector {
+    std::array::from_fn(|i| a[i] - b[i])
+}
+
+fn turned(m: &Matrix, v: Vector) -> Vector {
+    m.map(|row| (0..3).map(|k| row[k] * v[k]).sum())
+}
+
+fn back(m: &Matrix, v: Vector) -> Vector {
+    std::array::from_fn(|k| (0..3).map(|i| m[i][k] * v[i]).sum())
+}
+
+#[cfg(test)]
+mod tests {
+    use random::Random;
+
+    use super::*;
+
+    /// 2.1 kg at (0.02, -0.03, 0.12) with an inertia about its centre, as the ten about the origin.
+    fn body() -> Ten {
+        let (m, [x, y, z]) = (2.1, [0.02, -0.03, 0.12]);
+        [
+            0.011 + m * (y * y + z * z),
+            0.001 - m * x * y,
+            -0.002 - m * x * z,
+            0.013 + m * (x * x + z * z),
+            0.0015 - m * y * z,
+            0.006 + m * (x * x + y * y),
+            m * x,
+            m * y,
+            m * z,
+            m,
+        ]
+    }
+
+    /// roll, pitch, yaw and the place of the sensor, with their first two derivatives.
+    fn motion(t: f64) -> [[f64; 6]; 3] {
+        let [mut x, mut dx, mut ddx] = [[0.0; 6]; 3];
+        let sines = [(0.9, 2.1), (0.7, 3.3), (1.1, 1.7), (0.2, 2.9), (0.25, 1.3), (0.15, 3.7)];
+        for (k, (size, rate)) in sines.into_iter().enumerate() {
+            let (s, c) = (rate * t + k as f64).sin_cos();
+            (x[k], dx[k], ddx[k]) = (size * s, size * rate * c, -size * rate * rate * s);
+        }
+        [x, dx, ddx]
+    }
+
+    fn rotation([r, p, y]: Vector) -> Matrix {
+        let [(sr, cr), (sp, cp), (sy, cy)] = [r, p, y].map(f64::sin_cos);
+        [
+            [cy * cp, cy * sp * sr - sy * cr, cy * sp * cr + sy * sr],
+            [sy * cp, sy * sp * sr + cy * cr, sy * sp * cr - cy * sr],
+            [-sp, cp * sr, cp * cr],
+        ]
+    }
+
+    /// w of roll, pitch and yaw, in the axes of the sensor.
+    fn spin([r, p, _]: Vector, [dr, dp, dy]: Vector) -> Vector {
+        let [(sr, cr), (sp, cp)] = [r, p].map(f64::sin_cos);
+        [dr - sp * dy, cr * dp + sr * cp * dy, -sr * dp + cr * cp * dy]
+    }
+
+    const OFFSETS: [f64; 6] = [3.0, -2.0, 5.0, 0.2, 0.1, -0.3];
+
+    /// The wrench of Newton and Euler at an instant, by its textbook formulas.
+    fn wrench(body: &Ten, t: f64) -> (Vector, Vector, Matrix, Vector) {
+        let [x, dx, ddx] = motion(t);
+        let three = |v: &[f64; 6], at: usize| [v[at], v[at + 1], v[at + 2]];
+        let turn = rotation(three(&x, 0));
+        let w = spin(three(&x, 0), three(&dx, 0));
+        // The slope of w by a difference of fourth order, 1e-12 off.
+        let at = |h: f64| {
+            let [x, dx, _] = motion(t + h);
+            spin(three(&x, 0), three(&dx, 0))
+        };
+        let (h, near, far) = (1e-3, [at(1e-3), at(-1e-3)], [at(2e-3), at(-2e-3)]);
+        let dw: Vector =
+            std::array::from_fn(|i| (8.0 * (near[0][i] - near[1][i]) - (far[0][i] - far[1][i])) / (12.0 * h));
+        let felt = back(&turn, minus(three(&ddx, 3), [0.0, 0.0, GRAVITY]));
+        let &[xx, xy, xz, yy, yz, zz, mx, my, mz, m] = body;
+        let inertia = [[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]];
+        let first = [mx, my, mz];
+        let force = plus(plus(felt.map(|a| m * a), cross(dw, first)), cross(w, cross(w, first)));
+        let torque = plus(plus(cross(first, felt), turned(&inertia, dw)), cross(w, turned(&inertia, w)));
+        (force, torque, turn, three(&x, 3))
+    }
+
+    fn log(seconds: f64, noise: f64, sign: f64, seed: u64) -> Wrenches {
+        let mut random = Random::new(seed);
+        let count = (seconds * 250.0) as usize;
+        let mut log = Wrenches {
+            name: "w.csv".into(),
+            t: (0..count).map(|k| k as f64 / 250.0).collect(),
+            force: Vec::new(),
+            torque: Vec::new(),
+            position: Vec::new(),
+            rotation: Vec::new(),
+            left_out: 0,
+        };
+        for &t in &log.t {
+            let (force, torque, turn, place) = wrench(&body(), t);
+            let mut noisy = |x: Vector, size: f64, at: usize| -> Vector {
+                std::array::from_fn(|i| sign * x[i] + OFFSETS[at + i] + size * noise * random.normal())
+            };
+            log.force.push(noisy(force, 1.0, 0));
+            log.torque.push(noisy(torque, 0.05, 3));
+            log.rotation.push(turn);
+            log.position.push(place);
+        }
+        log
+    }
+
+    /// Without noise the body comes back to what differences and sums of samples leave.
+    #[test]
+    fn the_body_comes_back() {
+        for sign in [1.0, -1.0] {
+            let found = wrench_load(&log(10.0, 0.0, sign, 1)).unwrap();
+            assert_eq!(found.is_reaction, sign < 0.0);
+            for (k, (x, truth)) in found.parameters.iter().zip(body()).enumerate() {
+                assert!((x - truth).abs() < 2e-5, "{k}: {x} {truth}");
+            }
+            for (offset, truth) in found.offsets.iter().zip(OFFSETS) {
+                assert!((offset.unwrap().0 - truth).abs() < 1e-3, "{offset:?} {truth}");
+            }
+        }
+    }
+
+    /// With noise the errors have their deviations: mean squares of 16 numbers over 30 draws.
+    #[test]
+    fn deviations_hold_the_errors() {
+        let (mut squares, draws) = ([0.0; UNKNOWNS], 30);
+        for seed in 0..draws {
+            let found = wrench_load(&log(12.0, 0.8, 1.0, seed)).unwrap();
+            assert!((found.residuals[0] - 0.8).abs() < 0.08, "{found:?}");
+            // That of the force turns about a point some centimetres away.
+            assert!((0.036..0.054).contains(&found.residuals[1]), "{found:?}");
+            let offsets = found.offsets.map(|o| o.unwrap());
+            let told = found.parameters.iter().copied().zip(found.sigma).chain(offsets);
+            for (k, ((x, sigma), truth)) in told.zip(body().into_iter().chain(OFFSETS)).enumerate() {
+                squares[k] += ((x - truth) / sigma).powi(2) / draws as f64;
+            }
+        }
+        let mean = squares.iter().sum::<f64>() / UNKNOWNS as f64;
+        // 480 unit normals, correlated within a draw: one, to a fifth.
+        assert!((0.75..1.25).contains(&mean) && squares.iter().all(|s| *s < 2.2), "{mean} {squares:?}");
+    }
+
+    /// Postures tell mass and centre, and no inertia.
+    #[test]
+    fn postures_tell_mass_and_centre() {
+        let mut random = Random::new(3);
+        let mut log = log(1.0, 0.0, 1.0, 1);
+        log.t.clear();
+        let truth = body();
+        let first = [truth[6], truth[7], truth[8]];
+        for k in 0..log.force.len() {
+            let down = back(&log.rotation[k], [0.0, 0.0, GRAVITY]);
+            log.rotation[k] = rotation([0, 1, 2].map(|_| random.between(-3.0, 3.0)));
+            let down_now = back(&log.rotation[k], [0.0, 0.0, GRAVITY]);
+            assert_ne!(down, down_now);
+            log.force[k] = down_now.map(|g| -truth[9] * g + 0.5 * random.normal());
+            log.torque[k] = cross(first, down_now).map(|x| -x + 0.02 * random.normal());
+        }
+        let found = wrench_load(&log).unwrap();
+        assert_eq!(found.determined, [false, false, false, false, false, false, true, true, true, true]);
+        for k in 6..10 {
+            let error = (found.parameters[k] - truth[k]) / found.sigma[k];
+            assert!(error.abs() < 4.0, "{k}: {error}");
+        }
+        log.force.truncate(5);
+        log.rotation.truncate(5);
+        let message = wrench_load(&log).unwrap_err().to_string();
+        assert!(message.contains("5 postures are too few for a load: 11 are the least"), "{message}");
+    }
+}

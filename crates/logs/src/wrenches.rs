@@ -1,0 +1,234 @@
+//! A log of a force-torque sensor: forces, torques and the pose of the sensor, against time.
+//!
+//! Columns are found by their names, whatever stands before the last words: `force.x`, `wrench.force.x`, `fx`; `torque.x`,
+//! `tx`, `mx`; `position.x`, `px`, `x`; `orientation.x` .. `orientation.w` or `qx` .. `qw`, or `roll` `pitch` `yaw`. Lengths
+//! may be `[mm]` and angles `[deg]`. A table without a clock holds postures at rest, one in each row.
+
+use std::path::Path;
+
+use crate::Error;
+use crate::table::Table;
+
+/// A log of a force-torque sensor.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Wrenches {
+    /// The file, as the user named it.
+    pub name: String,
+    /// s, rising; empty where each row is a posture at rest.
+    pub t: Vec<f64>,
+    /// N, in the axes of the sensor.
+    pub force: Vec<[f64; 3]>,
+    /// N m, about the origin of the sensor's frame, in its axes.
+    pub torque: Vec<[f64; 3]>,
+    /// m, the origin of the sensor in a frame at rest whose z points up; zeros where each row is a posture.
+    pub position: Vec<[f64; 3]>,
+    /// The axes of the sensor in that frame, row by row.
+    pub rotation: Vec<[[f64; 3]; 3]>,
+    /// Rows left out: without a number, or a clock that does not go on.
+    pub left_out: usize,
+}
+
+/// How far the norm of a quaternion may be from one.
+const QUATERNION_NORM_SLACK: f64 = 0.01;
+
+impl Wrenches {
+    /// Reads a log. Fails where the file cannot be read or a column is missing, and on quaternions that are none.
+    pub fn read(path: &Path) -> Result<Wrenches, Error> {
+        Wrenches::of_table(&Table::read(path)?)
+    }
+
+    /// The same from a table.
+    pub fn of_table(table: &Table) -> Result<Wrenches, Error> {
+        let names = Names::of(table);
+        let clock = names.any(&["t", "time", "timestamp", "stamp"]);
+        let force = names.three("force", &["force_?", "f?", "f_?"])?;
+        let torque = names.three("torque", &["torque_?", "t?", "t_?", "m?", "m_?", "moment_?"])?;
+        let position = match names.three("position", &["position_?", "translation_?", "p?", "p_?", "?"]) {
+            Err(_) if clock.is_none() => None,
+            found => Some(found?),
+        };
+        let turned = names.orientation()?;
+        let mut log = Wrenches {
+            name: table.file.clone(),
+            t: Vec::new(),
+            force: Vec::new(),
+            torque: Vec::new(),
+            position: Vec::new(),
+            rotation: Vec::new(),
+            left_out: 0,
+        };
+        for r in 0..table.rows() {
+            let three = |columns: &[Column]| [0, 1, 2].map(|i| columns[i].at(table, r));
+            let (f, n) = (three(&force), three(&torque));
+            let p = position.as_ref().map_or([0.0; 3], |columns| three(columns));
+            let angles: Vec<f64> = turned.iter().map(|c| c.at(table, r)).collect();
+            let t = clock.as_ref().map_or(r as f64, |c| c.at(table, r));
+            let numbers = f.iter().chain(&n).chain(&p).chain(&angles).chain([&t]);
+            if !numbers.into_iter().all(|x| x.is_finite())
+                || (clock.is_some() && log.t.last().is_some_and(|last| t <= *last))
+            {
+                log.left_out += 1;
+                continue;
+            }
+            let rotation = rotation(&angles).map_err(|what| Error::at(&table.file, table.line(r), what))?;
+            log.force.push(f);
+            log.torque.push(n);
+            log.position.push(p);
+            log.rotation.push(rotation);
+            if clock.is_some() {
+                log.t.push(t);
+            }
+        }
+        if log.force.len() < 3 {
+            let message = format!("{} rows have a number for each signal: three are the least", log.force.len());
+            return Err(Error::at(&table.file, 0, message));
+        }
+        Ok(log)
+    }
+}
+
+/// A column and what its unit is in SI.
+#[derive(Clone, Copy)]
+struct Column {
+    index: usize,
+    factor: f64,
+}
+
+impl Column {
+    fn at(self, table: &Table, row: usize) -> f64 {
+        table.columns[self.index].get(row).map_or(f64::NAN, |x| self.factor * x)
+    }
+}
+
+/// The names of a table in lower case, `_` between their words, with their units.
+struct Names<'a> {
+    table: &'a Table,
+    names: Vec<(String, f64)>,
+}
+
+impl<'a> Names<'a> {
+    fn of(table: &'a Table) -> Names<'a> {
+        let name = |header: &String| {
+            let (name, unit) = header.split_once(['[', '(']).unwrap_or((header, ""));
+            let factor = match unit.trim_end_matches([']', ')']).trim() {
+                "mm" | "ms" | "N mm" | "Nmm" => 1e-3,
+                "deg" | "°" => std::f64::consts::PI / 180.0,
+                _ => 1.0,
+            };
+            let words = name.trim().to_lowercase().replace(|c: char| !c.is_ascii_alphanumeric(), "_");
+            (words.trim_matches('_').to_string(), factor)
+        };
+        Names { table, names: table.header.iter().map(name).collect() }
+    }
+
+    /// The column whose last words are these, where it is the only one.
+    fn ending(&self, words: &str) -> Option<Column> {
+        let whole = self.names.iter().position(|n| n.0 == words);
+        let mut ends = self.names.iter().enumerate().filter(|(_, n)| n.0.ends_with(&format!("_{words}")));
+        let index = whole.or_else(|| ends.next().map(|(k, _)| k).filter(|_| ends.next().is_none()))?;
+        Some(Column { index, factor: self.names[index].1 })
+    }
+
+    fn any(&self, words: &[&str]) -> Option<Column> {
+        words.iter().find_map(|w| self.ending(w))
+    }
+
+    /// x, y and z by one of these patterns.
+    fn three(&self, what: &str, patterns: &[&str]) -> Result<[Column; 3], Error> {
+        let by = |pattern: &&str| {
+            let [x, y, z] = ["x", "y", "z"].map(|axis| self.ending(&pattern.replace('?', axis)));
+            Some([x?, y?, z?])
+        };
+        patterns.iter().find_map(by).ok_or_else(|| {
+            let wanted = ["x", "y", "z"].map(|axis| patterns[0].replace('?', axis).replace('_', "."));
+            self.missing(&format!("of the {what} ({})", wanted.join(", ")))
+        })
+    }
+
+    /// qx qy qz qw, or roll pitch yaw.
+    fn orientation(&self) -> Result<Vec<Column>, Error> {
+        let four = |prefix: &str| ["x", "y", "z", "w"].iter().map(|a| self.ending(&format!("{prefix}{a}"))).collect();
+        let quaternion: Option<Vec<Column>> = ["orientation_", "rotation_", "q", "q_"].iter().find_map(|p| four(p));
+        let rpy = || ["roll", "pitch", "yaw"].iter().map(|a| self.ending(a)).collect::<Option<Vec<Column>>>();
+        quaternion.or_else(rpy).ok_or_else(|| self.missing("of the orientation (qx, qy, qz, qw, or roll, pitch, yaw)"))
+    }
+
+    fn missing(&self, what: &str) -> Error {
+        let there: Vec<&str> = self.table.header.iter().take(30).map(String::as_str).collect();
+        let message = format!("no columns {what}; the columns are {}: rename those that are meant", there.join(", "));
+        Error::at(&self.table.file, 1, message)
+    }
+}
+
+/// The matrix of a quaternion x y z w, or of roll, pitch and yaw: Rz(yaw) Ry(pitch) Rx(roll).
+fn rotation(angles: &[f64]) -> Result<[[f64; 3]; 3], String> {
+    let &[x, y, z, w] = angles else {
+        let [(sr, cr), (sp, cp), (sy, cy)] = [0, 1, 2].map(|i| angles.get(i).copied().unwrap_or(0.0).sin_cos());
+        return Ok([
+            [cy * cp, cy * sp * sr - sy * cr, cy * sp * cr + sy * sr],
+            [sy * cp, sy * sp * sr + cy * cr, sy * sp * cr - cy * sr],
+            [-sp, cp * sr, cp * cr],
+        ]);
+    };
+    let norm = (x * x + y * y + z * z + w * w).sqrt();
+    if (norm - 1.0).abs() > QUATERNION_NORM_SLACK {
+        return Err(format!("the orientation ({x}, {y}, {z}, {w}) has the norm {norm:.3}: a quaternion x y z w has 1"));
+    }
+    let [x, y, z, w] = [x, y, z, w].map(|c| c / norm);
+    Ok([
+        [1.0 - 2.0 * (y * y + z * z), 2.0 * (x * y - z * w), 2.0 * (x * z + y * w)],
+        [2.0 * (x * y + z * w), 1.0 - 2.0 * (x * x + z * z), 2.0 * (y * z - x * w)],
+        [2.0 * (x * z - y * w), 2.0 * (y * z + x * w), 1.0 - 2.0 * (x * x + y * y)],
+    ])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn read(head: &str, rows: &str) -> Result<Wrenches, Error> {
+        Wrenches::of_table(&Table::from_bytes("w.csv", format!("{head}\n{rows}").as_bytes())?)
+    }
+
+    /// A quarter turn about z, as a quaternion and as yaw in degrees.
+    #[test]
+    fn columns_are_found_by_their_last_words() {
+        let half = 0.5f64.sqrt();
+        let row = |t: f64| format!("{t},1,2,3,4,5,6,0.1,0.2,0.3,0,0,{half},{half}\n");
+        let rows = row(0.0) + &row(0.1) + &row(0.2);
+        let ros = "t,wrench.force.x,wrench.force.y,wrench.force.z,wrench.torque.x,wrench.torque.y,wrench.torque.z,\
+                   pose.position.x,pose.position.y,pose.position.z,pose.orientation.x,pose.orientation.y,\
+                   pose.orientation.z,pose.orientation.w";
+        let short = "time,Fx,Fy,Fz,Mx,My,Mz,x,y,z,qx,qy,qz,qw";
+        let log = read(ros, &rows).unwrap();
+        assert_eq!(log, read(short, &rows).unwrap());
+        assert_eq!((log.force[0], log.torque[0], log.position[0]), ([1.0, 2.0, 3.0], [4.0, 5.0, 6.0], [0.1, 0.2, 0.3]));
+        let turned = "t,Fx,Fy,Fz,Mx,My,Mz,x [mm],y [mm],z [mm],roll [deg],pitch [deg],yaw [deg]";
+        let row = |t: f64| format!("{t},1,2,3,4,5,6,100,200,300,0,0,90\n");
+        let same = read(turned, &(row(0.0) + &row(0.1) + &row(0.2))).unwrap();
+        for (a, b) in log.rotation[2].iter().flatten().zip(same.rotation[2].iter().flatten()) {
+            assert!((a - b).abs() < 1e-15, "{log:?} {same:?}");
+        }
+        assert!((same.position[1][2] - 0.3).abs() < 1e-15);
+    }
+
+    #[test]
+    fn what_is_missing_is_named() {
+        let rows = "0,1,2,3,4,5,6,0,0,0,2\n".repeat(4);
+        for (head, wanted) in [
+            ("t,fx,fy,fz,tx,ty,tz,a,b,c,d", "w.csv:1: no columns of the position (position.x, position.y, position.z)"),
+            (
+                "n,fx,fy,fz,tx,ty,tz,a,b,c,d",
+                "w.csv:1: no columns of the orientation (qx, qy, qz, qw, or roll, pitch, yaw)",
+            ),
+            (
+                "n,fx,fy,fz,a,b,c,qx,qy,qz,qw",
+                "no columns of the torque (torque.x, torque.y, torque.z); the columns are n, fx",
+            ),
+            ("n,fx,fy,fz,tx,ty,tz,qx,qy,qz,qw", "w.csv:2: the orientation (0, 0, 0, 2) has the norm 2.000"),
+        ] {
+            let message = read(head, &rows).unwrap_err().to_string();
+            assert!(message.contains(wanted), "{message}");
+        }
+    }
+}
