@@ -32,6 +32,8 @@ pub enum Mistake {
     TurnedInertialFrame,
     /// g or mm where kg or m are meant.
     Units,
+    /// There is a shape, but no mass.
+    ShapeWithoutMass,
     /// There is a mass, but no inertia.
     MassWithoutInertia,
     /// What an exporter writes where it knows nothing.

@@ -49,6 +49,9 @@ pub(crate) fn habits(robot: &Robot, findings: &mut Vec<Finding>) {
 
 fn of_body(part: &Part, shapes: &[&Collision], mut find: impl FnMut(Mistake, String)) {
     let mass = part.mass;
+    if mass == 0.0 && !shapes.is_empty() && part.inertia.iter().all(|i| *i == 0.0) {
+        find(Mistake::ShapeWithoutMass, "its mass is 0, though it has a collision shape".into());
+    }
     if mass <= 0.0 {
         return;
     }
@@ -159,7 +162,8 @@ mod tests {
 
     fn found(inertial: &str, geometry: &str, limit: &str) -> Vec<Mistake> {
         let link = |name: &str| {
-            format!("<link name=\"{name}\"><inertial>{inertial}</inertial><collision>{geometry}</collision></link>")
+            let shape = if geometry.is_empty() { "".into() } else { format!("<collision>{geometry}</collision>") };
+            format!("<link name=\"{name}\"><inertial>{inertial}</inertial>{shape}</link>")
         };
         let text = format!(
             "<robot name=\"r\"><link name=\"b\"/>{}<joint name=\"j\" type=\"revolute\"><parent link=\"b\"/><child link=\"a\"/>\
@@ -184,6 +188,8 @@ mod tests {
         let mesh = "<geometry><mesh filename=\"a.stl\"/></geometry>";
         for (inertial, geometry, limit, wanted) in [
             (body(8.0, "0 0 0", 0.06), BOX, LIMIT, vec![]),
+            (body(0.0, "0 0 0", 0.0), BOX, LIMIT, vec![Mistake::ShapeWithoutMass]),
+            (body(0.0, "0 0 0", 0.0), "", LIMIT, vec![]),
             (body(50.0, "0 0 0", 0.0), BOX, LIMIT, vec![Mistake::MassWithoutInertia]),
             (body(1.0, "0 0 0", 1.0), BOX, LIMIT, vec![Mistake::Placeholder]),
             (body(0.008, "0 0 0", 6e-5), BOX, LIMIT, vec![Mistake::Density]),

@@ -110,3 +110,70 @@ fn the_files_of_the_field_are_read_as_they_should() {
         assert!(found.is_empty(), "{name}: {found:?}");
     }
 }
+
+/// Rows 47 and 48 of the field, and what tables of Denavit and Hartenberg are refused with: each names the way out.
+#[test]
+fn refusals_of_the_field_name_the_way_out() {
+    let here = std::env::var_os("RIST_SHARED").map(std::path::PathBuf::from);
+    let shared = here.unwrap_or_else(|| Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../shared"));
+    let folder = shared.join("findings/inputs/field");
+    if !folder.is_dir() {
+        println!("NOT looked at: no folder of shared inputs");
+        return;
+    }
+    for (name, wanted) in [
+        ("latin1.urdf", "not UTF-8: save the file in that encoding"),
+        ("utf16.urdf", "not UTF-8: save the file in that encoding"),
+        ("doctype.urdf", "take the <!DOCTYPE> out"),
+        ("num_comma.urdf", "`0,4` is not a finite number: numbers have a point"),
+        ("num_commasep.urdf", "blanks between them"),
+        ("num_pi.urdf", "a .xacro has expressions"),
+        ("num_inf_limit.urdf", "leave out a limit that there is not"),
+        ("num_inf_effort.urdf", "leave out a limit that there is not"),
+        ("num_nan_mass.urdf", "is not a finite number"),
+        ("axis_zero.urdf", "it needs a direction"),
+        ("dup_joint.urdf", "stands twice, first on line 6"),
+        ("two_roots.urdf", "join them with a joint"),
+        ("missing_link.urdf", "did you mean `l1`?"),
+        ("xacro_property.urdf", "a file called .xacro is written out"),
+        ("mimic_self.urdf", "none of them moves by itself"),
+        ("screw.urdf", "there are revolute, continuous, prismatic and fixed ones"),
+        ("spherical.urdf", "a chain of revolute and prismatic ones"),
+        ("loop_cycle.urdf", "a description in YAML has loops"),
+        ("loop_two_parents.urdf", "a description in YAML has loops"),
+        ("dh/degrees.yaml", "degrees are read with `angles: deg`"),
+        ("dh/deg_unit.yaml", "degrees are read with `angles: deg`"),
+        ("dh/noconv.yaml", "khalil-kleinfinger, craig or denavit-hartenberg"),
+        ("dh/standard_cols.yaml", "`convention: denavit-hartenberg`"),
+    ] {
+        let error = robot::format::read(&folder.join(name)).expect_err(name).to_string();
+        assert!(error.contains(wanted), "{error}");
+    }
+    // Rows 42 and 48: what is read, with as many coordinates as it has.
+    for name in [
+        "mimic_offset.urdf",
+        "mimic_fixed.urdf",
+        "axis_neg.urdf",
+        "axis_nonunit.urdf",
+        "continuous_limits.urdf",
+        "ros2_control.urdf",
+        "transmission.urdf",
+        "transmission_drake.urdf",
+        "dh/craig.yaml",
+        "dh/standard.yaml",
+    ] {
+        let robot = robot::format::read(&folder.join(name)).unwrap_or_else(|e| panic!("{e}"));
+        assert!((2..=3).contains(&robot.n_coordinates()), "{name}");
+    }
+    // Rows 39 and 40: lint tells them.
+    for (name, wanted) in [
+        ("zero_authority.urdf", robot::lint::Mistake::Limits),
+        ("num_trailing_newline.urdf", robot::lint::Mistake::OtherReaders),
+        ("limit_missing.urdf", robot::lint::Mistake::OtherReaders),
+        ("limit_no_effort.urdf", robot::lint::Mistake::OtherReaders),
+        ("grams.urdf", robot::lint::Mistake::Units),
+    ] {
+        let found = robot::lint::lint(&robot::format::read(&folder.join(name)).unwrap());
+        assert!(found.iter().any(|f| f.mistake == wanted), "{name}: {found:?}");
+    }
+}

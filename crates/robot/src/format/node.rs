@@ -99,6 +99,17 @@ fn without_place(message: &str) -> &str {
     first.find(" at line ").map_or(first, |at| &first[..at])
 }
 
+/// What is written instead of a key of a link that other tables of Denavit and Hartenberg have.
+fn way_out(key: &str, valid: &[&str]) -> &'static str {
+    match key {
+        _ if !valid.contains(&"alpha") => "",
+        "a" => " (`a` is of `convention: craig` or `convention: denavit-hartenberg`)",
+        _ if key.ends_with("_deg") => " (degrees are read with `angles: deg`)",
+        _ if key.ends_with("_mm") => " (millimetres are read with `lengths: mm`)",
+        _ => "",
+    }
+}
+
 impl Node {
     /// What the value is, for a message.
     pub(super) fn kind(&self) -> String {
@@ -120,6 +131,7 @@ impl Node {
             if !valid.contains(&key.text.as_str()) {
                 let meant = did_you_mean(&key.text, valid.iter().copied());
                 let shown: String = key.text.chars().take(40).collect();
+                let meant = if meant.is_empty() { way_out(&key.text, valid).into() } else { meant };
                 let message = format!("unknown key `{shown}` in {what}{meant}; the keys are {}", valid.join(", "));
                 return Err(source.at_key(key, message));
             }

@@ -26,6 +26,7 @@ pub(in crate::format) fn document<'a>(source: Source, text: &'a str, kind: &str)
         let message = e.to_string();
         // The library ends its messages with the place, which stands in front here.
         let message = message.split(" at ").next().unwrap_or("").to_string();
+        let message = if message.contains("DTD") { format!("{message}: take the <!DOCTYPE> out") } else { message };
         let message = if text.trim().is_empty() { "the file is empty".into() } else { message };
         source.error(at.row as usize, at.col as usize, format!("not valid XML: {message}"))
     })

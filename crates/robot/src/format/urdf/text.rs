@@ -145,7 +145,7 @@ pub(super) fn check(source: Source, text: &str, floats: bool) -> Result<Checked,
     }
     if let Some(xacro) = root.descendants().find(|n| n.tag_name().namespace().is_some_and(|n| n.contains("xacro"))) {
         let message =
-            format!("<xacro:{}> is a macro: expand the file with xacro first", shown(xacro.tag_name().name()));
+            format!("<xacro:{}> is a macro: a file called .xacro is written out", shown(xacro.tag_name().name()));
         return Err(reader.error(xacro, message));
     }
     for tag in ["link", "joint"] {
@@ -167,6 +167,17 @@ pub(super) fn check(source: Source, text: &str, floats: bool) -> Result<Checked,
         notes: reader.notes,
         oddities: oddities(root),
     })
+}
+
+/// What to write instead of a word that is no number.
+fn way_out(tag: &str, word: &str) -> &'static str {
+    let lower = word.to_lowercase();
+    match () {
+        () if word.contains(',') => ": numbers have a point, and blanks between them",
+        () if lower.contains("pi") => ": a URDF has numbers alone, a .xacro has expressions",
+        () if tag == "limit" && lower.contains("inf") => ": leave out a limit that there is not",
+        () => "",
+    }
 }
 
 struct Reader<'a, 'i> {
@@ -314,7 +325,10 @@ impl<'a, 'i> Reader<'a, 'i> {
                     let message = format!("{place} is {x:e}: no robot has a number beyond {largest:e}");
                     return Err(self.error(node, message));
                 }
-                _ => return Err(self.error(node, format!("{place}: `{}` is not a finite number", shown(word)))),
+                _ => {
+                    let way = way_out(node.tag_name().name(), word);
+                    return Err(self.error(node, format!("{place}: `{}` is not a finite number{way}", shown(word))));
+                }
             }
         }
         Ok(words.join(" "))
@@ -347,7 +361,11 @@ impl<'a, 'i> Reader<'a, 'i> {
             let kind = node.attribute("type").unwrap_or("");
             if !KINDS.contains(&kind) {
                 let meant = did_you_mean(kind, KINDS[..4].iter().copied());
-                let message = format!("joint `{}` is of the unknown type `{}`{meant}", shown(&name), shown(kind));
+                let message = format!(
+                    "joint `{}` is of the unknown type `{}`{meant}; there are revolute, continuous, prismatic and fixed ones",
+                    shown(&name),
+                    shown(kind)
+                );
                 return Err(self.error(node, message));
             }
             if !KINDS[..4].contains(&kind) && floating_root(root).is_some_and(|(joint, _)| joint == node) {

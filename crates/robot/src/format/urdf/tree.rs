@@ -126,7 +126,8 @@ impl Tree {
             let child = find("child", &joint.child.link, |m| m.child_at)?;
             if let Some(first) = above[child].replace(j) {
                 let message = format!(
-                    "link `{}` has two parents: it is the child of joint `{}` and of joint `{}`; a URDF is a tree",
+                    "link `{}` has two parents: it is the child of joint `{}` and of joint `{}`; a URDF is a tree, a \
+                     description in YAML has loops",
                     shown(&joint.child.link),
                     shown(&model.joints[first].name),
                     shown(&joint.name)
@@ -149,8 +150,9 @@ impl Tree {
             [] if model.links.is_empty() => Err(source.place(checked.at, "the robot has no link")),
             [] => {
                 let circle = tree(0).circle(model, 0).join(", ");
-                let message =
-                    format!("every link is a child, so the joints {circle} form a circle and there is no base");
+                let message = format!(
+                    "every link is a child, so the joints {circle} form a circle and there is no base; a description in YAML has loops"
+                );
                 Err(source.place(checked.at, message))
             }
             [first, second, ..] => {
