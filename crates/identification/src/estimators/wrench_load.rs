@@ -41,6 +41,8 @@ const LARGEST_CORRELATION: f64 = 0.9;
 type Vector = [f64; 3];
 type Matrix = [[f64; 3]; 3];
 type Row = [f64; UNKNOWNS];
+/// A row and what its combination should be.
+type Equation = (Row, f64);
 
 /// A load and how well it is known.
 #[derive(Clone, Debug)]
@@ -109,7 +111,7 @@ fn found(groups: &[Group], deviations: &[f64], solution: &Solution, windows: usi
 
 /// Equations of one kind, three in a window.
 struct Group {
-    rows: Vec<(Row, f64)>,
+    rows: Vec<Equation>,
     /// Deviation that the first round takes.
     first_deviation: f64,
     /// Deviation of an equation where a sample has the deviation one.
@@ -235,7 +237,7 @@ impl Window {
 }
 
 /// The three equations of momentum and the three of angular momentum.
-fn equations(log: &Wrenches, velocities: &Velocities, window: &Window) -> (Vec<(Row, f64)>, Vec<(Row, f64)>) {
+fn equations(log: &Wrenches, velocities: &Velocities, window: &Window) -> (Vec<Equation>, Vec<Equation>) {
     let (mut force, mut torque) = ([([0.0; UNKNOWNS], 0.0); 3], [([0.0; UNKNOWNS], 0.0); 3]);
     let down = [0.0, 0.0, GRAVITY];
     for (k, &(f, d, dd)) in (window.first..).zip(&window.samples) {

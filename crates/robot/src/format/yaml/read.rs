@@ -88,10 +88,8 @@ pub(in crate::format) fn read_yaml_with(text: &str, file: &str, options: ReadOpt
     let mut coordinates: Vec<Coordinate> =
         names.coordinates.iter().map(|c| Coordinate { name: c.clone(), limits: Limits::default() }).collect();
     assign_coordinates(source, &fields, &names, &drafts, &links, &mut coordinates)?;
-    let loops = match fields.get("loops") {
-        Some(node) => loops(source, node, &names, &drafts, convention, &mut passive)?,
-        None => Vec::new(),
-    };
+    let node = fields.get("loops");
+    let loops = node.map(|node| loops(source, node, &names, &drafts, convention, &mut passive)).transpose()?;
     let mut robot = Robot {
         name,
         source: cited,
@@ -101,7 +99,7 @@ pub(in crate::format) fn read_yaml_with(text: &str, file: &str, options: ReadOpt
         links,
         base: Base::default(),
         massless: 0,
-        loops,
+        loops: loops.unwrap_or_default(),
         gravity,
         notes: vec![],
         snapped: vec![],
