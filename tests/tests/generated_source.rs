@@ -250,6 +250,46 @@ int main(void)
     run("-O2 -fassociative-math -fno-signed-zeros -fno-trapping-math", false);
 }
 
+/// As [`calls_of_c`], in Rust.
+fn calls_of_rust(m: &Module) -> String {
+    let mut main = String::new();
+    for f in &m.functions {
+        let Function { name, inputs, outputs, .. } = &f.function;
+        writeln!(main, "    for _ in 0..{STATES} {{").unwrap();
+        let mut arguments = Vec::new();
+        for i in inputs {
+            writeln!(main, "        let in_{} = [0.0_f64; {}].map(|_| take());", i.name, i.entries.len()).unwrap();
+            arguments.push(format!("&in_{}", i.name));
+        }
+        for o in outputs {
+            let row = if o.columns == 1 { "0.0_f64".into() } else { format!("[0.0_f64; {}]", o.columns) };
+            writeln!(main, "        let mut out_{} = [{row}; {}];", o.name, o.rows).unwrap();
+            arguments.push(format!("&mut out_{}", o.name));
+        }
+        writeln!(main, "        {}::{name}({});", m.name, arguments.join(", ")).unwrap();
+        for o in outputs {
+            let flat = if o.columns == 1 { "" } else { ".as_flattened()" };
+            writeln!(main, "        out_{}{flat}.iter().for_each(|x| println!(\"{{x:e}}\"));", o.name).unwrap();
+        }
+        if let Some(entries) = &f.entries {
+            let inputs: Vec<String> = inputs.iter().map(|i| format!("&in_{}, ", i.name)).collect();
+            let (module, list, n) = (&m.name, &entries.list, entries.of.places.len());
+            let (inputs, whole) = (inputs.concat(), &outputs[0].name);
+            writeln!(
+                main,
+                "        let mut some = [0.0_f64; {n}];
+        {module}::{name}_non_zeros({inputs}&mut some);
+        for (x, (row, column)) in some.iter().zip({module}::{list}) {{
+            assert_eq!(x.to_bits(), out_{whole}[row][column].to_bits());
+        }}"
+            )
+            .unwrap();
+        }
+        main += "    }\n";
+    }
+    main
+}
+
 #[test]
 fn rust_agrees_with_the_tape() {
     let (folder, modules) = (folder("rust"), modules());
@@ -258,40 +298,7 @@ fn rust_agrees_with_the_tape() {
     for m in &modules {
         std::fs::write(folder.join(format!("{}.rs", m.name)), codegen::rust_file(m, "this test")).unwrap();
         writeln!(text, "#[allow(dead_code)]\nmod {};", m.name).unwrap();
-        for f in &m.functions {
-            let Function { name, inputs, outputs, .. } = &f.function;
-            writeln!(main, "    for _ in 0..{STATES} {{").unwrap();
-            let mut arguments = Vec::new();
-            for i in inputs {
-                writeln!(main, "        let in_{} = [0.0_f64; {}].map(|_| take());", i.name, i.entries.len()).unwrap();
-                arguments.push(format!("&in_{}", i.name));
-            }
-            for o in outputs {
-                let row = if o.columns == 1 { "0.0_f64".into() } else { format!("[0.0_f64; {}]", o.columns) };
-                writeln!(main, "        let mut out_{} = [{row}; {}];", o.name, o.rows).unwrap();
-                arguments.push(format!("&mut out_{}", o.name));
-            }
-            writeln!(main, "        {}::{name}({});", m.name, arguments.join(", ")).unwrap();
-            for o in outputs {
-                let flat = if o.columns == 1 { "" } else { ".as_flattened()" };
-                writeln!(main, "        out_{}{flat}.iter().for_each(|x| println!(\"{{x:e}}\"));", o.name).unwrap();
-            }
-            if let Some(entries) = &f.entries {
-                let inputs: Vec<String> = inputs.iter().map(|i| format!("&in_{}, ", i.name)).collect();
-                let (module, list, n) = (&m.name, &entries.list, entries.of.places.len());
-                let (inputs, whole) = (inputs.concat(), &outputs[0].name);
-                writeln!(
-                    main,
-                    "        let mut some = [0.0_f64; {n}];
-        {module}::{name}_non_zeros({inputs}&mut some);
-        for (x, (row, column)) in some.iter().zip({module}::{list}) {{
-            assert_eq!(x.to_bits(), out_{whole}[row][column].to_bits());
-        }}"
-                )
-                .unwrap();
-            }
-            main += "    }\n";
-        }
+        main += &calls_of_rust(m);
     }
     writeln!(
         text,

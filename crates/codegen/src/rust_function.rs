@@ -106,12 +106,9 @@ pub(crate) fn render(bound: &Function, lines: &mut Lines) -> TokenStream {
 pub(crate) fn render_entries(bound: &Function, entries: &Entries, doc: &TokenStream, lines: &mut Lines) -> TokenStream {
     let (places, is_symmetric) = (&entries.of.places, entries.of.is_symmetric);
     let (n, literal) = (Literal::usize_unsuffixed(places.len()), Literal::usize_unsuffixed);
-    let list = places.iter().map(|&(row, column)| {
-        let (row, column) = (literal(row), literal(column));
-        quote!((#row, #column))
-    });
-    let steps = steps(bound);
-    let writer = Writer::new(bound);
+    let pair = |row: Literal, column: Literal| quote!((#row, #column));
+    let list = places.iter().map(|&(row, column)| pair(literal(row), literal(column)));
+    let (steps, writer) = (steps(bound), Writer::new(bound));
     let statements = steps.iter().filter_map(|step| match *step {
         Step::Store { row, column, node, negative, .. } => {
             // An entry that is zero or below the diagonal is not in the list.

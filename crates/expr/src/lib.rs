@@ -17,6 +17,7 @@ mod module;
 mod sine;
 mod slots;
 mod tape;
+mod tape_operation;
 
 pub use adjoint::{Adjoint, AdjointWorkspace};
 pub use function::{Algebra, Count, Function, Input, Output, TellingPlaces, operands};

@@ -3,18 +3,16 @@
 //! Nodes run in their order of creation. A slot is reused as soon as its value is dead, so that the working set stays
 //! in the cache.
 //!
-//! Sums and products are one operation, (+-a) b +- c, because a 1 + c and a b + -0 round as a + c and a b do. So a long run
-//! of them has no branch that depends on what is computed: an interpreter that jumps from operation to operation waits
-//! for the processor to guess where to. The interpreter computes eight samples side by side, in its vector registers.
+//! The interpreter computes eight samples side by side, in its vector registers.
 //!
 //! The operations are those of [`Fusion`], as in generated code. Where the processor fuses a product with a sum, the
 //! tape gives the same bits as the compiled function. On other processors both round the product first.
 
 use crate::function::Function;
-use crate::fusion::{Fusion, Operation};
+use crate::fusion::Fusion;
 use crate::graph::{Expr, Node, SymbolKind};
-use crate::sine::sin_cos;
 use crate::slots::{Slots, last_uses, partners};
+use crate::tape_operation::{Code, Other, Scheduled, Sum, Units, run_other, run_sums};
 
 /// A function ready to run.
 #[derive(Clone, Debug)]
@@ -31,62 +29,6 @@ pub struct Tape {
     n_slots: usize,
 }
 
-/// (+-a) b +- c to a slot.
-#[derive(Clone, Copy, Debug)]
-struct Sum {
-    a: u32,
-    b: u32,
-    c: u32,
-    to: u32,
-    a_sign: Sign,
-    c_sign: Sign,
-}
-
-/// The bits that turn the sign of a number.
-#[derive(Clone, Copy, Debug)]
-struct Sign(u64);
-
-impl Sign {
-    const PLUS: Sign = Sign(0);
-
-    fn of(e: Expr) -> Sign {
-        Sign(u64::from(e.is_negative()) << 63)
-    }
-
-    /// Two loops: from one, the compiler makes operations on single numbers.
-    #[inline(always)]
-    fn times<const B: usize>(self, x: &[f64; B]) -> [f64; B] {
-        let (mut bits, mut signed) = ([0; B], [0.0; B]);
-        for l in 0..B {
-            bits[l] = x[l].to_bits() ^ self.0;
-        }
-        for l in 0..B {
-            signed[l] = f64::from_bits(bits[l]);
-        }
-        signed
-    }
-}
-
-/// An operation that is no sum, after the first `after` sums.
-#[derive(Clone, Copy, Debug)]
-struct Other {
-    after: usize,
-    code: Code,
-    a: u32,
-    b: u32,
-    to: u32,
-}
-
-#[derive(Clone, Copy, Debug, PartialEq)]
-enum Code {
-    Div,
-    Sqrt,
-    /// Of the negative of `a`.
-    SqrtOfNegative,
-    /// Sine to `to`, cosine to `b`.
-    SinCos,
-}
-
 /// Memory of one evaluation at a time; make one per thread.
 #[derive(Clone, Debug)]
 pub struct Workspace {
@@ -98,12 +40,6 @@ pub struct Workspace {
 /// Samples computed side by side: two registers of AVX2 an operand. The slots of a 7R regressor stay in the nearest cache.
 const TAPE_LANES: usize = 8;
 
-/// The slots in which all constants of sums stand: of a + c, which is a 1 + c, and of a b, which is a b + -0.
-struct Units {
-    one: u32,
-    minus_zero: u32,
-}
-
 impl Tape {
     /// Schedules `function`; named constants take their values.
     pub fn new(function: &Function) -> Tape {
@@ -113,10 +49,9 @@ impl Tape {
         let fusion = Fusion::of(&bound);
         let mut last_use = last_uses(&bound, &fusion);
         let mut slots = Slots::new(nodes.len());
-        let mut constants = Vec::new();
         let (mut sums, mut others) = (Vec::new(), Vec::new());
         let units = Units { one: slots.take_for_ever(), minus_zero: slots.take_for_ever() };
-        constants.extend([(units.one, 1.0), (units.minus_zero, -0.0)]);
+        let mut constants = vec![(units.one, 1.0), (units.minus_zero, -0.0)];
         // Constants keep their slots: they are written once, before the first run.
         for (i, &node) in nodes.iter().enumerate() {
             if let Node::Constant(x) = node {
@@ -132,10 +67,9 @@ impl Tape {
                 }
                 // Sine and cosine of one angle are one operation, at whichever of them stands first.
                 Node::Sin(a) | Node::Cos(a) if slots.of(i).is_none() => {
-                    let angle = a.node();
-                    let a = slots.at(a);
-                    if last_use[angle] == i {
-                        slots.give_back(angle);
+                    let of = slots.at(a);
+                    if last_use[a.node()] == i {
+                        slots.give_back(a.node());
                     }
                     let own = slots.take(i);
                     let other = match partner[i] {
@@ -143,50 +77,33 @@ impl Tape {
                         None => slots.take_for_now(),
                     };
                     let (sine, cosine) = if matches!(node, Node::Sin(_)) { (own, other) } else { (other, own) };
-                    others.push(Other { after: sums.len(), code: Code::SinCos, a, b: cosine, to: sine });
+                    others.push(Other { after: sums.len(), code: Code::SinCos, a: of, b: cosine, to: sine });
                 }
                 _ => {}
             }
-            let operation = fusion.operation_of(i);
-            if operation == Operation::None {
-                continue;
-            }
+            let Some(scheduled) = units.scheduled(fusion.operation_of(i), &slots) else { continue };
             // Slots of operands that are used here for the last time are free for the result.
-            let held = |e: Expr| slots.at(e);
-            let add =
-                |a: u32, b: u32, c: u32, signs: [Sign; 2]| Sum { a, b, c, to: 0, a_sign: signs[0], c_sign: signs[1] };
-            let other = |code: Code, a: Expr, b: Expr| Other { after: 0, code, a: held(a), b: held(b), to: 0 };
-            let made = match operation {
-                Operation::None => continue,
-                Operation::Add(a, c) => Ok(add(held(a), units.one, held(c), [Sign::PLUS, Sign::of(c)])),
-                Operation::MulAdd(a, b, c) => Ok(add(held(a), held(b), held(c), [Sign::of(a), Sign::of(c)])),
-                Operation::Mul(a, b) => Ok(add(held(a), held(b), units.minus_zero, [Sign::PLUS; 2])),
-                Operation::Div(a, b) => Err(other(Code::Div, a, b)),
-                Operation::Sqrt(a) if a.is_negative() => Err(other(Code::SqrtOfNegative, a, a)),
-                Operation::Sqrt(a) => Err(other(Code::Sqrt, a, a)),
-            };
             let mut dead: Vec<usize> = fusion.operands_of(i).map(Expr::node).filter(|&e| last_use[e] == i).collect();
             dead.sort_unstable();
             dead.dedup();
             dead.into_iter().for_each(|e| slots.give_back(e));
             let to = slots.take(i);
-            match made {
-                Ok(sum) => sums.push(Sum { to, ..sum }),
-                Err(other) => others.push(Other { after: sums.len(), to, ..other }),
+            match scheduled {
+                Scheduled::Sum(mut sum) => {
+                    sum.to = to;
+                    sums.push(sum);
+                }
+                Scheduled::Other(other) => others.push(Other { after: sums.len(), to, ..other }),
             }
         }
         let slot = |e: &Expr| slots.of(e.node()).expect("outputs are scheduled");
+        let of_outputs = bound.outputs.iter().flat_map(|o| &o.entries);
         Tape {
             sums,
             others,
             constants,
             inputs: bound.inputs.iter().flat_map(|i| &i.entries).map(|e| slots.of(e.node())).collect(),
-            outputs: bound
-                .outputs
-                .iter()
-                .flat_map(|o| &o.entries)
-                .map(|e| (slot(e), fusion.held(*e).is_negative()))
-                .collect(),
+            outputs: of_outputs.map(|e| (slot(e), fusion.held(*e).is_negative())).collect(),
             n_slots: slots.count(),
         }
     }
@@ -293,45 +210,6 @@ impl Tape {
             output(k, if negative { values.map(|x| -x) } else { values });
         }
     }
-}
-
-// Loops rather than `from_fn`, because the compiler would not use the wider instructions in a closure of the library.
-
-#[inline(always)]
-fn run_sums<const B: usize>(sums: &[Sum], slots: &mut [[f64; B]], mul_add: impl Fn(f64, f64, f64) -> f64) {
-    for sum in sums {
-        let (a, b, c) = (&slots[sum.a as usize], &slots[sum.b as usize], &slots[sum.c as usize]);
-        let (a, c) = (sum.a_sign.times(a), sum.c_sign.times(c));
-        let mut to = [0.0; B];
-        for l in 0..B {
-            to[l] = mul_add(a[l], b[l], c[l]);
-        }
-        slots[sum.to as usize] = to;
-    }
-}
-
-#[inline(always)]
-fn run_other<const B: usize>(other: &Other, slots: &mut [[f64; B]], mul_add: impl Fn(f64, f64, f64) -> f64) {
-    let (a, b) = (slots[other.a as usize], slots[other.b as usize]);
-    let mut to = [0.0; B];
-    macro_rules! abreast {
-        ($l:ident, $value:expr) => {
-            for $l in 0..B {
-                to[$l] = $value
-            }
-        };
-    }
-    match other.code {
-        Code::Div => abreast!(l, a[l] / b[l]),
-        Code::Sqrt => abreast!(l, a[l].sqrt()),
-        Code::SqrtOfNegative => abreast!(l, (-a[l]).sqrt()),
-        Code::SinCos => {
-            let mut cosine = [0.0; B];
-            (0..B).for_each(|l| (to[l], cosine[l]) = sin_cos(a[l], &mul_add));
-            slots[other.b as usize] = cosine;
-        }
-    }
-    slots[other.to as usize] = to;
 }
 
 #[cfg(test)]

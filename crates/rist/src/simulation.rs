@@ -150,13 +150,8 @@ pub fn simulate<'a>(
         motions.extend(ways.iter().map(|(name, way)| motion(format!("{name}_loaded"), way, true)));
     }
     let run = Run { model, setup: &setup, request, dynamics, feedforward };
-    // Motions of one robot go abreast; one with another load is another robot.
-    let indices: Vec<usize> = (0..motions.len()).collect();
-    let groups: Vec<&[usize]> = indices
-        .chunk_by(|a, b| motions[*a].is_loaded == motions[*b].is_loaded)
-        .flat_map(|of_one| of_one.chunks(of_one.len().div_ceil(of_one.len().div_ceil(ABREAST))))
-        .collect();
-    let records = |_, group: &&[usize]| {
+    let groups = abreast(&motions);
+    let records = |_, group: &Vec<usize>| {
         let run = loaded.as_ref().filter(|_| motions[group[0]].is_loaded).unwrap_or(&run);
         let reference = |index: &usize| match motions[*index].way {
             Way::Planned(trajectory) => trajectory.reference(),
@@ -166,20 +161,11 @@ pub fn simulate<'a>(
         run.records(group, &group.iter().map(reference).collect::<Vec<Reference>>())
     };
     in_order(&groups, records, |group, records| {
-        for (index, (record, stop)) in groups[group].iter().zip(records) {
+        groups[group].iter().zip(records).try_for_each(|(index, (record, stop))| {
             Interruption::check()?;
             let name = &motions[*index].name;
-            match stop {
-                Stop::End => take(name, &record)?,
-                Stop::NotPhysical { time } => {
-                    return Err(Error::new(format_args!(
-                        "{name}: the simulation breaks down at {time:.3} s: the inertial parameters of the file are not \
-                         physical, or the robot cannot follow"
-                    )));
-                }
-            }
-        }
-        Ok(())
+            take(name, &whole(name, record, stop)?)
+        })
     })?;
     drop((run, loaded));
     let of_feedforward = request.feedforward.as_ref().and_then(|estimate| estimate.seal.note("[feedforward]"));
@@ -223,6 +209,25 @@ fn validation_motion(limits: &[MotionLimits], sample_time: f64, seed: u64, numbe
 
 /// Motions computed side by side, as many as a tape computes states.
 const ABREAST: usize = 8;
+
+/// The motions, by their numbers, that are computed side by side: those of one robot, and one with another load is another.
+fn abreast(motions: &[Motion]) -> Vec<Vec<usize>> {
+    let numbers: Vec<usize> = (0..motions.len()).collect();
+    let of_one_robot = numbers.chunk_by(|a, b| motions[*a].is_loaded == motions[*b].is_loaded);
+    let even = |of_one: &[usize]| of_one.len().div_ceil(of_one.len().div_ceil(ABREAST));
+    of_one_robot.flat_map(|of_one| of_one.chunks(even(of_one))).map(<[usize]>::to_vec).collect()
+}
+
+/// The record of a motion that went to its end.
+fn whole(name: &str, record: Record, stop: Stop) -> Result<Record, Error> {
+    match stop {
+        Stop::End => Ok(record),
+        Stop::NotPhysical { time } => Err(Error::new(format_args!(
+            "{name}: the simulation breaks down at {time:.3} s: the inertial parameters of the file are not physical, or the \
+             robot cannot follow"
+        ))),
+    }
+}
 
 /// A motion to be simulated.
 struct Motion<'a> {

@@ -6,7 +6,10 @@ pub(crate) const ORDERS: [(&str, &[&str]); 18] = [
     ("crates/gate", &["budget", "unfolding", "shown", "suggestion", "source"]),
     ("crates/random", &["split_mix", "random"]),
     ("crates/claims", &["subject", "figure", "remedy", "outcome", "standing", "claim", "purpose", "rule"]),
-    ("crates/expr", &["graph", "function", "forward", "fusion", "sine", "slots", "tape", "adjoint", "module"]),
+    (
+        "crates/expr",
+        &["graph", "function", "forward", "fusion", "sine", "slots", "tape_operation", "tape", "adjoint", "module"],
+    ),
     (
         "crates/robot",
         &[

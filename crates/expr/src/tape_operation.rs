@@ -1,0 +1,138 @@
+//! The operations of a tape, and how they run.
+//!
+//! Sums and products are one operation, (+-a) b +- c, because a 1 + c and a b + -0 round as a + c and a b do. So a long run
+//! of them has no branch that depends on what is computed: an interpreter that jumps from operation to operation waits
+//! for the processor to guess where to.
+
+use crate::fusion::Operation;
+use crate::graph::Expr;
+use crate::sine::sin_cos;
+use crate::slots::Slots;
+
+/// (+-a) b +- c to a slot.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Sum {
+    a: u32,
+    b: u32,
+    c: u32,
+    pub to: u32,
+    a_sign: Sign,
+    c_sign: Sign,
+}
+
+/// The bits that turn the sign of a number.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Sign(u64);
+
+impl Sign {
+    const PLUS: Sign = Sign(0);
+
+    fn of(e: Expr) -> Sign {
+        Sign(u64::from(e.is_negative()) << 63)
+    }
+
+    /// Two loops: from one, the compiler makes operations on single numbers.
+    #[inline(always)]
+    fn times<const B: usize>(self, x: &[f64; B]) -> [f64; B] {
+        let (mut bits, mut signed) = ([0; B], [0.0; B]);
+        for l in 0..B {
+            bits[l] = x[l].to_bits() ^ self.0;
+        }
+        for l in 0..B {
+            signed[l] = f64::from_bits(bits[l]);
+        }
+        signed
+    }
+}
+
+/// An operation that is no sum, after the first `after` sums.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Other {
+    pub after: usize,
+    pub code: Code,
+    pub a: u32,
+    pub b: u32,
+    pub to: u32,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum Code {
+    Div,
+    Sqrt,
+    /// Of the negative of `a`.
+    SqrtOfNegative,
+    /// Sine to `to`, cosine to `b`.
+    SinCos,
+}
+
+/// The slots in which all constants of sums stand: of a + c, which is a 1 + c, and of a b, which is a b + -0.
+pub(crate) struct Units {
+    pub one: u32,
+    pub minus_zero: u32,
+}
+
+/// An operation whose result has no slot yet.
+pub(crate) enum Scheduled {
+    Sum(Sum),
+    Other(Other),
+}
+
+impl Units {
+    /// The operation on operands where they are held; `None` where there is nothing to compute.
+    pub(crate) fn scheduled(&self, operation: Operation, slots: &Slots) -> Option<Scheduled> {
+        let held = |e: Expr| slots.at(e);
+        let sum = |a: u32, b: u32, c: u32, [a_sign, c_sign]: [Sign; 2]| {
+            Scheduled::Sum(Sum { a, b, c, to: 0, a_sign, c_sign })
+        };
+        let other =
+            |code: Code, a: Expr, b: Expr| Scheduled::Other(Other { after: 0, code, a: held(a), b: held(b), to: 0 });
+        Some(match operation {
+            Operation::None => return None,
+            Operation::Add(a, c) => sum(held(a), self.one, held(c), [Sign::PLUS, Sign::of(c)]),
+            Operation::MulAdd(a, b, c) => sum(held(a), held(b), held(c), [Sign::of(a), Sign::of(c)]),
+            Operation::Mul(a, b) => sum(held(a), held(b), self.minus_zero, [Sign::PLUS; 2]),
+            Operation::Div(a, b) => other(Code::Div, a, b),
+            Operation::Sqrt(a) if a.is_negative() => other(Code::SqrtOfNegative, a, a),
+            Operation::Sqrt(a) => other(Code::Sqrt, a, a),
+        })
+    }
+}
+
+// Loops rather than `from_fn`, because the compiler would not use the wider instructions in a closure of the library.
+
+#[inline(always)]
+pub(crate) fn run_sums<const B: usize>(sums: &[Sum], slots: &mut [[f64; B]], mul_add: impl Fn(f64, f64, f64) -> f64) {
+    for sum in sums {
+        let (a, b, c) = (&slots[sum.a as usize], &slots[sum.b as usize], &slots[sum.c as usize]);
+        let (a, c) = (sum.a_sign.times(a), sum.c_sign.times(c));
+        let mut to = [0.0; B];
+        for l in 0..B {
+            to[l] = mul_add(a[l], b[l], c[l]);
+        }
+        slots[sum.to as usize] = to;
+    }
+}
+
+#[inline(always)]
+pub(crate) fn run_other<const B: usize>(other: &Other, slots: &mut [[f64; B]], mul_add: impl Fn(f64, f64, f64) -> f64) {
+    let (a, b) = (slots[other.a as usize], slots[other.b as usize]);
+    let mut to = [0.0; B];
+    macro_rules! abreast {
+        ($l:ident, $value:expr) => {
+            for $l in 0..B {
+                to[$l] = $value
+            }
+        };
+    }
+    match other.code {
+        Code::Div => abreast!(l, a[l] / b[l]),
+        Code::Sqrt => abreast!(l, a[l].sqrt()),
+        Code::SqrtOfNegative => abreast!(l, (-a[l]).sqrt()),
+        Code::SinCos => {
+            let mut cosine = [0.0; B];
+            (0..B).for_each(|l| (to[l], cosine[l]) = sin_cos(a[l], &mul_add));
+            slots[other.b as usize] = cosine;
+        }
+    }
+    slots[other.to as usize] = to;
+}
