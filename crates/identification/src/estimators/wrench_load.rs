@@ -467,18 +467,19 @@ mod tests {
     /// With noise the errors have their deviations: mean squares of 16 numbers over 30 draws.
     #[test]
     fn deviations_hold_the_errors() {
-        let (mut squares, draws) = ([0.0; UNKNOWNS], 30);
+        let (mut squares, mut left, draws) = ([0.0; UNKNOWNS], [0.0; 2], 30);
         for seed in 0..draws {
             let found = wrench_load(&log(12.0, 0.8, 1.0, seed)).unwrap();
-            assert!((found.residuals[0] - 0.8).abs() < 0.08, "{found:?}");
-            // That of the force turns about a point some centimetres away.
-            assert!((0.036..0.054).contains(&found.residuals[1]), "{found:?}");
+            (0..2).for_each(|k| left[k] += found.residuals[k] / draws as f64);
             let offsets = found.offsets.map(|o| o.unwrap());
             let told = found.parameters.iter().copied().zip(found.sigma).chain(offsets);
             for (k, ((x, sigma), truth)) in told.zip(body().into_iter().chain(OFFSETS)).enumerate() {
                 squares[k] += ((x - truth) / sigma).powi(2) / draws as f64;
             }
         }
+        // The root of the mean square of 138 equations is off by 6 %, over 30 draws by 1.1 %; four of them. The noise of the force
+        // turns about a point some centimetres away, and adds to that of the torque.
+        assert!((left[0] / 0.8 - 1.0).abs() < 0.044 && (0.038..0.05).contains(&left[1]), "{left:?}");
         let mean = squares.iter().sum::<f64>() / UNKNOWNS as f64;
         // 480 unit normals, correlated within a draw: one, to a fifth.
         assert!((0.75..1.25).contains(&mean) && squares.iter().all(|s| *s < 2.2), "{mean} {squares:?}");

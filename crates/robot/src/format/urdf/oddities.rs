@@ -1,5 +1,6 @@
 //! What is odd in the text of a URDF and no longer seen in the robot: angles in degrees, limits of zero, and what urdfdom,
-//! which ROS and Pinocchio read with, takes otherwise or refuses. [`crate::lint`] tells it.
+//! which ROS and Pinocchio read with, takes otherwise or refuses, which [`crate::lint`] tells; and loops
+//! that an extension states, which are noted.
 //!
 //! What urdfdom does was observed with Pinocchio 4.1: a number that ends with a blank is none to it.
 
@@ -9,6 +10,7 @@ use roxmltree::Node;
 
 use crate::finding::{Finding, Mistake};
 use crate::format::shown::shown;
+use crate::robot::Note;
 
 /// A turn, rounded up by a writer of four digits, rad.
 const A_TURN_RAD: f64 = TAU + 1e-3;
@@ -27,6 +29,29 @@ pub(super) fn oddities(root: Node) -> Vec<Finding> {
         blanks(owner, &mut find);
     }
     findings
+}
+
+/// Notes on elements beside the URDF's own that close a loop: they do not say which of its joints are driven.
+pub(super) fn stated_loops(root: Node) -> Vec<Note> {
+    let is_loop = |n: &Node| {
+        let tag = n.tag_name().name();
+        let in_extension = n.parent().is_some_and(|p| p.has_tag_name("gazebo"));
+        matches!(
+            tag,
+            "constraint" | "loop_joint" | "loop" | "linear_bushing_rpy" | "ball_constraint" | "weld_constraint"
+        ) || (tag == "joint" && in_extension)
+    };
+    let note = |n: Node| {
+        let name = n.attribute("name").map_or_else(|| format!("<{}>", n.tag_name().name()), str::to_string);
+        let line = n.document().text_pos_at(n.range().start).row;
+        let text = format!(
+            "<{}> on line {line} closes a loop, which is not read: the robot is taken cut open there; a description in YAML \
+             has loops and says which joints are driven",
+            n.tag_name().name()
+        );
+        Note { subject: name, text }
+    };
+    root.descendants().filter(Node::is_element).filter(is_loop).map(note).collect()
 }
 
 fn child<'a, 'i>(node: Node<'a, 'i>, tag: &str) -> Option<Node<'a, 'i>> {

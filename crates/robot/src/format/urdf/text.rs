@@ -10,7 +10,7 @@ use std::fmt::Write;
 use roxmltree::{Document, Node};
 
 use super::collision::collisions;
-use super::oddities::oddities;
+use super::oddities::{oddities, stated_loops};
 use crate::collision::Collision;
 use crate::error::Error;
 use crate::finding::Finding;
@@ -199,29 +199,6 @@ fn floating_root<'a, 'i>(root: Node<'a, 'i>) -> Option<(Node<'a, 'i>, Node<'a, '
     let is_ground = others.into_iter().all(|j| ![end(j, "parent"), end(j, "child")].contains(&Some(parent.clone())));
     let link = root.children().find(|n| n.has_tag_name("link") && n.attribute("name") == Some(parent.as_str()))?;
     is_ground.then_some((joint, link))
-}
-
-/// Notes on elements beside the URDF's own that close a loop: they do not say which of its joints are driven.
-fn stated_loops(root: Node) -> Vec<Note> {
-    let is_loop = |n: &Node| {
-        let tag = n.tag_name().name();
-        let in_extension = n.parent().is_some_and(|p| p.has_tag_name("gazebo"));
-        matches!(
-            tag,
-            "constraint" | "loop_joint" | "loop" | "linear_bushing_rpy" | "ball_constraint" | "weld_constraint"
-        ) || (tag == "joint" && in_extension)
-    };
-    let note = |n: Node| {
-        let name = n.attribute("name").map_or_else(|| format!("<{}>", n.tag_name().name()), str::to_string);
-        let line = n.document().text_pos_at(n.range().start).row;
-        let text = format!(
-            "<{}> on line {line} closes a loop, which is not read: the robot is taken cut open there; a description in YAML \
-             has loops and says which joints are driven",
-            n.tag_name().name()
-        );
-        Note { subject: name, text }
-    };
-    root.descendants().filter(Node::is_element).filter(is_loop).map(note).collect()
 }
 
 impl<'a, 'i> Reader<'a, 'i> {
