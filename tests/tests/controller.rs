@@ -174,13 +174,14 @@ fn computed_torque_from_an_estimate_follows_five_times_as_well_as_its_pd() {
         let (kp, kd, width) = (vec![W * W; n], vec![2.0 * W; n], vec![WIDTH; n]);
         let mut cuts = 0;
         let mut greatest = vec![0.0_f64; n];
-        let (record, stop) = simulation.run_under(&reference, &mut |i, seen, velocity, tau| {
+        let law = |i: usize, seen: &[f64], velocity: &[f64], tau: &mut [f64]| {
             let [q, dq, ddq] = [&reference.q, &reference.dq, &reference.ddq].map(|x| at(x, i));
             let said = program.answer(&[seen, velocity, &q, &dq, &ddq, &kp, &kd, &width, &limit]);
             tau.copy_from_slice(&said[..n]);
             greatest.iter_mut().zip(&said).for_each(|(most, tau)| *most = most.max(tau.abs()));
             cuts += usize::from(said[n] != 0.0);
-        });
+        };
+        let (record, stop) = simulation.run_under(&reference, Box::new(law));
         program.end();
         assert_eq!(stop, Stop::End, "{file}: computed torque");
         let (pd, computed) = (rms(&alone.q, &reference.q), rms(&record.q, &reference.q));

@@ -86,6 +86,9 @@ pub struct Simulation<'a> {
     pub substeps: usize,
 }
 
+/// A law of control: instant, positions that the controller sees, their filtered differences, torques to write, N m.
+pub type Law<'a> = dyn FnMut(usize, &[f64], &[f64], &mut [f64]) + 'a;
+
 /// The reason why a simulated motion stopped.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Stop {
@@ -103,9 +106,26 @@ impl Simulation<'_> {
     ///
     /// The record is noise-free and not quantised. It ends early when the robot is not physical.
     pub fn run(&self, reference: &Reference, feedforward: Option<&[Vec<f64>]>) -> (Record, Stop) {
-        let mut run = Run::new(self, reference, feedforward);
+        self.run_under(reference, self.law(reference, feedforward))
+    }
+
+    /// The same under a law of the caller's.
+    pub fn run_under<'a>(&'a self, reference: &'a Reference, law: Box<Law<'a>>) -> (Record, Stop) {
+        let mut run = Run::new(self, reference, law);
         follow(self.dynamics, std::slice::from_mut(&mut run));
         run.ended()
+    }
+
+    /// What the controller asks for.
+    pub(crate) fn law<'a>(&'a self, reference: &'a Reference, feedforward: Option<&'a [Vec<f64>]>) -> Box<Law<'a>> {
+        let controller = self.controller;
+        Box::new(move |i, seen, velocity, tau| {
+            for (k, tau) in tau.iter_mut().enumerate() {
+                *tau = controller.proportional[k] * (reference.q[k][i] - seen[k])
+                    + controller.derivative[k] * (reference.dq[k][i] - velocity[k])
+                    + feedforward.map_or(0.0, |f| f[k][i]);
+            }
+        })
     }
 
     /// The same with enough steps in a sample for the friction where it turns its sign.

@@ -7,7 +7,7 @@ use numerics::positive_definite::solve_positive;
 
 use crate::motion::record::Record;
 use crate::motion::reference_motion::Reference;
-use crate::simulate::closed_loop::{Simulation, Stop, quantised};
+use crate::simulate::closed_loop::{Law, Simulation, Stop, quantised};
 use crate::simulate::dynamics::Dynamics;
 
 /// Stages of Runge-Kutta 4: the weight of each in the step, and how far ahead, in steps, the next one looks.
@@ -35,8 +35,7 @@ pub(crate) fn follow(dynamics: &dyn Dynamics, runs: &mut [Run]) {
 pub(crate) struct Run<'a> {
     simulation: &'a Simulation<'a>,
     reference: &'a Reference,
-    /// N m, `[coordinate][instant]`.
-    feedforward: Option<&'a [Vec<f64>]>,
+    law: Box<Law<'a>>,
     record: Record,
     stop: Option<Stop>,
     /// The sample whose torque is held, the step within it, and the stage of that step.
@@ -58,11 +57,7 @@ pub(crate) struct Run<'a> {
 
 impl<'a> Run<'a> {
     /// The robot stands on the reference, at its velocity.
-    pub(crate) fn new(
-        simulation: &'a Simulation,
-        reference: &'a Reference,
-        feedforward: Option<&'a [Vec<f64>]>,
-    ) -> Run<'a> {
+    pub(crate) fn new(simulation: &'a Simulation, reference: &'a Reference, law: Box<Law<'a>>) -> Run<'a> {
         let n = simulation.dynamics.n_coordinates();
         let first =
             |series: &[Vec<f64>]| -> Vec<f64> { series.iter().map(|x| x.first().copied().unwrap_or(0.0)).collect() };
@@ -70,7 +65,7 @@ impl<'a> Run<'a> {
         let mut run = Run {
             simulation,
             reference,
-            feedforward,
+            law,
             record: Record { sample_time: reference.sample_time, q: vec![Vec::new(); n], current: vec![Vec::new(); n] },
             stop: None,
             at: (0, 0, 0),
@@ -107,19 +102,19 @@ impl<'a> Run<'a> {
             self.stop = Some(Stop::End);
             return;
         }
-        let (h, controller) = (reference.sample_time, simulation.controller);
-        let decay = (-controller.velocity_pole * h).exp();
+        let h = reference.sample_time;
+        let decay = (-simulation.controller.velocity_pole * h).exp();
         for k in 0..self.q.len() {
             let seen = quantised(self.q[k], simulation.quantum[k]);
             if i > 0 {
                 self.velocity[k] = decay * self.velocity[k] + (1.0 - decay) * (seen - self.seen[k]) / h;
             }
             self.seen[k] = seen;
-            let asked = controller.proportional[k] * (reference.q[k][i] - seen)
-                + controller.derivative[k] * (reference.dq[k][i] - self.velocity[k])
-                + self.feedforward.map_or(0.0, |f| f[k][i]);
+        }
+        (self.law)(i, &self.seen, &self.velocity, &mut self.tau);
+        for k in 0..self.q.len() {
             let limit = simulation.drives.greatest_torque[k];
-            let torque = asked.clamp(-limit, limit);
+            let torque = self.tau[k].clamp(-limit, limit);
             let current = torque / simulation.drives.gain[k];
             // The record has the mean of the currents held before and after the instant.
             self.record.q[k].push(self.q[k]);

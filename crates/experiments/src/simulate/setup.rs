@@ -154,7 +154,9 @@ impl SimulationSetup {
             asked.feedforward.map(|torques| torques(reference)).or_else(known)
         };
         let feedforwards: Vec<Option<Vec<Vec<f64>>>> = pairs().map(feedforward).collect();
-        let run = |((simulation, reference), feedforward)| Run::new(simulation, reference, feedforward);
+        let run = |((simulation, reference), feedforward)| {
+            Run::new(simulation, reference, Simulation::law(simulation, reference, feedforward))
+        };
         let forward = feedforwards.iter().map(Option::as_deref);
         let mut runs: Vec<Run> = simulations.iter().zip(&controlled).zip(forward).map(run).collect();
         follow(dynamics, &mut runs);
