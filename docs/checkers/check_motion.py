@@ -550,6 +550,8 @@ def prove_gap(robot, pieces, names, bodies, row, margins):
     against, opposite = (None, []) if is_plane else bodies[other]
     own, theirs = robot.chain(carrier), robot.chain(against)
     common = set(own) & set(theirs)
+    moving = [[k for k in chain if k not in common] for chain in (own, theirs)]
+    lost = 2 * margins.bodies + sum(margins.lost(robot, *x) for x in zip(moving, (solids, opposite)) if not is_plane)
 
     def pose(chain, q):
         found = IDENTITY
@@ -565,7 +567,7 @@ def prove_gap(robot, pieces, names, bodies, row, margins):
         return np.where(parts.half > 1e-5, np.maximum(seen, 1e-9), seen)[None]
 
     def look(parts):
-        q, count = parts.forms(0, names, margins.joints), len(parts.middle)
+        q, count = parts.forms(0, names, margins.joints if is_plane else None), len(parts.middle)
         (turn, shift) = pose(own, q)
         held, seen = np.full(count, np.inf), np.full(count, np.inf)
         if is_plane:
@@ -585,7 +587,7 @@ def prove_gap(robot, pieces, names, bodies, row, margins):
                 # The balls about the vertices tell cheaply what is far.
                 far = np.sqrt(((a.mean(0) - shift - np.einsum("peij,j->pei", turn, b.mean(0))) ** 2).sum(2)).min(1)
                 balls = sum(np.sqrt(((x - x.mean(0)) ** 2).sum(1)).max() for x in (a, b)) + ra + rb + bound
-                away = (turn_off @ np.abs(b).max(0) + shift_off).sum(1) + 1e-12 + 2 * margins.bodies
+                away = (turn_off @ np.abs(b).max(0) + shift_off).sum(1) + 1e-12 + lost
                 proven, reached = far - balls - 2 * away - 1e-3, far - balls
                 near = np.flatnonzero(proven < 0)
                 if len(near):

@@ -33,15 +33,33 @@ class Margins:
 
         self.joints = {name: greatest("encoder_zero", name) + greatest("tracking", name) for name in names}
         self.bodies = greatest("calibration") + greatest("mesh")
+        self.travel = {name: math.inf for name in names}  # farthest that a coordinate may be from zero
         self.payload = both[0].get("payload") or both[1].get("payload")
 
     def narrow(self, limits):
         """Positions less what their joints may be off, at both ends."""
         for (name, kind), (low, high, origin) in limits.items():
             by = self.joints[name]
+            if kind == "position":
+                self.travel[name] = max(abs(low), abs(high))
             if kind == "position" and high - low > HELD_STILL:
                 limits[name, kind] = (low + by, high - by, origin)
         return limits
+
+    def lost(self, robot, chain, solids):
+        """How far errors of the joints of a chain, the outermost first, move a body of its outermost link at most."""
+        if not any(self.joints.values()):
+            return 0.0
+        reach, total = max(np.sqrt((v * v).sum(1)).max() + radius for v, radius in solids), 0.0
+        for link in (robot.links[k] for k in chain):
+            off = sum(abs(multiple) * self.joints[name] for name, multiple in link.terms.items())
+            if off:
+                total += off * (reach if link.kind == "revolute" else 1.0)
+            reach += float(np.linalg.norm(link.position)) * (1 + 1e-12)
+            if link.kind == "prismatic":
+                far = sum(abs(m) * (self.travel[name] + self.joints[name]) for name, m in link.terms.items())
+                reach += far + abs(link.offset)
+        return total * (1 + 1e-12)
 
     def loaded(self, robot):
         """The robot with the payload; a torque is linear in its mass, so that none and all bound every part of it."""

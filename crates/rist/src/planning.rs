@@ -36,8 +36,8 @@ pub struct Planned {
 
 /// What the limits and rows of one motion take for each coordinate and base parameter, CPU s. Measured on two cores of an AMD
 /// EPYC (2026-11-26), user time of whole runs: 4.6e-6 and 5.6e-6 for 60 and 20 configurations of a chain of 14 joints, 7.5e-6 and
-/// 9.8e-6 for 60 and 200 of a UR5. Told as a rough figure, and nothing hangs on it.
-const S_PER_ROWS: f64 = 7e-6;
+/// 9.8e-6 for 60 and 200 of a UR5, where it is seconds. Told as a rough figure, and nothing hangs on it.
+const S_PER_ROWS: f64 = 5e-6;
 /// What one motion takes of the choice for each coordinate and base parameter, in one start for one experiment, CPU s: 12 starts
 /// less one on the same, by the motions that the limits leave: 4.4e-8 on the chain, and less on the UR5.
 const S_PER_CHOICE: f64 = 4e-8;
