@@ -15,7 +15,7 @@ use parry3d_f64::query::gjk::{GJKResult, VoronoiSimplex};
 use parry3d_f64::shape::SupportMap;
 use robot::CollisionShape;
 
-use robot::vector::{Vector3, minus, norm};
+use robot::vector::{Vector3, minus, norm, scaled};
 
 use crate::hull::{Hull, farthest};
 
@@ -57,6 +57,9 @@ pub enum Core {
 /// Directions along which the outermost vertices of a mesh are kept.
 const KEPT_DIRECTIONS: usize = 400;
 
+/// A mesh all of whose coordinates are below this is measured enlarged, m.
+const SMALL: f64 = 1e-3;
+
 impl Solid {
     /// The solid of a shape that needs no file; `None` for the others.
     pub(crate) fn of_primitive(shape: &CollisionShape) -> Option<Solid> {
@@ -82,14 +85,17 @@ impl Solid {
         let mut kept: Vec<usize> = directions().filter_map(|along| farthest(points, along)).collect();
         kept.sort_unstable();
         kept.dedup();
-        let hull = Core::Hull(Hull::new(kept.iter().map(|&k| points[k]).collect()));
         if kept.is_empty() {
             return None;
         }
-        let beyond = |p: &Vector3| distance_to_point(&hull, *p);
+        let hull = |scale: f64| Core::Hull(Hull::new(kept.iter().map(|&k| scaled(points[k], scale)).collect()));
+        let size = points.iter().flatten().fold(0.0, |size: f64, x| size.max(x.abs()));
+        // To GJK what is nearer than 2e-15 is within: a mesh that is small beside that is measured enlarged.
+        let scale = if size > 0.0 && size < SMALL { 2.0_f64.powi((-size.log2().ceil() as i32).min(1000)) } else { 1.0 };
+        let enlarged = hull(scale);
         let others = (0..points.len()).filter(|k| kept.binary_search(k).is_err());
-        let radius = others.map(|k| beyond(&points[k])).fold(0.0, f64::max);
-        Some(Solid { core: hull, radius })
+        let radius = others.map(|k| distance_to_point(&enlarged, scaled(points[k], scale))).fold(0.0, f64::max) / scale;
+        Some(Solid { core: hull(1.0), radius })
     }
 
     /// A ball that holds the solid: its centre in the frame of the solid, and its radius, m.
@@ -184,8 +190,7 @@ fn distance_to_point(core: &Core, point: Vector3) -> f64 {
     let infinity = f64::MAX;
     match closest_points_support_map_support_map_with_params(&here, core, &Core::Point, infinity, &mut simplex, from) {
         GJKResult::ClosestPoints(on_core, other, _) => (on_core - other).length(),
-        // What is nearer than this to parry is within.
-        GJKResult::Intersection => 10.0 * f64::EPSILON * (1.0 + norm(point)),
+        GJKResult::Intersection => 0.0,
         // Without an answer the distance to one point of the core is taken, which is never too small.
         GJKResult::NoIntersection(_) | GJKResult::Proximity(_) => {
             norm(minus(core.support([-point[0], -point[1], -point[2]]), point))
@@ -211,7 +216,8 @@ mod tests {
         let solid = Solid::around(&points).unwrap();
         for point in &points {
             let along = point.map(|x| 1e35 * x);
-            assert!(dot(solid.core.support(along), along) + solid.radius >= dot(*point, along));
+            // Rounding of sums of three products.
+            assert!(dot(solid.core.support(along), along) + solid.radius >= dot(*point, along) - 1e-47);
         }
     }
 
@@ -238,8 +244,7 @@ mod tests {
             assert!(held < outermost + 2e-3 * norm(along), "{k}: {held} {outermost}");
         }
         assert_eq!(Solid::around(&[]), None);
-        // Ten times the rounding of 1 + |p|: GJK does not tell less from nothing.
-        assert!(Solid::around(&[[1.0, 2.0, 3.0]; 4]).unwrap().radius < 1.1e-14);
+        assert_eq!(Solid::around(&[[1.0, 2.0, 3.0]; 4]).unwrap().radius, 0.0);
         // The corners of a cube are a cube.
         let corners: Vec<Vector3> =
             (0..8).map(|k: u8| [1, 2, 4].map(|bit| if k & bit == 0 { 0.5 } else { -0.5 })).collect();

@@ -19,7 +19,6 @@ use random::Random;
 use crate::motion::record::Record;
 use crate::motion::reference_motion::Reference;
 use crate::simulate::dynamics::Dynamics;
-use crate::simulate::run::{Run, follow};
 
 /// Joint PD with a filtered velocity.
 #[derive(Clone, Debug, PartialEq)]
@@ -102,20 +101,6 @@ pub enum Stop {
 }
 
 impl Simulation<'_> {
-    /// Follows the reference; `feedforward[k][i]`, N m, is added to the controller's torque.
-    ///
-    /// The record is noise-free and not quantised. It ends early when the robot is not physical.
-    pub fn run(&self, reference: &Reference, feedforward: Option<&[Vec<f64>]>) -> (Record, Stop) {
-        self.run_under(reference, self.law(reference, feedforward))
-    }
-
-    /// The same under a law of the caller's.
-    pub fn run_under<'a>(&'a self, reference: &'a Reference, law: Box<Law<'a>>) -> (Record, Stop) {
-        let mut run = Run::new(self, reference, law);
-        follow(self.dynamics, std::slice::from_mut(&mut run));
-        run.ended()
-    }
-
     /// What the controller asks for.
     pub(crate) fn law<'a>(&'a self, reference: &'a Reference, feedforward: Option<&'a [Vec<f64>]>) -> Box<Law<'a>> {
         let controller = self.controller;

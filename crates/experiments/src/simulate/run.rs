@@ -13,6 +13,22 @@ use crate::simulate::dynamics::Dynamics;
 /// Stages of Runge-Kutta 4: the weight of each in the step, and how far ahead, in steps, the next one looks.
 const STAGES: [(f64, f64); 4] = [(1.0, 0.5), (2.0, 0.5), (2.0, 1.0), (1.0, 0.0)];
 
+impl Simulation<'_> {
+    /// Follows the reference; `feedforward[k][i]`, N m, is added to the controller's torque.
+    ///
+    /// The record is noise-free and not quantised. It ends early when the robot is not physical.
+    pub fn run(&self, reference: &Reference, feedforward: Option<&[Vec<f64>]>) -> (Record, Stop) {
+        self.run_under(reference, self.law(reference, feedforward))
+    }
+
+    /// The same under a law of the caller's.
+    pub fn run_under<'a>(&'a self, reference: &'a Reference, law: Box<Law<'a>>) -> (Record, Stop) {
+        let mut run = Run::new(self, reference, law);
+        follow(self.dynamics, std::slice::from_mut(&mut run));
+        run.ended()
+    }
+}
+
 /// Takes all `runs` to their ends; their simulations are of these dynamics.
 pub(crate) fn follow(dynamics: &dyn Dynamics, runs: &mut [Run]) {
     let n = dynamics.n_coordinates();
