@@ -2,7 +2,7 @@
 //!
 //! Normals, textures and names are not read. A face of an OBJ with more corners than three is cut into a fan.
 //!
-//! Not here: where a file is looked for; the scene of a Collada ([`crate::collada`]).
+//! Not here: where a file is looked for; the scene of a Collada (collada.rs).
 
 use std::path::Path;
 
