@@ -182,7 +182,8 @@ fn ctrl_c_keeps_the_best_so_far() {
     let mut told = BufReader::new(search.stderr.take().unwrap());
     let mut line = String::new();
     told.read_line(&mut line).unwrap();
-    assert!(line.starts_with("start 1 of 1000: "), "{line}");
+    // Of starts side by side any may end first.
+    assert!(line.starts_with("start ") && line.contains(" of 1000: "), "{line}");
     let killed = Command::new("kill").args(["-INT", &search.id().to_string()]).status().unwrap();
     assert!(killed.success());
     let rest = told.lines().count();

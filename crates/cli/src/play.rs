@@ -15,7 +15,7 @@ use crate::model::ModelArguments;
 use crate::terminal::{self, print_result};
 use rist::output::write_file;
 
-/// Write a motion for a controller: from where the robot stands, slower if asked for, and back
+/// Write a motion for a controller, with the way to it and back, at its speed or slower
 ///
 /// The motion at --speed, and the straight ways to its first pose and back, are proved as by rist check; a file is written
 /// only where nothing speaks against them. None of the formats has been tried on its controller, and the file of URScript

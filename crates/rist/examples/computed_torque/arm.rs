@@ -70,9 +70,9 @@ pub fn base_regressor_entries<R: Real>(
     ddq: &[R; 2],
     mut set: impl FnMut(usize, usize, usize, R),
 ) {
+    let ([s0, s1], [c0, c1]) = R::sin_cos_of_each([q[0], q[1]]);
     set(0, 0, 0, ddq[0]);
     set(9, 1, 6, ddq[1]);
-    let ([s0, s1], [c0, c1]) = R::sin_cos_of_each([q[0], q[1]]);
     let t10 = R::from_f64(9.81) * c0;
     set(1, 0, 1, t10);
     let t12 = R::from_f64(9.81) * s0;
@@ -110,8 +110,8 @@ pub fn inverse_dynamics<R: Real>(
     x: &[R; 7],
     tau: &mut [R; 2],
 ) {
-    let t15 = ddq[0] + ddq[1];
     let ([s1, s0], [c1, c0]) = R::sin_cos_of_each([q[1], q[0]]);
+    let t15 = ddq[0] + ddq[1];
     let t20 = R::from_f64(9.81) * c0;
     let t23 = R::from_f64(0.5).mul_add(ddq[0], t20);
     let t24 = c1 * t23;
