@@ -15,7 +15,7 @@ use parry3d_f64::query::gjk::{GJKResult, VoronoiSimplex};
 use parry3d_f64::shape::SupportMap;
 use robot::CollisionShape;
 
-use robot::vector::{Vector3, minus, norm, scaled};
+use robot::vector::{Vector3, dot, minus, norm, scaled};
 
 use crate::hull::{Hull, farthest};
 
@@ -93,9 +93,19 @@ impl Solid {
         // To GJK what is nearer than 2e-15 is within: a mesh that is small beside that is measured enlarged.
         let scale = if size > 0.0 && size < SMALL { 2.0_f64.powi((-size.log2().ceil() as i32).min(1000)) } else { 1.0 };
         let enlarged = hull(scale);
-        let others = (0..points.len()).filter(|k| kept.binary_search(k).is_err());
-        let radius = others.map(|k| distance_to_point(&enlarged, scaled(points[k], scale))).fold(0.0, f64::max) / scale;
-        Some(Solid { core: hull(1.0), radius })
+        let others: Vec<Vector3> =
+            (0..points.len()).filter(|k| kept.binary_search(k).is_err()).map(|k| points[k]).collect();
+        let found = others.iter().map(|p| distance_to_point(&enlarged, scaled(*p, scale)) / scale).fold(0.0, f64::max);
+        let solid = Solid { core: hull(1.0), radius: found };
+        // A hull that is nearly flat can deceive GJK: no point may stand out of the ball about the solid.
+        let (centre, _) = solid.ball();
+        let stands_out = |p: &Vector3| {
+            let out = minus(*p, centre);
+            let along = scaled(out, 1.0 / norm(out));
+            dot(minus(*p, solid.core.support(along)), along)
+        };
+        let radius = others.iter().map(stands_out).fold(found, f64::max);
+        Some(Solid { radius, ..solid })
     }
 
     /// A ball that holds the solid: its centre in the frame of the solid, and its radius, m.
@@ -200,8 +210,9 @@ fn distance_to_point(core: &Core, point: Vector3) -> f64 {
 
 #[cfg(test)]
 mod tests {
+    use std::path::Path;
+
     use super::*;
-    use robot::vector::dot;
 
     /// A mesh of 1e-35 m, found by fuzzing: to GJK all of it is one point.
     #[test]
@@ -219,6 +230,16 @@ mod tests {
             // Rounding of sums of three products.
             assert!(dot(solid.core.support(along), along) + solid.radius >= dot(*point, along) - 1e-47);
         }
+    }
+
+    /// A mesh of 1e-35 m that is nearly a line, found by fuzzing: GJK takes for within what is not.
+    #[test]
+    fn a_nearly_flat_mesh_is_held() {
+        let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../fuzz/corpus/meshes/nearly_flat.stl");
+        let points = crate::mesh::parse_vertices(&std::fs::read(path).unwrap(), Path::new("nearly_flat.stl")).unwrap();
+        let (centre, ball) = Solid::around(&points).unwrap().ball();
+        // Rounding of sums of three products.
+        assert!(points.iter().all(|p| norm(minus(*p, centre)) <= ball * (1.0 + 1e-15)));
     }
 
     /// No point of a mesh is outside the solid, and the solid is hardly larger than the hull.
