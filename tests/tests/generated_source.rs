@@ -140,6 +140,31 @@ fn folder(name: &str) -> PathBuf {
     folder
 }
 
+/// An output may be the array of an input of its length: each such call gives what the one apart has given.
+fn calls_in_place(m: &Module, f: &Function) -> String {
+    let (mut main, name) = (String::new(), &f.name);
+    let [output] = &f.outputs[..] else { return main };
+    let n = output.entries.len();
+    let may_be = |input: &&Input| output.columns == 1 && input.entries.len() == n;
+    for place in f.inputs.iter().filter(may_be).map(|input| format!("in_{}", input.name)) {
+        let inputs: Vec<String> = f.inputs.iter().map(|i| format!("in_{}, ", i.name)).collect();
+        let (module, inputs, whole) = (&m.name, inputs.concat(), &output.name);
+        writeln!(
+            main,
+            "        {{
+            double kept[{n}];
+            memcpy(kept, {place}, sizeof kept);
+            {module}_{name}({inputs}{place});
+            if (memcmp({place}, out_{whole}, sizeof kept) != 0)
+                return 1;
+            memcpy({place}, kept, sizeof kept);
+        }}"
+        )
+        .unwrap();
+    }
+    main
+}
+
 /// The part of `main` that calls each function of a module at all states.
 fn calls_of_c(m: &Module) -> String {
     let mut main = String::new();
@@ -163,6 +188,7 @@ fn calls_of_c(m: &Module) -> String {
             let first = if o.columns == 1 { "" } else { "[0]" };
             writeln!(main, "        give(out_{}{first}, {});", o.name, o.entries.len()).unwrap();
         }
+        main += &calls_in_place(m, &f.function);
         if let Some(entries) = &f.entries {
             // The function of the entries gives those of the whole, each at its place.
             let (list, n) = (entries.list.to_ascii_lowercase(), entries.of.places.len());
@@ -196,7 +222,7 @@ fn c_agrees_with_the_tape() {
 
 fn c_by_a_compiler_agrees_with_the_tape(cc: &str) {
     let (folder, modules) = (folder(&format!("c_{cc}")), modules());
-    let mut includes = String::from("#include <stdio.h>\n");
+    let mut includes = String::from("#include <stdio.h>\n#include <string.h>\n");
     let mut main = String::new();
     let mut sources = vec!["main.c".to_string()];
     for m in &modules {

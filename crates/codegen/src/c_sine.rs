@@ -53,9 +53,9 @@ static inline void sin_cos_of_double(double angle, double *sine, double *cosine)
     const double round = 6755399441055744.0;
     const double turns = fused(angle, 0.6366197723675814, round);
     const double n = turns - round;
-    /* The parts are negative, not n: clang may regroup a negation, whatever the pragma says. */
     /* Overflows from 2^27 on: n would have more digits than the parts leave to it. */
     const double reach = angle * 1.3393857589828342e300;
+    /* The parts are negative, not n: clang may regroup a negation, whatever the pragma says. */
     double x = fused(n, -7.549789415861596e-8, fused(n, -1.570796251296997, angle));
     double z, s, c;
     union { double number; uint64_t bits; } turned, to_s, to_c;

@@ -34,13 +34,13 @@ pub struct Tape {
 pub struct Workspace {
     /// One sample, twice: of a pair the sign is turned in the register where it is multiplied, of a single number not.
     one: Vec<[f64; 2]>,
-    many: Vec<[f64; TAPE_LANES]>,
+    many: Vec<[f64; Tape::LANES]>,
 }
 
-/// Samples computed side by side: two registers of AVX2 an operand. The slots of a 7R regressor stay in the nearest cache.
-const TAPE_LANES: usize = 8;
-
 impl Tape {
+    /// Samples computed side by side: two registers of AVX2 an operand. The slots of a 7R regressor stay in the nearest cache.
+    pub const LANES: usize = 8;
+
     /// Schedules `function`; named constants take their values.
     pub fn new(function: &Function) -> Tape {
         let bound = function.bound();
@@ -139,11 +139,11 @@ impl Tape {
             return self.evaluate(inputs, work, outputs);
         }
         if work.many.is_empty() {
-            work.many = work.one.iter().map(|&[x, _]| [x; TAPE_LANES]).collect();
+            work.many = work.one.iter().map(|&[x, _]| [x; Tape::LANES]).collect();
         }
         let (n_in, n_out) = (self.n_inputs(), self.n_outputs());
-        for (block, outputs) in outputs.chunks_mut((n_out * TAPE_LANES).max(1)).enumerate() {
-            let (inputs, n) = (&inputs[block * n_in * TAPE_LANES..], outputs.len() / n_out);
+        for (block, outputs) in outputs.chunks_mut((n_out * Tape::LANES).max(1)).enumerate() {
+            let (inputs, n) = (&inputs[block * n_in * Tape::LANES..], outputs.len() / n_out);
             // Lanes past the end repeat the last sample.
             self.run(
                 &mut work.many,
@@ -233,7 +233,7 @@ mod tests {
     fn one_and_many_agree_with_the_formula() {
         let tape = Tape::new(&function());
         let mut work = tape.workspace();
-        let n = 2 * TAPE_LANES + 5;
+        let n = 2 * Tape::LANES + 5;
         let inputs: Vec<f64> = (0..2 * n).map(|i| i as f64 * 0.37 - 9.0).collect();
         let mut many = vec![f64::NAN; 3 * n];
         tape.evaluate_many(&inputs, &mut work, &mut many);

@@ -11,6 +11,7 @@ use experiments::plan::ranges::check_limits;
 use experiments::simulate::closed_loop::Stop;
 use experiments::simulate::dynamics::{Dynamics, inverse_dynamics};
 use experiments::simulate::setup::{self, Asked, MAX_CONTROL_PERIOD_S, SimulationSetup};
+use expr::Tape;
 use identification::estimate::identified::Identified;
 use linear_model::artefact::Seal;
 use linear_model::parameter::{BaseParameter, FrictionParameter, Parameter, ParameterId};
@@ -207,14 +208,12 @@ fn validation_motion(limits: &[MotionLimits], sample_time: f64, seed: u64, numbe
     validation_trajectory(&motion, &position, &velocity, &acceleration, sample_time, &mut random)
 }
 
-/// Motions computed side by side, as many as a tape computes states.
-const ABREAST: usize = 8;
-
-/// The motions, by their numbers, that are computed side by side: those of one robot, and one with another load is another.
+/// The motions, by their numbers, that are computed side by side: those of one robot, and one with another load is another; at
+/// most as many as a tape computes states.
 fn abreast(motions: &[Motion]) -> Vec<Vec<usize>> {
     let numbers: Vec<usize> = (0..motions.len()).collect();
     let of_one_robot = numbers.chunk_by(|a, b| motions[*a].is_loaded == motions[*b].is_loaded);
-    let even = |of_one: &[usize]| of_one.len().div_ceil(of_one.len().div_ceil(ABREAST));
+    let even = |of_one: &[usize]| of_one.len().div_ceil(of_one.len().div_ceil(Tape::LANES));
     of_one_robot.flat_map(|of_one| of_one.chunks(even(of_one))).map(<[usize]>::to_vec).collect()
 }
 
