@@ -46,7 +46,10 @@ fn quotients() -> Module {
     let (sine, cosine) = (g.sin(u), g.cos(x));
     let entries = vec![sine, cosine, Expr::ONE, -y];
     let output = Output { name: "w".into(), rows: 2, columns: 2, entries };
-    module.function("Sines.\nOf two inputs.", Function::new("sines", &g, inputs, vec![output]));
+    module.function("Sines.\nOf two inputs.", Function::new("sines", &g, inputs.clone(), vec![output]));
+    // What is stored first is read later: in place it shows whether the input was read before.
+    let output = Output { name: "w".into(), rows: 2, columns: 1, entries: vec![y, x] };
+    module.function("Swapped.", Function::new("swapped", &g, inputs, vec![output]));
     module
 }
 
