@@ -17,8 +17,11 @@ use std::process::Command;
 use crate::cargo::{done, host, root, said, target};
 
 /// Tests of kernels: package, what cargo selects of it, and part of their names.
-const KERNELS: [[&str; 3]; 3] =
-    [["expr", "--lib", "tape::tests"], ["numerics", "--lib", "reflection::tests"], ["tests", "--test=lanes", ""]];
+const KERNELS: [[&str; 3]; 3] = [
+    ["expr", "--lib", "tape::tests"],
+    ["numerics", "--lib", "reflection::tests"],
+    ["tests", "--test=model", "lanes::"],
+];
 
 /// Instructions that Miri is told the processor has.
 const PROCESSORS: [&str; 3] = ["", "-Ctarget-feature=+avx2,+fma", "-Ctarget-feature=+avx2,+fma,+avx512f"];
@@ -78,7 +81,7 @@ fn address(nightly: &str) -> Result<(), String> {
         println!("SKIPPED: the address sanitizer: the registers are of x86-64, and this is {host}");
         return Ok(());
     }
-    for selected in [&["expr", "--lib"][..], &["numerics", "--lib"], &["tests", "--test=lanes"]] {
+    for selected in [&["expr", "--lib"][..], &["numerics", "--lib"], &["tests", "--test=model", "--", "lanes::"]] {
         println!("== address sanitizer: {}", selected.join(" "));
         let mut test = Command::new("cargo");
         test.args([&format!("+{nightly}"), "test", "--quiet", "--locked", "--target", &host, "--package"]);

@@ -3,14 +3,30 @@
 //! One program of many modules, because each program of tests is linked with everything.
 
 mod broken_logs;
+mod claims_of_logs;
 mod coverage;
+mod default_path;
+mod doctor;
+mod estimates;
 mod experiments;
+mod field_logs;
+mod fleet;
 mod gains_of_currents;
+mod identify_logs;
+mod joint_friction;
+mod known_load;
 mod lack_of_fit;
 mod log_files;
 mod log_formats;
 mod measured;
+mod methods;
 mod misfit;
 mod panda;
+mod postures;
+mod random_situations;
+mod signals_of_logs;
 mod simulated_dynamics;
 mod spectrum_analysis;
+mod unknowns;
+mod verdict;
+mod written_bodies;

@@ -1,6 +1,6 @@
 //! The table of docs/what-is-read.md: each kind of description and log, read here with what it takes and with no less.
 //!
-//! `SNAPSHOTS=write cargo test -p tests --test what_is_read` writes the page anew.
+//! `SNAPSHOTS=write cargo test -p tests --test program what_is_read` writes the page anew.
 
 use std::path::Path;
 
@@ -109,7 +109,7 @@ fn table(head: &str) -> Table {
 #[test]
 fn the_page_says_what_each_kind_takes() {
     let mut page = String::from(
-        "# What is read\n\nMade by tests/tests/what_is_read.rs, which reads an example of each kind with what stands here, and \
+        "# What is read\n\nMade by tests/tests/program/what_is_read.rs, which reads an example of each kind with what stands here, and \
          finds that it is not read with less.\n\n| description | takes |\n|---|---|\n",
     );
     for (kind, file, text, floats) in DESCRIPTIONS {

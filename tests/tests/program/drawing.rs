@@ -11,9 +11,9 @@ use tests::model_path;
 use tests::random::Random;
 
 const SCRIPT: &str = concat!(
-    include_str!("../../crates/report/templates/dom.js"),
-    include_str!("../../crates/report/templates/drawing.js"),
-    include_str!("../../crates/report/templates/loops.js")
+    include_str!("../../../crates/report/templates/dom.js"),
+    include_str!("../../../crates/report/templates/drawing.js"),
+    include_str!("../../../crates/report/templates/loops.js")
 );
 /// Configurations of each robot.
 const STATES: usize = 5;

@@ -70,7 +70,7 @@ fn torque_of_the_base_parameters_costs_no_more_than_the_best_published_recursion
 
 #[test]
 fn counts_are_those_of_the_table() {
-    let table: BTreeMap<String, Counts> = serde_yaml::from_str(include_str!("../data/counts.yaml")).unwrap();
+    let table: BTreeMap<String, Counts> = serde_yaml::from_str(include_str!("../../data/counts.yaml")).unwrap();
     let found: BTreeMap<String, Counts> = models().into_iter().map(|(file, robot)| (file, counts(&robot))).collect();
     let mut text = String::new();
     for (file, counts) in &found {

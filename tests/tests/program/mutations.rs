@@ -1,6 +1,4 @@
 //! Some mutants of each file that the program reads; `cargo xtask fuzz` runs many.
-#![cfg(unix)]
-
 use tests::mutation::{hunt, seeds};
 use tests::program::{folder, program};
 use tests::random::Random;

@@ -205,7 +205,7 @@ const RACE_SYMBOLS: &str =
     "symbols: {D2: 0.30, D4: 0.30, D6: 0.17, D7: 0.08, D8: 0.08, D10: 0.07, DEL: 5*pi/6, G10: pi/3}";
 
 fn race_facts() -> RaceFacts {
-    let text = include_str!("../data/race_rules.yaml");
+    let text = include_str!("../../data/race_rules.yaml");
     serde_yaml::from_str(text).unwrap_or_else(|e| panic!("data/race_rules.yaml: {e}"))
 }
 
@@ -297,7 +297,7 @@ fn race_answers_to_what_must_change_the_answer() {
 fn rx90_rules_are_the_published_ones() {
     let robot = model("rx90.yaml");
     let regrouped = regroup(&robot);
-    let rules: BTreeMap<String, String> = serde_yaml::from_str(include_str!("../data/rx90_rules.yaml")).unwrap();
+    let rules: BTreeMap<String, String> = serde_yaml::from_str(include_str!("../../data/rx90_rules.yaml")).unwrap();
     let mut seen = 0;
     for (k, name) in regrouped.base_names().into_iter().enumerate() {
         let expected = match rules.get(name) {
@@ -323,7 +323,7 @@ struct RankFact {
 }
 
 fn rank_facts() -> Vec<RankFact> {
-    serde_yaml::from_str(include_str!("../data/ranks.yaml")).unwrap_or_else(|e| panic!("data/ranks.yaml: {e}"))
+    serde_yaml::from_str(include_str!("../../data/ranks.yaml")).unwrap_or_else(|e| panic!("data/ranks.yaml: {e}"))
 }
 
 #[test]

@@ -1,6 +1,4 @@
 //! Files without end, or made to be slow: refused with a message, in bounded memory.
-#![cfg(unix)]
-
 use std::path::Path;
 use std::process::Command;
 

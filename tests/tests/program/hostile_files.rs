@@ -1,7 +1,5 @@
 //! The files by which rist was attacked, each with its outcome: read, refused or said. None ends in a panic, a signal or a
 //! hang, and each stays in the memory that its size allows.
-#![cfg(unix)]
-
 use tests::hostile::{command, files, hardening};
 use tests::mutation::{bounded, broken};
 use tests::program::{folder, program};

@@ -1,17 +1,12 @@
 //! The repository keeps its own rules: who knows whom, the length of files, clean lines.
 
-mod source {
-    pub(crate) mod imports;
-    pub(crate) mod orders;
-    pub(crate) mod tokens;
-}
-
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
+use crate::source::orders::{ORDERS, WITHOUT_ORDER};
+use crate::source::{imports, tokens};
 use serde_json::Value as Json;
-use source::orders::{ORDERS, WITHOUT_ORDER};
 use tests::workspace;
 
 /// Package -> packages of this workspace it depends on, in whatever way.
@@ -122,7 +117,7 @@ fn relative(path: &Path) -> String {
 
 #[test]
 fn a_file_over_four_hundred_lines_says_why() {
-    let reasons: BTreeMap<String, String> = serde_yaml::from_str(include_str!("../data/long_files.yaml")).unwrap();
+    let reasons: BTreeMap<String, String> = serde_yaml::from_str(include_str!("../../data/long_files.yaml")).unwrap();
     let mut long = BTreeSet::new();
     for path in files() {
         let name = relative(&path);
@@ -163,7 +158,7 @@ fn dead_code_is_allowed_nowhere() {
     for path in files().iter().filter(|p| p.extension().is_some_and(|e| e == "rs")) {
         let name = relative(path);
         let text = std::fs::read_to_string(path).unwrap();
-        let allows = source::tokens::allows(source::tokens::tokens(&text, &name), "dead_code");
+        let allows = tokens::allows(tokens::tokens(&text, &name), "dead_code");
         assert!(!allows, "{name}: allow(dead_code)");
     }
 }
@@ -174,7 +169,7 @@ fn pages_name_the_files_with_unsafe() {
     let sources = files().into_iter().filter(|path| path.extension().is_some_and(|e| e == "rs"));
     let with_unsafe = |path: &PathBuf| {
         let text = std::fs::read_to_string(path).unwrap();
-        source::tokens::says(source::tokens::tokens(&text, &relative(path)), "unsafe")
+        tokens::says(tokens::tokens(&text, &relative(path)), "unsafe")
     };
     let found: BTreeSet<String> = sources.filter(with_unsafe).map(|path| relative(&path)).collect();
     for page in ["SECURITY.md", "ARCHITECTURE.md"] {
@@ -223,7 +218,7 @@ fn files_import_neither_in_circles_nor_back_up() {
             name.ends_with(".rs").then_some((name, text))
         };
         let sources: BTreeMap<String, String> = files().iter().filter_map(inside).collect();
-        faults.extend(source::imports::faults(&sources, order).into_iter().map(|fault| format!("{package}: {fault}")));
+        faults.extend(imports::faults(&sources, order).into_iter().map(|fault| format!("{package}: {fault}")));
     }
     assert!(faults.is_empty(), "{}", faults.join("\n"));
 }

@@ -1,7 +1,5 @@
 //! An artefact of which something was taken away, doubled or changed is refused, or what comes of it says that the file is
 //! not as rist wrote it: the promise of docs/files.md, over every line and every key of every artefact.
-#![cfg(unix)]
-
 use std::path::Path;
 
 use identification::estimate::fleet::comparison::Comparison;

@@ -1,0 +1,26 @@
+//! The model of a robot and the code made of it: laws, published tables, agreement with others.
+
+mod agreement;
+mod closed_loops;
+mod closed_points;
+mod control_functions;
+mod controller;
+mod conversion;
+mod counts;
+mod derivations_end;
+mod examples;
+mod formulas;
+mod frames_of_functions;
+mod functions;
+mod generated_source;
+mod generation;
+mod implicit_loops;
+mod inverse_geometry;
+mod lanes;
+mod large_robots;
+mod laws_of_dynamics;
+mod oracle;
+mod parameter_names;
+mod random_robots;
+mod random_structures;
+mod regrouping;

@@ -1,0 +1,13 @@
+//! Motions and plans: found, proven, checked by others, refused.
+
+mod bodies;
+mod checked_points;
+mod checkers;
+mod every_robot;
+mod impossible_motions;
+mod known_arms;
+mod promise;
+mod second_motion;
+mod shipped_models;
+mod spline_motion;
+mod tampered_motions;

@@ -1,0 +1,24 @@
+//! The program as a user meets it: what it prints, draws and refuses, and what nobody can do to it.
+
+mod as_given;
+mod chromium;
+mod command_line;
+mod digits;
+mod drawing;
+mod fields_in_texts;
+mod help;
+#[cfg(unix)]
+mod hostile;
+#[cfg(unix)]
+mod hostile_files;
+mod live_page;
+#[cfg(unix)]
+mod mutations;
+mod one_gate;
+mod page;
+mod readme;
+mod refusals;
+mod terminal;
+mod what_is_read;
+#[cfg(unix)]
+mod whole_files;
