@@ -7,6 +7,8 @@
 //!
 //! Second-order sections in transposed direct form II; a polynomial of order n is never formed.
 
+use numerics::wide_registers::in_wide_registers;
+
 /// A low-pass of order n as a chain of sections, each of unit gain at zero frequency.
 #[derive(Clone, Debug)]
 pub struct Butterworth {
@@ -102,7 +104,7 @@ impl Butterworth {
 
     /// Filters signals of one length forward in place, at most `SIGNALS_PER_PASS`. Returns what was reflected about their
     /// ends, filtered too; `None` of signals shorter than two samples, which stay as they are.
-    fn forward(&self, group: &mut [Vec<f64>]) -> Option<Vec<[f64; SIGNALS_PER_PASS]>> {
+    fn forward(&self, group: &mut [Vec<f64>]) -> Option<Vec<Sample>> {
         let n = group.first().map_or(0, Vec::len);
         if n < 2 {
             return None;
@@ -133,11 +135,7 @@ impl Butterworth {
 const ROWS_PER_COPY: usize = 256;
 
 /// The rows of the signals from `first` on, side by side.
-fn taken<'a>(
-    group: &[Vec<f64>],
-    first: usize,
-    rows: &'a mut [[f64; SIGNALS_PER_PASS]; ROWS_PER_COPY],
-) -> &'a mut [[f64; SIGNALS_PER_PASS]] {
+fn taken<'a>(group: &[Vec<f64>], first: usize, rows: &'a mut [Sample; ROWS_PER_COPY]) -> &'a mut [Sample] {
     let count = group.first().map_or(0, |x| ROWS_PER_COPY.min(x.len() - first));
     for (lane, x) in group.iter().enumerate() {
         rows.iter_mut().zip(&x[first..first + count]).for_each(|(row, x)| row[lane] = *x);
@@ -146,7 +144,7 @@ fn taken<'a>(
 }
 
 /// Puts rows back where they were taken.
-fn put(group: &mut [Vec<f64>], first: usize, rows: &[[f64; SIGNALS_PER_PASS]]) {
+fn put(group: &mut [Vec<f64>], first: usize, rows: &[Sample]) {
     for (lane, x) in group.iter_mut().enumerate() {
         x[first..first + rows.len()].iter_mut().zip(rows).for_each(|(x, row)| *x = row[lane]);
     }
@@ -154,12 +152,12 @@ fn put(group: &mut [Vec<f64>], first: usize, rows: &[[f64; SIGNALS_PER_PASS]]) {
 
 /// The filter on its way through signals.
 struct Run {
-    sections: Vec<(Section, [[f64; SIGNALS_PER_PASS]; 2])>,
+    sections: Vec<(Section, [Sample; 2])>,
 }
 
 impl Run {
     /// Starts in the steady state of an endless constant `first`.
-    fn new(sections: &[Section], first: [f64; SIGNALS_PER_PASS]) -> Run {
+    fn new(sections: &[Section], first: Sample) -> Run {
         let start = |&Section { b, a }: &Section| {
             let state = [first.map(|first| (1.0 - b[0]) * first), first.map(|first| (b[2] - a[1]) * first)];
             (Section { b, a }, state)
@@ -168,40 +166,62 @@ impl Run {
     }
 
     /// Filters in place, from the first sample on.
-    fn forward(&mut self, samples: &mut [[f64; SIGNALS_PER_PASS]]) {
-        self.sections.iter_mut().for_each(|(section, state)| section.over(state, samples.iter_mut()));
+    fn forward(&mut self, samples: &mut [Sample]) {
+        in_wide_registers(|| self.over::<false>(samples));
     }
 
     /// Filters in place, from the last sample back.
-    fn backward(&mut self, samples: &mut [[f64; SIGNALS_PER_PASS]]) {
-        self.sections.iter_mut().for_each(|(section, state)| section.over(state, samples.iter_mut().rev()));
+    fn backward(&mut self, samples: &mut [Sample]) {
+        in_wide_registers(|| self.over::<true>(samples));
+    }
+
+    /// Two sections at a time: the second takes a sample while the first takes the one behind it. Their states stay in
+    /// registers on the way.
+    #[inline(always)]
+    fn over<const BACKWARD: bool>(&mut self, samples: &mut [Sample]) {
+        for sections in self.sections.chunks_mut(2) {
+            match sections {
+                [(first, of_first), (second, of_second)] => {
+                    let (mut y, mut z) = (*of_first, *of_second);
+                    each::<BACKWARD>(samples, |x| *x = second.next(&mut z, first.next(&mut y, *x)));
+                    (*of_first, *of_second) = (y, z);
+                }
+                [(section, state)] => {
+                    let mut z = *state;
+                    each::<BACKWARD>(samples, |x| *x = section.next(&mut z, *x));
+                    *state = z;
+                }
+                _ => {}
+            }
+        }
     }
 }
 
+#[inline(always)]
+fn each<const BACKWARD: bool>(samples: &mut [Sample], filter: impl FnMut(&mut Sample)) {
+    if BACKWARD { samples.iter_mut().rev().for_each(filter) } else { samples.iter_mut().for_each(filter) }
+}
+
 impl Section {
-    /// Filters in place; its state stays in registers on the way.
-    #[inline]
-    fn over<'a>(
-        &self,
-        state: &mut [[f64; SIGNALS_PER_PASS]; 2],
-        samples: impl Iterator<Item = &'a mut [f64; SIGNALS_PER_PASS]>,
-    ) {
-        let (Section { b, a }, [mut z0, mut z1]) = (*self, *state);
-        for sample in samples {
-            for lane in 0..SIGNALS_PER_PASS {
-                let u = sample[lane];
-                let v = b[0] * u + z0[lane];
-                z0[lane] = b[1] * u - a[0] * v + z1[lane];
-                z1[lane] = b[2] * u - a[1] * v;
-                sample[lane] = v;
-            }
+    /// What leaves the section for `u`; `z` is its state.
+    #[inline(always)]
+    fn next(&self, z: &mut [Sample; 2], u: Sample) -> Sample {
+        let Section { b, a } = self;
+        let mut v = [0.0; SIGNALS_PER_PASS];
+        for lane in 0..SIGNALS_PER_PASS {
+            v[lane] = b[0] * u[lane] + z[0][lane];
+            z[0][lane] = b[1] * u[lane] - a[0] * v[lane] + z[1][lane];
+            z[1][lane] = b[2] * u[lane] - a[1] * v[lane];
         }
-        *state = [z0, z1];
+        v
     }
 }
 
 /// Signals that are filtered at once.
 const SIGNALS_PER_PASS: usize = 8;
+
+/// One sample of each of them.
+type Sample = [f64; SIGNALS_PER_PASS];
 
 #[cfg(test)]
 mod tests {
