@@ -7,7 +7,7 @@
 //!
 //! Second-order sections in transposed direct form II; a polynomial of order n is never formed.
 
-use numerics::wide_registers::in_wide_registers;
+use numerics::wide_registers::{Work, in_wide_registers};
 
 /// A low-pass of order n as a chain of sections, each of unit gain at zero frequency.
 #[derive(Clone, Debug)]
@@ -167,39 +167,51 @@ impl Run {
 
     /// Filters in place, from the first sample on.
     fn forward(&mut self, samples: &mut [Sample]) {
-        in_wide_registers(|| self.over::<false>(samples));
+        in_wide_registers(Through::<false> { run: self, samples });
     }
 
     /// Filters in place, from the last sample back.
     fn backward(&mut self, samples: &mut [Sample]) {
-        in_wide_registers(|| self.over::<true>(samples));
+        in_wide_registers(Through::<true> { run: self, samples });
     }
+}
 
+/// The way of a filter through samples.
+struct Through<'a, const BACKWARD: bool> {
+    run: &'a mut Run,
+    samples: &'a mut [Sample],
+}
+
+impl<const BACKWARD: bool> Work for Through<'_, BACKWARD> {
     /// Two sections at a time: the second takes a sample while the first takes the one behind it. Their states stay in
     /// registers on the way.
     #[inline(always)]
-    fn over<const BACKWARD: bool>(&mut self, samples: &mut [Sample]) {
-        for sections in self.sections.chunks_mut(2) {
+    fn run(self) {
+        let n = self.samples.len();
+        let samples = self.samples;
+        let place = |i: usize| if BACKWARD { n - 1 - i } else { i };
+        for sections in self.run.sections.chunks_mut(2) {
             match sections {
                 [(first, of_first), (second, of_second)] => {
                     let (mut y, mut z) = (*of_first, *of_second);
-                    each::<BACKWARD>(samples, |x| *x = second.next(&mut z, first.next(&mut y, *x)));
+                    for i in 0..n {
+                        let x = &mut samples[place(i)];
+                        *x = second.next(&mut z, first.next(&mut y, *x));
+                    }
                     (*of_first, *of_second) = (y, z);
                 }
                 [(section, state)] => {
                     let mut z = *state;
-                    each::<BACKWARD>(samples, |x| *x = section.next(&mut z, *x));
+                    for i in 0..n {
+                        let x = &mut samples[place(i)];
+                        *x = section.next(&mut z, *x);
+                    }
                     *state = z;
                 }
                 _ => {}
             }
         }
     }
-}
-
-#[inline(always)]
-fn each<const BACKWARD: bool>(samples: &mut [Sample], filter: impl FnMut(&mut Sample)) {
-    if BACKWARD { samples.iter_mut().rev().for_each(filter) } else { samples.iter_mut().for_each(filter) }
 }
 
 impl Section {
