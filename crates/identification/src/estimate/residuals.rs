@@ -1,6 +1,9 @@
 //! The residuals of a model by joint: the torque that it leaves unexplained.
 //!
 //! relative_j = |tau_j - W_j X| / |tau_j| over the rows of joint j; the total over the rows of all joints.
+//!
+//! N m and N are not added: where some joints turn and others slide, the square of the total is the mean of the squares of
+//! both kinds, each weighted by its rows.
 
 use std::fmt;
 
@@ -55,7 +58,7 @@ pub struct Squares {
 pub struct Residuals {
     /// One per coordinate.
     pub joints: Vec<JointResidual>,
-    /// |tau - W X| / |tau| over all joints.
+    /// |tau - W X| / |tau| over all joints, without a unit.
     pub total: f64,
     /// The squares behind both, one per joint.
     pub squares: Vec<Squares>,
@@ -74,8 +77,31 @@ impl Residuals {
             f95: None,
             memory: None,
         };
-        let (torque, left) = squares.iter().fold((0.0, 0.0), |a, s| (a.0 + s.torque, a.1 + s.left));
-        Residuals { joints: squares.iter().enumerate().map(joint).collect(), total: relative(torque, left), squares }
+        let joints: Vec<JointResidual> = squares.iter().enumerate().map(joint).collect();
+        Residuals { total: total(&joints, &squares), joints, squares }
+    }
+}
+
+/// |tau - W X| / |tau| over joints of one unit; the root of the mean of its squares, by rows, over those of two.
+fn total(joints: &[JointResidual], squares: &[Squares]) -> f64 {
+    let of = |unit: Unit| {
+        let own = joints.iter().zip(squares).filter(|(joint, _)| joint.unit == unit).map(|(_, squares)| squares);
+        own.fold(Squares::default(), |a, s| Squares {
+            torque: a.torque + s.torque,
+            left: a.left + s.left,
+            rows: a.rows + s.rows,
+        })
+    };
+    let kinds = [false, true].map(|slides| of(Unit::TORQUE.along(slides))).into_iter().filter(|kind| kind.rows > 0);
+    let kinds: Vec<Squares> = kinds.collect();
+    let error = |kind: &Squares| relative(kind.torque, kind.left);
+    match kinds.as_slice() {
+        [one] => error(one),
+        _ => {
+            let rows: usize = kinds.iter().map(|kind| kind.rows).sum();
+            let weighted = |kind: &Squares| kind.rows as f64 / rows.max(1) as f64 * error(kind).powi(2);
+            kinds.iter().map(weighted).sum::<f64>().sqrt()
+        }
     }
 }
 
@@ -113,5 +139,35 @@ pub(crate) fn write_residuals(
     match total {
         Some(total) => writeln!(f, "{:<width$}  {none}  {total:>8.4}{}", "total", shown(held_out)),
         None => Ok(()),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A joint that slides has its numbers in N: told in mN they change nothing of the total.
+    #[test]
+    fn the_total_has_no_unit() {
+        let joint = |unit: Unit| JointResidual {
+            coordinate: "q".into(),
+            rms: 0.0,
+            unit,
+            relative: 0.0,
+            rows: 0,
+            held_out: None,
+            f95: None,
+            memory: None,
+        };
+        let (turns, slides) = (joint(Unit::TORQUE), joint(Unit::TORQUE.along(true)));
+        let squares = |scale: f64| {
+            [Squares { torque: 100.0, left: 4.0, rows: 30 }, Squares { torque: scale, left: 0.25 * scale, rows: 10 }]
+        };
+        let mixed = [1.0, 1e6].map(|scale| total(&[turns.clone(), slides.clone()], &squares(scale)));
+        let expected = (0.75_f64 * 0.04 + 0.25 * 0.25).sqrt();
+        assert!(mixed.iter().all(|total| (total - expected).abs() < 1e-15), "{mixed:?} {expected}");
+        // Two joints of one unit are one.
+        assert_eq!(total(&[turns.clone(), turns], &squares(100.0)), (29.0_f64 / 200.0).sqrt());
+        assert_eq!(total(&[], &[]), 0.0);
     }
 }
