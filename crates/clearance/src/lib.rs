@@ -21,5 +21,6 @@ mod named_links;
 pub mod nearby;
 pub mod sampled_room;
 pub mod separation;
+pub mod shown_length;
 pub mod solid;
 mod walls;

@@ -6,6 +6,7 @@ use crate::clearance::{Against, Clearance, Gap, PLACE_ROUNDING_M};
 use crate::gaps::{FloorRule, RESERVE_M, Situation};
 use crate::half_space::HalfSpace;
 use crate::left_out::{LeftOut, Matter};
+use crate::shown_length::shown_length;
 
 /// Change of a gap, m a rad (m), below which the gap counts as constant.
 const CONSTANT_GAP_CHANGE: f64 = 1e-9;
@@ -47,8 +48,8 @@ impl Clearance {
         match (has_geometry, self.lowest(&situation.zero)) {
             (true, Some((lowest, _))) if lowest >= -FLOOR_ROUNDING_M => Ok(0.0),
             (true, Some((lowest, whose))) => Err(format!(
-                "{whose} is {:.4} m below the plane of the base at the zero pose, so that this is no floor",
-                -lowest
+                "{whose} is {} m below the plane of the base at the zero pose, so that this is no floor",
+                shown_length(-lowest)
             )),
             _ => Err("the description has no collision geometry, so that nothing says who could meet one".into()),
         }
@@ -105,9 +106,10 @@ impl Clearance {
                 self.gaps.push(gap);
             } else if now.reached < 0.0 {
                 return Err(format!(
-                    "{} is {:.4} m beyond {name}, and no joint that is not locked moves it away: name the links that must \
+                    "{} is {} m beyond {name}, and no joint that is not locked moves it away: name the links that must \
                      stay in (links: [..]), or move {name}",
-                    body.name, -now.reached
+                    body.name,
+                    shown_length(-now.reached)
                 ));
             }
         }
@@ -153,5 +155,23 @@ mod tests {
         // The hand, 0.2 m long and 0.02 m thick, hangs down by a radian.
         let expected = 0.2 - 0.2 * 1.0_f64.sin() - 0.01 * 1.0_f64.cos();
         assert!(whose == "hand" && (lowest - expected).abs() < 1e-12, "{lowest} {expected} {whose}");
+    }
+
+    /// What is beyond a floor by less than a sentence has decimals for is refused with its number.
+    #[test]
+    fn a_hair_below_the_floor_is_told_in_figures() {
+        let turning = r#"<robot name="arm"><link name="post"/><link name="upper"/>
+  <joint name="q1" type="revolute"><parent link="post"/><child link="upper"/><axis xyz="0 0 1"/>
+    <limit lower="-3" upper="3" velocity="1" effort="1"/></joint></robot>"#;
+        let robot = robot::format::read_urdf(turning, "arm.urdf").unwrap();
+        let (rest, poses) = (vec![0.0], vec![vec![0.5]; 10]);
+        let situation = Situation { rest: rest.clone(), zero: rest, moves: vec![true], poses };
+        for (floor, said) in
+            [(1e-46, "upper is 1.0e-46 m beyond the floor"), (0.02, "upper is 0.0200 m beyond the floor")]
+        {
+            let rules = Rules { floor: FloorRule::At(floor), ..Rules::default() };
+            let refused = Clearance::new(&robot, Path::new("."), &rules, &situation).map(|_| ()).unwrap_err();
+            assert!(refused.starts_with(said), "{refused}");
+        }
     }
 }

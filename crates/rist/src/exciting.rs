@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use claims::significant;
+use clearance::shown_length::shown_length;
 use experiments::excitation::artefact::MotionJoint;
 use experiments::excitation::columns::visible_columns;
 use experiments::excitation::criterion::Aim;
@@ -314,17 +315,19 @@ fn refused(
         NoMotion::TooNarrow { gap, room } => {
             let tight = surroundings.tight(limits);
             let room = if room < 0.0 {
-                format!("the best found is {:.4} m short of it", -room)
+                format!("the best found is {} m short of it", shown_length(-room))
             } else {
                 format!("the best found has {room:.1e} m to spare, and a search needs more")
             };
-            let pair =
-                |(subject, most, bound): &(String, f64, f64)| format!("{subject}: at most {most:.4} m of {bound:.4} m");
+            let pair = |(subject, most, bound): &(String, f64, f64)| {
+                format!("{subject}: at most {} m of {} m", shown_length(*most), shown_length(*bound))
+            };
             let pairs: Vec<String> = tight.pairs.iter().map(pair).collect();
             let few = "; over 1000 poses these pairs have too little room: ";
             let pairs = if pairs.is_empty() { String::new() } else { [few, &pairs.join("; ")].concat() };
             let works = Some(tight.works).filter(|works| *works > 0.0 && works.is_finite());
-            let works = works.map_or(String::new(), |w| format!("; distance: {w:.4} has room at one of these poses"));
+            let works = works
+                .map_or(String::new(), |w| format!("; distance: {} has room at one of these poses", shown_length(w)));
             let sign = match gaps[gap].limit {
                 LimitKind::Distance => "; for links that may meet, sign the pair: accept: [[LINK, LINK, REASON]]",
                 _ => "",
