@@ -183,6 +183,7 @@ class Link:
         self.mass, self.moment, self.inertia = 0.0, np.zeros(3), np.zeros((3, 3))
         self.has_rotor, self.rotor = False, 0.0  # a rotor inertia among its parameters, and its value
         self.origins = [(name, np.zeros(3))]  # of the frames that are fixed to it
+        self.turns = [np.eye(3)]  # and how they are turned
 
 
 class Robot:
@@ -321,6 +322,7 @@ def take_parts(robot, path, part, name, carrier, turn, shift, pose):
         link = robot.links[carrier]
         if name != link.name:
             link.origins.append((name, shift))
+            link.turns.append(turn)
         if inertial is not None:
             (own, centre), mass = pose(inertial), float(inertial.find("mass").get("value"))
             given = inertial.find("inertia")

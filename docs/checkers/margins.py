@@ -67,12 +67,15 @@ class Margins:
             return None
         found = copy.copy(robot)
         found.links = [copy.copy(link) for link in robot.links]
-        link = next((link for link in found.links if link.name == self.payload["link"]), None)
-        if link is None:
+        frames = [(link, shift, turn) for link in found.links
+                  for (name, shift), turn in zip(link.origins, link.turns) if name == self.payload["link"]]
+        if not frames:
             raise Fault(f"margins: payload: there is no link {self.payload['link']} that a joint moves")
-        mass, centre = float(self.payload["mass"]), np.array(self.payload["centre_of_mass"], float)
+        link, shift, turn = frames[0]
+        mass, centre = float(self.payload["mass"]), shift + turn @ np.array(self.payload["centre_of_mass"], float)
         given = self.payload.get("inertia") or {}
         tensor = np.array([[float(given.get(min(a + b, b + a)) or 0.0) for b in "xyz"] for a in "xyz"])
+        tensor = turn @ tensor @ turn.T
         link.mass += mass
         link.moment = link.moment + mass * centre
         link.inertia = link.inertia + tensor - mass * skew(centre) @ skew(centre)

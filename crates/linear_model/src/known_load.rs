@@ -4,7 +4,7 @@
 //! to the base parameters, where B_L are the ten columns of B that belong to the link. Its torque D B_L phi_L is known.
 //! A load that is not known is estimated in `identification::estimators::payload`.
 
-use robot::{Error, Part, Place, Pose, Robot, transform_inertial};
+use robot::{Error, Link, Part, Place, Pose, Robot, transform_inertial};
 use serde::{Deserialize, Serialize};
 
 use crate::pseudo_inertia::smallest_eigenvalue;
@@ -15,11 +15,11 @@ use crate::yaml;
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct KnownLoad {
-    /// Name of the link in the model.
+    /// Name of the link in the model, or of a frame that its file fixes to one: `tool0`.
     pub link: String,
     /// kg.
     pub mass: f64,
-    /// m, in the frame of the link as the model's file has it.
+    /// m, in that frame as the model's file has it.
     pub centre_of_mass: [f64; 3],
     /// kg m^2, about the centre of mass, in the axes of that frame; zero where it is not given.
     #[serde(default)]
@@ -67,17 +67,34 @@ impl KnownLoad {
         })
     }
 
-    /// Its contribution to the base parameters of the map. Fails when the robot has no such link.
+    /// Its contribution to the base parameters of the map. Fails when the robot has no such link, and when no joint moves it.
     pub fn base_parameters(&self, robot: &Robot, map: &StandardMap) -> Result<Vec<f64>, String> {
-        let link = robot.links.iter().find(|l| l.name == self.link);
-        let body = map.bodies.iter().find(|(name, _)| *name == self.link);
-        let (Some(link), Some(&(_, first))) = (link, body) else {
-            let names: Vec<&str> = map.bodies.iter().map(|b| b.0.as_str()).collect();
-            return Err(format!("the load is on the link `{}`; the links are {}", self.link, names.join(", ")));
+        let (link, frame) = self.carrier(robot)?;
+        let Some(&(_, first)) = map.bodies.iter().find(|(name, _)| *name == link.name) else {
+            return Err(format!(
+                "the load is on `{}`: no torque tells of a body there, since no joint moves it",
+                self.link
+            ));
         };
-        let ten = transform_inertial(&self.part().parameters(), &link.file_frame);
+        let ten = transform_inertial(&self.part().parameters(), &frame);
         let columns = map.matrix.columns(first, 10);
         Ok((0..map.matrix.nrows()).map(|k| (0..10).map(|c| columns[(k, c)] * ten[c]).sum()).collect())
+    }
+
+    /// The link that moves with it, and the frame that it is given in, in the frame of that link.
+    fn carrier<'a>(&self, robot: &'a Robot) -> Result<(&'a Link, Pose), String> {
+        let fixed = |link: &'a Link| {
+            let frame = link.frames.iter().find(|(name, _)| *name == self.link);
+            frame.map(|(_, pose)| (link, *pose))
+        };
+        let own = robot.links.iter().find(|link| link.name == self.link).map(|link| (link, link.file_frame));
+        own.or_else(|| robot.links.iter().find_map(fixed)).ok_or_else(|| {
+            let fixed =
+                |link: &'a Link| link.frames.iter().map(|(name, _)| name.as_str()).filter(|name| *name != link.name);
+            let names = robot.links.iter().flat_map(|link| std::iter::once(link.name.as_str()).chain(fixed(link)));
+            let names: Vec<&str> = names.collect();
+            format!("the load is on the link `{}`; the links that joints move are {}", self.link, names.join(", "))
+        })
     }
 
     fn part(&self) -> Part {

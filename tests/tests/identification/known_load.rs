@@ -56,6 +56,38 @@ fn a_load_adds_what_the_same_body_in_the_description_adds() {
     }
 }
 
+/// A load on a frame that the file fixes to a link is one on that link; one that no joint moves, or that is not there, is refused by
+/// its name.
+#[test]
+fn a_load_on_a_fixed_frame_is_one_on_its_link() {
+    let text = model_text("ur5.urdf");
+    let turned = text
+        .replace(r#"<origin xyz="0 0 0.0823" rpy="0 0 0"/>"#, r#"<origin xyz="0 0 0.0823" rpy="-1.57079632679 0 0"/>"#);
+    assert_ne!(text, turned);
+    let robot = robot::format::read_urdf(&turned, "ur5.urdf").unwrap();
+    let base = base(&robot);
+    let terms: Vec<(usize, usize, f64)> = (0..base.base.len())
+        .flat_map(|k| base.base[k].terms.iter().map(move |t| (k, t.parameter, t.coefficient)))
+        .collect();
+    let first = (0..base.standard.len()).filter(|&c| base.standard[c].inertial == Inertial::Xx);
+    let bodies = first.map(|c| (robot.link(base.standard[c].link).name.clone(), c)).collect();
+    let map = StandardMap::new(vec![String::new(); base.standard.len()], base.base.len(), &terms, bodies, vec![]);
+    let added = |text: &str| KnownLoad::from_yaml("load.yaml", text).unwrap().base_parameters(&robot, &map);
+    // tool0 stands 0.0823 m along z of wrist_3, turned by a quarter about x: its z is y of wrist_3, and its y is -z.
+    let on_tool = "link: tool0\nmass: 2\ncentre_of_mass: [0.01, 0.02, 0.05]\ninertia: {xx: 0.003, yy: 0.004, zz: 0.005, xy: 0.001}\n";
+    let on_link = "link: wrist_3\nmass: 2\ncentre_of_mass: [0.01, 0.05, 0.0623]\ninertia: {xx: 0.003, yy: 0.005, zz: 0.004, xz: -0.001}\n";
+    let (tool, link) = (added(on_tool).unwrap(), added(on_link).unwrap());
+    assert!(link.iter().filter(|x| x.abs() > 1e-3).count() > 5, "{link:?}");
+    for (a, b) in tool.iter().zip(&link) {
+        // The file writes a quarter turn with eleven digits.
+        assert!((a - b).abs() < 1e-10, "{tool:?} {link:?}");
+    }
+    for name in ["base", "tool9"] {
+        let refused = added(&on_tool.replace("tool0", name)).unwrap_err();
+        assert!(refused.contains(&format!("`{name}`")) && refused.contains("wrist_3, tool0"), "{refused}");
+    }
+}
+
 /// An arm of three axes under gravity.
 const ARM: &str = "\
 convention: khalil-kleinfinger

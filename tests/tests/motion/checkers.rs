@@ -27,6 +27,8 @@ const ARM: &str = r#"<robot name="arm">
     <limit lower="0" upper="0.05" velocity="0.2" effort="20"/></joint>
   <link name="left"><inertial><mass value="0.1"/><inertia ixx="0.0001" ixy="0" ixz="0" iyy="0.0001" iyz="0" izz="0.0001"/></inertial>
     <collision><geometry><sphere radius="0.01"/></geometry></collision></link>
+  <joint name="tip_of_left" type="fixed"><parent link="left"/><child link="tip"/><origin xyz="0.03 0 0.01" rpy="0.3 0 0.4"/></joint>
+  <link name="tip"/>
   <joint name="other" type="prismatic"><parent link="fore"/><child link="right"/><origin xyz="0.6 0.01 0.08"/><axis xyz="0 -0.8 0.6"/>
     <limit lower="0" upper="0.04" velocity="0.2" effort="20"/><mimic joint="grip" multiplier="0.8"/></joint>
   <link name="right"><inertial><mass value="0.1"/><inertia ixx="0.0001" ixy="0" ixz="0" iyy="0.0001" iyz="0" izz="0.0001"/></inertial>
@@ -40,7 +42,7 @@ margins:
   tracking: {turn: 0.01, grip: 0.001}
   calibration: 0.001
   mesh: 0.0005
-  payload: {link: left, mass: 0.5, centre_of_mass: [0.02, 0, 0], inertia: {xx: 0.0001, yy: 0.0001, zz: 0.0001}}
+  payload: {link: tip, mass: 0.5, centre_of_mass: [0.02, 0, 0], inertia: {xx: 0.0001, yy: 0.0001, zz: 0.0001}}
 space:
   floor: 0.05
   distance: 0.03
@@ -205,7 +207,7 @@ fn a_motion_is_proven_anew_without_rist_and_each_defect_is_found() {
     for limits in ["none.yaml", "limits.yaml"] {
         let found = rist(&folder, &["check", "arm.urdf", "motion.yaml", "--limits", limits]);
         assert_eq!(found.code, Some(0), "{}{}", found.out, found.err);
-        for said in ["calibration: 0.001 m, the proof", "payload: none to 0.5 kg on left", "cover stopping"] {
+        for said in ["calibration: 0.001 m, the proof", "payload: none to 0.5 kg on tip", "cover stopping"] {
             assert!(found.out.contains(said), "{limits}: no `{said}` in {}", found.out);
         }
         assert!(!found.out.contains("assumed: margins"), "{limits}: {}", found.out);
