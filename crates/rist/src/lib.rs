@@ -55,6 +55,7 @@ pub mod exciting;
 pub mod experiments;
 pub mod fleet;
 mod formulas;
+mod free_memory;
 mod friction;
 mod gravity_direction;
 pub mod inspection;

@@ -1,11 +1,12 @@
 //! From a model to the experiments that identify it best.
 
+use claims::significant;
 use experiments::excitation::limits::AskedLimits;
 use experiments::motion::sample_count::check_samples;
 use experiments::plan::candidates::{Candidate, CandidateGrid, MotionLimits, permitted_candidates};
 use experiments::plan::exchange::Search;
 use experiments::plan::exciting_trajectory::ExcitingTrajectory;
-use experiments::plan::motion_count::count_of_kinds;
+use experiments::plan::motion_count::{bytes_of_choice, count_of_kinds};
 use experiments::plan::ranges::check_limits;
 use experiments::simulate::defaults::motion_limits;
 use experiments::simulate::dynamics::RegressorDynamics;
@@ -20,6 +21,7 @@ use crate::checking::Checked;
 use crate::checking_courses::CourseCheck;
 use crate::error::Error;
 use crate::exciting::refuse_what_is_owed;
+use crate::free_memory::free_bytes;
 use crate::model::Model;
 use crate::plan_permission::PlanPermission;
 use crate::request::{CheckRequest, Request};
@@ -43,32 +45,42 @@ const S_PER_ROWS: f64 = 5e-6;
 const S_PER_CHOICE: f64 = 4e-8;
 /// What takes longer is told before, CPU s.
 const LONG_S: f64 = 60.0;
-/// More rows of motions are not held, bytes.
-const MOST_BYTES: f64 = 8e9;
+/// What is told beside the time of a long choice, bytes.
+const MUCH_MEMORY: f64 = 1e9;
 
 /// What a plan chooses from, in words, where that takes more than a minute of CPU time; `None` where it does not.
 ///
-/// Fails where the rows of all motions would not fit into memory.
+/// Fails where the choice holds more than the machine has free, as far as the machine says.
 pub fn outlook(model: &Model, request: &PlanRequest) -> Result<Option<String>, Error> {
+    outlook_within(model, request, free_bytes())
+}
+
+/// The same on a machine with so many bytes free; `None`: nobody knows.
+fn outlook_within(model: &Model, request: &PlanRequest, free: Option<f64>) -> Result<Option<String>, Error> {
     let (n, p) = (model.regressor().coordinates().len(), model.regressor().parameters().len());
-    let kinds = count_of_kinds(n, grid_of(model, request).gravity);
+    let has_gravity = grid_of(model, request).gravity;
+    let kinds = count_of_kinds(n, has_gravity);
     // No more configurations than the grid has points.
     let points = request.steps.checked_pow(u32::try_from(n).unwrap_or(u32::MAX)).unwrap_or(usize::MAX);
     let configurations = request.configurations.min(points);
     let motions = kinds.saturating_mul(configurations);
-    // At most two equations a coordinate, as they are and over their deviations: of the measured runs a third to three quarters.
-    let bytes = motions as f64 * (2 * 2 * n * p * size_of::<f64>()) as f64;
+    let bytes = bytes_of_choice(n, p, has_gravity, configurations);
     let choices = (request.starts * request.experiments) as f64;
     let seconds = (S_PER_ROWS + S_PER_CHOICE * choices) * (n * p) as f64 * motions as f64;
     let what = format!("{kinds} kinds of motion about {configurations} configurations are {motions} motions");
     let remedy = "lower [configurations] or [starts], or hold joints still in a description with fewer of them";
-    if bytes > MOST_BYTES {
-        let gigabytes = bytes / 1e9;
-        let text = format_args!("{}: {what}, {gigabytes:.0} GB of rows: {remedy}", model.path.display());
-        return Err(Error::new(text));
+    let gigabytes = |bytes: f64| format!("{} GB", significant(bytes / 1e9, 2));
+    if let Some(free) = free.filter(|free| bytes > *free) {
+        let (needs, has) = (gigabytes(bytes), gigabytes(free));
+        let path = model.path.display();
+        return Err(Error::new(format_args!(
+            "{path}: {what}, which take {needs} of memory, and {has} are free: {remedy}"
+        )));
     }
+    let memory = if bytes > MUCH_MEMORY { format!(" and {} of memory", gigabytes(bytes)) } else { String::new() };
+    let minutes = (seconds / 60.0).ceil();
     Ok((seconds > LONG_S)
-        .then(|| format!("{what}: the plan takes about {:.0} minutes of CPU time; {remedy}", (seconds / 60.0).ceil())))
+        .then(|| format!("{what}: the plan takes about {minutes:.0} minutes of CPU time{memory}; {remedy}")))
 }
 
 /// Times that a plan is chosen anew without the experiments whose proof failed.
@@ -265,8 +277,27 @@ mod tests {
         let few = PlanRequest { starts: 1, ..request.clone() };
         assert!(outlook(&chain(14), &few).unwrap().is_some_and(|told| told.contains(" 2 minutes of CPU time")));
         let endless = PlanRequest { configurations: 100_000, ..request };
-        let refused = plan(&long, &endless, &|_, _, _| ()).map(|_| ()).unwrap_err().to_string();
-        assert!(refused.contains("GB of rows") && refused.contains("[configurations]"), "{refused}");
+        let refused = outlook_within(&long, &endless, Some(8e9)).unwrap_err().to_string();
+        assert!(refused.contains(" GB of memory, and 8 GB are free: lower [configurations]"), "{refused}");
+        // Where nobody knows what is free, it is told.
+        let told = outlook_within(&long, &endless, None).unwrap().expect("hours");
+        assert!(told.contains(" minutes of CPU time and ") && told.contains(" GB of memory; "), "{told}");
+    }
+
+    /// What the choice holds is at least what its candidates hold, and little more where nothing is left out.
+    #[test]
+    fn memory_is_that_of_the_rows() {
+        let model = chain(6);
+        let request = PlanRequest { configurations: 5, ..PlanRequest::default() };
+        let (n, p) = (6, model.regressor().parameters().len());
+        let of_check = CheckRequest::default();
+        let held = CourseCheck::of_plans(&model, &of_check).unwrap();
+        let candidates = candidates_of(&model, &request, &held).unwrap().candidates;
+        let rows: usize = candidates.iter().map(|c| c.raw.len() + c.information.len()).sum();
+        let told = bytes_of_choice(n, p, true, 5);
+        let five_copies = 2.5 * (rows * p * size_of::<f64>()) as f64;
+        assert!(candidates.len() as f64 > 0.9 * (count_of_kinds(n, true) * 5) as f64, "{}", candidates.len());
+        assert!(five_copies <= told && told < 1.5 * five_copies, "{five_copies} {told}");
     }
 
     /// Rates and counts that no controller has are refused before anything is computed.

@@ -1,5 +1,11 @@
-//! The kinds of motion that a plan chooses from, and how many motions they make.
+//! The kinds of motion that a plan chooses from, how many motions and rows they make, and what these take of memory.
+//!
+//! At the peak of the choice all rows stand in memory five times: as they are and over their deviations, both once more for the
+//! choice, and one of them with its columns scaled. Each motion stands there twice: as it was tried, and with its rows.
 
+use numerics::information_matrix::Rows;
+
+use crate::plan::exciting_trajectory::ExcitingTrajectory;
 use crate::plan::motion_kind::MotionKind;
 
 /// The kinds of motion of a fast joint of `n` with their slow companions, which are joints behind it in the chain.
@@ -18,6 +24,36 @@ pub(crate) fn kinds_of(fast: usize, n: usize, has_gravity: bool) -> Vec<(MotionK
     motions
 }
 
+/// Rows of a motion of a kind at most. Torques of gravity about a turning joint, all others at rest, are a cos q + b sin q + c, and a
+/// sweep is centred: two rows.
+fn rows_of((kind, slow): &(MotionKind, Vec<usize>)) -> usize {
+    match kind {
+        MotionKind::Inertial => 1,
+        MotionKind::Centrifugal | MotionKind::Coupling => slow.len(),
+        MotionKind::Mixed => 1 + 2 * slow.len(),
+        MotionKind::Gravity => 2,
+    }
+}
+
+/// How many rows the kinds of motion of `n` joints have about one configuration, at most.
+pub fn count_of_rows(n: usize, has_gravity: bool) -> usize {
+    (0..n).flat_map(|fast| kinds_of(fast, n, has_gravity)).map(|kind| rows_of(&kind)).sum()
+}
+
+/// Copies of the rows at the peak of the choice.
+const COPIES_OF_ROWS: f64 = 5.0;
+/// Copies of a motion there.
+const COPIES_OF_MOTIONS: f64 = 2.0;
+
+/// What the choice among all kinds of motion of `n` joints about so many configurations holds, bytes; `p`: parameters.
+pub fn bytes_of_choice(n: usize, p: usize, has_gravity: bool, configurations: usize) -> f64 {
+    let (rows, kinds) = (count_of_rows(n, has_gravity), count_of_kinds(n, has_gravity));
+    let of_rows = COPIES_OF_ROWS * (rows * p * size_of::<f64>() + kinds * size_of::<Rows>()) as f64;
+    // A motion and its lists: a centre, half ranges, and slow joints.
+    let of_motions = COPIES_OF_MOTIONS * (kinds * (size_of::<ExcitingTrajectory>() + 3 * n * size_of::<f64>())) as f64;
+    configurations as f64 * (of_rows + of_motions)
+}
+
 /// How many kinds of motion `n` joints have.
 pub fn count_of_kinds(n: usize, has_gravity: bool) -> usize {
     (0..n).map(|fast| kinds_of(fast, n, has_gravity).len()).sum()
@@ -26,6 +62,34 @@ pub fn count_of_kinds(n: usize, has_gravity: bool) -> usize {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::motion::profile::Profile;
+
+    /// As many rows as the equations of a motion of that kind.
+    #[test]
+    fn rows_are_the_equations_of_the_motions() {
+        let n = 5;
+        for fast in 0..n {
+            for kind in kinds_of(fast, n, true) {
+                let (word, slow) = (kind.0, &kind.1);
+                let (centre, slowest) = ([0.0; 5], [0.1; 5]);
+                let swing = ExcitingTrajectory::swing(
+                    word,
+                    fast,
+                    slow,
+                    &centre,
+                    Profile::Smooth,
+                    400,
+                    1.0,
+                    &slowest,
+                    4.0,
+                    0.01,
+                );
+                let equations = swing.equations().len();
+                // A sweep is no swing: paper_rows.rs has the rows of one.
+                assert_eq!(rows_of(&kind), if word == MotionKind::Gravity { 2 } else { equations }, "{kind:?}");
+            }
+        }
+    }
 
     /// Every joint alone, and moved by gravity; every pair twice; all behind a joint at once.
     #[test]
