@@ -3,14 +3,15 @@
 use std::path::{Path, PathBuf};
 
 use pyo3::prelude::*;
-use rist::motion_portrait::{ShownMotion, found_motion, motion_of_file};
-use rist::page::{Origin, PageRequest};
+use rist::motion_portrait::{ShownMotion, checked_motion, found_motion, motion_of_file};
+use rist::page::{Origin, PageRequest, PlanProof};
 use rist::request::spelling::Reader;
 use rist::{Player, TrajectoryFormat, trajectory_file};
 
 use crate::artefact::{artefact, make_directory, read_text, save};
 use crate::error::{OrError, error, with_functions};
 use crate::model::Model;
+use crate::work::alone;
 
 artefact! {
     ExperimentPlan,
@@ -39,21 +40,37 @@ artefact! {
         }
         Ok(())
     }
-    /// Writes one self-contained HTML page.
-    #[pyo3(signature = (path, date=None))]
-    fn report(&self, path: PathBuf, date: Option<&str>) -> PyResult<()> {
-        save(&path, &self.page(date).unwrap_or_default(), &[])
+    /// Writes one self-contained HTML page. With its model, or the path of its description, the limits of each experiment and the
+    /// worth of the plan are proved anew; without one the page tells what the file says.
+    #[pyo3(signature = (path, date=None, model=None))]
+    fn report(
+        &self,
+        py: Python<'_>,
+        path: PathBuf,
+        date: Option<&str>,
+        model: Option<&Bound<'_, PyAny>>,
+    ) -> PyResult<()> {
+        let model = model.map(Model::of).transpose()?;
+        let model = model.as_ref().map(Bound::get).or(self.model.as_ref().map(Py::get)).map(|model| &*model.inner);
+        let proof = model.map(|model| alone(py, || rist::plan_proof(model, Path::new("the plan"), &self.inner))?.or_error());
+        save(&path, &self.page_with(date, model, proof.transpose()?.as_ref()), &[])
     }
 }
 
 impl ExperimentPlan {
-    /// Its page.
-    fn page(&self, date: Option<&str>) -> Option<String> {
+    /// Its page, with what was proved anew of it.
+    fn page_with(&self, date: Option<&str>, model: Option<&rist::Model>, plan_proof: Option<&PlanProof>) -> String {
         let command = "rist.ExperimentPlan.report";
         let origin = Origin { date, version: env!("CARGO_PKG_VERSION"), command, model: None };
-        let model = self.model.as_ref().map(|model| model.get().inner.as_ref());
         let (plan, reader) = (Some(&self.inner), Reader::Python);
-        Some(with_functions(rist::page::page(&PageRequest { model, plan, origin, reader, ..PageRequest::default() }).0))
+        let request = PageRequest { model, plan, plan_proof, origin, reader, ..PageRequest::default() };
+        with_functions(rist::page::page(&request).0)
+    }
+
+    /// Its page as its file tells it.
+    fn page(&self, date: Option<&str>) -> Option<String> {
+        let model = self.model.as_ref().map(|model| model.get().inner.as_ref());
+        Some(self.page_with(date, model, None))
     }
 
     /// A plan, or the path of one; refused where it was made with another model.
@@ -95,12 +112,22 @@ artefact! {
         self.inner.condition_number
     }
     /// Writes one self-contained HTML page: the motion within its limits, the path of the tip, what it makes visible. A motion
-    /// out of a file is drawn in full with its model, or the path of its description.
+    /// out of a file is drawn in full with its model, or the path of its description, and its limits are proved anew.
     #[pyo3(signature = (path, date=None, model=None))]
-    fn report(&self, path: PathBuf, date: Option<&str>, model: Option<&Bound<'_, PyAny>>) -> PyResult<()> {
-        let model = model.map(Model::of).transpose()?;
-        let model = model.as_ref().map(Bound::get).or(self.model.as_ref().map(Py::get));
-        save(&path, &self.page_with(date, model.map(|model| model.inner.as_ref())).or_error()?.0, &[])
+    fn report(
+        &self,
+        py: Python<'_>,
+        path: PathBuf,
+        date: Option<&str>,
+        model: Option<&Bound<'_, PyAny>>,
+    ) -> PyResult<()> {
+        let given = model.map(Model::of).transpose()?;
+        let given = given.as_ref().map(|model| &*model.get().inner);
+        let page = match given {
+            Some(model) => alone(py, || self.page_with(date, Shown::ProvedAnew(model)))?,
+            None => self.page_with(date, self.shown()),
+        };
+        save(&path, &page.or_error()?.0, &[])
     }
     /// Writes the motion for a controller to play; the end of the name chooses the format: .csv, .yaml or .json (ROS
     /// JointTrajectory), .script (URScript servoj). Raises rist.Error where its limits are not proven, unless unproven=True.
@@ -126,8 +153,7 @@ artefact! {
     }
     /// The charts of the page, name and SVG.
     fn _pictures(&self) -> PyResult<Vec<(String, String)>> {
-        let model = self.model.as_ref().map(|model| model.get().inner.as_ref());
-        Ok(self.page_with(None, model).or_error()?.1)
+        Ok(self.page_with(None, self.shown()).or_error()?.1)
     }
     /// Positions to play at `rate_hz`: a text of CSV.
     fn trajectory(&self) -> PyResult<String> {
@@ -137,20 +163,28 @@ artefact! {
     }
 }
 
+/// Where what a page says of a motion comes from.
+enum Shown<'a> {
+    /// The search of this model, which proved it.
+    Found(&'a rist::Model),
+    /// A proof that is made for the page, whatever the file says.
+    ProvedAnew(&'a rist::Model),
+    /// The file.
+    OfFile,
+}
+
 impl ExcitingMotion {
     /// Its page and the charts of it, drawn in full where the model is there.
     fn page_with(
         &self,
         date: Option<&str>,
-        model: Option<&rist::Model>,
+        shown: Shown<'_>,
     ) -> Result<(String, Vec<(String, String)>), rist::Error> {
         let (artefact, file) = (&self.inner, Path::new("motion"));
-        let portrait = match model {
-            Some(model) => {
-                model.check(file, &artefact.model)?;
-                found_motion(model, artefact)?
-            }
-            None => motion_of_file(file, artefact)?,
+        let (model, portrait) = match shown {
+            Shown::Found(model) => (Some(model), found_motion(model, artefact)?),
+            Shown::ProvedAnew(model) => (Some(model), checked_motion(model, file, artefact)?),
+            Shown::OfFile => (None, motion_of_file(file, artefact)?),
         };
         let command = "rist.ExcitingMotion.report";
         let origin = Origin { date, version: env!("CARGO_PKG_VERSION"), command, model: None };
@@ -160,10 +194,14 @@ impl ExcitingMotion {
         Ok((with_functions(page), pictures))
     }
 
+    /// As it was made.
+    fn shown(&self) -> Shown<'_> {
+        self.model.as_ref().map_or(Shown::OfFile, |model| Shown::Found(&model.get().inner))
+    }
+
     /// Its page, where it can be drawn.
     fn page(&self, date: Option<&str>) -> Option<String> {
-        let model = self.model.as_ref().map(|model| model.get().inner.as_ref());
-        Some(self.page_with(date, model).ok()?.0)
+        Some(self.page_with(date, self.shown()).ok()?.0)
     }
 
     /// A motion, or the path of one.

@@ -46,6 +46,27 @@ def test_the_walk_is_that_of_the_program(program, tmp_path):
     assert pickle.loads(pickle.dumps(plan)).to_yaml() == plan.to_yaml()
 
 
+def test_a_page_of_a_plan_proves_it_as_that_of_the_program(planar, program, tmp_path):
+    description = MODELS / "planar2r_vertical.yaml"
+    rist.plan(planar, experiments=4, starts=2, configurations=10).save(tmp_path / "plan.yaml")
+    read = rist.ExperimentPlan.read(tmp_path / "plan.yaml")
+
+    def page(name, **options):
+        read.report(tmp_path / name, **options)
+        return (tmp_path / name).read_text()
+
+    program("report", "--plan", tmp_path / "plan.yaml", "--model", description, "--out", tmp_path / "theirs.html")
+    theirs = (tmp_path / "theirs.html").read_text()
+    proven = page("with.html", model=description)
+    for said in ["Found again from the plan and the model: ", "e01", "proven, between samples too"]:
+        assert said in proven and said in theirs, said
+    assert page("known.html", model=planar) == proven
+    without = page("without.html")
+    assert "Nobody proved it" in without and "Found again" not in without
+    with pytest.raises(rist.Error, match="its geometry or joints have changed"):
+        read.report(tmp_path / "other.html", model=MODELS / "race.yaml")
+
+
 @pytest.fixture(scope="module")
 def experiments(planar, tmp_path_factory):
     """The plan, and the directory of its simulated logs."""
@@ -109,6 +130,12 @@ def test_a_motion_is_proven(planar, program, tmp_path):
     program("excite", MODELS / "planar2r_vertical.yaml", "--harmonics", 2, "--starts", 1, "--iterations", 5, "--period", 5, "--out", tmp_path / "motion.yaml")
     assert motion.to_yaml() == (tmp_path / "motion.yaml").read_text()
     assert motion.proven and rist.check(planar, motion) == []
+    # A page of a file does not believe the file.
+    text = motion.to_yaml()
+    first = text.index("centre: ") + len("centre: ")
+    changed = rist.ExcitingMotion.from_yaml(text[:first] + "50 #" + text[first:])
+    changed.report(tmp_path / "changed.html", model=planar)
+    assert "BROKEN: position" in (tmp_path / "changed.html").read_text()
     (tmp_path / "limits.yaml").write_text("all:\n  velocity: 0.01\n")
     faults = rist.check(planar, motion, limits=tmp_path / "limits.yaml")
     assert len(faults) == 2 and all("velocity" in fault for fault in faults)

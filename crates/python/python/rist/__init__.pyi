@@ -495,8 +495,9 @@ class ExperimentPlan:
     ) -> None:
         """Writes each motion for a controller to play into a directory, sampled at `rate` Hz: "csv", or a JointTrajectory of ROS
         as "yaml" or "json"."""
-    def report(self, path: Path, date: str | None = None) -> None:
-        """Writes one self-contained HTML page."""
+    def report(self, path: Path, date: str | None = None, model: Model | Path | None = None) -> None:
+        """Writes one self-contained HTML page. With its model, or the path of its description, the limits of each experiment and the
+        worth of the plan are proved anew; without one the page tells what the file says."""
 
 class ExcitingMotion:
     """One motion of all joints that makes the parameters visible, with the proof that it keeps its limits."""
@@ -527,7 +528,7 @@ class ExcitingMotion:
         """Positions to play at `rate_hz`: a text of CSV."""
     def report(self, path: Path, date: str | None = None, model: Model | Path | None = None) -> None:
         """Writes one self-contained HTML page: the motion within its limits, the path of the tip, what it makes visible. A motion
-        out of a file is drawn in full with its model, or the path of its description."""
+        out of a file is drawn in full with its model, or the path of its description, and its limits are proved anew."""
     def write_play(self, path: Path, unproven: bool = False, model: Model | Path | None = None) -> None:
         """Writes the motion for a controller to play; the end of the name chooses the format: .csv, .yaml or .json (ROS
         JointTrajectory), .script (URScript servoj). Raises rist.Error where its limits are not proven, unless unproven=True."""
