@@ -9,8 +9,9 @@ use crate::clearance::{Against, Clearance, Gap};
 use crate::separation::{apart_along, separation};
 use robot::vector::{minus, norm};
 
-/// Bodies nearer than this touch, m.
-const TOUCHING_DISTANCE_M: f64 = 1e-6;
+/// Bodies nearer than this touch, m: the two sides of a joint are some tenths of a millimetre apart wherever it turns, and no motion
+/// can be asked to keep that.
+const TOUCHING_DISTANCE_M: f64 = 5e-4;
 /// Share of the poses in which links touch that no motion parts.
 pub const ALWAYS_TOUCHING_SHARE: f64 = 0.99;
 /// The room is what this share of the poses exceeds.
@@ -25,6 +26,12 @@ pub(crate) enum SampledRoom {
     AlwaysTouching,
     /// They have this room, m: no more than `enough`.
     Room(f64),
+}
+
+/// What is assumed of pairs that always touch, by so many poses.
+pub(crate) fn always_touching(poses: usize) -> String {
+    let (share, near) = (100.0 * ALWAYS_TOUCHING_SHARE, 1e3 * TOUCHING_DISTANCE_M);
+    format!("they touch in {share} % of {poses} poses, or are nearer than {near} mm, so that no motion parts them")
 }
 
 impl Clearance {
@@ -72,5 +79,36 @@ impl Clearance {
             }
         }
         least
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::path::Path;
+
+    use crate::clearance::Clearance;
+    use crate::gaps::{Rules, Situation};
+
+    /// The sides of a joint that turns: some tenths of a millimetre apart they are assumed, farther apart they are a pair.
+    #[test]
+    fn sides_of_a_joint_are_a_pair_where_they_are_apart() {
+        for (height, bound) in [(0.1003, None), (0.1008, Some(0.0004))] {
+            let arm = format!(
+                r#"<robot name="arm"><link name="post"><collision><geometry><box size="0.2 0.2 0.2"/></geometry></collision></link>
+  <joint name="q1" type="revolute"><parent link="post"/><child link="upper"/><axis xyz="0 0 1"/>
+    <limit lower="-3" upper="3" velocity="1" effort="1"/></joint>
+  <link name="upper"><collision><origin xyz="0 0 {}"/><geometry><box size="0.2 0.2 0.2"/></geometry></collision></link></robot>"#,
+                height + 0.1
+            );
+            let robot = robot::format::read_urdf(&arm, "arm.urdf").unwrap();
+            let poses = (0..100).map(|k| vec![0.06 * f64::from(k) - 3.0]).collect();
+            let situation = Situation { rest: vec![0.0], zero: vec![0.0], moves: vec![true], poses };
+            let clearance = Clearance::new(&robot, Path::new("."), &Rules::default(), &situation).unwrap();
+            let found = clearance.gaps().iter().find(|gap| gap.is_own).map(|gap| gap.bound);
+            let is_near = |(a, b): (f64, f64)| (a - b).abs() < 1e-9;
+            assert!(found.is_some() == bound.is_some() && found.zip(bound).is_none_or(is_near), "{height}: {found:?}");
+            let said = clearance.left_out().iter().any(|out| out.of.iter().any(|pair| pair == "upper and post"));
+            assert_eq!(said, bound.is_none());
+        }
     }
 }
