@@ -19,6 +19,7 @@ pub mod left_out;
 pub mod mesh;
 mod named_links;
 pub mod nearby;
+pub mod outside;
 pub mod sampled_room;
 pub mod separation;
 pub mod shown_length;

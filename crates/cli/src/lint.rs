@@ -1,5 +1,7 @@
 //! `rist lint`: looks for classic mistakes in a description.
 
+use std::path::Path;
+
 use clap::Args;
 use rist::linting::counted;
 
@@ -17,7 +19,8 @@ pub(crate) struct Arguments {
 }
 
 pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
-    let found = rist::lint(&arguments.model.read()?);
+    let directory = arguments.model.model.parent().unwrap_or(Path::new(""));
+    let found = rist::lint_with_meshes(&arguments.model.read()?, directory);
     print_result(&found, || Ok(found.to_json()))?;
     match found.findings.len() {
         0 => Ok(()),

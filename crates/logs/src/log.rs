@@ -11,26 +11,17 @@ use serde::{Deserialize, Serialize};
 use crate::Error;
 use crate::abreast::abreast;
 use crate::cleaning::account::{GAP_PERIODS, LogReport, MIN_ROWS, even};
+use crate::cleaning::goals::GoalSpan;
 use crate::cleaning::publishers::foreign_rows;
 use crate::cleaning::refresh::Refresh;
 use crate::cleaning::rest::time_at_rest;
 use crate::cleaning::suspects::Suspect;
 use crate::columns::mapping::Columns;
 use crate::columns::names::ColumnNames;
-use crate::columns::source::Source;
-use crate::columns::words::Quantity;
+use crate::columns::source::{NO_COLUMN, Source};
+use crate::effort::Effort;
 use crate::table::Table;
 use crate::timeline::Timeline;
-
-/// What the effort columns of a log hold.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "lowercase")]
-pub enum Effort {
-    /// N m (N for a prismatic joint).
-    Torque,
-    /// A; drive gains make torques of it.
-    Current,
-}
 
 /// Measured signals of one run, SI, one series per coordinate in the order of the robot.
 #[derive(Clone, Debug)]
@@ -47,7 +38,7 @@ pub struct Log {
     pub dq: Option<Vec<Vec<f64>>>,
     /// rad/s^2, where measured.
     pub ddq: Option<Vec<Vec<f64>>>,
-    /// N m (N) or A, as `effort_is` says.
+    /// N m (N), A or rad (m), as `effort_is` says.
     pub effort: Vec<Vec<f64>>,
     /// What the efforts are.
     pub effort_is: Effort,
@@ -108,7 +99,7 @@ impl Log {
             dq: columns.velocity.as_deref().map(series),
             ddq: columns.acceleration.as_deref().map(series),
             effort: series(&columns.effort),
-            effort_is: if columns.effort_is == Quantity::Current { Effort::Current } else { Effort::Torque },
+            effort_is: Effort::of(columns.effort_is),
             rows: Vec::new(),
             window: None,
             report: LogReport { undriven: columns.undriven.clone(), ..LogReport::default() },
@@ -127,6 +118,7 @@ impl Log {
         // Only a table without lines is taken part by part, and none of its rows is ragged.
         let ragged = if range.start == 0 { table.ragged } else { 0 };
         let Usable { rows, times, report } = usable_rows(table, columns, range.clone(), clock);
+        let before = self.t.len();
         self.t.extend(times);
         for (x, s) in self.series_mut().zip(columns.sources()).skip(1) {
             let column = &table.columns[s.column];
@@ -134,6 +126,12 @@ impl Log {
                 true => x.extend(column[range.clone()].iter().map(|x| s.si(*x))),
                 false => x.extend(rows.iter().map(|&r| s.si(column[r]))),
             }
+        }
+        if self.effort_is == Effort::PositionError {
+            self.report.goals.resize_with(columns.effort.len(), GoalSpan::default);
+            let joints = columns.effort.iter().zip(&self.q).zip(&mut self.effort).zip(&mut self.report.goals);
+            let driven = joints.filter(|(((s, _), _), _)| s.header != NO_COLUMN);
+            driven.for_each(|(((s, q), goal), span)| span.take(&s.header, &q[before..], &mut goal[before..]));
         }
         self.rows.extend(rows.iter().map(|r| table.skipped + r + 1));
         self.report.count(&LogReport { rows: range.len(), ragged, ..report });

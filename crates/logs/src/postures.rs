@@ -8,10 +8,11 @@ use std::path::Path;
 
 use crate::Error;
 use crate::cleaning::account::SLOWEST_CLOCK_STEP_S;
+use crate::cleaning::goals::GoalSpan;
 use crate::columns::mapping::Columns;
 use crate::columns::names::ColumnNames;
-use crate::columns::words::Quantity;
-use crate::log::Effort;
+use crate::columns::source::NO_COLUMN;
+use crate::effort::Effort;
 use crate::table::Table;
 
 /// s, the shortest plateau.
@@ -32,7 +33,7 @@ pub struct Postures {
     pub coordinates: Vec<String>,
     /// rad (m), of each posture one per coordinate.
     pub q: Vec<Vec<f64>>,
-    /// N m (N) or A, of each posture one per coordinate.
+    /// N m (N), A or rad (m), of each posture one per coordinate.
     pub effort: Vec<Vec<f64>>,
     /// What the efforts are.
     pub effort_is: Effort,
@@ -57,10 +58,18 @@ impl Postures {
         let series = |sources: &[crate::Source]| -> Vec<Vec<f64>> {
             sources.iter().map(|s| table.columns[s.column].iter().map(|x| s.si(*x)).collect()).collect()
         };
-        let (q, effort) = (series(&columns.position), series(&columns.effort));
+        let (q, mut effort) = (series(&columns.position), series(&columns.effort));
         let finite = |r: &usize| q.iter().chain(&effort).all(|x| x[*r].is_finite());
         let rows: Vec<usize> = (0..table.rows()).filter(finite).collect();
-        let effort_is = if columns.effort_is == Quantity::Current { Effort::Current } else { Effort::Torque };
+        let effort_is = Effort::of(columns.effort_is);
+        if effort_is == Effort::PositionError {
+            let driven = columns.effort.iter().zip(&q).zip(&mut effort).filter(|((s, _), _)| s.header != NO_COLUMN);
+            for ((s, q), goal) in driven {
+                let mut span = GoalSpan::default();
+                span.take(&s.header, q, goal);
+                span.check(&table.file)?;
+            }
+        }
         let mut found = Postures {
             name: table.file.clone(),
             coordinates: coordinates.to_vec(),

@@ -14,9 +14,9 @@ use crate::cleaning::suspects::Suspect;
 use crate::cleaning::turns::unwrap;
 use crate::columns::mapping::Columns;
 use crate::columns::names::ColumnNames;
-use crate::columns::words::Quantity;
+use crate::effort::Effort;
 use crate::file_state::{FileState, changed, refuse_changed};
-use crate::log::{Effort, Log, Window};
+use crate::log::{Log, Window};
 use crate::packed::PackedLog;
 use crate::part::{Account, Part, read_block};
 use crate::read::{self, Opened};
@@ -165,8 +165,7 @@ impl LogSource {
     pub fn effort_is(&self) -> Effort {
         match self {
             LogSource::Held(log) => log.effort_is,
-            LogSource::Streamed(stream) if stream.columns.effort_is == Quantity::Current => Effort::Current,
-            LogSource::Streamed(_) => Effort::Torque,
+            LogSource::Streamed(stream) => Effort::of(stream.columns.effort_is),
         }
     }
 

@@ -21,6 +21,7 @@ pub use base::base_parameters::{BaseParameter, BaseParameters, Term};
 pub use base::closed::reason::NoCertificate;
 pub use base::evidence::{ExactRank, Rank};
 pub use base::meaning::standard_meaning;
+pub use base::rank::{Scan, independent_columns};
 pub use base::unclear_rank::UnclearRank;
 pub use base::written_rules::Rules;
 pub use derivation::{Derivation, NeverCloses};

@@ -40,6 +40,11 @@ pub struct Solution {
 
 /// The solution of a triangle. Weak directions are those with a singular value below a tenth of the largest.
 pub fn solve(triangle: &Triangle) -> Solution {
+    solve_within(triangle, SINGULAR_VALUE_TOLERANCE)
+}
+
+/// The same where directions count as untold from a larger ratio of singular values, `tolerance`, down.
+pub fn solve_within(triangle: &Triangle, tolerance: f64) -> Solution {
     // The singular values of R with columns of unit norm, the largest first.
     let p = triangle.columns();
     let norms: Vec<f64> = (0..p).map(|c| triangle.column_norm(c)).collect();
@@ -53,7 +58,7 @@ pub fn solve(triangle: &Triangle) -> Solution {
     order.sort_by(|&a, &b| svd.singular_values[b].total_cmp(&svd.singular_values[a]));
     let s: Vec<f64> = order.iter().map(|&i| svd.singular_values[i]).collect();
     let largest = s.first().copied().unwrap_or(0.0);
-    let rank = s.iter().filter(|&&s| s > SINGULAR_VALUE_TOLERANCE * largest).count();
+    let rank = s.iter().filter(|&&s| s > tolerance * largest).count();
 
     // x = D^-1 V diag(1/s) U' z, (R'R)^-1 = D^-1 V diag(1/s^2) V' D^-1, of directions in the data.
     let mut x = vec![0.0; p];

@@ -25,6 +25,7 @@ mod program;
 mod validation;
 mod verdict;
 mod work;
+mod wrench;
 
 use pyo3::prelude::*;
 
@@ -57,6 +58,8 @@ mod module {
     use crate::validation::{Validation, validate};
     #[pymodule_export]
     use crate::verdict::{_verdict, Verdict};
+    #[pymodule_export]
+    use crate::wrench::wrench;
 
     #[pymodule_export]
     #[allow(non_upper_case_globals)]

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList, PyTuple};
-use rist::{Array, ColumnNames, LogSource, Table};
+use rist::{Array, ColumnNames, LogSource, Table, Wrenches};
 
 use crate::arrays::{Rows, seconds};
 use crate::arrow;
@@ -23,6 +23,14 @@ impl Given {
             Given::Path(path) => model.open_log(&path, names).map(|(log, _)| log),
             Given::Table(table) => model.log_of_table(*table, names).map(|(log, _)| log),
         }
+    }
+
+    /// The log of a force-torque sensor in it.
+    pub fn wrenches(self) -> Result<Wrenches, rist::Error> {
+        Ok(match self {
+            Given::Path(path) => Wrenches::read(&path)?,
+            Given::Table(table) => Wrenches::of_table(&table)?,
+        })
     }
 
     /// The file, where it is one.

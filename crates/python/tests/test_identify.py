@@ -283,3 +283,41 @@ def test_rotors_that_a_urdf_cannot_say():
         assert one.predict(log)["predicted"].shape[1] == 6
     pinned = rist.identify(rist.Model.read(path, rotor_inertia="none"), log)
     assert not any("rotor inertias are among" in remark for remark in pinned.remarks)
+
+
+def test_a_wrench_log_gives_the_load_back():
+    """A log made by Newton and Euler has its load back within five deviations; what is no such log is refused."""
+    m, c, about = 1.3, np.array([0.02, -0.01, 0.11]), np.diag([0.004, 0.005, 0.002])
+    n, g = 4001, np.array([0.0, 0.0, -9.81])
+    t = np.arange(n) / 500
+    # A smooth turn about three axes and a smooth course: their derivatives are taken by differences of a finer clock.
+    angle = lambda t: np.stack([0.7 * np.sin(2.1 * t), 0.8 * np.sin(1.7 * t + 1), 0.9 * np.sin(2.6 * t)], -1)
+    place = lambda t: np.stack([0.2 * np.sin(2.3 * t), 0.15 * np.cos(1.9 * t), 0.1 * np.sin(2.9 * t)], -1)
+
+    def turn(t):
+        (r, p, y) = angle(np.atleast_1d(t)).T
+        (cr, cp, cy), (sr, sp, sy) = np.cos([r, p, y]), np.sin([r, p, y])
+        rows = [[cy * cp, cy * sp * sr - sy * cr, cy * sp * cr + sy * sr], [sy * cp, sy * sp * sr + cy * cr, sy * sp * cr - cy * sr], [-sp, cp * sr, cp * cr]]
+        return np.moveaxis(np.array(rows), -1, 0)
+
+    h = 1e-4
+    centre = lambda t: place(t) + turn(t) @ c
+    omega = lambda t: np.stack([(d := (turn(t + h) - turn(t - h)) / (2 * h) @ turn(t).transpose(0, 2, 1))[:, 2, 1], d[:, 0, 2], d[:, 1, 0]], -1)
+    spin = lambda t: np.einsum("nij,njk,nlk,nl->ni", turn(t), about[None].repeat(len(t), 0), turn(t), omega(t))
+    force = m * ((centre(t + h) - 2 * centre(t) + centre(t - h)) / h**2 - g)
+    moment = (spin(t + h) - spin(t - h)) / (2 * h) + np.cross(centre(t) - place(t), force)
+    noise = np.random.default_rng(3)
+    back = lambda x: np.einsum("nji,nj->ni", turn(t), x)
+    forces, moments = back(force) + 0.1 * noise.normal(size=(n, 3)), back(moment) + 0.005 * noise.normal(size=(n, 3))
+    names = ["t", "fx", "fy", "fz", "tx", "ty", "tz", "x", "y", "z", "roll", "pitch", "yaw"]
+    log = dict(zip(names, [t, *forces.T, *moments.T, *place(t).T, *angle(t).T]))
+    found = rist.wrench(log)
+    assert abs(found["body"]["mass"] - m) < 0.01 and np.abs(np.array(found["body"]["centre_of_mass"]) - c).max() < 1e-3
+    [mass] = [p["told"] for p in found["parameters"] if p["name"] == "M"]
+    assert abs(mass["value"] - m) < 5 * mass["sigma"] and not found["is_reaction"]
+    assert found["rows"] == n and "set_target_payload" in found["text"]
+    assert "link: flange" in rist.wrench(log, link="flange")["text"]
+    with pytest.raises(rist.Error, match="force"):
+        rist.wrench({"t": t, "q": t})
+    with pytest.raises(rist.Error, match="one log is expected"):
+        rist.wrench([log, log])

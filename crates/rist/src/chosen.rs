@@ -20,7 +20,7 @@ use identification::rows::observation::{Beside, Observation};
 use identification::signals::records::SourceRecords;
 use linear_model::description_options::RotorInertias;
 use linear_model::unit::Unit;
-use logs::{Effort, LogSource};
+use logs::LogSource;
 use robot::RotorInertia;
 use robot::value::CoordinateId;
 
@@ -130,7 +130,7 @@ pub(crate) fn choose<'a>(
 ) -> Result<Chosen<'a>, Error> {
     let mut chosen = Chosen::default();
     // Nothing can be decided by torques while their gains are unknown.
-    let is_current = logs.iter().any(|log| log.effort_is() == Effort::Current);
+    let is_current = logs.iter().any(|log| log.effort_is().needs_gains());
     if is_current && options.transmission.drive_gains.is_none() {
         return Ok(chosen);
     }

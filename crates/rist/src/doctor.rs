@@ -11,6 +11,7 @@ pub use identification::estimate::passport::Passport;
 
 pub use crate::request::DoctorRequest;
 
+use crate::drive_gains::OWN_SCALE;
 use crate::error::Error;
 use crate::gravity_direction::look_for_mount;
 use crate::model::Model;
@@ -23,7 +24,7 @@ use crate::signal_sources::sources;
 /// cannot be read or does not fit the robot.
 pub fn examine(model: &Model, logs: &[LogSource], options: &Options) -> Result<Passport, Error> {
     let mut options = options.clone();
-    let is_current = logs.iter().any(|log| log.effort_is() == Effort::Current);
+    let is_current = logs.iter().any(|log| log.effort_is().needs_gains());
     let are_known = options.transmission.drive_gains.is_some() || model.drive_gains().iter().all(Option::is_some);
     if is_current && options.transmission.drive_gains.is_none() {
         options.transmission.drive_gains = Some(model.drive_gains().into_iter().map(|g| g.unwrap_or(1.0)).collect());
@@ -40,8 +41,12 @@ pub fn examine(model: &Model, logs: &[LogSource], options: &Options) -> Result<P
             passport_of(model, logs, &records, gains, &chosen.signal)?.with_columns_of(first)
         }
     };
-    if is_current && !are_known {
-        found.efforts_are_currents();
+    match are_known {
+        false if logs.iter().any(|log| log.effort_is() == Effort::PositionError) => {
+            found.efforts_are_position_errors(OWN_SCALE);
+        }
+        false if is_current => found.efforts_are_currents(),
+        _ => {}
     }
     Ok(found)
 }
@@ -87,7 +92,7 @@ pub(crate) fn passport_of<R: Records + ?Sized>(
         velocity: velocity && signal.velocity != Velocity::Differentiated,
         acceleration: acceleration && signal.acceleration != Velocity::Differentiated,
     };
-    let is_current = logs.iter().any(|log| log.effort_is() == Effort::Current);
+    let is_current = logs.iter().any(|log| log.effort_is().needs_gains());
     if let Some(gains) = gains.filter(|_| is_current) {
         found.gains_are(gains);
     }

@@ -21,7 +21,8 @@ pub(crate) fn drive_gains(
     options: &mut Options,
 ) -> Result<Option<DriveGains>, Error> {
     // Nothing to estimate: torques in the logs, gains in the options, or all gains given.
-    if !logs.iter().any(|log| log.effort_is() == Effort::Current) {
+    let effort = efforts(logs)?;
+    if effort == Effort::Torque {
         return match given.first() {
             Some((name, _)) => Err(Error::new(format_args!("[gain={name}]: the logs hold torques, not currents"))),
             None => Ok(None),
@@ -39,6 +40,10 @@ pub(crate) fn drive_gains(
     }
     // Without any known gain the scale of all torques is free.
     if known.iter().all(|g| *g == Gain::Free) {
+        if effort == Effort::PositionError {
+            options.transmission.drive_gains = Some(vec![1.0; coordinates.len()]);
+            return Ok(None);
+        }
         return Err(Error::new(format_args!(
             "the logs hold motor currents: give the torque per unit of current of every drive, or of one at least (the \
              others are then estimated): [gain={}=11.5]",
@@ -66,6 +71,42 @@ pub(crate) fn drive_gains(
     Ok(Some(found))
 }
 
+/// Whether no gain of position servos is known, so that their torques are in the servos' own scale.
+///
+/// Fails where a gain is of no coordinate.
+pub(crate) fn is_own_scale(
+    model: &Model,
+    logs: &[LogSource],
+    given: &[(String, Gain)],
+    options: &Options,
+) -> Result<bool, Error> {
+    let are_errors = logs.iter().any(|log| log.effort_is() == Effort::PositionError);
+    let is_free = |gains: Vec<Gain>| gains.iter().all(|g| *g == Gain::Free);
+    Ok(are_errors && options.transmission.drive_gains.is_none() && is_free(known_gains(model, given)?))
+}
+
+/// What all that is said of such torques is up to.
+pub(crate) const OWN_SCALE: &str = "torques are in the servo's own scale: parameters are up to the gain of each joint, \
+     which counts as 1 N m/rad (1 N/m where it slides)";
+
+/// What the efforts of all logs are.
+///
+/// Fails where some hold currents and others position errors: one gain of a joint cannot make torques of both.
+fn efforts(logs: &[LogSource]) -> Result<Effort, Error> {
+    let mut with_gains = logs.iter().filter(|log| log.effort_is().needs_gains());
+    let Some(first) = with_gains.next() else { return Ok(Effort::Torque) };
+    match with_gains.find(|log| log.effort_is() != first.effort_is()) {
+        Some(other) => Err(Error::new(format_args!(
+            "{} holds {}, and {} {}: give logs of one kind",
+            first.name(),
+            first.effort_is().words(),
+            other.name(),
+            other.effort_is().words()
+        ))),
+        None => Ok(first.effort_is()),
+    }
+}
+
 /// The gains of the request over those of the description, one per coordinate.
 fn known_gains(model: &Model, given: &[(String, Gain)]) -> Result<Vec<Gain>, Error> {
     let described = model.drive_gains();
@@ -81,9 +122,12 @@ fn known_coordinate(model: &Model, name: &str) -> Result<usize, Error> {
 }
 
 /// A sentence on the gains that an estimate stands on.
-pub(crate) fn gain_remark(model: &Model, given: &[(String, Gain)], found: &DriveGains) -> String {
+pub(crate) fn gain_remark(model: &Model, logs: &[LogSource], given: &[(String, Gain)], found: &DriveGains) -> String {
     let known = known_gains(model, given).unwrap_or_default();
-    let mut text = "drive gains, N m/A:".to_string();
+    let mut text = match logs.iter().map(LogSource::effort_is).find(|effort| effort.needs_gains()) {
+        Some(Effort::PositionError) => "gains of the servos, N m/rad:".to_string(),
+        _ => "drive gains, N m/A:".to_string(),
+    };
     let coordinates = model.regressor().coordinates();
     for (((coordinate, gain), sigma), known) in
         coordinates.iter().zip(&found.gain).zip(&found.gain_deviation).zip(&known)

@@ -153,6 +153,13 @@ impl Reader<'_> {
     /// What was recorded of an experiment, whose clock must be the plan's.
     pub(crate) fn record(&mut self, path: &Path, trajectory: &ExcitingTrajectory) -> Result<Record, Error> {
         let (log, _) = Log::read(path, self.model.regressor().coordinates(), self.columns)?;
+        if log.effort_is == Effort::PositionError {
+            return Err(Error::new(format_args!(
+                "{}: the experiments of a plan need torques or currents, not [options.columns.goal]; identify logs of position \
+                 errors without the plan",
+                path.display()
+            )));
+        }
         self.currents |= log.effort_is == Effort::Current;
         self.files.push(path.display().to_string());
         let record = Record::from_log(&log)?;

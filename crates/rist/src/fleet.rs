@@ -10,7 +10,7 @@ use identification::estimate::passport::passport;
 use identification::signals::cutoff::MotionEnergy;
 use identification::signals::records::{SourceRecords, add_motion};
 use linear_model::friction::terms::{FrictionTerm, JointTerm, check_terms};
-use logs::{Effort, LogSource};
+use logs::LogSource;
 use numerics::in_order::on_threads;
 use numerics::interruption::Interruption;
 
@@ -154,10 +154,11 @@ fn common_cutoff(model: &Model, logs: &[PathBuf], options: &Options) -> Option<f
 /// One log as triangles, checked first unless `anyway`.
 fn replicate(model: &Model, options: &Options, log: &LogSource, anyway: bool) -> Result<Replicate, Error> {
     let name = log.name();
-    if log.effort_is() == Effort::Current && options.transmission.drive_gains.is_none() {
+    if log.effort_is().needs_gains() && options.transmission.drive_gains.is_none() {
         return Err(Error::new(format_args!(
-            "{name}: it holds motor currents, and gains that are not known are found from all logs at once: give the gain \
+            "{name}: it holds {}, and gains that are not known are found from all logs at once: give the gain \
              of every drive ([gain={}=11.5,..]), or identify these logs in one go",
+            log.effort_is().words(),
             model.regressor().coordinates().first().map_or("q1", String::as_str)
         )));
     }

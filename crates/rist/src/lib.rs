@@ -108,7 +108,7 @@ pub use experiments::{ExperimentLogs, identify_experiments, identify_gains_of_ro
 pub use fleet::{Accumulator, Compared, Comparison, accumulate, compare};
 pub use formulas::derive;
 pub use inspection::{Inspection, inspect};
-pub use linting::{Lint, lint};
+pub use linting::{Lint, lint, lint_with_meshes};
 pub use model::Model;
 pub use page::{PageRequest, page};
 pub use planning::{ExperimentPlan, Planned, plan};

@@ -1,9 +1,16 @@
 //! Classic mistakes in the inertial parameters of a description.
 
 use std::fmt;
+use std::path::Path;
 
-use robot::Robot;
+use clearance::bodies::bodies;
+use clearance::outside::outside;
+use robot::{Part, Robot};
 use serde_json::{Value, json};
+
+/// Share of its size by which a centre of mass is outside a hull before it is told: collision meshes leave out motors and
+/// cables.
+const OUTSIDE_SHARE: f64 = 0.1;
 
 /// What was found in a description.
 #[derive(Clone, Debug)]
@@ -23,6 +30,30 @@ pub fn lint(robot: &Robot) -> Lint {
         links: robot.links.len(),
         without_parameters: robot.links.iter().filter(|l| l.inertial.is_none()).count(),
     }
+}
+
+/// The same, and centres of mass outside of the meshes that stand where the description has them, `directory` being its
+/// folder. A mesh that cannot be read says nothing.
+pub fn lint_with_meshes(robot: &Robot, directory: &Path) -> Lint {
+    let mut found = lint(robot);
+    let of_base = std::iter::once((None, &robot.base.parts));
+    let of_links = robot.links.iter().enumerate().map(|(k, link)| (Some(k), &link.parts));
+    let parts: Vec<(Option<usize>, &Part)> =
+        of_base.chain(of_links).flat_map(|(link, parts)| parts.iter().map(move |part| (link, part))).collect();
+    for body in bodies(robot, directory) {
+        let own = parts.iter().filter(|(link, part)| *link == body.link && part.name == body.name && part.mass > 0.0);
+        for (_, part) in own {
+            let Some((apart, across)) = outside(&body, part.pose.position) else { continue };
+            if apart > OUTSIDE_SHARE * across {
+                let text = format!(
+                    "its centre of mass lies {apart:.3} m outside the hull of its collision meshes, which are {across:.3} m \
+                     across"
+                );
+                found.findings.push((part.name.clone(), text));
+            }
+        }
+    }
+    found
 }
 
 impl Lint {

@@ -26,7 +26,7 @@ use robot::{Inertial, LinkId};
 
 use crate::Estimate;
 use crate::chosen::{Chosen, Looked, choose, found_delay, told_rotors, with_open};
-use crate::drive_gains::{drive_gains, gain_remark, widen};
+use crate::drive_gains::{OWN_SCALE, drive_gains, gain_remark, is_own_scale, widen};
 use crate::error::Error;
 use crate::friction::{ChosenFriction, Kept, choose_friction, not_looked_for, worthwhile_joint_terms};
 use crate::load::{Load, load};
@@ -81,6 +81,20 @@ impl Identification {
         widen_by_unknowns(&mut self.estimate, &unknowns.steps);
         self.estimate.remarks.splice(..0, unknowns.remarks);
         Identification { model: self.model.or(unknowns.model), unknowns: unknowns.steps, ..self }
+    }
+
+    /// Says that torques are up to the gains of servos, and holds nothing against a description in N m.
+    fn in_own_scale(mut self) -> Identification {
+        self.passport.efforts_are_position_errors(OWN_SCALE);
+        self.estimate.remarks.insert(0, OWN_SCALE.into());
+        if let Some(bodies) = &mut self.bodies {
+            bodies.refusal = Some(format!("{OWN_SCALE}: no body in kg follows without [gain]"));
+        }
+        if let Some(evidence) = &mut self.bodies_evidence {
+            evidence.refusal = self.bodies.as_ref().and_then(|bodies| bodies.refusal.clone());
+            evidence.masses.clear();
+        }
+        Identification { described: None, described_parameters: None, ..self }
     }
 
     /// Whether to trust the estimate. If the answer is no, the estimate says so from now on. `prediction`: of logs that
@@ -166,6 +180,7 @@ fn identify_kept(
         let found = identify_kept(with, logs, loaded, &unknowns.request, kept)?;
         return Ok(found.with_unknowns(unknowns));
     }
+    let is_own_scale = is_own_scale(model, logs, &request.gain, &request.options())?;
     let Prepared { mut options, gains, chosen, delay, friction } = Prepared::of(model, logs, request, kept)?;
     let model = chosen.model.as_ref().unwrap_or(model);
     let regressor = model.regressor();
@@ -197,15 +212,17 @@ fn identify_kept(
     estimate.fingerprint = Some(model.reference.fingerprint.clone());
     estimate.description = model.description.clone();
     if let Some(found) = gains {
-        estimate.remarks.push(gain_remark(model, &request.gain, &found));
+        estimate.remarks.push(gain_remark(model, logs, &request.gain, &found));
         widen(&mut estimate, &found);
     }
     widen_by_faults(&mut estimate, &faults);
     let torque_errors = errors_of_torques(model, &options, &estimate, &inverse, &range);
     widen_by_rotors(&mut estimate, &faults);
     estimate.remarks.splice(..0, chosen.sentences.into_iter().chain(sentence));
-    estimate.remarks.extend(found.outgrown);
-    Ok(Identification {
+    if !is_own_scale {
+        estimate.remarks.extend(found.outgrown);
+    }
+    let found = Identification {
         model: chosen.model,
         estimate,
         delay,
@@ -221,7 +238,8 @@ fn identify_kept(
         faults,
         unknowns: Vec::new(),
         described_parameters,
-    })
+    };
+    Ok(if is_own_scale { found.in_own_scale() } else { found })
 }
 
 /// What is decided before the fit.

@@ -14,7 +14,7 @@ use identification::rows::observation::Observation;
 use identification::signals::records::SourceRecords;
 use identification::spectrum::validate::validate_motions;
 use linear_model::linear_model::Model as LinearModel;
-use logs::{ColumnNames, Effort, Log, LogSource};
+use logs::{ColumnNames, Log, LogSource};
 
 pub use identification::estimate::validation::Validation;
 pub use identification::portrait::Portrait;
@@ -146,7 +146,7 @@ pub fn validate_experiments(
     let mut currents = false;
     for path in motions {
         let (log, _) = Log::read(path, regressor.coordinates(), &ColumnNames::default())?;
-        currents |= log.effort_is == Effort::Current;
+        currents |= log.effort_is.needs_gains();
         records.push((path.display().to_string(), Record::from_log(&log)?));
     }
     let mut gain = vec![1.0; regressor.coordinates().len()];

@@ -25,6 +25,7 @@ mod panda;
 mod postures;
 mod random_situations;
 mod signals_of_logs;
+mod servos;
 mod simulated_dynamics;
 mod spectrum_analysis;
 mod unknowns;

@@ -340,6 +340,45 @@ fn lint_fails_on_findings_only() {
     assert_eq!(of(5.0).code, Some(1), "{}", of(5.0).out);
 }
 
+/// A centre of mass outside of its mesh is told, one inside is not, also where shape and centre are moved together.
+#[test]
+fn lint_looks_into_meshes() {
+    let here = folder("lint_meshes");
+    // A box of 0.2 x 0.1 x 0.1 m about its origin, in mm, by its corners.
+    let corner = |k: usize| [0, 1, 2].map(|i| [100.0, 50.0, 50.0][i] * if k >> i & 1 == 1 { 1.0 } else { -1.0 });
+    let mut stl = String::from("solid box\n");
+    for [a, b, c] in [[0, 1, 2], [3, 4, 5], [5, 6, 7], [0, 2, 4], [1, 3, 7]] {
+        stl += " facet normal 0 0 1\n outer loop\n";
+        [a, b, c].map(corner).iter().for_each(|[x, y, z]| stl += &format!("  vertex {x} {y} {z}\n"));
+        stl += " endloop\n endfacet\n";
+    }
+    std::fs::create_dir_all(here.join("meshes")).unwrap();
+    std::fs::write(here.join("meshes/box.stl"), stl + "endsolid\n").unwrap();
+    let of = |centre: &str, shape: &str, mesh: &str| {
+        let text = format!(
+            "<robot name=\"r\"><link name=\"b\"/><link name=\"l\"><inertial><origin xyz=\"{centre}\"/><mass value=\"2\"/>\
+             <inertia ixx=\"0.004\" ixy=\"0\" ixz=\"0\" iyy=\"0.009\" iyz=\"0\" izz=\"0.009\"/></inertial><collision>\
+             <origin xyz=\"{shape}\"/><geometry><mesh filename=\"{mesh}\" scale=\"0.001 0.001 0.001\"/></geometry>\
+             </collision></link><joint name=\"j\" type=\"continuous\"><parent link=\"b\"/><child link=\"l\"/></joint></robot>"
+        );
+        std::fs::write(here.join("arm.urdf"), text).unwrap();
+        rist(&here, &["lint", "arm.urdf"])
+    };
+    let outside = of("0.4 0 0", "0.1 0 0", "meshes/box.stl");
+    // From 0.4 to the wall at 0.2; a box of 0.2 x 0.1 x 0.1 is 0.245 across.
+    let said = "l: its centre of mass lies 0.200 m outside the hull of its collision meshes, which are 0.245 m across";
+    assert!(outside.code == Some(1) && outside.out.contains(said), "{}", outside.out);
+    for (centre, shape, mesh) in [
+        ("0.1 0 0", "0.1 0 0", "meshes/box.stl"),
+        ("0.4 0 0", "0.4 0 0", "meshes/box.stl"),
+        ("0.195 0.045 0.045", "0.1 0 0", "meshes/box.stl"),
+        ("0.4 0 0", "0 0 0", "meshes/absent.stl"),
+    ] {
+        let run = of(centre, shape, mesh);
+        assert!(run.code == Some(0) && !run.out.contains("outside"), "{centre}: {}", run.out);
+    }
+}
+
 /// The line of an error is looked up again in a file, and not in a pipe, which would be waited for without end.
 #[cfg(unix)]
 #[test]

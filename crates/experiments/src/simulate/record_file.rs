@@ -14,7 +14,7 @@ impl Record {
     /// The text of the log.
     pub fn to_csv(&self, coordinates: &[String], effort: Effort) -> String {
         let letter = match effort {
-            Effort::Current => "i",
+            Effort::Current | Effort::PositionError => "i",
             Effort::Torque => "tau",
         };
         let mut text = String::from("t");

@@ -1,4 +1,5 @@
-//! Drive gains from logs of motor currents: the equations of `drive_gains` from filtered samples.
+//! Drive gains from logs of motor currents, or of position errors of servos: the equations of `drive_gains` from filtered
+//! samples. What is said of a current holds of an error, whose gain is in N m/rad.
 //!
 //! The equations of a joint are its triangle with currents on the right-hand side. Residuals of logs stay the same for
 //! a while, and some come back with the state of the robot, so the deviations are those of `replicates`.
@@ -10,7 +11,7 @@
 use std::sync::Arc;
 
 use linear_model::regressor::Regressor;
-use logs::{Effort, Error, LogSource};
+use logs::{Error, LogSource};
 use numerics::triangle::Triangle;
 
 use crate::estimate::options::Options;
@@ -33,7 +34,7 @@ pub fn estimate_drive_gains(
     options: &Options,
     known: &[Gain],
 ) -> Result<DriveGains, Error> {
-    if let Some(log) = logs.iter().find(|l| l.effort_is() != Effort::Current) {
+    if let Some(log) = logs.iter().find(|l| !l.effort_is().needs_gains()) {
         return Err(Error::at(&log.name(), 0, "the log holds torques; drive gains are estimated from currents"));
     }
     // Gains of one leave the currents as they are: the right-hand sides are currents, not torques.

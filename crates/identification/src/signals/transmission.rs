@@ -189,14 +189,18 @@ impl Transmission {
         };
         let mut motor = std::mem::take(&mut log.effort);
         match (&self.drive_gains, log.effort_is) {
-            (Some(gains), Effort::Current) => {
+            (_, Effort::Torque) => {}
+            (Some(gains), _) => {
                 motor.iter_mut().zip(gains).for_each(|(x, gain)| x.iter_mut().for_each(|x| *x *= gain));
             }
-            (None, Effort::Current) => {
-                let message = "the log holds motor currents; drive gains (N m/A) are needed to make torques of them";
+            (None, effort) => {
+                let message = format!(
+                    "the log holds {}; drive gains ({}) are needed to make torques of them",
+                    effort.words(),
+                    effort.gain_unit()
+                );
                 return Err(Error::at(&log.name, 0, message));
             }
-            (_, Effort::Torque) => {}
         }
         let q = self.shifted(joint_angles(to_joint.as_ref(), std::mem::take(&mut log.q)));
         Ok(JointSignals {

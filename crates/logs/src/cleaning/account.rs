@@ -5,6 +5,7 @@ use std::fmt;
 use serde::Serialize;
 
 use crate::Error;
+use crate::cleaning::goals::GoalSpan;
 use crate::cleaning::refresh::Refresh;
 use crate::cleaning::suspects::Suspect;
 use crate::cleaning::undriven::Undriven;
@@ -37,6 +38,9 @@ pub struct LogReport {
     /// One per coordinate: why there is no torque; `None`: there is one.
     #[serde(skip)]
     pub undriven: Vec<Option<Undriven>>,
+    /// One per coordinate, where position servos are told goals: what the goals are.
+    #[serde(skip)]
+    pub goals: Vec<GoalSpan>,
     /// Rows with more or fewer cells than the header.
     pub ragged: usize,
     /// Kept rows in which every signal but the time is as in the row before.
@@ -121,6 +125,10 @@ impl LogReport {
         self.ragged += other.ragged;
         self.repeated += other.repeated;
         self.refresh.append(&other.refresh);
+        match self.goals.is_empty() {
+            true => self.goals.clone_from(&other.goals),
+            false => self.goals.iter_mut().zip(&other.goals).for_each(|(a, b)| a.append(b)),
+        }
         self.wrapped += other.wrapped;
         if self.suspect.is_empty() {
             self.suspect.clone_from(&other.suspect);
@@ -140,7 +148,7 @@ impl LogReport {
         if self.repeated + 1 == self.kept {
             return Err(Error::at(file, 0, "every row holds the same values: nothing moves and nothing is measured"));
         }
-        Ok(())
+        self.goals.iter().try_for_each(|goal| goal.check(file))
     }
 
     /// Refuses a clock that runs backwards or stands still in many rows.

@@ -49,8 +49,12 @@ impl<'a> Finder<'a> {
             Position => ("joint positions", "q1.., q_<joint>, position_<joint>, actual_q_0.."),
             _ => ("joint torques or motor currents", "tau1.., effort_<joint>, i1.., actual_current_0.."),
         };
+        let goals = match quantity {
+            Position => "",
+            _ => "; of position servos without either, the positions that they are told: [options.columns.goal]",
+        };
         self.error(format!(
-            "no columns hold the {what} (looked for {examples}, also with units); other names go into [options.columns]"
+            "no columns hold the {what} (looked for {examples}, also with units); other names go into [options.columns]{goals}"
         ))
     }
 

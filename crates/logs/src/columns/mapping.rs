@@ -39,11 +39,12 @@ pub struct Columns {
     pub velocity: Option<Vec<Source>>,
     /// One per coordinate, where the file has them.
     pub acceleration: Option<Vec<Source>>,
-    /// Torque, or current when there is no torque. Of a coordinate without one it is zero times its position.
+    /// Torque, or current when there is no torque, or the goal of a position servo. Of a coordinate without one it is zero
+    /// times its position.
     pub effort: Vec<Source>,
     /// One per coordinate: why there is no torque.
     pub undriven: Vec<Option<Undriven>>,
-    /// Torque or current.
+    /// Torque, current or goal.
     pub effort_is: Quantity,
     /// Headers of the file that are not used.
     pub unused: Vec<String>,
@@ -125,10 +126,15 @@ impl Columns {
         let velocity = quantity(Velocity, &names.velocity)?;
         let acceleration = quantity(Acceleration, &names.acceleration)?;
         let effort = |quantity: Quantity, given: &Option<Names>| finder.efforts(quantity, given.as_ref(), &undriven);
+        refuse_two_efforts(names)?;
         // A user who names the current wants the current, even where there are torques too.
-        let torque = if names.current.is_some() { None } else { effort(Torque, &names.torque)? };
+        let torque = match names.current.is_some() || names.goal.is_some() {
+            true => None,
+            false => effort(Torque, &names.torque)?,
+        };
         let (efforts, effort_is) = match torque {
             Some(torque) => (torque, Torque),
+            None if names.goal.is_some() => (effort(Goal, &names.goal)?.unwrap_or_default(), Goal),
             None if !needed.efforts => (vec![], Torque),
             None if undriven.iter().all(Option::is_some) => (vec![None; coordinates.len()], Torque),
             None => (effort(Current, &names.current)?.ok_or_else(|| finder.missing(Torque))?, Current),
@@ -180,7 +186,11 @@ impl fmt::Display for Columns {
         if let Some(episode) = &self.episode {
             writeln!(f, "episodes: {}", episode.header)?;
         }
-        let effort = if self.effort_is == Torque { "torque" } else { "current" };
+        let effort = match self.effort_is {
+            Torque => "torque",
+            Goal => "goal",
+            _ => "current",
+        };
         let rows = [
             ("position", Some(&self.position)),
             ("velocity", self.velocity.as_ref()),
@@ -214,6 +224,18 @@ impl fmt::Display for Columns {
             writeln!(f, "note: {note}")?;
         }
         Ok(())
+    }
+}
+
+/// Refuses goals beside torques or currents: the torque of a joint is one of them.
+fn refuse_two_efforts(names: &ColumnNames) -> Result<(), Error> {
+    let other = [("torque", &names.torque), ("current", &names.current)].into_iter().find(|(_, given)| given.is_some());
+    match other.filter(|_| names.goal.is_some()) {
+        Some((other, _)) => Err(Error::new(format!(
+            "[options.columns.goal] stands beside [options.columns.{other}]: the error of a goal is what a servo has instead \
+             of a torque; take the goal away where the {other} is measured, or the {other} where it is not believed"
+        ))),
+        None => Ok(()),
     }
 }
 

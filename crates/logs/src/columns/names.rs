@@ -25,6 +25,9 @@ pub struct ColumnNames {
     pub torque: Option<Names>,
     /// Headers of the currents.
     pub current: Option<Names>,
+    /// Headers of the positions that servos are told: their errors stand for torques.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub goal: Option<Names>,
     /// Coordinates that something else moves: their positions count, and no torque of theirs is expected.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub prescribed: Vec<String>,

@@ -71,6 +71,22 @@ const OTHERS: [&str; 20] = [
     "stiffness",
     "model",
 ];
+/// Words of what a position servo is told.
+const GOALS: [&str; 13] = [
+    "goal",
+    "action",
+    "target",
+    "command",
+    "commanded",
+    "cmd",
+    "setpoint",
+    "desired",
+    "des",
+    "ref",
+    "reference",
+    "soll",
+    "leader",
+];
 /// Words of clocks.
 const CLOCKS: [&str; 8] = ["time", "zeit", "stamp", "timestamp", "clock", "temps", "tiempo", "sec"];
 
@@ -110,7 +126,10 @@ pub fn propose(table: &Table, coordinates: &[String]) -> Proposal {
             set_unit(&mut names, quantity, unit);
         }
     }
-    if names.torque.is_none() && names.current.is_none() {
+    if names.torque.is_none() && names.current.is_none() && names.position.is_some() {
+        goals(table, &patterns, &mut proposal, &mut names);
+    }
+    if names.torque.is_none() && names.current.is_none() && names.goal.is_none() {
         proposal.missing.push("no columns, one per joint, are named like torques or currents".into());
     }
     match Columns::find(table, coordinates, &names) {
@@ -139,6 +158,37 @@ impl fmt::Display for Proposal {
     }
 }
 
+/// The goals of position servos, where there is nothing else that tells torques.
+fn goals(table: &Table, patterns: &[(String, Vec<usize>)], proposal: &mut Proposal, names: &mut ColumnNames) {
+    let of_others =
+        |word: &String| WORDS[1..].iter().any(|(_, words)| words.contains(&word.as_str())) || word == "error";
+    let score = |pattern: &str| {
+        let own = words(&pattern.replace("{joint}", " "));
+        let rank = GOALS.iter().position(|word| own.iter().any(|own| own == word))?;
+        (!own.iter().any(of_others)).then_some((rank, pattern.len()))
+    };
+    let best = patterns.iter().filter(|(p, _)| score(p).is_some()).min_by_key(|(p, _)| score(p));
+    let Some((pattern, columns)) = best else { return };
+    let (first, last) = (&table.header[columns[0]], &table.header[columns[columns.len() - 1]]);
+    proposal.columns.push(Proposed {
+        key: "goal",
+        value: quoted(pattern),
+        reason: format!(
+            "{first} .. {last}: one per joint, named like what a servo is told; there is no torque and no current, and its \
+             error is a torque up to the gain of the servo"
+        ),
+    });
+    names.goal = Some(Names::Pattern(pattern.clone()));
+    // Goals are in the unit of the positions, unless the numbers are others.
+    let of_positions = names.units.position.clone().unwrap_or_else(|| "rad".into());
+    let of_goals = unit(table, columns, Quantity::Position, None, names).map_or_else(|| "rad".into(), |unit| unit.0);
+    if of_goals != of_positions {
+        let reason = format!("they span other numbers than the positions, which are in {of_positions}");
+        proposal.units.push(Proposed { key: "goal", value: quoted(&of_goals), reason });
+        names.units.goal = Some(of_goals);
+    }
+}
+
 fn key(quantity: Quantity) -> &'static str {
     match quantity {
         Quantity::Time => "time",
@@ -147,6 +197,7 @@ fn key(quantity: Quantity) -> &'static str {
         Quantity::Acceleration => "acceleration",
         Quantity::Torque => "torque",
         Quantity::Current => "current",
+        Quantity::Goal => "goal",
     }
 }
 
@@ -160,6 +211,7 @@ fn names_of(names: &mut ColumnNames, quantity: Quantity) -> &mut Option<Names> {
         Quantity::Acceleration => &mut names.acceleration,
         Quantity::Torque => &mut names.torque,
         Quantity::Current => &mut names.current,
+        Quantity::Goal => &mut names.goal,
         _ => &mut names.position,
     }
 }
@@ -172,6 +224,7 @@ fn set_unit(names: &mut ColumnNames, quantity: Quantity, unit: String) {
         Quantity::Acceleration => &mut names.units.acceleration,
         Quantity::Torque => &mut names.units.torque,
         Quantity::Current => &mut names.units.current,
+        Quantity::Goal => &mut names.units.goal,
     };
     *place = Some(unit);
 }
@@ -431,6 +484,24 @@ mod tests {
         table.texts.extend([None, None]);
         let shown = propose(&table, &["a".to_string(), "b".to_string()]).to_string();
         assert!(shown.contains("time: \"timestamp_fine\"") && shown.contains("by 0.005 a row"), "{shown}");
+    }
+
+    /// Goals stand for torques where there are none, in their own unit; where there are torques, nobody looks for goals.
+    #[test]
+    fn goals_of_servos_are_proposed_where_no_torque_is() {
+        let header = "timestamp,observation.state_1,observation.state_2,speed_1,speed_2,action_1,action_2";
+        let shown = |table: &Table| propose(table, &joints()).to_string();
+        let degrees = 180.0 / std::f64::consts::PI;
+        let in_degrees = shown(&table(header, [1.0, degrees, 1.0, degrees]));
+        for line in ["position: \"observation.state_{}\"", "goal: \"action_{}\"", "position: \"deg\""] {
+            assert!(in_degrees.contains(line), "{line}\n{in_degrees}");
+        }
+        assert!(!in_degrees.contains("goal: \"rad\""), "{in_degrees}");
+        let in_rad = shown(&table(header, [1.0, degrees, 1.0, 1.0]));
+        assert!(in_rad.contains("goal: \"rad\""), "{in_rad}");
+        let with_torques = "timestamp,a_state_1,a_state_2,load_1,load_2,action_1,action_2";
+        let shown = shown(&table(with_torques, [1.0; 4]));
+        assert!(!shown.contains("goal") && shown.contains("torque: \"load_{}\""), "{shown}");
     }
 
     #[test]

@@ -39,6 +39,9 @@ pub struct UnitNames {
     /// Of the currents: `mA`, `counts(2.69 mA)`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub current: Option<String>,
+    /// Of the goals, where it is not that of the positions.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub goal: Option<String>,
 }
 
 impl UnitNames {
@@ -55,6 +58,7 @@ impl UnitNames {
             Quantity::Acceleration => self.acceleration.as_deref(),
             Quantity::Torque => self.torque.as_deref(),
             Quantity::Current => self.current.as_deref(),
+            Quantity::Goal => self.goal.as_deref().or(self.position.as_deref()),
         }
     }
 }

@@ -22,6 +22,8 @@ pub enum Quantity {
     Torque,
     /// A.
     Current,
+    /// rad (m), where a position servo is told to be.
+    Goal,
 }
 
 use Quantity::*;
@@ -31,8 +33,20 @@ pub(crate) type Unit = (&'static str, f64);
 
 type Words = (Quantity, &'static [&'static str], &'static [Unit]);
 
+/// What positions are measured in.
+const POSITION_UNITS: &[Unit] = &[
+    ("rad", 1.0),
+    ("radians", 1.0),
+    ("deg", std::f64::consts::PI / 180.0),
+    ("degrees", std::f64::consts::PI / 180.0),
+    ("°", std::f64::consts::PI / 180.0),
+    ("grad", std::f64::consts::PI / 180.0),
+    ("m", 1.0),
+    ("mm", 1e-3),
+];
+
 /// Stems, then units with the factor to SI. The first unit is the one of a header that names none.
-const QUANTITY_WORDS: [Words; 6] = [
+const QUANTITY_WORDS: [Words; 7] = [
     (
         Time,
         &["t", "time", "timestamp", "stamp", "clock", "timestamps", "times", "sec", "secs", "seconds", "zeit"],
@@ -53,17 +67,10 @@ const QUANTITY_WORDS: [Words; 6] = [
             "qm",
             "theta",
         ],
-        &[
-            ("rad", 1.0),
-            ("radians", 1.0),
-            ("deg", std::f64::consts::PI / 180.0),
-            ("degrees", std::f64::consts::PI / 180.0),
-            ("°", std::f64::consts::PI / 180.0),
-            ("grad", std::f64::consts::PI / 180.0),
-            ("m", 1.0),
-            ("mm", 1e-3),
-        ],
+        POSITION_UNITS,
     ),
+    // A set point counts where the user names it, and no header stands for one.
+    (Goal, &[], POSITION_UNITS),
     (
         Velocity,
         &[

@@ -8,6 +8,8 @@
 
 use nalgebra::{DMatrix, DVector};
 
+use crate::base::triangle::triangle;
+
 /// Distance, relative to the column's norm, from which a column is independent.
 pub(crate) const INDEPENDENT: f64 = 1e-7;
 /// Norm, relative to the largest column's, below which a column is zero.
@@ -17,7 +19,7 @@ pub(crate) const CLEAR_GAP: f64 = 1e3;
 
 /// The outcome of the scan.
 #[derive(Clone, Debug)]
-pub(crate) struct Scan {
+pub struct Scan {
     /// Columns kept, ascending.
     pub kept: Vec<usize>,
     /// Columns that are zero, ascending.
@@ -28,6 +30,13 @@ pub(crate) struct Scan {
     pub distance: Vec<f64>,
     /// The same distance relative to the norm of the largest column.
     pub share: Vec<f64>,
+}
+
+/// The columns of a matrix of numbers, taken from left to right as base parameters are.
+///
+/// Fails on columns that are not finite, with their places.
+pub fn independent_columns(matrix: &DMatrix<f64>) -> Result<Scan, Vec<usize>> {
+    scan(&triangle(matrix, 1), None)
 }
 
 /// Of the triangle of a matrix ([`crate::base::triangle`]); keeps the independent columns, or the `chosen` ones.
@@ -96,7 +105,6 @@ pub(crate) fn scan(triangle: &DMatrix<f64>, chosen: Option<&[usize]>) -> Result<
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::base::triangle::triangle;
 
     #[test]
     fn finds_the_leftmost_independent_columns() {

@@ -923,6 +923,7 @@ def compare(
     - of: The parameters that are asked about [default: 'all']
     - fdr: False discovery rate: the expected share of unchanged robots among those reported as changed, and of
       unchanged parameters among those reported [default: 0.05]"""
+def wrench(log: Log, link: str = "tool0") -> dict[str, Any]: ...
 def example(directory: Path = "ur5") -> list[PathLike[str]]:
     """Writes a robot and two logs of it into a directory, to try rist with: ur5.urdf, log.csv and other.csv. Returns their paths.
 

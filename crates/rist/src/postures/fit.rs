@@ -1,11 +1,10 @@
 //! Least squares whose joints are each weighted by what is left of their torques.
 
 use nalgebra::{DMatrix, DVector};
+use numerics::least_squares::solve_within;
+use numerics::triangle::TriangleBuilder;
 
 use crate::error::Error;
-
-/// A parameter with a larger part in such a direction is not told.
-const UNTOLD_PART: f64 = 1e-6;
 
 /// A value with its deviation; `None` where the postures do not tell it.
 pub type Told = Option<(f64, f64)>;
@@ -20,6 +19,7 @@ pub(super) struct Fit {
 }
 
 impl Fit {
+    /// `untold`: the ratio of singular values from which a direction is not told.
     pub(super) fn of(joints: &[DMatrix<f64>], torques: &[DVector<f64>], untold: f64) -> Result<Fit, Error> {
         let (n, unknowns) = (joints.len(), joints.first().map_or(0, DMatrix::ncols));
         let count = torques.first().map_or(0, DVector::len) as f64;
@@ -44,37 +44,23 @@ impl Fit {
         untold: f64,
     ) -> Result<Fit, Error> {
         let unknowns = joints.first().map_or(0, DMatrix::ncols);
-        let (mut normal, mut right) = (DMatrix::zeros(unknowns, unknowns), DVector::zeros(unknowns));
+        let mut rows = TriangleBuilder::new(unknowns);
+        let (mut row, mut is_finite) = (vec![0.0; unknowns], true);
         for ((columns, torque), deviation) in joints.iter().zip(torques).zip(deviations) {
-            let weight = deviation.powi(-2);
-            normal += columns.tr_mul(columns) * weight;
-            right += columns.tr_mul(torque) * weight;
-        }
-        let scale = normal.diagonal().map(|x: f64| if x > 0.0 { x.sqrt().recip() } else { 0.0 });
-        let scaled = DMatrix::from_fn(unknowns, unknowns, |r, c| scale[r] * normal[(r, c)] * scale[c]);
-        if !scaled.iter().all(|x| x.is_finite()) {
-            return Err(Error::new("the numbers of the postures leave the range of numbers"));
-        }
-        let eigen = scaled.symmetric_eigen();
-        let largest = eigen.eigenvalues.iter().copied().fold(0.0, f64::max);
-        let is_told = |k: usize| eigen.eigenvalues[k] > untold * largest;
-        let (mut solution, mut variance, mut open) =
-            (DVector::zeros(unknowns), vec![0.0; unknowns], vec![0.0; unknowns]);
-        let right = right.component_mul(&scale);
-        for k in 0..unknowns {
-            let direction = eigen.eigenvectors.column(k);
-            if is_told(k) {
-                solution += direction * (direction.dot(&right) / eigen.eigenvalues[k]);
-                variance.iter_mut().zip(direction.iter()).for_each(|(v, d)| *v += d * d / eigen.eigenvalues[k]);
-            } else {
-                open.iter_mut().zip(direction.iter()).for_each(|(o, d)| *o += d * d);
+            for (r, torque) in torque.iter().enumerate() {
+                row.iter_mut().zip(columns.row(r).iter()).for_each(|(x, column)| *x = column / deviation);
+                let right = torque / deviation;
+                is_finite &= right.is_finite() && row.iter().all(|x| x.is_finite());
+                rows.push(&row, right);
             }
         }
-        let solution = solution.component_mul(&scale);
-        let told = (0..unknowns)
-            .map(|c| (open[c] < UNTOLD_PART && scale[c] > 0.0).then(|| (solution[c], scale[c] * variance[c].sqrt())))
-            .collect();
+        if !is_finite {
+            return Err(Error::new("the numbers of the postures leave the range of numbers"));
+        }
+        let found = solve_within(&rows.finish(), untold);
+        let told = |c: usize| found.determined[c].then(|| (found.x[c], found.inverse[(c, c)].sqrt()));
+        let solution = DVector::from_column_slice(&found.x);
         let residuals = joints.iter().zip(torques).map(|(columns, torque)| torque - columns * &solution).collect();
-        Ok(Fit { told, solution, residuals, deviations: deviations.to_vec() })
+        Ok(Fit { told: (0..unknowns).map(told).collect(), solution, residuals, deviations: deviations.to_vec() })
     }
 }

@@ -17,6 +17,7 @@ use std::fmt;
 use claims::significant;
 use linear_model::parameter::Parameter;
 use logs::{Effort, Postures};
+use modeling::independent_columns;
 use nalgebra::{DMatrix, DVector};
 use random::Random;
 use serde_json::{Value, json};
@@ -28,10 +29,10 @@ pub use crate::postures::fit::Told;
 pub use crate::postures::placement::Placed;
 use crate::postures::placement::placed;
 
-/// A column, or what is left of it beside others, is zero below this share.
+/// A share of a column in another is none below this.
 const NOTHING: f64 = 1e-8;
-/// A direction of the scaled normal matrix below this share of the largest is not told.
-const UNTOLD: f64 = 1e-12;
+/// A direction whose singular value is below this share of the largest is not told.
+const UNTOLD: f64 = 1e-6;
 
 /// A gravity parameter.
 pub struct GravityParameter {
@@ -64,31 +65,17 @@ pub fn gravity_parameters(model: &Model) -> Result<Vec<GravityParameter>, Error>
         return Err(Error::new("the torques at rest are no numbers at any posture that was tried"));
     }
     let matrix = DMatrix::from_row_slice(rows.len() / p.max(1), p, &rows);
-    let largest = matrix.column_iter().map(|c| c.norm()).fold(0.0, f64::max);
+    let columns = independent_columns(&matrix)
+        .map_err(|_| Error::new("the torques at rest leave the range of numbers at postures that were tried"))?;
     let name = |c: usize| Parameter::from(&regressor.parameters()[c]).id.to_string();
-    let (mut kept, mut basis): (Vec<GravityParameter>, Vec<DVector<f64>>) = (Vec::new(), Vec::new());
-    for c in 0..p {
-        let column: DVector<f64> = matrix.column(c).into_owned();
-        if column.norm() <= NOTHING * largest {
-            continue;
-        }
-        let mut left = column.clone();
-        for _ in 0..2 {
-            basis.iter().for_each(|b| left -= b * b.dot(&left));
-        }
-        if left.norm() > NOTHING * column.norm() {
-            basis.push(left.normalize());
-            let unit = Parameter::from(&regressor.parameters()[c]).unit().to_string();
-            kept.push(GravityParameter { name: name(c), unit, column: c, with: Vec::new() });
-            continue;
-        }
-        // A combination of those before it.
-        let before = DMatrix::from_columns(&kept.iter().map(|k| matrix.column(k.column)).collect::<Vec<_>>());
-        let shares = before.svd(true, true).solve(&column, f64::EPSILON).map_err(Error::new)?;
-        for (parameter, share) in kept.iter_mut().zip(shares.iter()).filter(|(_, share)| share.abs() > NOTHING) {
+    let unit = |c: usize| Parameter::from(&regressor.parameters()[c]).unit().to_string();
+    let kept = columns.kept.iter().map(|&c| GravityParameter { name: name(c), unit: unit(c), column: c, with: vec![] });
+    let mut kept: Vec<GravityParameter> = kept.collect();
+    for (c, shares) in &columns.dependent {
+        for (parameter, share) in kept.iter_mut().zip(shares).filter(|(_, share)| share.abs() > NOTHING) {
             let sign = if *share < 0.0 { '-' } else { '+' };
-            parameter.name += &format!(" {sign} {} {}", significant(share.abs(), 4), name(c));
-            parameter.with.push((c, *share));
+            parameter.name += &format!(" {sign} {} {}", significant(share.abs(), 4), name(*c));
+            parameter.with.push((*c, *share));
         }
     }
     Ok(kept)
@@ -179,13 +166,16 @@ fn torques(model: &Model, postures: &Postures, gains: Option<&[f64]>) -> Result<
     let n = postures.coordinates.len();
     let gains = match (postures.effort_is, gains) {
         (Effort::Torque, _) => vec![1.0; n],
-        (Effort::Current, Some(gains)) => gains.to_vec(),
-        (Effort::Current, None) => {
+        (_, Some(gains)) => gains.to_vec(),
+        (effort, None) => {
             let known: Option<Vec<f64>> = model.drive_gains().into_iter().collect();
             known.ok_or_else(|| {
                 Error::new(format_args!(
-                    "{}: currents need the torque per unit of current of each drive: [gain={}=N m/A]",
-                    postures.name, postures.coordinates[0]
+                    "{}: {} need the gain of each drive: [gain={}=NUMBER], in {}",
+                    postures.name,
+                    effort.words(),
+                    postures.coordinates[0],
+                    effort.gain_unit()
                 ))
             })?
         }

@@ -24,8 +24,8 @@ const LARGEST_STEP: f64 = 0.3;
 const EXPLAINED_TIMES: f64 = 2.0;
 /// A zero or mount below this many deviations is none.
 const TELLING_DEVIATIONS: f64 = 3.0;
-/// Zeros and mount are told together where each direction has more than this share of the scaled normal matrix.
-const UNTOLD_UNKNOWN: f64 = 1e-9;
+/// Zeros and mount are told together where the singular value of each direction has more than this share of the largest.
+const UNTOLD_UNKNOWN: f64 = 3e-5;
 /// A step that leaves more is halved so often.
 const MOST_HALVINGS: i32 = 8;
 /// Steps that mend a smaller share end the search.

@@ -147,6 +147,22 @@ impl Passport {
         self.findings = others;
         self.untold.extend(unit.iter().map(|f| format!("currents without gains: {}; {}", f.evidence, f.remedy)));
     }
+
+    /// Notes the same of servos whose position errors were taken for torques, with gains of one; `scale` says what that means.
+    pub fn efforts_are_position_errors(&mut self, scale: &str) {
+        let is_unit = |f: &Finding| matches!(f.fault, Fault::NoTorque | Fault::TorqueUnit(_) | Fault::Factor(_));
+        self.findings.retain(|f| !is_unit(f));
+        let implied = |j: &JointPassport| {
+            let slope = j.slope.filter(|_| j.share.is_some_and(|share| share > COUNTED_SLOPE_SHARE))?.abs();
+            Some(format!("{}={}", j.coordinate, significant(1.0 / slope)))
+        };
+        let implied: Vec<String> = self.joints.iter().filter_map(implied).collect();
+        let by_description = match implied.is_empty() {
+            true => "a gain that is known is given by [gain]".to_string(),
+            false => format!("by the description about [gain={}], as far as its masses are right", implied.join(",")),
+        };
+        self.untold.push(format!("{scale}; {by_description}"));
+    }
 }
 
 impl fmt::Display for Passport {

@@ -1,0 +1,53 @@
+//! How far a point lies outside of a body.
+//!
+//! The hull of all shapes of the body counts, not the shapes: a centre of mass may lie between two of them.
+
+use robot::Pose;
+use robot::vector::{Vector3, minus, norm, plus, turned};
+
+use crate::bodies::Body;
+use crate::hull::Hull;
+use crate::separation::{Standing, separation};
+use crate::solid::{Core, Solid};
+
+/// How far a point is from the hull of a body's shapes, m, and how far they are across; the point is in the frame of the
+/// link that carries the body. `None` where a shape is missing, and where none of them is of a file.
+pub fn outside(body: &Body, point: Vector3) -> Option<(f64, f64)> {
+    let is_mesh = body.shapes.iter().any(|shape| matches!(shape.solid.core, Core::Hull(_)));
+    if !body.has_geometry || !body.missing.is_empty() || !is_mesh {
+        return None;
+    }
+    let points: Vec<Vector3> = body
+        .shapes
+        .iter()
+        .flat_map(|shape| {
+            let pose = shape.pose;
+            corners(&shape.solid.core).into_iter().map(move |p| plus(pose.position, turned(&pose.rotation, p)))
+        })
+        .collect();
+    let extreme = |k: usize, sign: f64| points.iter().map(|p| sign * p[k]).fold(f64::NEG_INFINITY, f64::max);
+    let across = norm([0, 1, 2].map(|k| extreme(k, 1.0) + extreme(k, -1.0)));
+    let middle = [0, 1, 2].map(|k| 0.5 * (extreme(k, 1.0) - extreme(k, -1.0)));
+    let radius = body.shapes.iter().map(|shape| shape.solid.radius).fold(0.0, f64::max);
+    let hull = Solid { core: Core::Hull(Hull::new(points)), radius };
+    let one = Solid { core: Core::Point, radius: 0.0 };
+    let (one, hull) = (Standing { solid: &one, pose: at(point) }, Standing { solid: &hull, pose: Pose::IDENTITY });
+    let apart = separation(one, hull, minus(point, middle)).at_least;
+    Some((apart.max(0.0), across + 2.0 * radius))
+}
+
+fn at(position: Vector3) -> Pose {
+    Pose { position, ..Pose::IDENTITY }
+}
+
+/// Points whose hull holds a core; of a round one the corners of the box about it.
+fn corners(core: &Core) -> Vec<Vector3> {
+    let half = match core {
+        Core::Hull(hull) => return hull.points().to_vec(),
+        Core::Point => [0.0; 3],
+        Core::Segment { half } => [0.0, 0.0, *half],
+        Core::Cuboid { half } => *half,
+        Core::Cylinder { radius, half } => [*radius, *radius, *half],
+    };
+    (0..8).map(|k| [0, 1, 2].map(|i| if k >> i & 1 == 1 { half[i] } else { -half[i] })).collect()
+}

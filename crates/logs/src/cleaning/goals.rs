@@ -1,0 +1,111 @@
+//! Goals of position servos, and their errors.
+//!
+//! A servo that is told a goal q_g pushes with k (q_g - q), k its gain in N m/rad, as long as it is at no limit and does
+//! not integrate. What does not move with the joint, or never differs from its position, is no goal.
+
+use std::f64::consts::{PI, TAU};
+
+use crate::Error;
+
+/// rad (m), by which a servo that holds one goal may sag.
+const LARGEST_SAG: f64 = 0.2;
+
+/// What the goals of a joint are, over a log or a part of it.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct GoalSpan {
+    header: String,
+    /// Lowest and highest goal; `None` before the first.
+    goal: Option<[f64; 2]>,
+    /// The same of the position.
+    position: Option<[f64; 2]>,
+    /// Largest distance of a goal from its position.
+    error: f64,
+}
+
+impl GoalSpan {
+    /// Makes errors of goals, the nearest by whole turns: a position that jumps by a turn takes its goal along, or not.
+    pub(crate) fn take(&mut self, header: &str, position: &[f64], goal: &mut [f64]) {
+        let span = |x: &[f64]| {
+            x.iter().filter(|x| x.is_finite()).fold(None, |span: Option<[f64; 2]>, &x| {
+                Some(span.map_or([x; 2], |[low, high]| [low.min(x), high.max(x)]))
+            })
+        };
+        let (goals, positions) = (span(goal), span(position));
+        let mut error: f64 = 0.0;
+        for (goal, q) in goal.iter_mut().zip(position) {
+            *goal -= q;
+            if goal.abs() > PI {
+                *goal -= TAU * (*goal / TAU).round();
+            }
+            error = error.max(goal.abs());
+        }
+        self.append(&GoalSpan { header: header.into(), goal: goals, position: positions, error });
+    }
+
+    /// Adds another part of the log.
+    pub(crate) fn append(&mut self, other: &GoalSpan) {
+        let whole = |a: Option<[f64; 2]>, b: Option<[f64; 2]>| match (a, b) {
+            (Some(a), Some(b)) => Some([a[0].min(b[0]), a[1].max(b[1])]),
+            (a, b) => a.or(b),
+        };
+        self.header.clone_from(&other.header);
+        self.goal = whole(self.goal, other.goal);
+        self.position = whole(self.position, other.position);
+        self.error = self.error.max(other.error);
+    }
+
+    /// Refuses what is no goal; a coordinate that nothing drives has none.
+    pub(crate) fn check(&self, file: &str) -> Result<(), Error> {
+        let (Some([low, high]), Some([from, to])) = (self.goal, self.position) else { return Ok(()) };
+        let header = &self.header;
+        let refuse = |what: String| Err(Error::at(file, 0, what));
+        if high == low && to - from > LARGEST_SAG {
+            return refuse(format!(
+                "column `{header}` is {low} throughout, while its joint goes from {from:.4} to {to:.4}: no goal of a servo \
+                 that follows; name the column of the positions that it was told, [options.columns.goal]"
+            ));
+        }
+        if self.error == 0.0 && to > from {
+            return refuse(format!(
+                "column `{header}` is the position of its joint in every row: the measured position, named again? The goal is \
+                 what the servo was told, [options.columns.goal]"
+            ));
+        }
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn span(position: &[f64], goal: &[f64]) -> (GoalSpan, Vec<f64>) {
+        let (mut span, mut error) = (GoalSpan::default(), goal.to_vec());
+        span.take("goal_a", position, &mut error);
+        (span, error)
+    }
+
+    #[test]
+    fn an_error_is_the_nearest_by_whole_turns() {
+        let (span, error) = span(&[3.1, -3.1, 0.5], &[3.15, 3.2, 0.4]);
+        let expected = [0.05, 6.3 - TAU, -0.1];
+        assert!(error.iter().zip(expected).all(|(a, b)| (a - b).abs() < 1e-12), "{error:?}");
+        assert!(span.check("log.csv").is_ok());
+    }
+
+    #[test]
+    fn what_is_no_goal_is_refused() {
+        for (position, goal, said) in [
+            ([0.0, 0.5, 1.0], [0.3, 0.3, 0.3], "is 0.3 throughout, while its joint goes from 0.0000 to 1.0000"),
+            ([0.0, 0.5, 1.0], [0.0, 0.5, 1.0], "is the position of its joint in every row"),
+        ] {
+            let message = span(&position, &goal).0.check("log.csv").unwrap_err().to_string();
+            assert!(message.contains(said) && message.contains("goal_a"), "{message}");
+        }
+        // A servo that holds still sags by little, and parts of a log count together.
+        assert!(span(&[0.25, 0.28, 0.29], &[0.3; 3]).0.check("log.csv").is_ok());
+        let (mut first, _) = span(&[0.0, 1.0], &[0.3, 0.3]);
+        first.append(&span(&[1.0, 0.0], &[0.9, 0.1]).0);
+        assert!(first.check("log.csv").is_ok());
+    }
+}

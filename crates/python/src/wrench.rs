@@ -1,0 +1,35 @@
+//! `rist.wrench`: the load behind a force-torque sensor.
+
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+
+use crate::call::object;
+use crate::error::{error, for_python};
+use crate::logs::logs;
+use crate::work::work;
+
+/// The load behind a force-torque sensor, from a log of it: forces and torques in the axes of the sensor, and its poses in a
+/// frame at rest whose z points up.
+///
+/// log: a path (CSV, .npz, Parquet, MCAP, a rosbag2 directory), a dict of arrays, or a table with __arrow_c_stream__ (pandas,
+/// polars, pyarrow). Columns are found by their names: fx fy fz tx ty tz, x y z, qx qy qz qw or roll pitch yaw. Without a clock
+/// each row is a posture at rest. link: the link whose frame is the sensor's, in the words for a file of loads.
+///
+/// Returns a dict: parameters, in and about the frame of the sensor; body, the mass, the centre of mass and the inertia about
+/// it, None where the log does not tell a body that can exist; offsets; is_reaction, whether the sensor gives what the load does
+/// to it; residuals, N and N m; rows, left_out; and text, what the program prints.
+///
+/// >>> rist.wrench("log.csv")["body"]
+#[pyfunction]
+#[pyo3(signature = (log, link=None), text_signature = "(log, link='tool0')")]
+pub fn wrench<'py>(py: Python<'py>, log: &Bound<'py, PyAny>, link: Option<String>) -> PyResult<Bound<'py, PyDict>> {
+    let mut given = logs(log)?;
+    let Some(log) = given.pop().filter(|_| given.is_empty()) else {
+        return Err(error("wrench: one log is expected"));
+    };
+    let link = link.unwrap_or_else(|| "tool0".into());
+    let found = work(py, None, |_| rist::identify_wrench(&log.wrenches()?, &link))?;
+    let dict = object(py, &found.to_json())?.cast_into::<PyDict>()?;
+    dict.set_item("text", for_python(&found.to_string()))?;
+    Ok(dict)
+}

@@ -1,0 +1,143 @@
+//! Position servos without torque or current: the error of the goal is a torque up to the gain of the servo.
+
+use experiments::simulate::dynamics::torque;
+use identification::estimate::drive_gains::estimate_drive_gains;
+use identification::estimate::options::Options;
+use identification::estimators::drive_gains::likelihood::Gain;
+use linear_model::regressor::Regressor;
+use logs::{ColumnNames, LogSource, Names, Table};
+use random::Random;
+use rist::{Identification, IdentifyRequest, Model, examine, identify};
+use tests::tape_robot::TapeRobot;
+use tests::{model, model_path};
+
+/// N m/rad.
+const GAINS: [f64; 2] = [60.0, 25.0];
+/// Of the encoders and their goals, rad.
+const NOISE: f64 = 1e-3;
+/// What is said where no gain is known.
+const OWN_SCALE: &str = "torques are in the servo's own scale: parameters are up to the gain of each joint";
+
+const ROBOT: &str = "planar2r_vertical.yaml";
+
+/// A log of a swinging arm on servos of these gains: positions, and what the joints were told.
+fn log(arm: &TapeRobot, gains: [f64; 2], noise: f64, random: &mut Random) -> Table {
+    let (len, period) = (1200, 0.01);
+    let mut columns = vec![Vec::new(); 7];
+    for r in 0..len {
+        let t = period * f64::from(r);
+        let swing = |w: f64, a: f64| [a * (w * t).sin(), a * w * (w * t).cos(), -a * w * w * (w * t).sin()];
+        let of_joint = |(w1, w2): (f64, f64)| std::array::from_fn(|k| swing(w1, 0.8)[k] + swing(w2, 0.3)[k]);
+        let joints: [[f64; 3]; 2] = [(1.9, 5.3), (2.7, 4.1)].map(of_joint);
+        let [p, v, a] = [0, 1, 2].map(|k| joints.map(|joint| joint[k]));
+        let tau = torque(arm, &arm.truth, &p, &v, &a);
+        columns[0].push(t);
+        for j in 0..2 {
+            columns[1 + j].push(p[j]);
+            columns[3 + j].push(v[j]);
+            columns[5 + j].push(p[j] + tau[j] / gains[j] + noise * random.normal());
+        }
+    }
+    let header: Vec<String> = ["t", "q1", "q2", "dq1", "dq2", "goal_q1", "goal_q2"].map(String::from).to_vec();
+    Table { file: "servos.csv".into(), texts: vec![None; 7], columns, header, ..Table::default() }
+}
+
+fn goals() -> ColumnNames {
+    ColumnNames { goal: Some(Names::Pattern("goal_{joint}".into())), ..ColumnNames::default() }
+}
+
+fn options() -> Options {
+    Options { friction: Vec::new(), columns: goals(), ..Options::default() }
+}
+
+fn found(model: &Model, table: Table, names: &ColumnNames, gain: &[(&str, Gain)]) -> Identification {
+    let (log, _) = model.log_of_table(table, names).unwrap();
+    let mut request = IdentifyRequest::default();
+    request.samples.rows.signals.options = Some(Options { columns: names.clone(), ..options() });
+    request.samples.gain = gain.iter().map(|(name, gain)| (name.to_string(), *gain)).collect();
+    identify(model, &[log], &request).unwrap_or_else(|e| panic!("{e}"))
+}
+
+/// One gain is known; the other and the parameters err by what they say.
+#[test]
+fn gains_of_servos_err_by_what_they_say() {
+    let arm = TapeRobot::new(model(ROBOT));
+    let mut random = Random::new(7);
+    let draws = 120;
+    let (mut of_gain, mut of_parameters) = (0.0, 0.0);
+    for _ in 0..draws {
+        let table = log(&arm, GAINS, NOISE, &mut random);
+        let (log, columns) = LogSource::from_table(table, arm.coordinates(), &goals()).unwrap();
+        assert!(columns.to_string().contains("goal: q1 <- goal_q1 [rad], q2 <- goal_q2 [rad]"), "{columns}");
+        let mut options = options();
+        options.signal.order = 0;
+        let known = [Gain::Known(GAINS[0]), Gain::Free];
+        let found = estimate_drive_gains(&arm, &[log], &options, &known).unwrap();
+        of_gain += ((found.gain[1] - GAINS[1]) / found.gain_deviation[1]).powi(2);
+        let errors = found.parameters.iter().zip(&arm.truth).zip(&found.deviation);
+        of_parameters +=
+            errors.map(|((x, truth), sigma)| ((x - truth) / sigma).powi(2)).sum::<f64>() / arm.truth.len() as f64;
+    }
+    // 120 draws tell a mean square to 13 %, and deviations are on the wide side by up to 1.4 (`gains_of_currents`).
+    for square in [of_gain, of_parameters].map(|sum| sum / f64::from(draws)) {
+        assert!((0.4..1.5).contains(&square), "{square}");
+    }
+}
+
+/// Without a gain everything is up to it, and said to be; with one, nothing is. The description tells which gains they are.
+#[test]
+fn without_a_gain_all_is_in_the_servos_own_scale() {
+    let (arm, model) = (TapeRobot::new(model(ROBOT)), Model::read(model_path(ROBOT)).unwrap());
+    let mut random = Random::new(11);
+    let one_gain = [40.0; 2];
+    let table = log(&arm, one_gain, 1e-5, &mut random);
+    let is_said = |found: &Identification| {
+        let shown = format!("{} {}", found.estimate, found.passport.untold.join("\n"));
+        assert_eq!(shown.contains(OWN_SCALE), found.estimate.remarks.iter().any(|r| r.contains(OWN_SCALE)));
+        shown.contains(OWN_SCALE)
+    };
+    let own = found(&model, table.clone(), &goals(), &[]);
+    assert!(is_said(&own) && own.described.is_none());
+    for (value, truth) in own.estimate.parameters.iter().zip(&arm.truth) {
+        let (x, sigma) = (40.0 * value.value.unwrap(), 40.0 * value.sigma.unwrap());
+        assert!((x - truth).abs() < 5.0 * sigma + 1e-2 * truth.abs(), "{}: {x} +- {sigma}, {truth}", value.id);
+    }
+    let known = found(&model, table.clone(), &goals(), &[("q1", Gain::Known(40.0)), ("q2", Gain::Known(40.0))]);
+    assert!(!is_said(&known) && known.described.unwrap() < 0.01);
+    let half = found(&model, table.clone(), &goals(), &[("q1", Gain::Known(40.0))]);
+    let remark =
+        half.estimate.remarks.iter().find(|r| r.starts_with("gains of the servos, N m/rad: q1 40.0000 (given)"));
+    assert!(!is_said(&half) && remark.is_some(), "{:?}", half.estimate.remarks);
+    // Torques are torques, whatever stands beside them.
+    let mut torques = table.clone();
+    torques.header[5..].iter_mut().zip(["tau1", "tau2"]).for_each(|(header, name)| *header = name.into());
+    assert!(!is_said(&found(&model, torques, &ColumnNames::default(), &[])));
+    // The gains that the description implies are those of the servos.
+    let (log, _) = model.log_of_table(table, &goals()).unwrap();
+    let passport = examine(&model, &[log], &options()).unwrap();
+    let said = passport.untold.join("\n");
+    assert!(said.contains("by the description about [gain=q1=40.") && said.contains(",q2=40."), "{said}");
+    assert!(passport.findings.is_empty(), "{passport}");
+}
+
+/// What is no goal, and a goal beside a torque, are refused.
+#[test]
+fn what_is_no_goal_is_refused() {
+    let (arm, model) = (TapeRobot::new(model(ROBOT)), Model::read(model_path(ROBOT)).unwrap());
+    let table = log(&arm, GAINS, NOISE, &mut Random::new(3));
+    let refused =
+        |table: Table, names: &ColumnNames| model.log_of_table(table, names).map(drop).unwrap_err().to_string();
+    let beside = ColumnNames { torque: Some(Names::Pattern("tau{}".into())), ..goals() };
+    let mut constant = table.clone();
+    constant.columns[5].fill(0.25);
+    let mut equal = table.clone();
+    equal.columns[6] = equal.columns[2].clone();
+    for (table, names, said) in [
+        (table, beside, "[options.columns.goal] stands beside [options.columns.torque]"),
+        (constant, goals(), "servos.csv: column `goal_q1` is 0.25 throughout, while its joint goes from "),
+        (equal, goals(), "servos.csv: column `goal_q2` is the position of its joint in every row"),
+    ] {
+        let message = refused(table, &names);
+        assert!(message.contains(said), "{message}");
+    }
+}
