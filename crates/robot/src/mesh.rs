@@ -23,6 +23,9 @@ pub fn vertices(bytes: &[u8], path: &Path) -> Result<Vec<Vector3>, String> {
 
 /// The triangles of a file; as [`vertices`]. Of a Collada none are read: no format that asks for them has one.
 pub fn triangles(bytes: &[u8], path: &Path) -> Result<Vec<[Vector3; 3]>, String> {
+    if let (Format::Stl, Some(body)) = (format(path)?, binary(bytes)) {
+        return Ok(body.chunks_exact(STL_TRIANGLE_BYTES).map(triangle).collect());
+    }
     let corners = vertices(bytes, path)?;
     let fail = |what: String| format!("{}: {what}", path.display());
     match format(path)? {
@@ -92,26 +95,39 @@ const STL_HEADER_BYTES: usize = 84;
 /// Bytes of a triangle: its normal, three vertices and two bytes.
 const STL_TRIANGLE_BYTES: usize = 50;
 
-fn stl(bytes: &[u8]) -> Result<Vec<Vector3>, String> {
-    let word = |at: usize| bytes.get(at..at + 4).and_then(|b| <[u8; 4]>::try_from(b).ok());
-    let count = word(80).map(u32::from_le_bytes).map_or(0, |n| n as usize);
-    // The head of a binary file may begin with `solid` too, so the length decides.
-    if bytes.len() < STL_HEADER_BYTES
-        || (bytes.len() - STL_HEADER_BYTES) / STL_TRIANGLE_BYTES != count
-        || !(bytes.len() - STL_HEADER_BYTES).is_multiple_of(STL_TRIANGLE_BYTES)
-    {
-        if bytes.trim_ascii_start().starts_with(b"solid") {
-            return text_vertices(bytes, "vertex");
-        }
-        let (found, said) = (bytes.len(), STL_HEADER_BYTES.saturating_add(count.saturating_mul(STL_TRIANGLE_BYTES)));
-        return Err(format!("neither an STL in text nor in binary: {found} bytes, where its head promises {said}"));
+/// The triangles of a binary STL, one behind the other. Its head may begin with `solid` too, so the length decides.
+fn binary(bytes: &[u8]) -> Option<&[u8]> {
+    let body = bytes.get(STL_HEADER_BYTES..)?;
+    let is_whole = body.len().is_multiple_of(STL_TRIANGLE_BYTES);
+    (is_whole && body.len() / STL_TRIANGLE_BYTES == promised(bytes)).then_some(body)
+}
+
+/// The triangles that the head of a binary STL promises.
+fn promised(bytes: &[u8]) -> usize {
+    let word = bytes.get(STL_HEADER_BYTES - 4..STL_HEADER_BYTES);
+    word.and_then(|b| <[u8; 4]>::try_from(b).ok()).map_or(0, |b| u32::from_le_bytes(b) as usize)
+}
+
+/// The corners of a triangle, behind its normal.
+fn triangle(bytes: &[u8]) -> [Vector3; 3] {
+    let (words, _) = bytes.as_chunks::<4>();
+    let mut corners = [[f64::NAN; 3]; 3];
+    for (x, word) in corners.as_flattened_mut().iter_mut().zip(words.iter().skip(3)) {
+        *x = f64::from(f32::from_le_bytes(*word));
     }
-    let number = |at: usize| word(at).map_or(f64::NAN, |b| f64::from(f32::from_le_bytes(b)));
-    let corner = |triangle: usize, k: usize| {
-        let at = STL_HEADER_BYTES + triangle * STL_TRIANGLE_BYTES + 12 * (k + 1);
-        [number(at), number(at + 4), number(at + 8)]
-    };
-    Ok((0..count).flat_map(|t| [0, 1, 2].map(|k| corner(t, k))).collect())
+    corners
+}
+
+fn stl(bytes: &[u8]) -> Result<Vec<Vector3>, String> {
+    if let Some(body) = binary(bytes) {
+        return Ok(body.chunks_exact(STL_TRIANGLE_BYTES).flat_map(triangle).collect());
+    }
+    if bytes.trim_ascii_start().starts_with(b"solid") {
+        return text_vertices(bytes, "vertex");
+    }
+    let of_triangles = promised(bytes).saturating_mul(STL_TRIANGLE_BYTES);
+    let (found, said) = (bytes.len(), STL_HEADER_BYTES.saturating_add(of_triangles));
+    Err(format!("neither an STL in text nor in binary: {found} bytes, where its head promises {said}"))
 }
 
 /// The vertices of a text: the three numbers behind `word` on each line that begins with it.

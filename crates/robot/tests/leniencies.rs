@@ -165,6 +165,12 @@ fn refusals_of_the_field_name_the_way_out() {
         let robot = robot::format::read(&folder.join(name)).unwrap_or_else(|e| panic!("{e}"));
         assert!((2..=3).contains(&robot.n_coordinates()), "{name}");
     }
+    // Row 41: inertias that no body has, by how much.
+    for (name, wanted) in [("gmm2.urdf", "l1: its radius of gyration"), ("lint_stochlite.urdf", "l3: ")] {
+        let found = robot::lint::lint(&robot::format::read(&folder.join(name)).unwrap());
+        let said: Vec<String> = found.iter().map(|f| format!("{}: {}", f.link, f.text)).collect();
+        assert!(said.iter().any(|said| said.starts_with(wanted)), "{name}: {said:?}");
+    }
     // Rows 39 and 40: lint tells them.
     for (name, wanted) in [
         ("zero_authority.urdf", robot::lint::Mistake::Limits),

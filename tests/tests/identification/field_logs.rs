@@ -108,6 +108,64 @@ fn a_base_that_nothing_drives_is_told() {
     }
 }
 
+/// Row 53: a spring beside a joint is a column of its own, and comes back with the bodies.
+#[test]
+fn a_spring_of_the_field_is_told() {
+    let Some(field) = field() else { return println!("shared/findings is absent: skipped") };
+    let model = Model::read(field.join("a0_arm.urdf")).unwrap();
+    let spring = "transmission: {elements: [{name: balancer, along: [[2, 1.0]], torques: [spring]}]}";
+    let (log, _) = model.open_log(&field.join("logs/spring.csv.gz"), &Default::default()).unwrap();
+    let found = identify(&model, std::slice::from_ref(&log), &request(spring, true)).unwrap();
+    let stiffness = found.estimate.parameters.iter().find(|p| p.id.to_string() == "KE_balancer").unwrap();
+    let (k, sigma) = (stiffness.value.unwrap(), stiffness.sigma.unwrap());
+    // 12 N m/rad about 0.3 rad; what is above zero is taken for a torque of its own.
+    assert!((k - 12.0).abs() < FAR_DEVIATIONS * sigma && k > 20.0 * sigma, "{k} +- {sigma}");
+    let truth = model.described_parameters().unwrap();
+    for (p, truth) in found.estimate.parameters.iter().zip(&truth) {
+        let (x, sigma) = (p.value.unwrap_or(*truth), p.sigma.unwrap_or(f64::INFINITY));
+        assert!((x - truth).abs() < FAR_DEVIATIONS * sigma, "{}: {x} +- {sigma}, {truth}", p.id);
+    }
+    // Without the column nobody says yes.
+    let without = identify(&model, &[log], &request("", true)).unwrap();
+    assert!(without.estimate.total.unwrap() > 2.0 * found.estimate.total.unwrap());
+}
+
+/// Row 54: friction and armature of an MJCF are the columns of a log: the description of a geared arm leaves what noise leaves.
+#[test]
+fn friction_and_armature_of_an_mjcf_explain_the_log() {
+    let Some(field) = field() else { return println!("shared/findings is absent: skipped") };
+    let here = tests::program::folder("mjcf_of_the_field");
+    let body = |name: &str, place: &str, axis: &str, armature: f64, inertial: &str, within: &str| {
+        format!(
+            "<body name=\"{name}\" pos=\"{place}\"><joint name=\"j{}\" axis=\"{axis}\" armature=\"{armature}\" damping=\"0.8\" \
+             frictionloss=\"1.2\"/><inertial {inertial} fullinertia=\"0.02 0.03 0.025 0.001 0.002 0.0005\"/>{within}</body>",
+            &name[1..]
+        )
+    };
+    let l3 = body("l3", "0.4 0.02 0", "0 1 0", 0.3, "pos=\"0.15 0.01 0\" mass=\"0.8\"", "");
+    let l2 = body("l2", "0.05 0 0.2", "0 1 0", 0.8, "pos=\"0.2 0 0.01\" mass=\"1.5\"", &l3);
+    let l1 = body("l1", "0 0 0.1", "0 0 1", 0.8, "pos=\"0.1 0.02 0.05\" mass=\"2\"", &l2);
+    let text = format!("<mujoco><compiler angle=\"radian\"/><worldbody>{l1}</worldbody></mujoco>");
+    std::fs::write(here.join("arm.xml"), text).unwrap();
+    let model = Model::read(here.join("arm.xml")).unwrap();
+    held_against_truth(&model, "armature.csv.gz", &request("", true), 0.01);
+    let wrong = Model::read(field.join("a0_arm.urdf")).unwrap();
+    let (log, _) = wrong.open_log(&field.join("logs/armature.csv.gz"), &Default::default()).unwrap();
+    let passport = rist::examine(&wrong, &[log], request("", true).samples.rows.signals.options.as_ref().unwrap());
+    assert!(passport.is_ok());
+}
+
+/// A LeRobot data set of positions alone: goals are proposed, and read in their own unit.
+#[test]
+fn goals_of_a_data_set_are_proposed() {
+    let Some(field) = field() else { return println!("shared/findings is absent: skipped") };
+    let model = Model::read(field.join("a0_arm.urdf")).unwrap();
+    let found = rist::propose_columns(&model.robot, &field.join("logs/lerobot_pos_only.parquet")).unwrap();
+    let mapping = found.proposal.mapping.as_ref().unwrap_or_else(|| panic!("{found}")).to_string();
+    assert!(mapping.contains("position: j1 <- observation.state_1 [deg]"), "{mapping}");
+    assert!(mapping.contains("goal: j1 <- action_1 [rad]"), "{mapping}");
+}
+
 /// What the proposal says of a log is what it takes.
 #[test]
 fn proposals_read_what_they_are_made_for() {

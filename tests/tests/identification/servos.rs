@@ -120,6 +120,22 @@ fn without_a_gain_all_is_in_the_servos_own_scale() {
     assert!(passport.findings.is_empty(), "{passport}");
 }
 
+/// Servos of different gains, in ticks: nothing is held against the log but that their torques do not fit together, and the
+/// gains that mend it are told.
+#[test]
+fn gains_that_differ_are_told_by_the_description() {
+    let (arm, model) = (TapeRobot::new(model(ROBOT)), Model::read(model_path(ROBOT)).unwrap());
+    let mut table = log(&arm, GAINS, 1e-5, &mut Random::new(5));
+    let ticks = |x: &mut f64| *x = (*x * 65536.0 / std::f64::consts::TAU).round();
+    [1, 2, 5, 6].into_iter().for_each(|c| table.columns[c].iter_mut().for_each(ticks));
+    let mut names = goals();
+    names.units.position = Some("ticks(65536)".into());
+    let found = found(&model, table, &names, &[]);
+    let said = found.passport.untold.join("\n");
+    assert!(said.contains("[gain=q1=60.") && said.contains(",q2=25."), "{said}");
+    assert!(!found.passport.is_gross(), "{:?}", found.passport.findings);
+}
+
 /// What is no goal, and a goal beside a torque, are refused.
 #[test]
 fn what_is_no_goal_is_refused() {

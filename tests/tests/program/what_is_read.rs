@@ -2,6 +2,7 @@
 //!
 //! `SNAPSHOTS=write cargo test -p tests --test program what_is_read` writes the page anew.
 
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 
 use identification::estimate::options::Options;
@@ -63,7 +64,7 @@ const CONVERTED: [(&str, &str, &str); 2] =
     [("SDF", "arm.sdf", "`sdf2urdf`"), ("a compiled model of MuJoCo", "arm.mjb", "mj_saveLastXML")];
 
 /// A log of two joints j1, j2: its kind, the head of a CSV, and the options that it takes.
-const LOGS: [(&str, &str, &str); 14] = [
+const LOGS: [(&str, &str, &str); 15] = [
     ("columns by number", "t,q1,q2,tau1,tau2", ""),
     ("columns by joint, as of ROS", "time,j1/position,j2/position,j1/effort,j2/effort", ""),
     ("columns counted from 0, currents", "timestamp,actual_q_0,actual_q_1,actual_current_0,actual_current_1", ""),
@@ -71,6 +72,11 @@ const LOGS: [(&str, &str, &str); 14] = [
     ("names with a prefix", "t,position_left_j1,position_left_j2,effort_left_j1,effort_left_j2", ""),
     ("degrees and N mm that no header names", "t,q1,q2,tau1,tau2", "units: {position: deg, torque: N mm}"),
     ("ticks and counts of a servo", "t,q1,q2,i1,i2", "units: {position: ticks(4096), current: int16 counts(2.69 mA)}"),
+    (
+        "position servos that report neither torque nor current",
+        "t,q1,q2,goal_j1,goal_j2",
+        "columns: {goal: \"goal_{joint}\"}",
+    ),
     ("per mille of a rated torque", "t,q_j1,q_j2,torque_j1,torque_j2", "units: {torque: permille(25 N m)}"),
     (
         "a trace in German",
@@ -91,6 +97,63 @@ const LOGS: [(&str, &str, &str); 14] = [
     ("a joint that nothing drives", "t,q_j1,q_j2,x,tau_j2", "columns: {free: [j1]}"),
     ("no header", "", "columns: {time: c1, position: [c2, c3], torque: [c4, c5]}"),
 ];
+
+/// What the readers cost: the packages without which the program would do if it had not this reader, by Cargo.lock.
+fn costs() -> String {
+    let text = |file: &str| std::fs::read_to_string(workspace().join(file)).unwrap_or_else(|e| panic!("{file}: {e}"));
+    let name = |quoted: &str| quoted.split('"').nth(1).unwrap_or("").split(' ').next().unwrap_or("").to_string();
+    let locked: BTreeMap<String, Vec<String>> = text("Cargo.lock")
+        .split("[[package]]")
+        .skip(1)
+        .map(|package| {
+            let needs = package.lines().skip_while(|line| !line.starts_with("dependencies = ")).skip(1);
+            (
+                name(package.lines().find(|line| line.starts_with("name = ")).unwrap_or("")),
+                needs.take_while(|line| *line != "]").map(name).collect(),
+            )
+        })
+        .collect();
+    let manifest = text("crates/logs/Cargo.toml");
+    let features =
+        manifest.lines().skip_while(|line| *line != "[features]").skip(1).take_while(|line| !line.is_empty());
+    let features: BTreeMap<&str, Vec<&str>> = features
+        .filter_map(|line| line.split_once(" = "))
+        .map(|(feature, needs)| (feature, needs.split('"').skip(1).step_by(2).collect()))
+        .collect();
+    // The packages of the program where `logs` is made with these features.
+    let with = |chosen: &[&str]| {
+        let given = chosen.iter().flat_map(|feature| &features[feature]);
+        let all: Vec<&str> =
+            given.flat_map(|need| features.get(need).map_or(vec![*need], |more| more.clone())).collect();
+        let own: BTreeSet<&str> = all.iter().filter_map(|need| need.strip_prefix("dep:")).collect();
+        let optional = |need: &str| manifest.contains(&format!("\n{need} = {{ workspace = true, optional = true }}"));
+        let (mut found, mut open) = (BTreeSet::new(), vec!["cli".to_string()]);
+        while let Some(package) = open.pop() {
+            let is_kept = |need: &&String| package != "logs" || !optional(need) || own.contains(need.as_str());
+            open.extend(locked[&package].iter().filter(is_kept).cloned());
+            found.insert(package);
+            open.retain(|next| !found.contains(next));
+        }
+        found
+    };
+    let all = &features["default"];
+    let whole = with(all);
+    let mut table = String::from(
+        "\n| reader | packages of others that it alone brings |\n|---|---|\n| every description: YAML, URDF, xacro, MJCF, .par | none of \
+         its own beside `roxmltree`, `urdf-rs` and `serde_yaml`, which they share |\n| CSV, gzip | none of its own |\n",
+    );
+    for feature in all {
+        let others: Vec<&str> = all.iter().copied().filter(|other| other != feature).collect();
+        let alone: Vec<String> = whole.difference(&with(&others)).map(|package| format!("`{package}`")).collect();
+        let said = match alone.len() {
+            0 => "none".to_string(),
+            1..=6 => alone.join(", "),
+            n => format!("{n}"),
+        };
+        table += &format!("| `{feature}`, a feature of `logs` | {said} |\n");
+    }
+    table + "\nWhat they take of a cold build was measured, and stands with the readers in ARCHITECTURE.md.\n"
+}
 
 fn joints() -> [String; 2] {
     ["j1".to_string(), "j2".to_string()]
@@ -142,8 +205,10 @@ fn the_page_says_what_each_kind_takes() {
     }
     page += "\nCSV stands for every format of logs: gzip, zstd, `.npz`, `.mat`, Parquet, data sets of LeRobot, MCAP and rosbag2 give such columns too. A clock of seconds and nanoseconds, and episodes that `episode_index` or the clock itself tells apart, take nothing. `rist columns \
              ROBOT LOG` proposes the options, with reasons.\n";
-    let trace = propose(&table(LOGS[8].1), &joints());
+    let trace = LOGS.iter().find(|log| log.0 == "a trace in German").expect("one of them");
+    let trace = propose(&table(trace.1), &joints());
     assert!(trace.mapping.is_some() && trace.to_string().contains("position: \"A{} Ist\""), "{trace}");
+    page += &costs();
     let path = workspace().join("docs/what-is-read.md");
     if std::env::var_os("SNAPSHOTS").is_some() {
         std::fs::write(&path, &page).unwrap();

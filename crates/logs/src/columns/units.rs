@@ -116,7 +116,9 @@ fn scale(quantity: Quantity, text: &str) -> Result<(String, f64), String> {
         Ok(share * number(x)? * factor)
     };
     let factor = match (kind, after, quantity) {
-        ("ticks", "", Quantity::Position) | ("ticks", "/s", Quantity::Velocity) => TAU / number(inner)?,
+        ("ticks", "", Quantity::Position | Quantity::Goal) | ("ticks", "/s", Quantity::Velocity) => {
+            TAU / number(inner)?
+        }
         ("counts" | "count", "", _) => part(1.0)?,
         ("permille", "", _) => part(1e-3)?,
         ("percent", "", _) => part(1e-2)?,
@@ -155,6 +157,7 @@ mod tests {
             (Position, "deg", 180.0, std::f64::consts::PI),
             (Position, "°", 90.0, TAU / 4.0),
             (Position, "ticks(4096)", 1024.0, TAU / 4.0),
+            (Goal, "ticks(4096)", 1024.0, TAU / 4.0),
             (Velocity, "ticks(4096)/s", -2048.0, -TAU / 2.0),
             (Velocity, "counts(0.229 rpm)", 100.0, 22.9 * TAU / 60.0),
             (Torque, "N mm", 1500.0, 1.5),

@@ -150,8 +150,10 @@ impl Passport {
 
     /// Notes the same of servos whose position errors were taken for torques, with gains of one; `scale` says what that means.
     pub fn efforts_are_position_errors(&mut self, scale: &str) {
-        let is_unit = |f: &Finding| matches!(f.fault, Fault::NoTorque | Fault::TorqueUnit(_) | Fault::Factor(_));
-        self.findings.retain(|f| !is_unit(f));
+        let is_scale = |f: &Finding| {
+            matches!(f.fault, Fault::NoTorque | Fault::TorqueUnit(_) | Fault::Factor(_) | Fault::Gains(_))
+        };
+        self.findings.retain(|f| !is_scale(f));
         let implied = |j: &JointPassport| {
             let slope = j.slope.filter(|_| j.share.is_some_and(|share| share > COUNTED_SLOPE_SHARE))?.abs();
             Some(format!("{}={}", j.coordinate, significant(1.0 / slope)))

@@ -86,41 +86,55 @@ pub(super) enum Enclosure {
 /// centre: without signs the point matters, and these are MuJoCo's. Fails where nothing is enclosed.
 pub(super) fn enclosed(triangles: &[[Vector3; 3]], how: Enclosure) -> Result<Volume, String> {
     let inside = face_centre(triangles);
-    let (volume, first, _) = moments(triangles, inside, how);
+    let (volume, first) = first_moments(triangles, inside, how);
     if volume.is_nan() || volume <= 0.0 {
         return Err("it encloses no volume".into());
     }
     let centre = [0, 1, 2].map(|i| inside[i] + first[i] / volume);
-    let (volume, _, second) = moments(triangles, centre, how);
+    let (volume, second) = second_moments(triangles, centre, how);
     let trace = second[0][0] + second[1][1] + second[2][2];
     let entry = |i: usize, j: usize| if i == j { trace } else { 0.0 } - second[i][j];
     let inertia = [entry(0, 0), entry(0, 1), entry(0, 2), entry(1, 1), entry(1, 2), entry(2, 2)];
     Ok(Volume { volume, centre, inertia })
 }
 
-/// Volume, first and second moments of the tetrahedra between triangles and a point, about the point.
-fn moments(triangles: &[[Vector3; 3]], point: Vector3, how: Enclosure) -> (f64, Vector3, Matrix3) {
-    let mut volume = 0.0;
-    let (mut first, mut second) = ([0.0; 3], [[0.0; 3]; 3]);
+/// A tetrahedron between a triangle and a point: its corners from there, their sum, and its size; for a shell, that of the
+/// triangle.
+fn tetrahedron(corners: &[Vector3; 3], point: Vector3, how: Enclosure) -> ([Vector3; 3], Vector3, f64) {
+    let [a, b, c] = corners.map(|p| minus(p, point));
+    let size = match how {
+        Enclosure::Exact => dot(a, cross(b, c)) / 6.0,
+        Enclosure::Legacy => (dot(a, cross(b, c)) / 6.0).abs(),
+        Enclosure::Shell => norm(cross(minus(b, a), minus(c, a))) / 2.0,
+    };
+    ([a, b, c], plus(a, plus(b, c)), size)
+}
+
+/// Volume and first moment of the tetrahedra between triangles and a point, about the point.
+fn first_moments(triangles: &[[Vector3; 3]], point: Vector3, how: Enclosure) -> (f64, Vector3) {
+    let parts = if matches!(how, Enclosure::Shell) { 3.0 } else { 4.0 };
+    let (mut volume, mut first) = (0.0, [0.0; 3]);
     for corners in triangles {
-        let [a, b, c] = corners.map(|p| minus(p, point));
-        let sum = plus(a, plus(b, c));
-        let triple = dot(a, cross(b, c)) / 6.0;
-        // Mean and second moment of a tetrahedron with one corner at the origin, or of the triangle itself.
-        let (size, mean, spread) = match how {
-            Enclosure::Exact => (triple, 4.0, 20.0),
-            Enclosure::Legacy => (triple.abs(), 4.0, 20.0),
-            Enclosure::Shell => (norm(cross(minus(b, a), minus(c, a))) / 2.0, 3.0, 12.0),
-        };
+        let (_, sum, size) = tetrahedron(corners, point, how);
         volume += size;
-        for i in 0..3 {
-            first[i] += size * sum[i] / mean;
-            for j in 0..3 {
-                second[i][j] += size * (sum[i] * sum[j] + a[i] * a[j] + b[i] * b[j] + c[i] * c[j]) / spread;
-            }
-        }
+        first = [0, 1, 2].map(|i| first[i] + size * sum[i] / parts);
     }
-    (volume, first, second)
+    (volume, first)
+}
+
+/// Volume and second moment, in the same way.
+fn second_moments(triangles: &[[Vector3; 3]], point: Vector3, how: Enclosure) -> (f64, Matrix3) {
+    let parts = if matches!(how, Enclosure::Shell) { 12.0 } else { 20.0 };
+    let (mut volume, mut upper) = (0.0, [0.0; 6]);
+    for corners in triangles {
+        let ([a, b, c], sum, size) = tetrahedron(corners, point, how);
+        volume += size;
+        let entry = |i: usize, j: usize| size * (sum[i] * sum[j] + a[i] * a[j] + b[i] * b[j] + c[i] * c[j]) / parts;
+        let own = [entry(0, 0), entry(0, 1), entry(0, 2), entry(1, 1), entry(1, 2), entry(2, 2)];
+        upper.iter_mut().zip(own).for_each(|(sum, x)| *sum += x);
+    }
+    let [xx, xy, xz, yy, yz, zz] = upper;
+    (volume, [[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
 }
 
 /// The mean of the middles of triangles, each counted by its area.
