@@ -164,6 +164,14 @@ fn goals_of_a_data_set_are_proposed() {
     let mapping = found.proposal.mapping.as_ref().unwrap_or_else(|| panic!("{found}")).to_string();
     assert!(mapping.contains("position: j1 <- observation.state_1 [deg]"), "{mapping}");
     assert!(mapping.contains("goal: j1 <- action_1 [rad]"), "{mapping}");
+    // In this one the actions are the states, rounded otherwise: no servo was told them.
+    let names = "columns: {position: \"observation.state_{}\", goal: \"action_{}\"}\nunits: {position: deg, goal: rad}";
+    let names = request(names, true).samples.rows.signals.options.unwrap().columns;
+    let refused = model.open_log(&field.join("logs/lerobot_pos_only.parquet"), &names).map(drop).unwrap_err();
+    assert!(
+        refused.to_string().contains("`action_1` is the position of its joint in every row, to 7.6e-5"),
+        "{refused}"
+    );
 }
 
 /// What the proposal says of a log is what it takes.

@@ -7,6 +7,8 @@ use std::f64::consts::{PI, TAU};
 
 use crate::Error;
 
+/// Share of the way of a joint below which all errors of its goals are rounding: no encoder tells so little.
+const ROUNDING_SHARE: f64 = 1e-4;
 /// rad (m), by which a servo that holds one goal may sag.
 const LARGEST_SAG: f64 = 0.2;
 
@@ -65,10 +67,11 @@ impl GoalSpan {
                  that follows; name the column of the positions that it was told, [options.columns.goal]"
             ));
         }
-        if self.error == 0.0 && to > from {
+        if self.error <= ROUNDING_SHARE * (to - from) && to > from {
             return refuse(format!(
-                "column `{header}` is the position of its joint in every row: the measured position, named again? The goal is \
-                 what the servo was told, [options.columns.goal]"
+                "column `{header}` is the position of its joint in every row, to {:.1e} rad (m): the measured position, named \
+                 again? The goal is what the servo was told, [options.columns.goal]",
+                self.error
             ));
         }
         Ok(())
@@ -97,6 +100,7 @@ mod tests {
     fn what_is_no_goal_is_refused() {
         for (position, goal, said) in [
             ([0.0, 0.5, 1.0], [0.3, 0.3, 0.3], "is 0.3 throughout, while its joint goes from 0.0000 to 1.0000"),
+            ([0.0, 0.5, 1.0], [0.00005, 0.5, 1.0], "is the position of its joint in every row, to 5.0e-5"),
             ([0.0, 0.5, 1.0], [0.0, 0.5, 1.0], "is the position of its joint in every row"),
         ] {
             let message = span(&position, &goal).0.check("log.csv").unwrap_err().to_string();

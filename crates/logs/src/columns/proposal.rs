@@ -115,19 +115,17 @@ pub fn propose(table: &Table, coordinates: &[String]) -> Proposal {
         };
         let key = key(quantity);
         let (first, last) = (&table.header[columns[0]], &table.header[columns[columns.len() - 1]]);
-        proposal.columns.push(Proposed {
-            key,
-            value: quoted(pattern),
-            reason: format!("{first} .. {last}: one per joint, named like a {key}"),
-        });
-        *names_of(&mut names, quantity) = Some(Names::Pattern(pattern.clone()));
+        let (given, value) = given(table, coordinates, pattern, columns);
+        let reason = format!("{first} .. {last}: one per joint, named like a {key}");
+        proposal.columns.push(Proposed { key, value, reason });
+        *names_of(&mut names, quantity) = Some(given);
         if let Some((unit, reason)) = unit(table, columns, quantity, clock, &names) {
             proposal.units.push(Proposed { key, value: quoted(&unit), reason });
             set_unit(&mut names, quantity, unit);
         }
     }
     if names.torque.is_none() && names.current.is_none() && names.position.is_some() {
-        goals(table, &patterns, &mut proposal, &mut names);
+        goals((table, coordinates), &patterns, &mut proposal, &mut names);
     }
     if names.torque.is_none() && names.current.is_none() && names.goal.is_none() {
         proposal.missing.push("no columns, one per joint, are named like torques or currents".into());
@@ -158,8 +156,28 @@ impl fmt::Display for Proposal {
     }
 }
 
+/// The names of the columns of a pattern, and how they are written: one by one where headers write joints in other letters.
+fn given(table: &Table, coordinates: &[String], pattern: &str, columns: &[usize]) -> (Names, String) {
+    let headers: Vec<String> = columns.iter().map(|&c| table.header[c].clone()).collect();
+    let is_as_written = |(header, name): (&String, &String)| {
+        !pattern.contains("{joint}") || *header == pattern.replace("{joint}", name)
+    };
+    match headers.iter().zip(coordinates).all(is_as_written) {
+        true => (Names::Pattern(pattern.into()), quoted(pattern)),
+        false => {
+            let each: Vec<String> = headers.iter().map(|header| quoted(header)).collect();
+            (Names::Each(headers), format!("[{}]", each.join(", ")))
+        }
+    }
+}
+
 /// The goals of position servos, where there is nothing else that tells torques.
-fn goals(table: &Table, patterns: &[(String, Vec<usize>)], proposal: &mut Proposal, names: &mut ColumnNames) {
+fn goals(
+    (table, coordinates): (&Table, &[String]),
+    patterns: &[(String, Vec<usize>)],
+    proposal: &mut Proposal,
+    names: &mut ColumnNames,
+) {
     let of_others =
         |word: &String| WORDS[1..].iter().any(|(_, words)| words.contains(&word.as_str())) || word == "error";
     let score = |pattern: &str| {
@@ -170,15 +188,16 @@ fn goals(table: &Table, patterns: &[(String, Vec<usize>)], proposal: &mut Propos
     let best = patterns.iter().filter(|(p, _)| score(p).is_some()).min_by_key(|(p, _)| score(p));
     let Some((pattern, columns)) = best else { return };
     let (first, last) = (&table.header[columns[0]], &table.header[columns[columns.len() - 1]]);
+    let (given, value) = given(table, coordinates, pattern, columns);
     proposal.columns.push(Proposed {
         key: "goal",
-        value: quoted(pattern),
+        value,
         reason: format!(
             "{first} .. {last}: one per joint, named like what a servo is told; there is no torque and no current, and its \
              error is a torque up to the gain of the servo"
         ),
     });
-    names.goal = Some(Names::Pattern(pattern.clone()));
+    names.goal = Some(given);
     // Goals are in the unit of the positions, unless the numbers are others.
     let of_positions = names.units.position.clone().unwrap_or_else(|| "rad".into());
     let of_goals = unit(table, columns, Quantity::Position, None, names).map_or_else(|| "rad".into(), |unit| unit.0);
@@ -255,8 +274,9 @@ fn patterns(table: &Table, coordinates: &[String]) -> Vec<(String, Vec<usize>)> 
             numbered.entry(pattern).or_default().insert(number, column);
         }
         for (k, name) in coordinates.iter().enumerate() {
-            let at = header.match_indices(name.as_str()).next();
-            if let Some((start, _)) = at {
+            // Joints are often written with a capital; letters beyond ASCII keep their case, and so every byte its place.
+            let at = header.to_ascii_lowercase().find(&name.to_ascii_lowercase());
+            if let Some(start) = at {
                 let pattern = format!("{}{{joint}}{}", &header[..start], &header[start + name.len()..]);
                 named.entry(pattern).or_default().insert(k, column);
             }
@@ -470,6 +490,16 @@ mod tests {
         let named = "stamp,shoulder_state,elbow_state,shoulder_cmd_state,elbow_cmd_state,shoulder load,elbow load";
         let shown = propose(&table(named, [1.0; 4]), &joints()).to_string();
         assert!(shown.contains("position: \"{joint}_state\"") && shown.contains("torque: \"{joint} load\""), "{shown}");
+    }
+
+    /// A trace may write joints with a capital: its columns are named one by one then.
+    #[test]
+    fn joints_in_other_letters_are_found() {
+        let trace = "Sample time,Shoulder joint angle,Elbow joint angle,Shoulder speed,Elbow speed,Shoulder drive load,Elbow drive load";
+        let proposal = propose(&table(trace, [1.0; 4]), &joints());
+        let shown = proposal.to_string();
+        assert!(shown.contains("position: [\"Shoulder joint angle\", \"Elbow joint angle\"]"), "{shown}");
+        assert!(proposal.mapping.is_some() && shown.contains("torque: [\"Shoulder drive load\""), "{shown}");
     }
 
     /// Of two columns that count, the finer one that is named like a clock; one that begins anew with each episode is one.
