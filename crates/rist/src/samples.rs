@@ -191,10 +191,8 @@ fn identify_kept(
         identified.estimate.remarks.insert(0, sentence);
         return Ok(Identification { model: Some(rotating), ..identified });
     }
-    let load = match loaded {
-        [] => None,
-        loaded => Some(load(model, request.loaded_link.as_deref(), &fit, loaded, &options)?),
-    };
+    let link = request.loaded_link.as_deref();
+    let load = (!loaded.is_empty()).then(|| load(model, link, &fit, loaded, &options)).transpose()?;
     let (inverse, range) = (fit.solution.inverse.clone(), seen(&fit.observation));
     let described_parameters = model.described_parameters();
     let described = described_parameters.as_ref().map(|x| described_error(model, &fit, &options, x));
@@ -219,9 +217,7 @@ fn identify_kept(
     let torque_errors = errors_of_torques(model, &options, &estimate, &inverse, &range);
     widen_by_rotors(&mut estimate, &faults);
     estimate.remarks.splice(..0, chosen.sentences.into_iter().chain(sentence));
-    if !is_own_scale {
-        estimate.remarks.extend(found.outgrown);
-    }
+    estimate.remarks.extend(found.outgrown.into_iter().filter(|_| !is_own_scale));
     let found = Identification {
         model: chosen.model,
         estimate,

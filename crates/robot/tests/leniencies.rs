@@ -165,6 +165,18 @@ fn refusals_of_the_field_name_the_way_out() {
         let robot = robot::format::read(&folder.join(name)).unwrap_or_else(|e| panic!("{e}"));
         assert!((2..=3).contains(&robot.n_coordinates()), "{name}");
     }
+}
+
+/// Rows 39 to 41: lint tells them.
+#[test]
+fn lint_tells_what_the_field_asked_about() {
+    let here = std::env::var_os("RIST_SHARED").map(std::path::PathBuf::from);
+    let shared = here.unwrap_or_else(|| Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../shared"));
+    let folder = shared.join("findings/inputs/field");
+    if !folder.is_dir() {
+        println!("NOT looked at: no folder of shared inputs");
+        return;
+    }
     // Row 41: inertias that no body has, by how much.
     for (name, wanted) in [("gmm2.urdf", "l1: its radius of gyration"), ("lint_stochlite.urdf", "l3: ")] {
         let found = robot::lint::lint(&robot::format::read(&folder.join(name)).unwrap());
