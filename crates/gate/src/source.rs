@@ -137,6 +137,11 @@ pub fn read(path: &Path, cap: u64) -> io::Result<Vec<u8>> {
     Source::open(path)?.whole(cap)
 }
 
+/// The first `most` bytes of what the system says in a file without a length, such as those of /proc.
+pub fn told_by_system(path: &Path, most: usize) -> io::Result<Vec<u8>> {
+    Source::of(File::open(path)?).head(most)
+}
+
 /// The first `most` bytes of a regular file; `None` where there is none, so that no pipe is opened a second time.
 pub fn glance(path: &Path, most: usize) -> Option<Vec<u8>> {
     // Whoever opens a pipe that nobody writes to waits for ever.

@@ -175,11 +175,7 @@ enum Shown<'a> {
 
 impl ExcitingMotion {
     /// Its page and the charts of it, drawn in full where the model is there.
-    fn page_with(
-        &self,
-        date: Option<&str>,
-        shown: Shown<'_>,
-    ) -> Result<(String, Vec<(String, String)>), rist::Error> {
+    fn page_with(&self, date: Option<&str>, shown: Shown<'_>) -> Result<(String, Vec<(String, String)>), rist::Error> {
         let (artefact, file) = (&self.inner, Path::new("motion"));
         let (model, portrait) = match shown {
             Shown::Found(model) => (Some(model), found_motion(model, artefact)?),
