@@ -14,7 +14,7 @@ use crate::clearance::{Against, Clearance, Gap};
 use crate::half_space::HalfSpace;
 use crate::kinematic_tree::KinematicTree;
 use crate::left_out::{LeftOut, Matter};
-use crate::sampled_room::{SampledRoom, always_touching};
+use crate::sampled_room::{SampledRoom, always};
 
 /// What is asked of a robot.
 #[derive(Clone, Debug)]
@@ -157,7 +157,7 @@ impl Clearance {
 
     /// Every two bodies with a shape that move against each other.
     fn add_pairs(&mut self, rules: &Rules, situation: &Situation, sampled: &[Vec<Pose>]) {
-        let mut touching = Vec::new();
+        let (mut touching, mut near) = (Vec::new(), Vec::new());
         for a in 0..self.bodies.len() {
             for b in 0..a {
                 let (body, other) = (&self.bodies[a], &self.bodies[b]);
@@ -197,6 +197,7 @@ impl Clearance {
                 };
                 match self.sampled_room(&gap, sampled, enough) {
                     SampledRoom::AlwaysTouching => touching.push(gap.subject),
+                    SampledRoom::AlwaysNear => near.push(gap.subject),
                     SampledRoom::Room(room) => {
                         // Where no distance is asked for, the bound is a share of the room.
                         let bound = rules.distance.unwrap_or(DEFAULT_DISTANCE_M.min(DEFAULT_SHARE_OF_ROOM * room));
@@ -206,8 +207,10 @@ impl Clearance {
                 }
             }
         }
-        if !touching.is_empty() {
-            self.left_out.push(LeftOut::assumed(Matter::Distance, touching, always_touching(sampled.len()), "default"));
+        for (pairs, what) in
+            [touching, near].into_iter().zip(always(sampled.len())).filter(|(pairs, _)| !pairs.is_empty())
+        {
+            self.left_out.push(LeftOut::assumed(Matter::Distance, pairs, what, "default"));
         }
     }
 
@@ -260,7 +263,7 @@ pub(crate) mod tests {
         // Turning about z, only the hand comes nearer to the floor.
         assert_eq!(subjects, ["fore and post", "hand and post", "hand and upper", "hand at the floor"]);
         let joined = ["upper and post", "fore and upper", "hand and fore"].map(String::from).to_vec();
-        let what = "they touch in 99 % of 1000 poses, or are nearer than 0.5 mm, so that no motion parts them";
+        let what = "they touch in 99 % of 1000 poses, so that no motion parts them";
         assert_eq!(clearance.left_out(), [LeftOut::assumed(Matter::Distance, joined, what, "default")]);
         assert_eq!(clearance.floor(), Some(-0.15));
         let rooms = clearance.rooms(&[0.3, 0.0, 0.0], &[0.0; 3], &[0, 1, 2, 3]);

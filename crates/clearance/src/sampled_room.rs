@@ -7,11 +7,14 @@ use robot::Pose;
 
 use crate::clearance::{Against, Clearance, Gap};
 use crate::separation::{apart_along, separation};
+use crate::solid::Core;
 use robot::vector::{minus, norm};
 
-/// Bodies nearer than this touch, m: the two sides of a joint are some tenths of a millimetre apart wherever it turns, and no motion
-/// can be asked to keep that.
-const TOUCHING_DISTANCE_M: f64 = 5e-4;
+/// Bodies nearer than this touch, m.
+const TOUCHING_DISTANCE_M: f64 = 1e-6;
+/// The same where a body is of a mesh, m: the two sides of a joint are drawn some tenths of a millimetre apart, wherever it
+/// turns, and no motion can be asked to keep that.
+const NEAR_MESH_DISTANCE_M: f64 = 5e-4;
 /// Share of the poses in which links touch that no motion parts.
 pub const ALWAYS_TOUCHING_SHARE: f64 = 0.99;
 /// The room is what this share of the poses exceeds.
@@ -24,38 +27,57 @@ const LEAST_ROOMY_SHARE: f64 = 0.01;
 pub(crate) enum SampledRoom {
     /// The links touch in nearly every pose.
     AlwaysTouching,
+    /// One is a mesh, and they are nearer than any motion is asked to keep in nearly every pose.
+    AlwaysNear,
     /// They have this room, m: no more than `enough`.
     Room(f64),
 }
 
-/// What is assumed of pairs that always touch, by so many poses.
-pub(crate) fn always_touching(poses: usize) -> String {
-    let (share, near) = (100.0 * ALWAYS_TOUCHING_SHARE, 1e3 * TOUCHING_DISTANCE_M);
-    format!("they touch in {share} % of {poses} poses, or are nearer than {near} mm, so that no motion parts them")
+/// What is assumed of pairs that always touch, by so many poses, and of those with a mesh that are always near.
+pub(crate) fn always(poses: usize) -> [String; 2] {
+    let (share, near) = (100.0 * ALWAYS_TOUCHING_SHARE, 1e3 * NEAR_MESH_DISTANCE_M);
+    [
+        format!("they touch in {share} % of {poses} poses, so that no motion parts them"),
+        format!(
+            "one is a mesh, and they are nearer than {near} mm in {share} % of {poses} poses: two sides of a joint"
+        ),
+    ]
 }
 
 impl Clearance {
     /// The room of a pair over `poses`, each of all links; rooms above `enough` are not told apart.
     pub(crate) fn sampled_room(&self, gap: &Gap, poses: &[Vec<Pose>], enough: f64) -> SampledRoom {
         let count = |share: f64| (share * poses.len() as f64).floor() as usize;
-        let (mut rooms, mut ample, mut free) = (Vec::with_capacity(poses.len()), 0, 0);
+        let (mut rooms, mut ample) = (Vec::with_capacity(poses.len()), 0);
+        let near = if self.is_of_mesh(gap) { NEAR_MESH_DISTANCE_M } else { TOUCHING_DISTANCE_M };
         for poses in poses {
             let room = self.room_up_to(gap, poses, enough);
             ample += usize::from(room >= enough);
-            free += usize::from(room > TOUCHING_DISTANCE_M);
             if ample > count(ROOMY_SHARE) {
                 return SampledRoom::Room(enough);
             }
             rooms.push(room);
         }
-        if free <= rooms.len() - rooms.len().min((ALWAYS_TOUCHING_SHARE * rooms.len() as f64).ceil() as usize) {
+        rooms.sort_by(|a, b| b.total_cmp(a));
+        let few = rooms.len() - rooms.len().min((ALWAYS_TOUCHING_SHARE * rooms.len() as f64).ceil() as usize);
+        let beyond = |distance: f64| rooms.iter().take_while(|room| **room > distance).count();
+        if beyond(TOUCHING_DISTANCE_M) <= few {
             return SampledRoom::AlwaysTouching;
         }
-        rooms.sort_by(|a, b| b.total_cmp(a));
-        let of = |share: f64| rooms.get(count(share)).copied().filter(|room| *room > TOUCHING_DISTANCE_M);
+        let free = beyond(near);
+        if free <= few {
+            return SampledRoom::AlwaysNear;
+        }
+        let of = |share: f64| rooms.get(count(share)).copied().filter(|room| *room > near);
         // As many poses as leave any room, where it is less than the shares ask for.
-        let least = rooms[..free].last().copied().unwrap_or(TOUCHING_DISTANCE_M);
-        SampledRoom::Room(of(ROOMY_SHARE).or(of(LEAST_ROOMY_SHARE)).unwrap_or(least))
+        SampledRoom::Room(of(ROOMY_SHARE).or(of(LEAST_ROOMY_SHARE)).unwrap_or(rooms[free - 1]))
+    }
+
+    /// Whether a body of a pair is of a mesh.
+    fn is_of_mesh(&self, gap: &Gap) -> bool {
+        let Against::Body(other) = gap.against else { return false };
+        let is_mesh = |body: usize| self.bodies[body].shapes.iter().any(|s| matches!(s.solid.core, Core::Hull(_)));
+        is_mesh(gap.body) || is_mesh(other)
     }
 
     /// The distance of a pair, m; one above `enough` is told as some value above it.
@@ -84,31 +106,44 @@ impl Clearance {
 
 #[cfg(test)]
 mod tests {
-    use std::path::Path;
 
     use crate::clearance::Clearance;
     use crate::gaps::{Rules, Situation};
 
-    /// The sides of a joint that turns: some tenths of a millimetre apart they are assumed, farther apart they are a pair.
+    /// The sides of a joint that turns: some tenths of a millimetre apart they are assumed where one is a mesh, and a pair
+    /// where both are boxes, or farther apart.
     #[test]
     fn sides_of_a_joint_are_a_pair_where_they_are_apart() {
-        for (height, bound) in [(0.1003, None), (0.1008, Some(0.0004))] {
+        let folder = std::env::temp_dir().join(format!("rist-sides-{}", std::process::id()));
+        std::fs::create_dir_all(&folder).unwrap();
+        let corner = |k: usize| [0, 1, 2].map(|i| if k >> i & 1 == 1 { 0.1 } else { -0.1 });
+        let vertices: String = (0..8).map(corner).map(|[x, y, z]| format!("v {x} {y} {z}\n")).collect();
+        let faces = "f 1 2 4 3\nf 5 6 8 7\nf 1 2 6 5\nf 3 4 8 7\nf 1 3 7 5\nf 2 4 8 6\n";
+        std::fs::write(folder.join("cube.obj"), vertices + faces).unwrap();
+        let (cube, mesh) = (r#"<box size="0.2 0.2 0.2"/>"#, r#"<mesh filename="cube.obj"/>"#);
+        for (upper, height, bound) in
+            [(cube, 0.1003, Some(0.000_15)), (mesh, 0.1003, None), (mesh, 0.1008, Some(0.0004)), (cube, 0.1, None)]
+        {
             let arm = format!(
-                r#"<robot name="arm"><link name="post"><collision><geometry><box size="0.2 0.2 0.2"/></geometry></collision></link>
+                r#"<robot name="arm"><link name="post"><collision><geometry>{cube}</geometry></collision></link>
   <joint name="q1" type="revolute"><parent link="post"/><child link="upper"/><axis xyz="0 0 1"/>
     <limit lower="-3" upper="3" velocity="1" effort="1"/></joint>
-  <link name="upper"><collision><origin xyz="0 0 {}"/><geometry><box size="0.2 0.2 0.2"/></geometry></collision></link></robot>"#,
+  <link name="upper"><collision><origin xyz="0 0 {}"/><geometry>{upper}</geometry></collision></link></robot>"#,
                 height + 0.1
             );
             let robot = robot::format::read_urdf(&arm, "arm.urdf").unwrap();
             let poses = (0..100).map(|k| vec![0.06 * f64::from(k) - 3.0]).collect();
             let situation = Situation { rest: vec![0.0], zero: vec![0.0], moves: vec![true], poses };
-            let clearance = Clearance::new(&robot, Path::new("."), &Rules::default(), &situation).unwrap();
+            let clearance = Clearance::new(&robot, &folder, &Rules::default(), &situation).unwrap();
             let found = clearance.gaps().iter().find(|gap| gap.is_own).map(|gap| gap.bound);
             let is_near = |(a, b): (f64, f64)| (a - b).abs() < 1e-9;
             assert!(found.is_some() == bound.is_some() && found.zip(bound).is_none_or(is_near), "{height}: {found:?}");
-            let said = clearance.left_out().iter().any(|out| out.of.iter().any(|pair| pair == "upper and post"));
-            assert_eq!(said, bound.is_none());
+            let said: Vec<String> = clearance.left_out().iter().map(|out| format!("{:?}", out.why)).collect();
+            let is_near_mesh =
+                said.iter().any(|why| why.contains("one is a mesh, and they are nearer than 0.5 mm in 99 %"));
+            let touches = said.iter().any(|why| why.contains("they touch in 99 % of 100 poses"));
+            assert_eq!((is_near_mesh, touches), (upper == mesh && bound.is_none(), upper == cube && bound.is_none()));
         }
+        std::fs::remove_dir_all(&folder).ok();
     }
 }
