@@ -207,11 +207,8 @@ impl Clearance {
                 }
             }
         }
-        for (pairs, what) in
-            [touching, near].into_iter().zip(always(sampled.len())).filter(|(pairs, _)| !pairs.is_empty())
-        {
-            self.left_out.push(LeftOut::assumed(Matter::Distance, pairs, what, "default"));
-        }
+        let assumed = [touching, near].into_iter().zip(always(sampled.len())).filter(|(pairs, _)| !pairs.is_empty());
+        self.left_out.extend(assumed.map(|(pairs, what)| LeftOut::assumed(Matter::Distance, pairs, what, "default")));
     }
 
     /// Whether any coordinate that moves turns (slides) a joint.
