@@ -17,10 +17,9 @@ use std::process::Command;
 use crate::cargo::{done, host, root, said, target};
 
 /// Tests of kernels: package, what cargo selects of it, and part of their names.
-const KERNELS: [[&str; 3]; 4] = [
+const KERNELS: [[&str; 3]; 3] = [
     ["expr", "--lib", "tape::tests"],
     ["numerics", "--lib", "reflection::tests"],
-    ["numerics", "--lib", "wide_registers::tests"],
     ["tests", "--test=model", "lanes::"],
 ];
 

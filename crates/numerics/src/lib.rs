@@ -4,7 +4,7 @@
 //! [`reflection`] and [`row_block`] feed it; [`least_squares`], [`total_least_squares`] and [`information_matrix`] ask
 //! it. [`interval`], [`range`] and [`jet`] enclose what a function can be between two instants. [`fft`] and [`fourier`]
 //! transform, [`student`] and [`behrens_fisher`] tell chance from difference, and
-//! [`in_order`], [`interruption`] and [`wide_registers`] run long work.
+//! [`in_order`] and [`interruption`] run long work.
 //!
 //! It knows the lanes of `generated`: the triangle takes eight samples abreast, as a generated function writes them.
 //!
@@ -31,6 +31,5 @@ pub mod student;
 pub mod total_least_squares;
 pub mod triangle;
 pub mod vector;
-pub mod wide_registers;
 
 pub use error::Error;

@@ -7,8 +7,6 @@
 //!
 //! Second-order sections in transposed direct form II; a polynomial of order n is never formed.
 
-use numerics::wide_registers::{Work, in_wide_registers};
-
 /// A low-pass of order n as a chain of sections, each of unit gain at zero frequency.
 #[derive(Clone, Debug)]
 pub struct Butterworth {
@@ -104,7 +102,7 @@ impl Butterworth {
 
     /// Filters signals of one length forward in place, at most `SIGNALS_PER_PASS`. Returns what was reflected about their
     /// ends, filtered too; `None` of signals shorter than two samples, which stay as they are.
-    fn forward(&self, group: &mut [Vec<f64>]) -> Option<Vec<Sample>> {
+    fn forward(&self, group: &mut [Vec<f64>]) -> Option<Vec<[f64; SIGNALS_PER_PASS]>> {
         let n = group.first().map_or(0, Vec::len);
         if n < 2 {
             return None;
@@ -135,7 +133,11 @@ impl Butterworth {
 const ROWS_PER_COPY: usize = 256;
 
 /// The rows of the signals from `first` on, side by side.
-fn taken<'a>(group: &[Vec<f64>], first: usize, rows: &'a mut [Sample; ROWS_PER_COPY]) -> &'a mut [Sample] {
+fn taken<'a>(
+    group: &[Vec<f64>],
+    first: usize,
+    rows: &'a mut [[f64; SIGNALS_PER_PASS]; ROWS_PER_COPY],
+) -> &'a mut [[f64; SIGNALS_PER_PASS]] {
     let count = group.first().map_or(0, |x| ROWS_PER_COPY.min(x.len() - first));
     for (lane, x) in group.iter().enumerate() {
         rows.iter_mut().zip(&x[first..first + count]).for_each(|(row, x)| row[lane] = *x);
@@ -144,7 +146,7 @@ fn taken<'a>(group: &[Vec<f64>], first: usize, rows: &'a mut [Sample; ROWS_PER_C
 }
 
 /// Puts rows back where they were taken.
-fn put(group: &mut [Vec<f64>], first: usize, rows: &[Sample]) {
+fn put(group: &mut [Vec<f64>], first: usize, rows: &[[f64; SIGNALS_PER_PASS]]) {
     for (lane, x) in group.iter_mut().enumerate() {
         x[first..first + rows.len()].iter_mut().zip(rows).for_each(|(x, row)| *x = row[lane]);
     }
@@ -152,12 +154,12 @@ fn put(group: &mut [Vec<f64>], first: usize, rows: &[Sample]) {
 
 /// The filter on its way through signals.
 struct Run {
-    sections: Vec<(Section, [Sample; 2])>,
+    sections: Vec<(Section, [[f64; SIGNALS_PER_PASS]; 2])>,
 }
 
 impl Run {
     /// Starts in the steady state of an endless constant `first`.
-    fn new(sections: &[Section], first: Sample) -> Run {
+    fn new(sections: &[Section], first: [f64; SIGNALS_PER_PASS]) -> Run {
         let start = |&Section { b, a }: &Section| {
             let state = [first.map(|first| (1.0 - b[0]) * first), first.map(|first| (b[2] - a[1]) * first)];
             (Section { b, a }, state)
@@ -166,74 +168,40 @@ impl Run {
     }
 
     /// Filters in place, from the first sample on.
-    fn forward(&mut self, samples: &mut [Sample]) {
-        in_wide_registers(Through::<false> { run: self, samples });
+    fn forward(&mut self, samples: &mut [[f64; SIGNALS_PER_PASS]]) {
+        self.sections.iter_mut().for_each(|(section, state)| section.over(state, samples.iter_mut()));
     }
 
     /// Filters in place, from the last sample back.
-    fn backward(&mut self, samples: &mut [Sample]) {
-        in_wide_registers(Through::<true> { run: self, samples });
-    }
-}
-
-/// The way of a filter through samples.
-struct Through<'a, const BACKWARD: bool> {
-    run: &'a mut Run,
-    samples: &'a mut [Sample],
-}
-
-impl<const BACKWARD: bool> Work for Through<'_, BACKWARD> {
-    /// Two sections at a time: the second takes a sample while the first takes the one behind it. Their states stay in
-    /// registers on the way.
-    #[inline(always)]
-    fn run(self) {
-        let n = self.samples.len();
-        let samples = self.samples;
-        let place = |i: usize| if BACKWARD { n - 1 - i } else { i };
-        for sections in self.run.sections.chunks_mut(2) {
-            match sections {
-                [(first, of_first), (second, of_second)] => {
-                    let (mut y, mut z) = (*of_first, *of_second);
-                    for i in 0..n {
-                        let x = &mut samples[place(i)];
-                        *x = second.next(&mut z, first.next(&mut y, *x));
-                    }
-                    (*of_first, *of_second) = (y, z);
-                }
-                [(section, state)] => {
-                    let mut z = *state;
-                    for i in 0..n {
-                        let x = &mut samples[place(i)];
-                        *x = section.next(&mut z, *x);
-                    }
-                    *state = z;
-                }
-                _ => {}
-            }
-        }
+    fn backward(&mut self, samples: &mut [[f64; SIGNALS_PER_PASS]]) {
+        self.sections.iter_mut().for_each(|(section, state)| section.over(state, samples.iter_mut().rev()));
     }
 }
 
 impl Section {
-    /// What leaves the section for `u`; `z` is its state.
-    #[inline(always)]
-    fn next(&self, z: &mut [Sample; 2], u: Sample) -> Sample {
-        let Section { b, a } = self;
-        let mut v = [0.0; SIGNALS_PER_PASS];
-        for lane in 0..SIGNALS_PER_PASS {
-            v[lane] = b[0] * u[lane] + z[0][lane];
-            z[0][lane] = b[1] * u[lane] - a[0] * v[lane] + z[1][lane];
-            z[1][lane] = b[2] * u[lane] - a[1] * v[lane];
+    /// Filters in place; its state stays in registers on the way.
+    #[inline]
+    fn over<'a>(
+        &self,
+        state: &mut [[f64; SIGNALS_PER_PASS]; 2],
+        samples: impl Iterator<Item = &'a mut [f64; SIGNALS_PER_PASS]>,
+    ) {
+        let (Section { b, a }, [mut z0, mut z1]) = (*self, *state);
+        for sample in samples {
+            for lane in 0..SIGNALS_PER_PASS {
+                let u = sample[lane];
+                let v = b[0] * u + z0[lane];
+                z0[lane] = b[1] * u - a[0] * v + z1[lane];
+                z1[lane] = b[2] * u - a[1] * v;
+                sample[lane] = v;
+            }
         }
-        v
+        *state = [z0, z1];
     }
 }
 
 /// Signals that are filtered at once.
 const SIGNALS_PER_PASS: usize = 8;
-
-/// One sample of each of them.
-type Sample = [f64; SIGNALS_PER_PASS];
 
 #[cfg(test)]
 mod tests {

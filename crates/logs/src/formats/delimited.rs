@@ -21,14 +21,8 @@ use crate::table::{MAX_CELLS, RowReader, Table, check_header};
 /// Bytes in which the header must stand.
 const MAX_HEADER_BYTES: u64 = 1 << 20;
 
-/// Most bytes of a row with the lines before it. Ten thousand numbers in full take a quarter of it.
+/// Most bytes of a row with the lines before it, and of a block. Ten thousand numbers in full take a quarter of it.
 const MAX_ROW_BYTES: usize = 1 << 20;
-
-/// Bytes of a block unless a row is longer: text and numbers stay in a core's cache until they are appended.
-const BLOCK_BYTES: usize = 1 << 17;
-
-/// Bytes of a window.
-const WINDOW_BYTES: usize = 2 * MAX_ROW_BYTES;
 
 /// Blocks of a window.
 const BLOCKS_PER_WINDOW: usize = 8;
@@ -234,7 +228,7 @@ impl<'a> TableReader<'a> {
         }
         self.window.drain(..self.at);
         self.at = 0;
-        let missing = (WINDOW_BYTES - unread) as u64;
+        let missing = (BLOCKS_PER_WINDOW * MAX_ROW_BYTES - unread) as u64;
         let read = self.text.by_ref().take(missing).read_to_end(&mut self.window).map_err(|e| {
             let line = self.ends + 1 + memchr_iter(b'\n', &self.window).count();
             unreadable(&self.file, line, &e)
@@ -245,34 +239,23 @@ impl<'a> TableReader<'a> {
 
     /// Cuts the window into blocks of at most `most` whole rows together: the bytes and a bound of the rows of each.
     fn cuts(&mut self, most: usize) -> Result<Vec<(usize, usize)>, Error> {
-        self.fill(BLOCK_BYTES + 1)?;
+        self.fill(MAX_ROW_BYTES + 1)?;
         let (mut at, mut left, mut cuts) = (self.at, most, Vec::new());
         let room = (MAX_CELLS_PER_TEXT_BLOCK / self.header.len()).max(1);
         while left > 0 && at < self.window.len() && cuts.len() < BLOCKS_PER_WINDOW {
-            let mut block = self.cut(at, BLOCK_BYTES, left.min(room));
-            if block.0 == 0 && cuts.is_empty() {
-                self.fill(MAX_ROW_BYTES + 1)?;
-                at = self.at;
-                block = self.cut(at, MAX_ROW_BYTES, left.min(room));
-                if block.0 == 0 && self.window.len() - at >= MAX_ROW_BYTES {
+            let end = self.window.len().min(at + MAX_ROW_BYTES);
+            let is_last = self.is_last && end == self.window.len();
+            let (bytes, rows) = self.dialect.whole_rows(&self.window[at..end], left.min(room), is_last);
+            if bytes == 0 {
+                if cuts.is_empty() && end - at == MAX_ROW_BYTES {
                     return Err(unreadable(&self.file, self.ends + 1, &too_long()));
                 }
-            }
-            let (bytes, rows) = block;
-            if bytes == 0 {
                 break;
             }
             cuts.push((bytes, rows));
             (at, left) = (at + bytes, left - rows);
         }
         Ok(cuts)
-    }
-
-    /// At most `most` whole rows in as many bytes of the window from `at` on: their bytes and a bound of their number.
-    fn cut(&self, at: usize, bytes: usize, most: usize) -> (usize, usize) {
-        let end = self.window.len().min(at + bytes);
-        let is_last = self.is_last && end == self.window.len();
-        self.dialect.whole_rows(&self.window[at..end], most, is_last)
     }
 
     /// Reads blocks, in their order.

@@ -7,7 +7,7 @@
 
 use std::borrow::Cow;
 
-use memchr::{memchr, memchr_iter, memchr2, memchr3, memchr3_iter, memrchr};
+use memchr::{memchr, memchr_iter, memchr2, memchr3, memchr3_iter};
 
 use crate::formats::number::{leading, number};
 use crate::table::Lines;
@@ -148,23 +148,6 @@ impl Dialect {
     /// The whole rows at the start, at most `most` of them: the place behind them, and a bound of their number. `last`:
     /// whether the text ends with these bytes.
     pub(super) fn whole_rows(&self, bytes: &[u8], most: usize, last: bool) -> (usize, usize) {
-        // Mostly lines are ended by one byte, and no mark encloses one: then ends of lines are counted, not looked at.
-        let plain = memchr2(b'\r', b'"', bytes).is_none().then(|| memchr_iter(b'\n', bytes).count());
-        let (mut end, mut count) = match plain.filter(|count| *count <= most) {
-            Some(count) => (memrchr(b'\n', bytes).map_or(0, |at| at + 1), count),
-            None => match self.whole_lines(bytes, most) {
-                Some(found) => found,
-                None => return self.whole_rows_by_cell(bytes, most, last),
-            },
-        };
-        if last && count < most && end < bytes.len() {
-            (end, count) = (bytes.len(), count + 1);
-        }
-        (end, count)
-    }
-
-    /// The same, without what is behind the last end of a line; `None` where cells have to be told apart.
-    fn whole_lines(&self, bytes: &[u8], most: usize) -> Option<(usize, usize)> {
         let is_lone = |at: usize| bytes.get(at + 1).is_some_and(|next| *next != b'\n');
         let (mut end, mut count) = (0, 0);
         for at in memchr3_iter(b'\n', b'\r', b'"', bytes) {
@@ -172,10 +155,13 @@ impl Dialect {
                 _ if count == most => break,
                 b'\n' => (end, count) = (at + 1, count + 1),
                 b'\r' if !is_lone(at) => {}
-                _ => return None,
+                _ => return self.whole_rows_by_cell(bytes, most, last),
             }
         }
-        Some((end, count))
+        if last && count < most && end < bytes.len() {
+            (end, count) = (bytes.len(), count + 1);
+        }
+        (end, count)
     }
 
     fn whole_rows_by_cell(&self, bytes: &[u8], most: usize, last: bool) -> (usize, usize) {

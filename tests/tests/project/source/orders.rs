@@ -115,7 +115,6 @@ pub(crate) const ORDERS: [(&str, &[&str]); 18] = [
             "fft",
             "fourier",
             "row_block",
-            "wide_registers",
             "reflection",
             "triangle",
             "least_squares",
