@@ -51,3 +51,51 @@ fn corners(core: &Core) -> Vec<Vector3> {
     };
     (0..8).map(|k| [0, 1, 2].map(|i| if k >> i & 1 == 1 { half[i] } else { -half[i] })).collect()
 }
+
+#[cfg(test)]
+mod tests {
+    use std::path::Path;
+
+    use super::*;
+    use crate::bodies::bodies;
+
+    /// Beside a cube of 0.2 m a point is as far as from its nearest face or corner, and inside it is not outside; a box
+    /// of the description is no mesh.
+    #[test]
+    fn a_point_is_as_far_as_from_the_nearest_face() {
+        let folder = std::env::temp_dir().join(format!("rist-outside-{}", std::process::id()));
+        std::fs::create_dir_all(&folder).unwrap();
+        let corner = |k: usize| [0, 1, 2].map(|i| if k >> i & 1 == 1 { 0.1 } else { -0.1 });
+        let vertices: String = (0..8).map(corner).map(|[x, y, z]| format!("v {x} {y} {z}\n")).collect();
+        let faces = "f 1 2 4 3\nf 5 6 8 7\nf 1 2 6 5\nf 3 4 8 7\nf 1 3 7 5\nf 2 4 8 6\n";
+        std::fs::write(folder.join("cube.obj"), vertices + faces).unwrap();
+        let link = |shape: &str, directory: &Path| {
+            let text = format!(
+                r#"<robot name="arm"><link name="base"/><joint name="q1" type="revolute"><parent link="base"/><child link="arm"/>
+  <axis xyz="0 0 1"/><limit lower="-3" upper="3" velocity="1" effort="1"/></joint>
+  <link name="arm"><collision><origin xyz="0 0 1"/><geometry>{shape}</geometry></collision></link></robot>"#
+            );
+            let robot = robot::format::read_urdf(&text, "arm.urdf").unwrap();
+            bodies(&robot, directory).into_iter().find(|body| body.name == "arm").unwrap()
+        };
+        let mesh = link(r#"<mesh filename="cube.obj"/>"#, &folder);
+        for (point, apart) in [
+            ([0.0, 0.0, 1.3], 0.2),
+            ([0.0, -0.15, 1.0], 0.05),
+            ([0.4, 0.5, 1.1], 0.5),
+            ([0.05, 0.0, 1.05], 0.0),
+            ([0.0; 3], 0.9),
+        ] {
+            let (found, across) = outside(&mesh, point).unwrap();
+            // A vertex or an edge is found to 1e-6; the cube is 0.2 sqrt(3) across.
+            assert!(
+                (found - apart).abs() < 1e-6 && (across - 0.12_f64.sqrt()).abs() < 1e-6,
+                "{point:?}: {found} {across}"
+            );
+        }
+        assert_eq!(outside(&link(r#"<box size="0.2 0.2 0.2"/>"#, &folder), [0.0; 3]), None);
+        // Of a mesh that is not there nothing is known.
+        assert_eq!(outside(&link(r#"<mesh filename="none.obj"/>"#, &folder), [0.0; 3]), None);
+        std::fs::remove_dir_all(&folder).ok();
+    }
+}

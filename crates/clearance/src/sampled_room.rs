@@ -39,7 +39,7 @@ pub(crate) fn always(poses: usize) -> [String; 2] {
     [
         format!("they touch in {share} % of {poses} poses, so that no motion parts them"),
         format!(
-            "one is a mesh, and they are nearer than {near} mm in {share} % of {poses} poses: two sides of a joint"
+            "one is a mesh, and they are nearer than {near} mm in {share} % of {poses} poses; no motion has to part them"
         ),
     ]
 }
@@ -106,7 +106,6 @@ impl Clearance {
 
 #[cfg(test)]
 mod tests {
-
     use crate::clearance::Clearance;
     use crate::gaps::{Rules, Situation};
 

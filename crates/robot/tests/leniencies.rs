@@ -75,13 +75,7 @@ fn loops_that_an_extension_states_are_named() {
 /// The inputs of the field, where they are at hand: loops named, bodies that are hardly meant found.
 #[test]
 fn the_files_of_the_field_are_read_as_they_should() {
-    let here = std::env::var_os("RIST_SHARED").map(std::path::PathBuf::from);
-    let shared = here.unwrap_or_else(|| Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../shared"));
-    let folder = shared.join("findings/inputs/field");
-    if !folder.is_dir() {
-        println!("NOT looked at: no folder of shared inputs");
-        return;
-    }
+    let Some(folder) = field_inputs() else { return };
     let robot = |name: &str, floating_base: bool| {
         let options = ReadOptions { floating_base, ..ReadOptions::default() };
         robot::format::read_with(&folder.join(name), options).unwrap_or_else(|e| panic!("{e}"))
@@ -114,13 +108,7 @@ fn the_files_of_the_field_are_read_as_they_should() {
 /// Rows 47 and 48 of the field, and what tables of Denavit and Hartenberg are refused with: each names the way out.
 #[test]
 fn refusals_of_the_field_name_the_way_out() {
-    let here = std::env::var_os("RIST_SHARED").map(std::path::PathBuf::from);
-    let shared = here.unwrap_or_else(|| Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../shared"));
-    let folder = shared.join("findings/inputs/field");
-    if !folder.is_dir() {
-        println!("NOT looked at: no folder of shared inputs");
-        return;
-    }
+    let Some(folder) = field_inputs() else { return };
     for (name, wanted) in [
         ("latin1.urdf", "not UTF-8: save the file in that encoding"),
         ("utf16.urdf", "not UTF-8: save the file in that encoding"),
@@ -170,13 +158,7 @@ fn refusals_of_the_field_name_the_way_out() {
 /// Rows 39 to 41: lint tells them.
 #[test]
 fn lint_tells_what_the_field_asked_about() {
-    let here = std::env::var_os("RIST_SHARED").map(std::path::PathBuf::from);
-    let shared = here.unwrap_or_else(|| Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../shared"));
-    let folder = shared.join("findings/inputs/field");
-    if !folder.is_dir() {
-        println!("NOT looked at: no folder of shared inputs");
-        return;
-    }
+    let Some(folder) = field_inputs() else { return };
     // Row 41: inertias that no body has, by how much.
     for (name, wanted) in [("gmm2.urdf", "l1: its radius of gyration"), ("lint_stochlite.urdf", "l3: ")] {
         let found = robot::lint::lint(&robot::format::read(&folder.join(name)).unwrap());
@@ -194,4 +176,16 @@ fn lint_tells_what_the_field_asked_about() {
         let found = robot::lint::lint(&robot::format::read(&folder.join(name)).unwrap());
         assert!(found.iter().any(|f| f.mistake == wanted), "{name}: {found:?}");
     }
+}
+
+/// The folder of the field's inputs, where it is at hand.
+fn field_inputs() -> Option<std::path::PathBuf> {
+    let here = std::env::var_os("RIST_SHARED").map(std::path::PathBuf::from);
+    let shared = here.unwrap_or_else(|| Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../shared"));
+    let folder = shared.join("findings/inputs/field");
+    if !folder.is_dir() {
+        println!("NOT looked at: no folder of shared inputs");
+        return None;
+    }
+    Some(folder)
 }

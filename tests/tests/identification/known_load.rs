@@ -25,6 +25,16 @@ fn values(robot: &Robot, base: &BaseParameters) -> Vec<f64> {
     base.values(&base.standard.iter().map(value).collect::<Vec<f64>>())
 }
 
+/// Where the bodies of the links stand among the parameters.
+fn standard_map(robot: &Robot, base: &BaseParameters) -> StandardMap {
+    let terms: Vec<(usize, usize, f64)> = (0..base.base.len())
+        .flat_map(|k| base.base[k].terms.iter().map(move |t| (k, t.parameter, t.coefficient)))
+        .collect();
+    let first = (0..base.standard.len()).filter(|&c| base.standard[c].inertial == Inertial::Xx);
+    let bodies = first.map(|c| (robot.link(base.standard[c].link).name.clone(), c)).collect();
+    StandardMap::new(vec![String::new(); base.standard.len()], base.base.len(), &terms, bodies, vec![])
+}
+
 /// A load like the forearm itself, given in the frame of the URDF, adds what a URDF with twice that forearm has more.
 #[test]
 fn a_load_adds_what_the_same_body_in_the_description_adds() {
@@ -41,12 +51,7 @@ fn a_load_adds_what_the_same_body_in_the_description_adds() {
     let forearm = "link: forearm\nmass: 2.275\ncentre_of_mass: [-0.25, 0, 0.01615]\n\
                    inertia: {xx: 0.004095, yy: 0.049443313556, zz: 0.049443313556}\n";
     let load = KnownLoad::from_yaml("forearm.yaml", forearm).unwrap();
-    let terms: Vec<(usize, usize, f64)> = (0..base.base.len())
-        .flat_map(|k| base.base[k].terms.iter().map(move |t| (k, t.parameter, t.coefficient)))
-        .collect();
-    let first = (0..base.standard.len()).filter(|&c| base.standard[c].inertial == Inertial::Xx);
-    let bodies = first.map(|c| (robot.link(base.standard[c].link).name.clone(), c)).collect();
-    let map = StandardMap::new(vec![String::new(); base.standard.len()], base.base.len(), &terms, bodies, vec![]);
+    let map = standard_map(&robot, &base);
     let added = load.base_parameters(&robot, &map).unwrap();
     let (light, heavy) = (values(&robot, &base), values(&heavy, &base));
     assert!(added.iter().filter(|x| x.abs() > 1e-3).count() > 5, "{added:?}");
@@ -66,12 +71,7 @@ fn a_load_on_a_fixed_frame_is_one_on_its_link() {
     assert_ne!(text, turned);
     let robot = robot::format::read_urdf(&turned, "ur5.urdf").unwrap();
     let base = base(&robot);
-    let terms: Vec<(usize, usize, f64)> = (0..base.base.len())
-        .flat_map(|k| base.base[k].terms.iter().map(move |t| (k, t.parameter, t.coefficient)))
-        .collect();
-    let first = (0..base.standard.len()).filter(|&c| base.standard[c].inertial == Inertial::Xx);
-    let bodies = first.map(|c| (robot.link(base.standard[c].link).name.clone(), c)).collect();
-    let map = StandardMap::new(vec![String::new(); base.standard.len()], base.base.len(), &terms, bodies, vec![]);
+    let map = standard_map(&robot, &base);
     let added = |text: &str| KnownLoad::from_yaml("load.yaml", text).unwrap().base_parameters(&robot, &map);
     // tool0 stands 0.0823 m along z of wrist_3, turned by a quarter about x: its z is y of wrist_3, and its y is -z.
     let on_tool = "link: tool0\nmass: 2\ncentre_of_mass: [0.01, 0.02, 0.05]\ninertia: {xx: 0.003, yy: 0.004, zz: 0.005, xy: 0.001}\n";
