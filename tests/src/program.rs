@@ -67,7 +67,10 @@ pub fn program() -> &'static Path {
     static PROGRAM: OnceLock<PathBuf> = OnceLock::new();
     PROGRAM.get_or_init(|| {
         let mut build = Command::new(std::env::var_os("CARGO").unwrap_or("cargo".into()));
-        build.args(["build", "--quiet", "--package", "cli", "--bin", "rist"]).current_dir(crate::workspace());
+        // With all readers, as the tests have them: what is shared is compiled once.
+        build
+            .args(["build", "--quiet", "--package", "cli", "--bin", "rist", "--features", "all-readers"])
+            .current_dir(crate::workspace());
         if !cfg!(debug_assertions) {
             build.arg("--release");
         }

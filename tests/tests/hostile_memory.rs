@@ -93,7 +93,7 @@ const ARTEFACTS: [Reader; 8] = [
 /// The readers of a file with this name.
 fn readers(name: &str) -> Vec<Reader> {
     match name.rsplit('.').next().unwrap_or_default() {
-        "csv" | "txt" | "gz" | "zst" | "mcap" | "npz" | "parquet" | "db3" => vec![log],
+        "csv" | "txt" | "gz" | "zst" | "mcap" | "npz" | "parquet" | "db3" | "arrow" | "arrows" | "feather" => vec![log],
         "tri" => vec![sums],
         "urdf" => vec![urdf],
         "par" => vec![par],
@@ -198,6 +198,16 @@ fn anchors() -> String {
     text
 }
 
+/// An Arrow file of 64 rows, every 64 of which is said to be more.
+fn arrow_of_claims(rows: u64) -> Vec<u8> {
+    let mut bytes = include_bytes!("identification/foreign_logs/polars.arrow").to_vec();
+    let (found, claimed) = (64u64.to_le_bytes(), rows.to_le_bytes());
+    let places: Vec<usize> = (0..bytes.len() - 8).filter(|&at| bytes[at..at + 8] == found).collect();
+    assert!(places.len() > 5, "{places:?}");
+    places.iter().for_each(|&at| bytes[at..at + 8].copy_from_slice(&claimed));
+    bytes
+}
+
 fn two_links(theta: &str) -> String {
     format!(
         "convention: khalil-kleinfinger\nname: r\nlinks:\n  - {{link: 1, antecedent: base, theta: q1}}\n  - {{link: 2, \
@@ -222,6 +232,7 @@ fn hostile() -> Vec<Hostile> {
         of("chunks of zeros", chunks_of_zeros(20, 16 << 20), log, unfolds),
         of("an array of zeros", npz_of_zeros(8 << 20), log, unfolds),
         of("columns of zeros", parquet_of_zeros(16 << 20), log, unfolds),
+        of("a batch of claimed rows", arrow_of_claims(1 << 27), log, "does not hold the 134217728 values"),
         of("sums of a thousand columns", unpacked(include_bytes!("../data/hostile/bomb.tri.gz")), sums, unfolds),
         of("a robot of anchors", anchors().into(), yaml_robot, too_much),
         of("a robot of brackets", "[".repeat(100_000).into(), yaml_robot, "recursion limit"),

@@ -23,7 +23,7 @@ pub(crate) fn run(arguments: &[String]) -> Result<(), String> {
     }
 
     // The tests compare the output of this program byte by byte.
-    cargo(&["build", "--quiet", "--package", "cli"])?;
+    cargo(&["build", "--quiet", "--package", "cli", "--features", "all-readers"])?;
     let profiles = target.join("profiles.toml");
     fs::write(&profiles, profiles_of(root)?).map_err(|e| format!("{}: {e}", profiles.display()))?;
     let at_root = |program: &str| {
@@ -32,7 +32,9 @@ pub(crate) fn run(arguments: &[String]) -> Result<(), String> {
         command
     };
     let mut build = at_root("maturin");
-    build.args(["develop", "--quiet", "--locked", "--profile", "dev", "--config"]).arg(&profiles);
+    build
+        .args(["develop", "--quiet", "--locked", "--profile", "dev", "--features", "all-readers", "--config"])
+        .arg(&profiles);
     done(&mut build, "maturin develop")?;
     let mut format = Command::new("cargo");
     format.args(["fmt", "--check", "--manifest-path", "crates/python/Cargo.toml"]).current_dir(root);

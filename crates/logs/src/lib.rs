@@ -41,8 +41,7 @@ pub use columns::words::Quantity;
 pub use effort::Effort;
 pub use error::Error;
 pub use formats::arrays::Array;
-#[cfg(feature = "parquet")]
-pub use formats::parquet::write::{Cells, parquet_bytes};
+pub use formats::written::{Cells, parquet_bytes};
 pub use log::{Log, Window};
 pub use postures::Postures;
 pub use stream::{LogSource, LogStream};

@@ -1,17 +1,19 @@
 //! Which format a file has, and its reader.
 //!
-//! The formats are delimited text (`formats::delimited`), plain or gzip; the arrays of a .npz or a .mat; a Parquet file; a
-//! data set of LeRobot; the messages of a ROS recording. The content decides the format, not the name. `-` is standard input. Of a text, and
-//! of a Parquet file on disk, some rows are read at a time; another file is held whole, up to [`MAX_FILE_BYTES`]. A text ends at [`MAX_CELLS`](crate::table::MAX_CELLS) numbers, so
+//! The formats are delimited text (`formats::delimited`), plain or gzip; the arrays of a .npz or a .mat; an Arrow or Parquet
+//! file; a data set of LeRobot; the messages of a ROS recording. The content decides the format, not the name. `-` is standard
+//! input. Of a text, of Arrow, and of a Parquet file on disk, some rows are read at a time; another file is held whole, up to [`MAX_FILE_BYTES`]. A text ends at [`MAX_CELLS`](crate::table::MAX_CELLS) numbers, so
 //! that a pipe or device without end is refused there.
 
 use std::io::{Cursor, ErrorKind, Read};
 use std::path::Path;
 
 use gate::budget::Budget;
-use gate::source::Source;
+use gate::source::{Pieces, Source};
 
 use crate::Error;
+#[cfg(feature = "arrow")]
+use crate::formats::arrow::batches::ArrowReader;
 use crate::formats::content::{Content, MAGIC_BYTES};
 use crate::formats::delimited::TableReader;
 #[cfg(feature = "parquet")]
@@ -36,7 +38,6 @@ pub(crate) fn open(path: &Path) -> Result<Opened<'static>, Error> {
         return opened("standard input", Source::standard_input());
     }
     let file = path.display().to_string();
-    #[cfg(feature = "parquet")]
     if let Some(table) = crate::formats::lerobot::read(path)? {
         return Ok(Opened::Whole(table));
     }
@@ -61,13 +62,9 @@ fn opened(file: &str, mut source: Source) -> Result<Opened<'static>, Error> {
     let again = source.length().is_some();
     let head = source.head(MAGIC_BYTES).map_err(failed)?;
     let content = Content::of(&head);
-    #[cfg(feature = "parquet")]
-    if content == Content::Parquet {
+    if content.has_index() {
         source = match source.pieces().map_err(failed)? {
-            Ok(pieces) => {
-                let reader = Box::new(ParquetReader::of_file(file, pieces)?);
-                return Ok(Opened::Rows { reader, again });
-            }
+            Ok(pieces) => return Ok(Opened::Rows { reader: indexed(file, content, pieces)?, again }),
             Err(pipe) => pipe,
         };
     }
@@ -76,12 +73,31 @@ fn opened(file: &str, mut source: Source) -> Result<Opened<'static>, Error> {
     if content == Content::Zstd {
         return of_zstd(file, source, again);
     }
+    #[cfg(feature = "arrow")]
+    if content == Content::ArrowStream {
+        return Ok(Opened::Rows { reader: Box::new(ArrowReader::of_stream(file, source)?), again });
+    }
     if matches!(content, Content::Text | Content::Gzip) {
         let reader = Box::new(TableReader::of_content(file, content, source)?);
         return Ok(Opened::Rows { reader, again });
     }
     let bytes = Source::of(source).whole(MAX_FILE_BYTES).map_err(failed)?;
     Table::from_bytes(file, &bytes).map(Opened::Whole)
+}
+
+/// The reader of a file on disk whose index says where its rows are.
+#[cfg_attr(not(any(feature = "arrow", feature = "parquet")), allow(unused_variables))]
+fn indexed(file: &str, content: Content, pieces: Pieces) -> Result<Box<dyn RowReader>, Error> {
+    match content {
+        #[cfg(feature = "arrow")]
+        Content::Arrow => {
+            let length = pieces.length();
+            Ok(Box::new(ArrowReader::of_file(file, Box::new(move |at, count| pieces.read(at, count)), length)?))
+        }
+        #[cfg(feature = "parquet")]
+        Content::Parquet => Ok(Box::new(ParquetReader::of_file(file, pieces)?)),
+        _ => Err(Error::at(file, 0, content.refusal().unwrap_or_default())),
+    }
 }
 
 /// Times that what is unpacked whole is in memory: in an array that grows by doubling, with room for what is read of it.
@@ -134,6 +150,7 @@ impl Table {
     }
 
     /// Reads the content of a file within a budget.
+    #[cfg_attr(not(any(feature = "mat", feature = "npz", feature = "parquet")), allow(unused_variables))]
     fn within(file: &str, bytes: &[u8], budget: &mut Budget) -> Result<Table, Error> {
         let content = Content::of(bytes);
         if let Some(why) = content.refusal() {
@@ -144,6 +161,8 @@ impl Table {
             Content::Mat => crate::formats::mat::read(file, bytes, budget),
             #[cfg(feature = "npz")]
             Content::Numpy => crate::formats::npz::read(file, bytes, budget),
+            #[cfg(feature = "arrow")]
+            Content::Arrow | Content::ArrowStream => ArrowReader::of_bytes(file, bytes)?.rows(usize::MAX),
             #[cfg(feature = "parquet")]
             Content::Parquet => crate::formats::parquet::file::read(file, bytes, budget),
             #[cfg(any(feature = "mcap", feature = "rosbag2-sqlite"))]

@@ -24,7 +24,7 @@ use crate::work::work;
 
 /// Identifies the base parameters and the friction of a robot from logs of it. rist.TrustWarning where the verdict says no.
 ///
-/// model: a Model, or the path of a description. logs: one or a list; each a path (CSV, .npz, Parquet, MCAP, a rosbag2 directory), a dict of arrays ({"t": (N,),
+/// model: a Model, or the path of a description. logs: one or a list; each a path (CSV, .npz, Arrow, Parquet, MCAP, a rosbag2 directory), a dict of arrays ({"t": (N,),
 /// "q": (N, n), "tau": (N, n)}; SI), or a table with __arrow_c_stream__ (pandas, polars, pyarrow). With method="rist",
 /// "rist-mh", "iv" or "didim": the directory of the logs of `plan`.
 ///

@@ -1,4 +1,4 @@
-//! Unpacks compressed blocks of recordings and of Parquet, within a bound.
+//! Unpacks compressed blocks of recordings, of Arrow and of Parquet, within a bound.
 //!
 //! A length that the file claims is not trusted: no more is allocated for it than the compressed bytes can unfold to.
 //! Only decoders are used, all written in Rust.
@@ -8,10 +8,10 @@ use std::io::Read;
 /// How a block is compressed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Compression {
-    #[cfg(any(feature = "mcap", feature = "parquet"))]
+    #[cfg(feature = "lz4")]
     None,
     Zstd,
-    #[cfg(any(feature = "mcap", feature = "parquet"))]
+    #[cfg(feature = "lz4")]
     Lz4Frame,
     #[cfg(feature = "parquet")]
     Gzip,
@@ -60,7 +60,7 @@ impl Compression {
     }
 
     /// The `size` bytes that `packed` holds; another number of them is an error.
-    #[cfg(all(test, feature = "mcap"))]
+    #[cfg(any(feature = "arrow", all(test, feature = "parquet")))]
     pub(crate) fn unpack(self, packed: &[u8], size: usize) -> Result<Vec<u8>, String> {
         let out = self.unpack_within(packed, size)?;
         if out.len() != size {
@@ -74,13 +74,13 @@ impl Compression {
         let most = most.min(most_of(packed));
         let failed = |e: &dyn std::fmt::Display| format!("it cannot be unpacked: {e}");
         let out = match self {
-            #[cfg(any(feature = "mcap", feature = "parquet"))]
+            #[cfg(feature = "lz4")]
             Compression::None => packed.to_vec(),
             Compression::Zstd => {
                 let decoder = ruzstd::decoding::StreamingDecoder::new(packed).map_err(|e| failed(&e))?;
                 bounded(decoder, most)?
             }
-            #[cfg(any(feature = "mcap", feature = "parquet"))]
+            #[cfg(feature = "lz4")]
             Compression::Lz4Frame => bounded(lz4_flex::frame::FrameDecoder::new(packed), most)?,
             #[cfg(feature = "parquet")]
             Compression::Gzip => bounded(flate2::read::MultiGzDecoder::new(packed), most)?,
@@ -141,7 +141,7 @@ fn bounded(reader: impl Read, most: usize) -> Result<Vec<u8>, String> {
     Ok(out)
 }
 
-#[cfg(all(test, feature = "mcap", feature = "parquet"))]
+#[cfg(all(test, feature = "parquet"))]
 mod tests {
     use super::*;
     use std::io::Write;

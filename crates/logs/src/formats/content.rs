@@ -12,6 +12,9 @@ pub(crate) enum Content {
     Numpy,
     /// Arrays of MATLAB, version 5.
     Mat,
+    /// A file of Arrow IPC (Feather, version 2).
+    Arrow,
+    ArrowStream,
     Parquet,
     Mcap,
     Sqlite,
@@ -22,12 +25,14 @@ pub(crate) enum Content {
 use Content::*;
 
 /// First bytes, the kind they mark, its name, the feature that reads it, and whether the feature is built in.
-const FILE_KINDS: [(&[u8], Content, &str, &str, bool); 9] = [
+const FILE_KINDS: [(&[u8], Content, &str, &str, bool); 11] = [
     (b"\x1f\x8b", Gzip, "", "", true),
     (b"\x28\xb5\x2f\xfd", Zstd, "a zstd stream", "zstd", cfg!(feature = "zstd")),
     (b"PK\x03\x04", Numpy, "a .npz of NumPy", "npz", cfg!(feature = "npz")),
     (b"\x93NUMPY", Numpy, "an array of NumPy", "npz", cfg!(feature = "npz")),
     (b"MATLAB 5.0 MAT", Mat, "a .mat of version 5", "mat", cfg!(feature = "mat")),
+    (b"ARROW1\0\0", Arrow, "an Arrow or Feather file", "arrow", cfg!(feature = "arrow")),
+    (b"\xff\xff\xff\xff", ArrowStream, "an Arrow stream", "arrow", cfg!(feature = "arrow")),
     (b"PAR1", Parquet, "a Parquet file", "parquet", cfg!(feature = "parquet")),
     (b"PARE", Parquet, "a Parquet file", "parquet", cfg!(feature = "parquet")),
     (b"\x89MCAP0\r\n", Mcap, "an MCAP file", "mcap", cfg!(feature = "mcap")),
@@ -38,9 +43,9 @@ const FILE_KINDS: [(&[u8], Content, &str, &str, bool); 9] = [
 const FOREIGN: [(&[u8], &str); 8] = [
     (b"#ROSBAG V", "a bag of ROS 1, which is not read; convert it: `mcap convert in.bag out.mcap`"),
     (
-        b"ARROW1",
-        "an Arrow or Feather file, which is not read; convert it: `python -c \"import polars; \
-         polars.read_ipc('IN').write_parquet('OUT.parquet')\"`",
+        b"FEA1",
+        "a Feather file of version 1, which is not read; convert it: `python -c \"import pyarrow.feather as f; \
+         f.write_feather(f.read_table('IN'), 'OUT')\"`",
     ),
     (
         b"MATLAB 7.3 MAT",
@@ -65,6 +70,12 @@ const FOREIGN: [(&[u8], &str); 8] = [
     (b"\xd0\xcf\x11\xe0", "a workbook of old Excel, which is not read; save the sheet as CSV"),
 ];
 
+/// For features that may be left out, the line that makes what is read without.
+const CONVERTERS: [(&str, &str); 2] = [
+    ("parquet", "python -c \"import polars; polars.read_parquet('IN').write_ipc('OUT.arrow')\""),
+    ("rosbag2-sqlite", "mcap convert IN.db3 OUT.mcap"),
+];
+
 /// Number of first bytes that tell the kind of a file.
 pub(crate) const MAGIC_BYTES: usize = 16;
 
@@ -75,18 +86,29 @@ impl Content {
         FILE_KINDS.iter().find(|kind| head.starts_with(kind.0)).map(|kind| kind.1).or_else(foreign).unwrap_or(Text)
     }
 
+    /// Whether such a file has an index at its end, so that it is read by place.
+    pub(crate) fn has_index(self) -> bool {
+        matches!(self, Arrow | Parquet)
+    }
+
     /// Why files of this kind are not read, and what to do; `None` where they are.
     pub(crate) fn refusal(self) -> Option<String> {
         if let Foreign(what) = self {
             return Some(format!("this is {what}"));
         }
-        FILE_KINDS.iter().find(|kind| kind.1 == self && !kind.4).map(|(_, _, name, feature, _)| {
-            format!(
-                "this is {name}, and this program was built without what reads it; build it with the feature \
-                 `{feature}` of the package `logs`"
-            )
-        })
+        let (_, _, name, feature, _) = FILE_KINDS.iter().find(|kind| kind.1 == self && !kind.4)?;
+        let converter =
+            CONVERTERS.iter().find(|(of, _)| of == feature).map(|(_, line)| format!("; or convert it: `{line}`"));
+        Some(format!("this is {name}: {}{}", left_out(feature), converter.unwrap_or_default()))
     }
+}
+
+/// That this program lacks a feature, and what brings it.
+pub(crate) fn left_out(feature: &str) -> String {
+    format!(
+        "this program was built without the feature `{feature}`; `cargo install --locked --path crates/cli --features \
+         {feature}` builds it with that, and the programs and wheels of a release have all"
+    )
 }
 
 #[cfg(test)]
@@ -100,7 +122,7 @@ mod tests {
             assert_eq!(Content::of(&[magic, b"and more"].concat()), content);
             let refusal = content.refusal();
             assert_eq!(refusal.is_some(), !built, "{feature}");
-            assert!(refusal.is_none_or(|r| r.contains(&format!("`{feature}` of the package"))));
+            assert!(refusal.is_none_or(|r| r.contains(&format!("without the feature `{feature}`"))));
         }
         for (magic, what) in FOREIGN {
             assert_eq!(Content::of(&[magic, b"and more"].concat()).refusal(), Some(format!("this is {what}")));

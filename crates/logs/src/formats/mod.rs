@@ -1,11 +1,12 @@
 //! The formats that logs come in, one reader each.
 
 pub(crate) mod arrays;
+#[cfg(feature = "arrow")]
+pub(crate) mod arrow;
 #[cfg(feature = "zstd")]
 pub(crate) mod compression;
 pub(crate) mod content;
 pub(crate) mod delimited;
-#[cfg(feature = "parquet")]
 pub(crate) mod lerobot;
 #[cfg(feature = "mat")]
 pub(crate) mod mat;
@@ -17,3 +18,6 @@ pub(crate) mod parquet;
 #[cfg(any(feature = "mcap", feature = "rosbag2-sqlite"))]
 pub(crate) mod rosbag;
 mod rows;
+#[cfg(any(feature = "arrow", feature = "parquet"))]
+pub(crate) mod stored_number;
+pub(crate) mod written;

@@ -684,7 +684,7 @@ def identify(
 ) -> Estimate:
     """Identifies the base parameters and the friction of a robot from logs of it. rist.TrustWarning where the verdict says no.
 
-    model: a Model, or the path of a description. logs: one or a list; each a path (CSV, .npz, Parquet, MCAP, a rosbag2 directory), a dict of arrays ({"t": (N,),
+    model: a Model, or the path of a description. logs: one or a list; each a path (CSV, .npz, Arrow, Parquet, MCAP, a rosbag2 directory), a dict of arrays ({"t": (N,),
     "q": (N, n), "tau": (N, n)}; SI), or a table with __arrow_c_stream__ (pandas, polars, pyarrow). With method="rist",
     "rist-mh", "iv" or "didim": the directory of the logs of `plan`.
 
@@ -927,7 +927,7 @@ def wrench(log: Log, link: str = "tool0") -> dict[str, Any]:
     """The load behind a force-torque sensor, from a log of it: forces and torques in the axes of the sensor, and its poses in a
     frame at rest whose z points up.
 
-    log: a path (CSV, .npz, Parquet, MCAP, a rosbag2 directory), a dict of arrays, or a table with __arrow_c_stream__ (pandas,
+    log: a path (CSV, .npz, Arrow, Parquet, MCAP, a rosbag2 directory), a dict of arrays, or a table with __arrow_c_stream__ (pandas,
     polars, pyarrow). Columns are found by their names: fx fy fz tx ty tz, x y z, qx qy qz qw or roll pitch yaw. Without a clock
     each row is a posture at rest. link: the link whose frame is the sensor's, in the words for a file of loads.
 

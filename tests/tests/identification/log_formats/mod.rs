@@ -153,6 +153,104 @@ fn files_of_other_programs() {
         assert_eq!(table.columns[5], scaled(1.0), "{name}");
         assert_eq!(table.texts[6], Some((0, "text (BYTE_ARRAY)".into())), "{name}");
     }
+
+    for name in ["pyarrow_lz4.feather", "pyarrow_zstd.arrows", "polars.arrow", "polars_lz4.arrow", "polars.arrows"] {
+        let nulls = name.starts_with("pyarrow");
+        let table = read(name);
+        assert_eq!(table.header, ["time", "q_1", "q_2", "tau_1", "tau_2", "count", "mode"], "{name}");
+        let expected = [time.clone(), scaled(0.5), scaled(-0.25), scaled(8.0), scaled(-16.0), scaled(1.0)];
+        for (k, expected) in expected.iter().enumerate() {
+            let is_null = |r: usize| nulls && r == 5 && matches!(k, 3 | 4);
+            let same = |(r, (x, y)): (usize, (&f64, &f64))| if is_null(r) { x.is_nan() } else { x == y };
+            assert!(table.columns[k].iter().zip(expected).enumerate().all(same), "{name} {}", table.header[k]);
+        }
+        let (texts, notes) = (&table.texts[6], table.notes.join(" "));
+        assert!(texts.as_ref().is_some_and(|(_, text)| text == "text"), "{name}: {texts:?}");
+        assert_eq!(notes.contains("`time_ns` holds times"), nulls, "{name}: {notes}");
+        // The same from memory, some rows at a time, and through a pipe of zstd.
+        let bytes = std::fs::read(folder.join(name)).unwrap();
+        assert_same_numbers(&Table::from_bytes(name, &bytes).unwrap(), &table);
+        assert_same_numbers(&Table::glance(&folder.join(name), 7).unwrap(), &part(&table, 7));
+        let packed = ruzstd::encoding::compress_to_vec(&bytes[..], ruzstd::encoding::CompressionLevel::Fastest);
+        assert_same_numbers(&Table::from_bytes(name, &packed).unwrap(), &table);
+    }
+}
+
+/// The first rows of a table.
+fn part(table: &Table, rows: usize) -> Table {
+    let columns = table.columns.iter().map(|column| column.iter().take(rows).copied().collect()).collect();
+    Table { columns, ..table.clone() }
+}
+
+fn assert_same_numbers(found: &Table, expected: &Table) {
+    assert_eq!((&found.header, &found.texts), (&expected.header, &expected.texts));
+    let bits = |table: &Table| -> Vec<Vec<u64>> {
+        table.columns.iter().map(|column| column.iter().map(|x| x.to_bits()).collect()).collect()
+    };
+    assert_eq!(bits(found), bits(expected), "{}", found.file);
+}
+
+/// Types of Arrow that are numbers, and those that are none: each other column stands where it stood.
+#[test]
+fn kinds_of_arrow_columns() {
+    let folder = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("tests/identification/foreign_logs");
+    let table = Table::read(&folder.join("pyarrow_types.arrow")).unwrap();
+    let steps = |x: f64| (0..64).map(|r| f64::from(r) * x).collect::<Vec<f64>>();
+    let numbers = [
+        ("time", (0..64).map(|r| f64::from(4 * r) / 1e3).collect()),
+        ("joint.more.effort", steps(-0.25)),
+        ("half", steps(0.5)),
+        ("price", steps(0.25)),
+        ("small", steps(-1.0)),
+        ("big", (0..64).map(|r| 2f64.powi(63) + 2048.0 * f64::from(r)).collect()),
+        ("day", steps(86_400.0)),
+        ("count", steps(1.0)),
+    ];
+    let column = |name: &str| {
+        let place = table.header.iter().position(|h| h == name).unwrap_or_else(|| panic!("{name}: {:?}", table.header));
+        (&table.columns[place], table.texts[place].as_ref().map(|(_, text)| text.as_str()))
+    };
+    for (name, expected) in numbers {
+        assert_eq!(column(name), (&expected, None), "{name}");
+    }
+    let (position, expected) = (column("joint.position").0, steps(0.5));
+    assert!(position.iter().zip(&expected).enumerate().all(|(r, (x, y))| if r == 7 { x.is_nan() } else { x == y }));
+    for (name, what) in [
+        ("word", "words of a dictionary"),
+        ("view", "text"),
+        ("pairs", "a map"),
+        ("ragged", "lists of 1 and of 2 numbers"),
+        ("flag", "booleans"),
+        ("none", "nothing"),
+    ] {
+        let (numbers, text) = column(name);
+        assert_eq!(text, Some(what), "{name}");
+        assert!(numbers.len() == 64 && numbers.iter().all(|x| x.is_nan()), "{name}");
+    }
+}
+
+/// Cut off or changed, a file or stream of Arrow is read or refused, never a panic, and a cut one is refused.
+#[test]
+fn damaged_arrow_is_read_or_refused() {
+    let folder = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("tests/identification/foreign_logs");
+    let mut refused = 0;
+    for name in ["pyarrow_lz4.feather", "pyarrow_zstd.arrows", "pyarrow_types.arrow", "polars.arrow"] {
+        let whole = std::fs::read(folder.join(name)).unwrap();
+        for at in 16..whole.len() - 8 {
+            let message = Table::from_bytes(name, &whole[..at]).map(drop).err().map(|e| e.to_string());
+            // A stream that ends behind a batch is whole.
+            let may_end = name.ends_with("arrows") && message.is_none();
+            assert!(
+                may_end || message.as_ref().is_some_and(|m| m.contains("cut short") || m.contains("no row")),
+                "{name} {at}: {message:?}"
+            );
+            let mut damaged = whole.clone();
+            damaged[at] ^= (1 + at * 31 % 255) as u8;
+            refused += usize::from(Table::from_bytes(name, &damaged).is_err());
+        }
+    }
+    // What tells the damage of a number from the number is not in the format.
+    assert!(refused > 2000, "{refused}");
 }
 
 /// Codecs, encodings and types of numbers that our own files lack.

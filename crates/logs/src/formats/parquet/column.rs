@@ -9,8 +9,9 @@ use parquet::file::metadata::{ParquetMetaData, RowGroupMetaData};
 use parquet::schema::types::ColumnDescPtr;
 
 use crate::formats::parquet::file_bytes::FileBytes;
-use crate::formats::parquet::number::{Kind, Numbers};
+use crate::formats::parquet::number::kind;
 use crate::formats::parquet::pages::UnpackedPages;
+use crate::formats::stored_number::{Kind, Numbers, without_unit};
 use crate::table::{MAX_CELLS, MAX_COLUMNS};
 
 /// Rows decoded at a time.
@@ -70,7 +71,7 @@ pub(crate) struct Rows<'a> {
 
 impl Column {
     pub(crate) fn new(place: usize, leaf: &ColumnDescPtr, name: String) -> Column {
-        let kind = if leaf.max_rep_level() > 1 { Kind::Other("lists of lists".into()) } else { Kind::of(leaf) };
+        let kind = if leaf.max_rep_level() > 1 { Kind::Other("lists of lists".into()) } else { kind(leaf) };
         let text = match &kind {
             Kind::Other(what) => Some(what.clone()),
             _ => None,
@@ -226,11 +227,6 @@ impl Column {
         columns.resize_with(self.width, Vec::new);
         (columns, self.text.clone())
     }
-}
-
-/// The name without its unit, since times are converted to seconds.
-fn without_unit(name: &str) -> &str {
-    ["_ms", "_us", "_ns"].iter().find_map(|unit| name.strip_suffix(unit)).unwrap_or(name)
 }
 
 /// Numbers of the rows read so far.

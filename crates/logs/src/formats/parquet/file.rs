@@ -24,6 +24,7 @@ use crate::Error;
 use crate::formats::parquet::column::{Column, Content, Rows};
 use crate::formats::parquet::file_bytes::FileBytes;
 use crate::formats::parquet::schema_guard;
+use crate::formats::stored_number::time_note;
 use crate::table::{MAX_CELLS, MAX_COLUMNS, RowReader, Table, check_header};
 
 /// The last bytes of a parquet file.
@@ -90,9 +91,7 @@ impl ParquetReader {
         let mut header: Vec<String> = columns.iter().flat_map(Column::headers).collect();
         check_header(file, 0, &mut header)?;
         let timed = columns.iter().filter(|column| column.timed);
-        let notes = timed
-            .map(|column| format!("column `{}` holds times; they are counted in seconds from the first", column.name));
-        let notes = notes.collect();
+        let notes = timed.map(|column| time_note(&column.name)).collect();
         let file = file.into();
         let reader = ParquetReader {
             file,

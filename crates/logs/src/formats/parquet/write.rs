@@ -10,25 +10,10 @@ use parquet::file::properties::WriterProperties;
 use parquet::file::writer::{SerializedColumnWriter, SerializedFileWriter};
 use parquet::schema::types::Type;
 
-use crate::error::Error;
+use crate::formats::written::Cells;
 
-/// The cells of a column of a table that is written.
-#[derive(Clone, Debug, PartialEq)]
-pub enum Cells<'a> {
-    /// Texts, each there.
-    Texts(Vec<&'a str>),
-    /// Numbers; what is not finite is written as absent.
-    Numbers(Vec<f64>),
-}
-
-/// The bytes of a Parquet file of these named columns, which have the same length.
-///
-/// Fails where a name stands there twice or the lengths differ.
-pub fn parquet_bytes(columns: &[(String, Cells<'_>)]) -> Result<Vec<u8>, Error> {
-    written(columns).map_err(|e| Error::new(format!("the table cannot be written as Parquet: {e}")))
-}
-
-fn written(columns: &[(String, Cells<'_>)]) -> Result<Vec<u8>, ParquetError> {
+/// The bytes of a Parquet file of these named columns.
+pub(crate) fn written(columns: &[(String, Cells<'_>)]) -> Result<Vec<u8>, ParquetError> {
     let fields = columns.iter().map(|(name, cells)| field(name, cells).map(Arc::new)).collect::<Result<_, _>>()?;
     let schema = Type::group_type_builder("table").with_fields(fields).build()?;
     let mut bytes = Vec::new();
@@ -78,6 +63,7 @@ fn write(column: &mut SerializedColumnWriter<'_>, cells: &Cells<'_>) -> Result<(
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::parquet_bytes;
     use crate::Table;
 
     /// Our own reader, which has others' files as its oracles, reads the same numbers.

@@ -49,6 +49,11 @@ impl<'a> Cursor<'a> {
         Ok(cursor)
     }
 
+    /// The start of plain bytes: little-endian and not aligned.
+    pub(crate) fn plain(data: &'a [u8], kind: &'a str) -> Cursor<'a> {
+        Cursor { data, at: 0, aligned: false, big_endian: false, kind }
+    }
+
     fn short(&self, count: usize) -> String {
         let left = self.data.len().saturating_sub(self.at);
         format!("{count} bytes are claimed at byte {} where {left} are left: no {}", self.at, self.kind)

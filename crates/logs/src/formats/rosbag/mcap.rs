@@ -1,24 +1,32 @@
 //! The messages of an MCAP file (mcap.dev, version 0), in file order.
 //!
-//! The crate `mcap` takes records apart. Chunks are unpacked here, record by record, and a record is passed to the crate
-//! only if the file is long enough to hold it. The index at the end is not used. So the file of a recorder that was
-//! killed is read as far as it is whole. Attachments and metadata are skipped unparsed.
+//! A record is an opcode, its length in eight bytes, and its content; numbers are little-endian, a text has its length before
+//! it. Four kinds are taken apart: schemas, channels, messages and chunks, which are compressed records. The index at the end
+//! is not used. So the file of a recorder that was killed is read as far as it is whole.
 
 use std::collections::BTreeMap;
 use std::io::Read;
 
 use gate::budget::Budget;
-use mcap::McapError;
-use mcap::records::{ChunkHeader, Record, op};
-use mcap::sans_io::linear_reader::{LinearReadEvent, LinearReader, LinearReaderOptions};
 
 use crate::formats::compression::{Compression, MAX_UNPACKED_BYTES};
+use crate::formats::rosbag::cdr::Cursor;
 use crate::formats::rosbag::message::{Channel, Message, Outcome, Receiver};
 
 /// Of what a file may take, a record of a chunk may take one part in so many.
 const RECORD_BUDGET_SHARE: usize = 4;
-/// Bytes handed over at a time.
-const BYTES_PER_PIECE: usize = 1 << 16;
+/// What a file begins with.
+const MAGIC: &[u8] = b"\x89MCAP0\r\n";
+
+/// Kinds of records.
+mod opcode {
+    pub(super) const SCHEMA: u8 = 3;
+    pub(super) const CHANNEL: u8 = 4;
+    pub(super) const MESSAGE: u8 = 5;
+    pub(super) const CHUNK: u8 = 6;
+    /// The last record before the index.
+    pub(super) const DATA_END: u8 = 15;
+}
 
 /// Receiver of records: opcode and content.
 type RecordReceiver<'a> = dyn FnMut(u8, &[u8]) -> Result<(), String> + 'a;
@@ -26,11 +34,20 @@ type RecordReceiver<'a> = dyn FnMut(u8, &[u8]) -> Result<(), String> + 'a;
 /// Hands every message of a file of `length` bytes to `each`. What its chunks unfold to is drawn from `work`.
 ///
 /// Fails when a record is damaged; a file that ends early is no failure but an `Outcome`.
-pub(crate) fn read(source: impl Read, length: u64, work: &mut Budget, each: &mut Receiver) -> Result<Outcome, String> {
+pub(crate) fn read(
+    mut source: impl Read,
+    length: u64,
+    work: &mut Budget,
+    each: &mut Receiver,
+) -> Result<Outcome, String> {
     let mut reader = Reader { schemas: BTreeMap::new(), channels: BTreeMap::new(), work, each };
-    let options = LinearReaderOptions::default().with_emit_chunks(true).with_skip_end_magic(true);
-    let mut at = mcap::MAGIC.len() as u64;
-    let whole = records(source, length, options, MAX_UNPACKED_BYTES, &mut |opcode, content| {
+    let mut at = MAGIC.len() as u64;
+    let mut magic = [0; MAGIC.len()];
+    source.read_exact(&mut magic).map_err(|e| format!("cannot be read: {e}"))?;
+    if magic != MAGIC {
+        return Err(format!("begins with the bytes {magic:02x?} and not with those of MCAP, {MAGIC:02x?}"));
+    }
+    let whole = records(source, length.saturating_sub(at), MAX_UNPACKED_BYTES, &mut |opcode, content| {
         let start = at;
         at += 9 + content.len() as u64;
         reader.record(opcode, content).map_err(|e| format!("record at byte {start}: {e}"))
@@ -42,83 +59,43 @@ pub(crate) fn read(source: impl Read, length: u64, work: &mut Budget, each: &mut
 
 /// Hands over the records in `length` bytes, each of at most `longest`, up to the record that ends the data; `false` when
 /// the bytes end before it.
-fn records(
-    mut source: impl Read,
-    length: u64,
-    options: LinearReaderOptions,
-    longest: usize,
-    each: &mut RecordReceiver,
-) -> Result<bool, String> {
-    let mut reader = LinearReader::new_with_options(options.with_record_length_limit(longest));
-    let mut left = length;
-    while let Some(event) = reader.next_event() {
-        match event {
-            Ok(LinearReadEvent::ReadRequest(need)) => {
-                // A claimed length is checked against the bytes left before anything is allocated for it.
-                if need as u64 > left {
-                    return Ok(false);
-                }
-                let piece = usize::try_from(left).unwrap_or(BYTES_PER_PIECE).min(BYTES_PER_PIECE);
-                let read = source.read(reader.insert(piece)).map_err(|e| format!("cannot be read: {e}"))?;
-                reader.notify_read(read);
-                left -= read as u64;
-                if read == 0 {
-                    return Ok(false);
-                }
-            }
-            Ok(LinearReadEvent::Record { opcode: op::DATA_END, .. }) => return Ok(true),
-            Ok(LinearReadEvent::Record { opcode, data }) => each(opcode, data)?,
-            Err(McapError::RecordTooLarge { len, .. }) if len > length => return Ok(false),
-            Err(McapError::RecordTooLarge { len, .. }) => {
-                return Err(format!("a record unfolds to {len} bytes, and of a file of this size {longest} are read"));
-            }
-            Err(e) => return Err(format!("{e}: the record is damaged")),
+fn records(mut source: impl Read, length: u64, longest: usize, each: &mut RecordReceiver) -> Result<bool, String> {
+    let failed = |e: std::io::Error| format!("cannot be read: {e}");
+    let (mut left, mut content) = (length, Vec::new());
+    loop {
+        let mut head = Vec::with_capacity(9);
+        source.by_ref().take(left.min(9)).read_to_end(&mut head).map_err(failed)?;
+        let Some((&opcode, size)) = head.split_first().and_then(|(o, size)| Some((o, <[u8; 8]>::try_from(size).ok()?)))
+        else {
+            return Ok(false);
+        };
+        if opcode == opcode::DATA_END {
+            return Ok(true);
         }
+        // A claimed length is checked against the bytes left before anything is allocated for it.
+        left -= 9;
+        let size = u64::from_le_bytes(size);
+        if size > left {
+            return Ok(false);
+        }
+        if size > longest as u64 {
+            return Err(format!("a record unfolds to {size} bytes, and of a file of this size {longest} are read"));
+        }
+        content.clear();
+        source.by_ref().take(size).read_to_end(&mut content).map_err(failed)?;
+        if (content.len() as u64) < size {
+            return Ok(false);
+        }
+        left -= size;
+        each(opcode, &content)?;
     }
-    Ok(true)
 }
 
-/// Refuses a record whose strings claim to be longer than it is: the crate reserves what a string claims before it
-/// reads, and an allocation that fails cannot be caught.
-fn strings_fit(opcode: u8, content: &[u8]) -> Result<(), String> {
-    // Bytes before the strings, how many strings there are, and whether a map of strings follows.
-    let (mut at, strings, has_map) = match opcode {
-        op::SCHEMA => (2, 2, false),
-        op::CHANNEL => (4, 2, true),
-        op::CHUNK => (28, 1, false),
-        _ => return Ok(()),
-    };
-    let damaged = |claimed: usize| {
-        let length = content.len();
-        format!("a string claims {claimed} bytes in a record of {length}: the record is damaged")
-    };
-    let length = |at: usize| {
-        let four = content.get(at..at.saturating_add(4)).and_then(|four| <[u8; 4]>::try_from(four).ok());
-        four.map(|four| u32::from_le_bytes(four) as usize)
-    };
-    let skip = |at: &mut usize, end: usize| match length(*at) {
-        Some(claimed) if claimed > end.saturating_sub(*at + 4) => Err(damaged(claimed)),
-        Some(claimed) => {
-            *at += 4 + claimed;
-            Ok(())
-        }
-        // Cut short: the crate says so.
-        None => {
-            *at = end;
-            Ok(())
-        }
-    };
-    for _ in 0..strings {
-        skip(&mut at, content.len())?;
-    }
-    if let Some(claimed) = length(at).filter(|_| has_map) {
-        at += 4;
-        let end = at.checked_add(claimed).filter(|&end| end <= content.len()).ok_or_else(|| damaged(claimed))?;
-        while at < end {
-            skip(&mut at, end)?;
-        }
-    }
-    Ok(())
+/// What precedes the packed records of a chunk.
+struct ChunkHead<'a> {
+    unpacked_size: u64,
+    unpacked_crc: u32,
+    compression: &'a str,
 }
 
 struct Reader<'a, 'b> {
@@ -131,34 +108,56 @@ struct Reader<'a, 'b> {
 
 impl Reader<'_, '_> {
     fn record(&mut self, opcode: u8, content: &[u8]) -> Result<(), String> {
-        if !matches!(opcode, op::SCHEMA | op::CHANNEL | op::MESSAGE | op::CHUNK) {
-            return Ok(());
+        let mut fields = Cursor::plain(content, "whole record");
+        match opcode {
+            opcode::SCHEMA => self.schema(&mut fields),
+            opcode::CHANNEL => self.channel(&mut fields),
+            opcode::MESSAGE => self.message(&mut fields),
+            opcode::CHUNK => {
+                let _first_and_last_time: [[u8; 8]; 2] = [fields.number()?, fields.number()?];
+                let unpacked_size = fields.number().map(u64::from_le_bytes)?;
+                let unpacked_crc = fields.u32()?;
+                let compression = fields.text()?;
+                let packed_size = fields.number().map(u64::from_le_bytes)?;
+                let packed = fields.bytes(usize::try_from(packed_size).unwrap_or(usize::MAX))?;
+                self.chunk(&ChunkHead { unpacked_size, unpacked_crc, compression }, packed)
+            }
+            _ => Ok(()),
         }
-        strings_fit(opcode, content)?;
-        match mcap::parse_record(opcode, content).map_err(|e| format!("{e}: the record is damaged"))? {
-            Record::Schema { header, data } => {
-                let definition = std::str::from_utf8(&data).ok().map(|text| (header.encoding, text.to_string()));
-                self.schemas.insert(header.id, (header.name, definition));
-            }
-            Record::Channel(channel) => {
-                let (schema, definition) = self.schemas.get(&channel.schema_id).cloned().unwrap_or_default();
-                let (topic, encoding) = (channel.topic, channel.message_encoding);
-                self.channels.insert(channel.id, Channel { topic, schema, encoding, definition });
-            }
-            Record::Message { header, data } => {
-                let id = header.channel_id;
-                let channel = self.channels.get(&id).ok_or(format!("a message of undeclared channel {id}"))?;
-                (self.each)(&Message { channel, log_time: header.log_time.cast_signed(), data: &data })
-                    .map_err(|e| format!("message of {}: {e}", channel.topic))?;
-            }
-            Record::Chunk { header, data } => self.chunk(&header, &data)?,
-            _ => {}
-        }
+    }
+
+    fn schema(&mut self, fields: &mut Cursor) -> Result<(), String> {
+        let id = fields.number().map(u16::from_le_bytes)?;
+        let (name, encoding) = (fields.text()?, fields.text()?);
+        let length = fields.u32()? as usize;
+        let definition = std::str::from_utf8(fields.bytes(length)?).ok();
+        let definition = definition.map(|text| (encoding.to_string(), text.to_string()));
+        self.schemas.insert(id, (name.to_string(), definition));
         Ok(())
     }
 
-    fn chunk(&mut self, header: &ChunkHeader, packed: &[u8]) -> Result<(), String> {
-        let compression = match header.compression.as_str() {
+    fn channel(&mut self, fields: &mut Cursor) -> Result<(), String> {
+        let [id, schema] = [fields.number()?, fields.number()?].map(u16::from_le_bytes);
+        let (topic, encoding) = (fields.text()?.to_string(), fields.text()?.to_string());
+        let metadata = fields.u32()? as usize;
+        fields.bytes(metadata)?;
+        let (schema, definition) = self.schemas.get(&schema).cloned().unwrap_or_default();
+        self.channels.insert(id, Channel { topic, schema, encoding, definition });
+        Ok(())
+    }
+
+    fn message(&mut self, fields: &mut Cursor) -> Result<(), String> {
+        let id = fields.number().map(u16::from_le_bytes)?;
+        let _sequence = fields.u32()?;
+        let log_time = fields.number().map(i64::from_le_bytes)?;
+        let _publish_time: [u8; 8] = fields.number()?;
+        let data = fields.bytes(fields.left())?;
+        let channel = self.channels.get(&id).ok_or(format!("a message of undeclared channel {id}"))?;
+        (self.each)(&Message { channel, log_time, data }).map_err(|e| format!("message of {}: {e}", channel.topic))
+    }
+
+    fn chunk(&mut self, head: &ChunkHead, packed: &[u8]) -> Result<(), String> {
+        let compression = match head.compression {
             "" => Compression::None,
             "zstd" => Compression::Zstd,
             "lz4" => Compression::Lz4Frame,
@@ -170,11 +169,10 @@ impl Reader<'_, '_> {
             }
         };
         let damaged = |e: String| format!("the chunk is damaged: {e}; `mcap recover` saves the others");
-        let size = usize::try_from(header.uncompressed_size).unwrap_or(usize::MAX);
+        let size = usize::try_from(head.unpacked_size).unwrap_or(usize::MAX);
         self.work.draw(size).map_err(damaged)?;
         let unpacked = compression.reader(packed).map_err(damaged)?;
         let mut unpacked = Summed { source: unpacked, sum: flate2::Crc::new() };
-        let options = LinearReaderOptions::default().with_emit_chunks(true).with_skip_end_magic(true);
         let mut taken = 0;
         // A record grows in a buffer that is copied as it doubles.
         let longest = self.work.whole() / RECORD_BUDGET_SHARE;
@@ -183,14 +181,14 @@ impl Reader<'_, '_> {
             match opcode {
                 // No record has this number: what is unpacked is filled with zeros.
                 0 => Err("the chunk is damaged: it holds records of the opcode 0".into()),
-                op::CHUNK => Ok(()),
+                opcode::CHUNK => Ok(()),
                 _ => self.record(opcode, content),
             }
         };
-        let read = records(&mut unpacked, size as u64, options.with_skip_start_magic(true), longest, &mut take);
+        let read = records(&mut unpacked, size as u64, longest, &mut take);
         // Where the bytes are damaged, that is the reason and not what their records seem to be.
         let rest = std::io::copy(&mut unpacked.by_ref().take(1 + size as u64), &mut std::io::sink());
-        let (found, claimed) = (&unpacked.sum, header.uncompressed_crc);
+        let (found, claimed) = (&unpacked.sum, head.unpacked_crc);
         rest.map_err(|e| damaged(format!("it cannot be unpacked: {e}")))?;
         if u64::from(found.amount()) != (size as u64) % (1 << 32) {
             return Err(damaged(format!("it does not unpack to the {size} bytes it claims")));
@@ -229,12 +227,12 @@ mod tests {
         let message = [&[2, 0, 0, 0, 0, 0][..], &5u64.to_le_bytes(), &6u64.to_le_bytes(), b"x"].concat();
         let channel = [&[2, 0, 1, 0, 2, 0, 0, 0][..], b"/a", &[3, 0, 0, 0], b"cdr", &[0; 4]].concat();
         [
-            mcap::MAGIC.to_vec(),
-            record(op::SCHEMA, &[1, 0, 1, 0, 0, 0, b'T', 0, 0, 0, 0, 0, 0, 0, 0]),
-            record(op::CHANNEL, &channel),
+            MAGIC.to_vec(),
+            record(opcode::SCHEMA, &[1, 0, 1, 0, 0, 0, b'T', 0, 0, 0, 0, 0, 0, 0, 0]),
+            record(opcode::CHANNEL, &channel),
             record(9, b"an attachment"),
-            record(op::MESSAGE, &message),
-            record(op::DATA_END, &[0; 4]),
+            record(opcode::MESSAGE, &message),
+            record(opcode::DATA_END, &[0; 4]),
         ]
         .concat()
     }

@@ -1,0 +1,208 @@
+//! An Arrow file (Feather, version 2) or stream as tables of named columns, batch by batch.
+//!
+//! One batch is in memory at a time, and the rows of it that were not handed out. Null is NaN.
+//!
+//! Not here: words of a dictionary, tensors, the byte order of other machines.
+
+use std::io::Read;
+
+use gate::budget::Budget;
+
+use crate::Error;
+use crate::formats::arrow::batch::{Batch, Column};
+use crate::formats::arrow::flatbuffer::Table as Description;
+use crate::formats::arrow::messages::{FILE_MAGIC, Messages, Pieces, RECORD_BATCH};
+use crate::formats::arrow::schema::{Field, Layout};
+use crate::formats::stored_number::{time_note, without_unit};
+use crate::table::{MAX_CELLS, MAX_COLUMNS, RowReader, Table, check_header};
+
+/// Rows of a file on their way into tables.
+pub(crate) struct ArrowReader<'a> {
+    file: String,
+    messages: Messages<'a>,
+    /// It grows with what is read.
+    budget: Budget,
+    fields: Vec<Field>,
+    columns: Vec<Column>,
+    header: Vec<String>,
+    notes: Vec<String>,
+    /// Rows in the series of the columns, and how many of them were handed out.
+    rows: usize,
+    taken: usize,
+    /// Rows handed out so far.
+    handed: usize,
+    ended: bool,
+}
+
+impl<'a> ArrowReader<'a> {
+    /// Reads the index of a file of so many bytes, and its first rows.
+    pub(crate) fn of_file(file: &str, pieces: Pieces<'a>, length: u64) -> Result<ArrowReader<'a>, Error> {
+        ArrowReader::new(file, Messages::of_file(pieces, length))
+    }
+
+    /// Reads the schema of a stream, and its first rows.
+    pub(crate) fn of_stream(file: &str, source: impl Read + Send + 'a) -> Result<ArrowReader<'a>, Error> {
+        ArrowReader::new(file, Messages::of_stream(Box::new(source)))
+    }
+
+    /// Reads the content of a file or a stream.
+    pub(crate) fn of_bytes(file: &str, bytes: &'a [u8]) -> Result<ArrowReader<'a>, Error> {
+        if !bytes.starts_with(FILE_MAGIC) {
+            return ArrowReader::of_stream(file, bytes);
+        }
+        let piece = |at: u64, count: usize| {
+            let start = usize::try_from(at).unwrap_or(usize::MAX);
+            let piece = bytes.get(start..start.saturating_add(count));
+            piece.map(<[u8]>::to_vec).ok_or_else(|| std::io::ErrorKind::UnexpectedEof.into())
+        };
+        ArrowReader::of_file(file, Box::new(piece), bytes.len() as u64)
+    }
+
+    /// Reads the first rows: they say how long lists are.
+    fn new(file: &str, begun: Result<(Messages<'a>, Vec<Field>), String>) -> Result<ArrowReader<'a>, Error> {
+        let at = |e: String| Error::at(file, 0, e);
+        let (messages, fields) = begun.map_err(at)?;
+        let mut columns = Vec::new();
+        leaves(&fields, &mut columns);
+        if columns.is_empty() || columns.len() > MAX_COLUMNS {
+            return Err(at(format!("{} columns; at least one and at most {MAX_COLUMNS} are expected", columns.len())));
+        }
+        let mut reader = ArrowReader {
+            file: file.into(),
+            messages,
+            budget: Budget::of(0),
+            fields,
+            columns,
+            header: Vec::new(),
+            notes: Vec::new(),
+            rows: 0,
+            taken: 0,
+            handed: 0,
+            ended: false,
+        };
+        while reader.rows == 0 && !reader.ended {
+            reader.next_batch().map_err(at)?;
+        }
+        reader.header = reader.columns.iter().flat_map(headers).collect();
+        check_header(file, 0, &mut reader.header)?;
+        let timed = reader.columns.iter().filter(|column| column.is_timed());
+        reader.notes = timed.map(|column| time_note(&column.name)).collect();
+        Ok(reader)
+    }
+
+    /// Adds the rows of the next batch, if the next message is one.
+    fn next_batch(&mut self) -> Result<(), String> {
+        let Some(message) = self.messages.next()? else {
+            self.ended = true;
+            return Ok(());
+        };
+        if message.kind != RECORD_BATCH {
+            return Ok(());
+        }
+        self.budget.grow(message.description.len() + message.body.len());
+        let added = (|| {
+            let description = Description::root(&message.description)?.table(2)?.ok_or("it has no description")?;
+            let batch = Batch::new(&description, message.body)?;
+            for series in self.columns.iter_mut().flat_map(|column| &mut column.series) {
+                series.drain(..self.taken.min(series.len()));
+            }
+            (self.rows, self.taken) = (self.rows - self.taken, 0);
+            let rows = self.rows + batch.rows;
+            let width: usize = self.columns.iter().filter(|column| column.is_read()).map(Column::width).sum();
+            if rows.saturating_mul(width.max(1)) > MAX_CELLS {
+                return Err(format!(
+                    "{rows} rows of {width} columns: at most {MAX_CELLS} numbers are expected; keep the columns of the \
+                     robot, or a part of the rows"
+                ));
+            }
+            batch.read(&self.fields, &mut self.columns, &mut self.budget)?;
+            self.rows = rows;
+            Ok(())
+        })();
+        added.map_err(|e: String| format!("{}: {e}", self.messages.place()))
+    }
+
+    /// The next `count` rows of the series.
+    fn table(&mut self, count: usize) -> Result<Table, String> {
+        let rows = self.taken..self.taken + count;
+        let mut table = Table {
+            file: self.file.clone(),
+            header: self.header.clone(),
+            notes: self.notes.clone(),
+            skipped: self.handed,
+            ..Table::default()
+        };
+        for column in &self.columns {
+            let text = column.text.clone().map(|text| (0, text));
+            for k in 0..column.width() {
+                let numbers = match column.series.get(k) {
+                    Some(series) if column.is_read() => series[rows.clone()].to_vec(),
+                    // No number in any row.
+                    _ if column.wanted => {
+                        self.budget.draw(count.saturating_mul(size_of::<f64>()))?;
+                        vec![f64::NAN; count]
+                    }
+                    _ => Vec::new(),
+                };
+                table.columns.push(numbers);
+                table.texts.push(text.clone());
+            }
+        }
+        Ok(table)
+    }
+}
+
+/// The columns of fields, depth first.
+fn leaves(fields: &[Field], columns: &mut Vec<Column>) {
+    for field in fields {
+        match field.layout {
+            Layout::Structure => leaves(&field.below, columns),
+            _ => columns.push(Column::new(field)),
+        }
+    }
+}
+
+/// Names of the columns that a column is of the log.
+fn headers(column: &Column) -> Vec<String> {
+    let name = if column.is_timed() { without_unit(&column.name) } else { &column.name };
+    match column.is_list() {
+        true => (1..=column.width()).map(|k| format!("{name}_{k}")).collect(),
+        false => vec![name.to_string()],
+    }
+}
+
+impl RowReader for ArrowReader<'_> {
+    fn width(&self) -> usize {
+        self.header.len()
+    }
+
+    fn keep(&mut self, places: &[usize]) {
+        let mut first = 0;
+        for column in &mut self.columns {
+            let next = first + column.width();
+            column.wanted = places.iter().any(|c| (first..next).contains(c));
+            if !column.wanted {
+                column.series = Vec::new();
+            }
+            first = next;
+        }
+    }
+
+    fn rows(&mut self, most: usize) -> Result<Table, Error> {
+        let file = self.file.clone();
+        let failed = |e: String| Error::at(&file, 0, e);
+        while self.rows - self.taken < most && !self.ended {
+            self.next_batch().map_err(failed)?;
+        }
+        let count = most.min(self.rows - self.taken);
+        let has_numbers = self.columns.iter().any(Column::is_read);
+        if self.handed == 0 && (count == 0 || !has_numbers) {
+            let what = if count == 0 { "the file has no row" } else { "no column holds numbers" };
+            return Err(failed(format!("{what}; the columns are: {}", self.header.join(", "))));
+        }
+        let table = self.table(count).map_err(failed)?;
+        self.taken += count;
+        self.handed += count;
+        Ok(table)
+    }
+}

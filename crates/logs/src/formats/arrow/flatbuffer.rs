@@ -1,0 +1,166 @@
+//! Fields of a flatbuffer (flatbuffers.dev, "Internals"), in which Arrow writes what its messages are.
+//!
+//! A table begins with the distance back to its index, 4 bytes. The index holds its own length and that of the table, 2
+//! bytes each, and for every field the distance from the start of the table, or 0 where the field has its default. A field that is a table, a
+//! text or a vector holds the distance to it. Numbers are little-endian. Every place is looked at before it is read.
+
+/// Most elements of a vector of tables: no log has more columns.
+const MAX_TABLES: usize = 10_000;
+
+/// A table of a flatbuffer.
+#[derive(Clone, Copy)]
+pub(crate) struct Table<'a> {
+    bytes: &'a [u8],
+    at: usize,
+    /// Where its index is, and how many bytes that has.
+    index: (usize, usize),
+}
+
+fn damaged<T>() -> Result<T, String> {
+    Err("its description is damaged: a place in it is outside".into())
+}
+
+fn number<const N: usize>(bytes: &[u8], at: usize) -> Result<[u8; N], String> {
+    let found = bytes.get(at..).and_then(|rest| rest.first_chunk());
+    found.copied().map_or_else(damaged, Ok)
+}
+
+/// The place that the distance at this place leads to.
+fn target(bytes: &[u8], at: usize) -> Result<usize, String> {
+    let distance = u32::from_le_bytes(number(bytes, at)?) as usize;
+    at.checked_add(distance).filter(|end| *end < bytes.len()).map_or_else(damaged, Ok)
+}
+
+impl<'a> Table<'a> {
+    /// The table that a buffer begins with.
+    pub(crate) fn root(bytes: &'a [u8]) -> Result<Table<'a>, String> {
+        Table::at(bytes, target(bytes, 0)?)
+    }
+
+    fn at(bytes: &'a [u8], at: usize) -> Result<Table<'a>, String> {
+        let back = i32::from_le_bytes(number(bytes, at)?);
+        let index = i64::try_from(at).ok().and_then(|at| usize::try_from(at - i64::from(back)).ok());
+        let index = index.map_or_else(damaged, Ok)?;
+        let length = usize::from(u16::from_le_bytes(number(bytes, index)?));
+        if bytes.len() - index < length {
+            return damaged();
+        }
+        Ok(Table { bytes, at, index: (index, length) })
+    }
+
+    /// Where a field is; `None` where it has its default.
+    fn field(&self, id: usize) -> Result<Option<usize>, String> {
+        let (index, length) = self.index;
+        let entry = 4 + 2 * id;
+        if entry + 2 > length {
+            return Ok(None);
+        }
+        let distance = usize::from(u16::from_le_bytes(number(self.bytes, index + entry)?));
+        Ok((distance > 0).then_some(self.at + distance))
+    }
+
+    /// A number of so many bytes; `None` where it has its default.
+    pub(crate) fn number<const N: usize>(&self, id: usize) -> Result<Option<[u8; N]>, String> {
+        self.field(id)?.map(|at| number(self.bytes, at)).transpose()
+    }
+
+    /// A number of two bytes, or its default.
+    pub(crate) fn short(&self, id: usize, default: i16) -> Result<i16, String> {
+        Ok(self.number(id)?.map_or(default, i16::from_le_bytes))
+    }
+
+    /// A number of four bytes, or its default.
+    pub(crate) fn int(&self, id: usize, default: i32) -> Result<i32, String> {
+        Ok(self.number(id)?.map_or(default, i32::from_le_bytes))
+    }
+
+    /// A length or count of eight bytes, 0 by default.
+    pub(crate) fn length(&self, id: usize) -> Result<usize, String> {
+        let length = self.number(id)?.map_or(0, i64::from_le_bytes);
+        usize::try_from(length).or_else(|_| damaged())
+    }
+
+    pub(crate) fn table(&self, id: usize) -> Result<Option<Table<'a>>, String> {
+        self.field(id)?.map(|at| Table::at(self.bytes, target(self.bytes, at)?)).transpose()
+    }
+
+    /// Number and first place of the elements of a vector.
+    fn vector(&self, id: usize) -> Result<(usize, usize), String> {
+        let Some(at) = self.field(id)? else { return Ok((0, 0)) };
+        let at = target(self.bytes, at)?;
+        Ok((u32::from_le_bytes(number(self.bytes, at)?) as usize, at + 4))
+    }
+
+    /// The elements of a vector, of `size` bytes each.
+    pub(crate) fn elements(&self, id: usize, size: usize) -> Result<&'a [u8], String> {
+        let (count, first) = self.vector(id)?;
+        let end = count.checked_mul(size).and_then(|length| first.checked_add(length));
+        end.and_then(|end| self.bytes.get(first..end)).map_or_else(damaged, Ok)
+    }
+
+    pub(crate) fn text(&self, id: usize) -> Result<&'a str, String> {
+        std::str::from_utf8(self.elements(id, 1)?).map_err(|_| "a name in its description is no UTF-8".into())
+    }
+
+    pub(crate) fn tables(&self, id: usize) -> Result<Vec<Table<'a>>, String> {
+        let places = self.elements(id, 4)?;
+        let (count, first) = (places.len() / 4, self.vector(id)?.1);
+        if count > MAX_TABLES {
+            return Err(format!("{count} columns; at most {MAX_TABLES} are expected"));
+        }
+        (0..count).map(|k| Table::at(self.bytes, target(self.bytes, first + 4 * k)?)).collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A table whose field 0 is 7 in two bytes, field 1 its default, field 2 the text `ab`, field 3 a vector of itself.
+    fn buffer() -> Vec<u8> {
+        let mut bytes = vec![16, 0, 0, 0];
+        // The index: its length, that of the table, four fields.
+        bytes.extend([12u16, 16, 4, 0, 8, 12].iter().flat_map(|x| x.to_le_bytes()));
+        // The table, at 16: back by 12 to the index.
+        bytes.extend(12i32.to_le_bytes());
+        bytes.extend([7, 0, 0, 0]);
+        bytes.extend(8u32.to_le_bytes()); // at 24: to 32
+        bytes.extend(12u32.to_le_bytes()); // at 28: to 40
+        bytes.extend(2u32.to_le_bytes());
+        bytes.extend(b"ab\0\0");
+        bytes.extend(0u32.to_le_bytes());
+        bytes
+    }
+
+    #[test]
+    fn fields_and_defaults() {
+        let bytes = buffer();
+        let table = Table::root(&bytes).unwrap();
+        assert_eq!((table.short(0, 1), table.short(1, 1), table.short(9, 1)), (Ok(7), Ok(1), Ok(1)));
+        assert_eq!((table.text(2), table.text(1)), (Ok("ab"), Ok("")));
+        assert_eq!(table.tables(3).unwrap().len(), 0);
+    }
+
+    /// Whatever stands in it, a buffer is read or refused.
+    #[test]
+    fn damage_is_no_panic() {
+        let whole = buffer();
+        for at in 0..whole.len() {
+            for byte in [0, 1, 127, 128, 255] {
+                let mut bytes = whole.clone();
+                bytes[at] = byte;
+                for bytes in [&bytes[..], &bytes[..at]] {
+                    if let Ok(table) = Table::root(bytes) {
+                        let _read_or_refused = (
+                            table.number::<8>(0),
+                            table.length(1),
+                            table.text(2),
+                            table.tables(3).is_ok(),
+                            table.table(2).is_ok(),
+                        );
+                    }
+                }
+            }
+        }
+    }
+}

@@ -1,0 +1,156 @@
+//! The messages of an Arrow stream, or those that the index of an Arrow file tells of.
+//!
+//! A message is four bytes of ones, the length of its description in four bytes, the description (`flatbuffer`), and its body.
+//! Before Arrow 0.15 the ones were not there. A stream begins with the schema. A file has schema and places of batches in its
+//! index at the end, as Parquet has: some writers leave the schema out of the messages.
+
+use std::io::{self, Read};
+
+use crate::formats::arrow::flatbuffer::Table;
+use crate::formats::arrow::schema::Field;
+use crate::table::MAX_FILE_BYTES;
+
+/// What a file begins with, and ends with but for the zeros.
+pub(crate) const FILE_MAGIC: &[u8] = b"ARROW1\0\0";
+/// Bytes behind the index: its length, and the magic.
+const TAIL_BYTES: usize = 10;
+/// What every message begins with since Arrow 0.15.
+const CONTINUED: [u8; 4] = [0xff; 4];
+/// Longest description of a message.
+const MAX_DESCRIPTION_BYTES: usize = 1 << 26;
+
+/// Kinds of messages.
+const SCHEMA: u8 = 1;
+pub(crate) const RECORD_BATCH: u8 = 3;
+
+/// What a message says it is, its description, and its body.
+pub(crate) struct Message {
+    pub kind: u8,
+    pub description: Vec<u8>,
+    pub body: Vec<u8>,
+}
+
+/// Reads bytes of a file: from where, and how many.
+pub(crate) type Pieces<'a> = Box<dyn Fn(u64, usize) -> io::Result<Vec<u8>> + Send + 'a>;
+
+/// Where messages come from.
+pub(crate) enum Messages<'a> {
+    Stream {
+        source: Box<dyn Read + Send + 'a>,
+        at: u64,
+    },
+    /// Places and lengths of the batches, the next one first.
+    File {
+        pieces: Pieces<'a>,
+        batches: std::vec::IntoIter<Place>,
+    },
+}
+
+/// Where a message of a file is.
+pub(crate) struct Place {
+    at: u64,
+    /// Bytes of its description with what is before that, and of its body.
+    description: usize,
+    body: usize,
+}
+
+impl<'a> Messages<'a> {
+    /// A stream, and its schema.
+    pub(crate) fn of_stream(source: Box<dyn Read + Send + 'a>) -> Result<(Messages<'a>, Vec<Field>), String> {
+        let mut messages = Messages::Stream { source, at: 0 };
+        let message = messages.next()?.filter(|message| message.kind == SCHEMA);
+        let message = message.ok_or("it does not begin with the schema of a table: it is no Arrow stream")?;
+        let schema = Table::root(&message.description)?.table(2)?.ok_or("its schema is empty")?;
+        let fields = Field::all(&schema)?;
+        Ok((messages, fields))
+    }
+
+    /// A file of so many bytes, and its schema.
+    pub(crate) fn of_file(pieces: Pieces<'a>, length: u64) -> Result<(Messages<'a>, Vec<Field>), String> {
+        let failed = |e: io::Error| format!("cannot be read: {e}");
+        let tail = pieces(length.saturating_sub(TAIL_BYTES as u64), TAIL_BYTES.min(length as usize)).map_err(failed)?;
+        let cut = "it does not end with ARROW1: it is cut short, or its writer was never closed; its index stands at the \
+                   end, so nothing can be read: write or copy it again";
+        let size = tail.strip_suffix(&FILE_MAGIC[..6]).and_then(|size| size.try_into().ok()).map(u32::from_le_bytes);
+        let size = size.ok_or(cut)? as usize;
+        let start = (length - TAIL_BYTES as u64).checked_sub(size as u64).filter(|_| size <= MAX_DESCRIPTION_BYTES);
+        let start = start.ok_or_else(|| format!("the index claims {size} bytes of a file of {length}"))?;
+        let index = pieces(start, size).map_err(failed)?;
+        let index = Table::root(&index)?;
+        let fields = Field::all(&index.table(1)?.ok_or("its schema is empty")?)?;
+        // Place, 8 bytes; length of the description, 4 of 8; length of the body, 8.
+        let place = |block: &[u8]| {
+            let word = |at: usize| block[at..].first_chunk().map_or(0, |b| u64::from_le_bytes(*b));
+            let [description, body] = [word(8) & 0xffff_ffff, word(16)];
+            let end = word(0).checked_add(description).and_then(|end| end.checked_add(body));
+            let inside = end.is_some_and(|end| end <= length) && body <= MAX_FILE_BYTES;
+            let place = || Place { at: word(0), description: description as usize, body: body as usize };
+            inside
+                .then(place)
+                .ok_or_else(|| format!("the index has a batch of {body} bytes at byte {} of {length}", word(0)))
+        };
+        let batches = index.elements(3, 24)?.chunks_exact(24).map(place).collect::<Result<Vec<_>, _>>()?;
+        Ok((Messages::File { pieces, batches: batches.into_iter() }, fields))
+    }
+
+    /// The next message; `None` at the end.
+    pub(crate) fn next(&mut self) -> Result<Option<Message>, String> {
+        match self {
+            Messages::Stream { source, at } => streamed(source, at),
+            Messages::File { pieces, batches } => batches.next().map(|place| placed(pieces, &place)).transpose(),
+        }
+    }
+
+    /// Where the last message ended, for messages.
+    pub(crate) fn place(&self) -> String {
+        match self {
+            Messages::Stream { at, .. } => format!("batch before byte {at}"),
+            Messages::File { batches, .. } => format!("batch before the last {}", batches.len()),
+        }
+    }
+}
+
+fn placed(pieces: &Pieces, place: &Place) -> Result<Message, String> {
+    let failed = |e: io::Error| format!("cannot be read: {e}");
+    let head = pieces(place.at, place.description).map_err(failed)?;
+    let before = if head.starts_with(&CONTINUED) { 8 } else { 4 };
+    let description = head.get(before..).unwrap_or_default().to_vec();
+    let kind = Table::root(&description)?.number(1)?.map_or(0, u8::from_le_bytes);
+    let body = pieces(place.at + place.description as u64, place.body).map_err(failed)?;
+    Ok(Message { kind, description, body })
+}
+
+fn streamed(source: &mut dyn Read, at: &mut u64) -> Result<Option<Message>, String> {
+    // Nothing is allocated for what is only claimed.
+    let mut piece = |count: u64, may_end: bool| {
+        let mut piece = Vec::new();
+        (&mut *source).take(count).read_to_end(&mut piece).map_err(|e| format!("cannot be read: {e}"))?;
+        *at += piece.len() as u64;
+        match piece.len() as u64 == count || (may_end && piece.is_empty()) {
+            true => Ok(piece),
+            false => {
+                Err(format!("it is cut short at byte {at}, or its writer was never closed: write or copy it again"))
+            }
+        }
+    };
+    let mut length = piece(4, true)?;
+    if length == CONTINUED {
+        length = piece(4, false)?;
+    }
+    // A stream may end without a word.
+    let length = <[u8; 4]>::try_from(length).map_or(0, u32::from_le_bytes);
+    if length == 0 {
+        return Ok(None);
+    }
+    if length as usize > MAX_DESCRIPTION_BYTES {
+        return Err(format!("a description claims {length} bytes; at most {MAX_DESCRIPTION_BYTES} are expected"));
+    }
+    let description = piece(length.into(), false)?;
+    let message = Table::root(&description)?;
+    let (kind, size) = (message.number(1)?.map_or(0, u8::from_le_bytes), message.length(3)? as u64);
+    if size > MAX_FILE_BYTES {
+        return Err(format!("a batch of {size} bytes: at most {MAX_FILE_BYTES} are read; write smaller batches"));
+    }
+    let body = piece(size, false)?;
+    Ok(Some(Message { kind, description, body }))
+}

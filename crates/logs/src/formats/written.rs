@@ -1,0 +1,26 @@
+//! Tables that are written.
+
+use crate::error::Error;
+
+/// The cells of a column of a table that is written.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Cells<'a> {
+    /// Texts, each there.
+    Texts(Vec<&'a str>),
+    /// Numbers; what is not finite is written as absent.
+    Numbers(Vec<f64>),
+}
+
+/// The bytes of a Parquet file of these named columns, which have the same length.
+///
+/// Fails where a name stands there twice or the lengths differ, and without the feature `parquet`.
+pub fn parquet_bytes(columns: &[(String, Cells<'_>)]) -> Result<Vec<u8>, Error> {
+    #[cfg(feature = "parquet")]
+    let written = crate::formats::parquet::write::written(columns).map_err(|e| e.to_string());
+    #[cfg(not(feature = "parquet"))]
+    let written = {
+        let _ = columns;
+        Err(format!("{}; or write it as .csv", crate::formats::content::left_out("parquet")))
+    };
+    written.map_err(|e| Error::new(format!("the table cannot be written as Parquet: {e}")))
+}
