@@ -34,7 +34,9 @@ pub fn command(path: &Path, text: &str, robot: &str, motion: &str) -> Option<Vec
     let (_, kind) = name.rsplit_once('.').unwrap_or((&name, ""));
     match kind {
         "gz" if name.ends_with(".tri.gz") => None,
-        "csv" | "gz" | "mcap" | "npz" | "parquet" | "db3" | "arrow" | "arrows" | "feather" => of(&["doctor", robot, "{}"]),
+        "csv" | "gz" | "mcap" | "npz" | "parquet" | "db3" | "arrow" | "arrows" | "feather" => {
+            of(&["doctor", robot, "{}"])
+        }
         "tri" => of(&["solve", "{}"]),
         "urdf" if path.parent().is_some_and(|folder| folder.ends_with("mesh")) => {
             of(&["excite", "{}", "--starts", "1", "--iterations", "2", "--rate", "50", "--out", "x.yaml"])

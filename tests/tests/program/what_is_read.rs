@@ -136,13 +136,14 @@ fn costs() -> String {
         }
         found
     };
-    let all = &features["default"];
-    let whole = with(all);
+    // Codecs are shared by readers, and are none.
+    let all: Vec<&str> = features.keys().copied().filter(|f| !["default", "lz4", "zstd"].contains(f)).collect();
+    let whole = with(&all);
     let mut table = String::from(
         "\n| reader | packages of others that it alone brings |\n|---|---|\n| every description: YAML, URDF, xacro, MJCF, .par | none of \
          its own beside `roxmltree`, `urdf-rs` and `serde_yaml`, which they share |\n| CSV, gzip | none of its own |\n",
     );
-    for feature in all {
+    for feature in &all {
         let others: Vec<&str> = all.iter().copied().filter(|other| other != feature).collect();
         let alone: Vec<String> = whole.difference(&with(&others)).map(|package| format!("`{package}`")).collect();
         let said = match alone.len() {
@@ -150,7 +151,8 @@ fn costs() -> String {
             1..=6 => alone.join(", "),
             n => format!("{n}"),
         };
-        table += &format!("| `{feature}`, a feature of `logs` | {said} |\n");
+        let built = if features["default"].contains(feature) { "built by default" } else { "built when asked for" };
+        table += &format!("| `{feature}`, a feature, {built} | {said} |\n");
     }
     table + "\nWhat they take of a cold build was measured, and stands with the readers in ARCHITECTURE.md.\n"
 }
@@ -203,7 +205,7 @@ fn the_page_says_what_each_kind_takes() {
         let takes = if options.is_empty() { "nothing".into() } else { format!("`{options}`") };
         page += &format!("| {kind} | {takes} |\n");
     }
-    page += "\nCSV stands for every format of logs: gzip, zstd, `.npz`, `.mat`, Parquet, data sets of LeRobot, MCAP and rosbag2 give such columns too. A clock of seconds and nanoseconds, and episodes that `episode_index` or the clock itself tells apart, take nothing. `rist columns \
+    page += "\nCSV stands for every format of logs: gzip, zstd, `.npz`, `.mat`, Arrow, Parquet, data sets of LeRobot, MCAP and rosbag2 give such columns too. A clock of seconds and nanoseconds, and episodes that `episode_index` or the clock itself tells apart, take nothing. `rist columns \
              ROBOT LOG` proposes the options, with reasons.\n";
     let trace = LOGS.iter().find(|log| log.0 == "a trace in German").expect("one of them");
     let trace = propose(&table(trace.1), &joints());

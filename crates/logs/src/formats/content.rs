@@ -106,8 +106,8 @@ impl Content {
 /// That this program lacks a feature, and what brings it.
 pub(crate) fn left_out(feature: &str) -> String {
     format!(
-        "this program was built without the feature `{feature}`; `cargo install --locked --path crates/cli --features \
-         {feature}` builds it with that, and the programs and wheels of a release have all"
+        "this program was built without the feature `{feature}`; the programs and wheels of a release have it, and \
+         docs/how-to/install.md says how to build one"
     )
 }
 

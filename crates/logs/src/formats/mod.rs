@@ -3,6 +3,7 @@
 pub(crate) mod arrays;
 #[cfg(feature = "arrow")]
 pub(crate) mod arrow;
+pub(crate) mod cells;
 #[cfg(feature = "zstd")]
 pub(crate) mod compression;
 pub(crate) mod content;

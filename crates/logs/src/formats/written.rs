@@ -1,15 +1,7 @@
 //! Tables that are written.
 
 use crate::error::Error;
-
-/// The cells of a column of a table that is written.
-#[derive(Clone, Debug, PartialEq)]
-pub enum Cells<'a> {
-    /// Texts, each there.
-    Texts(Vec<&'a str>),
-    /// Numbers; what is not finite is written as absent.
-    Numbers(Vec<f64>),
-}
+use crate::formats::cells::Cells;
 
 /// The bytes of a Parquet file of these named columns, which have the same length.
 ///

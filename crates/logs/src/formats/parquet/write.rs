@@ -10,7 +10,7 @@ use parquet::file::properties::WriterProperties;
 use parquet::file::writer::{SerializedColumnWriter, SerializedFileWriter};
 use parquet::schema::types::Type;
 
-use crate::formats::written::Cells;
+use crate::formats::cells::Cells;
 
 /// The bytes of a Parquet file of these named columns.
 pub(crate) fn written(columns: &[(String, Cells<'_>)]) -> Result<Vec<u8>, ParquetError> {
@@ -63,7 +63,6 @@ fn write(column: &mut SerializedColumnWriter<'_>, cells: &Cells<'_>) -> Result<(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::parquet_bytes;
     use crate::Table;
 
     /// Our own reader, which has others' files as its oracles, reads the same numbers.
@@ -71,14 +70,14 @@ mod tests {
     fn what_is_written_is_read() {
         let (t, q) = (vec![0.0, 0.1, 0.2], vec![1.5e-300, f64::NAN, -2.0 / 3.0]);
         let columns = [("t".to_string(), Cells::Numbers(t.clone())), ("q1".to_string(), Cells::Numbers(q.clone()))];
-        let bytes = parquet_bytes(&columns).unwrap();
-        assert_eq!(bytes, parquet_bytes(&columns).unwrap());
+        let bytes = written(&columns).unwrap();
+        assert_eq!(bytes, written(&columns).unwrap());
         let table = Table::from_bytes("series.parquet", &bytes).unwrap();
         let read = |name: &str| table.columns[table.header.iter().position(|n| n == name).unwrap()].clone();
         assert_eq!(read("t"), t);
         let found = read("q1");
         assert!(found[0] == q[0] && found[1].is_nan() && found[2] == q[2], "{found:?}");
         let texts = ("t".to_string(), Cells::Texts(vec!["a"; 2]));
-        assert!(parquet_bytes(&[columns[0].clone(), texts]).is_err());
+        assert!(written(&[columns[0].clone(), texts]).is_err());
     }
 }

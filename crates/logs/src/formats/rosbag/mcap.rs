@@ -24,8 +24,8 @@ mod opcode {
     pub(super) const CHANNEL: u8 = 4;
     pub(super) const MESSAGE: u8 = 5;
     pub(super) const CHUNK: u8 = 6;
-    /// The last record before the index.
-    pub(super) const DATA_END: u8 = 15;
+    /// The last records of the data and of the file: only the index is behind the first.
+    pub(super) const ENDS: [u8; 2] = [15, 2];
 }
 
 /// Receiver of records: opcode and content.
@@ -69,7 +69,7 @@ fn records(mut source: impl Read, length: u64, longest: usize, each: &mut Record
         else {
             return Ok(false);
         };
-        if opcode == opcode::DATA_END {
+        if opcode::ENDS.contains(&opcode) {
             return Ok(true);
         }
         // A claimed length is checked against the bytes left before anything is allocated for it.
@@ -232,7 +232,7 @@ mod tests {
             record(opcode::CHANNEL, &channel),
             record(9, b"an attachment"),
             record(opcode::MESSAGE, &message),
-            record(opcode::DATA_END, &[0; 4]),
+            record(opcode::ENDS[0], &[0; 4]),
         ]
         .concat()
     }
