@@ -60,49 +60,36 @@ impl Butterworth {
     /// than one.
     pub fn zero_phase(&self, mut signals: Vec<Vec<f64>>) -> Vec<Vec<f64>> {
         for group in signals.chunks_mut(SIGNALS_PER_PASS) {
-            let Some(mut behind) = self.forward(group) else { break };
-            let (n, mut run) = (group[0].len(), Run::new(&self.sections, behind[behind.len() - 1]));
-            run.backward(&mut behind);
-            let mut rows = [[0.0; SIGNALS_PER_PASS]; ROWS_PER_COPY];
-            for first in (0..n).step_by(ROWS_PER_COPY).rev() {
-                let rows = taken(group, first, &mut rows);
-                run.backward(rows);
-                put(group, first, rows);
-            }
+            let Some((all, pad)) = self.forward(group) else { break };
+            self.backward(all, pad, &mut |first, rows| put(group, first, rows));
         }
         signals
     }
 
     /// The same, of which the samples at `chosen` are kept, in ascending order: sample by sample, one number per signal.
-    pub fn zero_phase_at(&self, mut signals: Vec<Vec<f64>>, chosen: &[usize]) -> Vec<f64> {
+    pub fn zero_phase_at(&self, signals: &[Vec<f64>], chosen: &[usize]) -> Vec<f64> {
         let width = signals.len();
         let mut kept = vec![0.0; chosen.len() * width];
-        for (g, group) in signals.chunks_mut(SIGNALS_PER_PASS).enumerate() {
-            let (n, mut left) = (group[0].len(), chosen.len());
-            let mut run = self.forward(group).map(|mut behind| {
-                let mut run = Run::new(&self.sections, behind[behind.len() - 1]);
-                run.backward(&mut behind);
-                run
-            });
-            let mut rows = [[0.0; SIGNALS_PER_PASS]; ROWS_PER_COPY];
-            for first in (0..n).step_by(ROWS_PER_COPY).rev() {
-                let rows = taken(group, first, &mut rows);
-                if let Some(run) = &mut run {
-                    run.backward(rows);
-                }
+        for (g, group) in signals.chunks(SIGNALS_PER_PASS).enumerate() {
+            let mut left = chosen.len();
+            let mut keep = |first: usize, rows: &[[f64; SIGNALS_PER_PASS]]| {
                 while left > 0 && chosen[left - 1] >= first {
                     left -= 1;
                     let row = &rows[chosen[left] - first][..group.len()];
                     kept[left * width + g * SIGNALS_PER_PASS..][..row.len()].copy_from_slice(row);
                 }
+            };
+            match self.forward(group) {
+                Some((all, pad)) => self.backward(all, pad, &mut keep),
+                None => keep(0, taken(group, 0, &mut [[0.0; SIGNALS_PER_PASS]; ROWS_PER_COPY])),
             }
         }
         kept
     }
 
-    /// Filters signals of one length forward in place, at most `SIGNALS_PER_PASS`. Returns what was reflected about their
-    /// ends, filtered too; `None` of signals shorter than two samples, which stay as they are.
-    fn forward(&self, group: &mut [Vec<f64>]) -> Option<Vec<[f64; SIGNALS_PER_PASS]>> {
+    /// Signals of one length, at most `SIGNALS_PER_PASS`, side by side and filtered forward, between what is reflected about
+    /// their ends, and how many samples that are at each; `None` of signals shorter than two samples.
+    fn forward(&self, group: &[Vec<f64>]) -> Option<(Vec<[f64; SIGNALS_PER_PASS]>, usize)> {
         let n = group.first().map_or(0, Vec::len);
         if n < 2 {
             return None;
@@ -116,20 +103,40 @@ impl Butterworth {
             }
         }
         let mut run = Run::new(&self.sections, before[0]);
-        run.forward(&mut before);
-        let mut rows = [[0.0; SIGNALS_PER_PASS]; ROWS_PER_COPY];
-        for first in (0..n).step_by(ROWS_PER_COPY) {
-            let rows = taken(group, first, &mut rows);
+        let mut all = Vec::with_capacity(n + 2 * pad);
+        let mut add = |rows: &mut [[f64; SIGNALS_PER_PASS]]| {
             run.forward(rows);
-            put(group, first, rows);
+            all.extend_from_slice(rows);
+        };
+        add(&mut before);
+        let mut rows = [[0.0; SIGNALS_PER_PASS]; ROWS_PER_COPY];
+        (0..n).step_by(ROWS_PER_COPY).for_each(|first| add(taken(group, first, &mut rows)));
+        add(&mut behind);
+        Some((all, pad))
+    }
+
+    /// Filters backward what was filtered forward, and hands over each piece of it, from the last back, with the place of
+    /// its first sample.
+    fn backward(
+        &self,
+        mut all: Vec<[f64; SIGNALS_PER_PASS]>,
+        pad: usize,
+        each: &mut dyn FnMut(usize, &[[f64; SIGNALS_PER_PASS]]),
+    ) {
+        let Some(last) = all.last() else { return };
+        let mut run = Run::new(&self.sections, *last);
+        let n = all.len() - 2 * pad;
+        run.backward(&mut all[pad + n..]);
+        for first in (0..n).step_by(ROWS_PER_COPY).rev() {
+            let rows = &mut all[pad + first..pad + n.min(first + ROWS_PER_COPY)];
+            run.backward(rows);
+            each(first, rows);
         }
-        run.forward(&mut behind);
-        Some(behind)
     }
 }
 
-/// Rows copied at a time between the signals, which are stored one by one, and the filter, which takes them side by
-/// side. So few rows stay in the cache.
+/// Rows taken at a time from the signals, which are stored one by one, to the filter, which takes them side by side. So
+/// few rows stay in the cache.
 const ROWS_PER_COPY: usize = 256;
 
 /// The rows of the signals from `first` on, side by side.
@@ -290,7 +297,7 @@ mod tests {
             for step in [1, 7, 300] {
                 let chosen: Vec<usize> = (n.min(2)..n).step_by(step).collect();
                 let expected: Vec<f64> = chosen.iter().flat_map(|&r| whole.iter().map(move |x| x[r])).collect();
-                assert_eq!(f.zero_phase_at(signals.clone(), &chosen), expected, "{count} of {n}");
+                assert_eq!(f.zero_phase_at(&signals, &chosen), expected, "{count} of {n}");
             }
         }
     }

@@ -172,7 +172,7 @@ impl Pass {
     /// The samples at `chosen` of it, sample by sample.
     fn pass_at(&self, x: Vec<Vec<f64>>, chosen: &[usize]) -> Vec<f64> {
         match &self.0 {
-            Some(f) => f.zero_phase_at(x, chosen),
+            Some(f) => f.zero_phase_at(&x, chosen),
             None => chosen_rows(chosen, &x),
         }
     }

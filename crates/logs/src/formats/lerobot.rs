@@ -99,7 +99,7 @@ fn names(info: &Path) -> Result<Vec<String>, Error> {
     Ok(notes)
 }
 
-#[cfg(test)]
+#[cfg(all(test, feature = "parquet"))]
 mod tests {
     use crate::{Cells, ColumnNames, LogSource, Names, parquet_bytes};
 

@@ -7,7 +7,7 @@
 
 use std::borrow::Cow;
 
-use memchr::{memchr, memchr_iter, memchr2, memchr3, memchr3_iter};
+use memchr::{memchr, memchr_iter, memchr2, memchr3, memrchr};
 
 use crate::formats::number::{leading, number};
 use crate::table::Lines;
@@ -149,14 +149,15 @@ impl Dialect {
     /// whether the text ends with these bytes.
     pub(super) fn whole_rows(&self, bytes: &[u8], most: usize, last: bool) -> (usize, usize) {
         let is_lone = |at: usize| bytes.get(at + 1).is_some_and(|next| *next != b'\n');
-        let (mut end, mut count) = (0, 0);
-        for at in memchr3_iter(b'\n', b'\r', b'"', bytes) {
-            match bytes[at] {
-                _ if count == most => break,
-                b'\n' => (end, count) = (at + 1, count + 1),
-                b'\r' if !is_lone(at) => {}
-                _ => return self.whole_rows_by_cell(bytes, most, last),
-            }
+        if memchr(b'"', bytes).is_some() || memchr_iter(b'\r', bytes).any(is_lone) {
+            return self.whole_rows_by_cell(bytes, most, last);
+        }
+        // A row is short, so that all ends are sooner counted than found.
+        let mut count = memchr_iter(b'\n', bytes).count();
+        let mut end = memrchr(b'\n', bytes).map_or(0, |at| at + 1);
+        if count > most {
+            count = most;
+            end = memchr_iter(b'\n', bytes).take(most).last().map_or(0, |at| at + 1);
         }
         if last && count < most && end < bytes.len() {
             (end, count) = (bytes.len(), count + 1);
