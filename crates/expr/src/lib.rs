@@ -4,11 +4,12 @@
 //! nothing and x - y and y - x share a node. A [`Function`] is named inputs -> named outputs: the
 //! unit of evaluation ([`Tape`]), of differentiation ([`Adjoint`], [`Graph::derivatives`]), of evaluation in another algebra
 //! ([`Function::evaluate_in`]), of counting ([`Function::count`]) and of code generation, where a [`Module`] of functions
-//! makes a file. [`Fusion`] says which products are fused into sums: the tape and generated code perform the same operations. Nothing here knows robots.
+//! makes a file. [`fewest_operations`] chooses between ways to write entries. [`Fusion`] says which products are fused into sums: the tape and generated code perform the same operations. Nothing here knows robots.
 
 #![warn(missing_docs)]
 
 mod adjoint;
+mod choice;
 mod forward;
 mod function;
 mod fusion;
@@ -20,6 +21,7 @@ mod tape;
 mod tape_operation;
 
 pub use adjoint::{Adjoint, AdjointWorkspace};
+pub use choice::{Move, fewest_operations};
 pub use function::{Algebra, Count, Function, Input, Output, TellingPlaces, operands};
 pub use fusion::{Fusion, Operation};
 pub use graph::{Expr, Graph, Node, Symbol, SymbolKind};

@@ -69,9 +69,9 @@ fn accelerations(
     let links = link_motions_under(g, robot, of_robot, moving, NULL);
     let link = &links[frame.link.0];
     let p = constants(g, frame.pose.position);
-    let offset = link.U.map(|row| dot(g, row, p));
+    let offset = link.spin.U.map(|row| dot(g, row, p));
     let a = add(g, link.a, offset);
-    let dw = link.dw;
+    let dw = link.spin.dw;
     expressed(derivation, [a, dw], frame, reference)
 }
 

@@ -13,6 +13,7 @@ pub(crate) mod inverse_arm;
 pub(crate) mod inverse_geometry;
 pub(crate) mod link_frame;
 pub(crate) mod mass_centre;
+pub(crate) mod moment_ways;
 pub(crate) mod momenta;
 pub(crate) mod momentum;
 pub(crate) mod parameter_inputs;

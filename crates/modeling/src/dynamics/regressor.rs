@@ -13,9 +13,11 @@ use expr::{Expr, Function, Graph, Output};
 use robot::{Inertial, StandardParameter};
 
 use crate::derivation::Derivation;
+use crate::dynamics::moment_ways::{Column, fewest};
 use crate::kinematics::implicit::reduced;
-use crate::kinematics::links::{LinkMotion, Twist};
-use crate::kinematics::vector::{NULL, Vector, cross, dot, plus_dot};
+use crate::kinematics::links::LinkMotion;
+use crate::kinematics::spin::Spin;
+use crate::kinematics::vector::{NULL, Vector, cross, dot};
 
 /// D(q, dq, ddq), n x p: one row per coordinate, one column per parameter of
 /// [`StandardParameter::all`]. Inputs `q`, `dq`, `ddq`; output `y`.
@@ -57,20 +59,31 @@ pub(crate) fn entries_of(derivation: &mut Derivation, links: &[LinkMotion]) -> V
     let parameters = StandardParameter::all(robot);
     let n = robot.n_variables();
     let mut entries = vec![Expr::ZERO; n * parameters.len()];
-    for (c, parameter) in parameters.iter().enumerate() {
+    // First moments before masses, which trees drop as they drop MZ.
+    let (mut moments, mut masses) = (Vec::new(), Vec::new());
+    for (place, parameter) in parameters.iter().enumerate() {
         let j = &links[parameter.link.0];
         if parameter.inertial == Inertial::Ia {
             for &(k, coefficient) in &robot.link(parameter.link).joint.variable.terms {
                 let coefficient = g.constant(coefficient);
-                entries[k.0 * parameters.len() + c] = g.mul(coefficient, j.joint_acceleration);
+                entries[k.0 * parameters.len() + place] = g.mul(coefficient, j.joint_acceleration);
             }
             continue;
         }
-        let wrench = unit_wrench(g, j, parameter.inertial);
-        for (k, twist) in j.jacobian.iter().enumerate() {
-            if let Some(twist) = twist {
-                entries[k * parameters.len() + c] = power(g, *twist, wrench);
+        let Wrench { f, n } = unit_wrench(g, j, parameter.inertial);
+        match parameter.inertial {
+            Inertial::Mx | Inertial::My => moments.push(Column { place, link: parameter.link, f, n }),
+            Inertial::Mz | Inertial::M => masses.push(Column { place, link: parameter.link, f, n }),
+            _ => {
+                for (k, twist) in j.jacobian.iter().enumerate() {
+                    entries[k * parameters.len() + place] = twist.map_or(Expr::ZERO, |twist| dot(g, twist.z, n));
+                }
             }
+        }
+    }
+    for columns in [moments, masses] {
+        for (row, column, entry) in fewest(g, links, &columns, &entries) {
+            entries[row * parameters.len() + column] = entry;
         }
     }
     match implicit {
@@ -83,24 +96,21 @@ pub(crate) fn entries_of(derivation: &mut Derivation, links: &[LinkMotion]) -> V
 }
 
 /// Force and moment at O_j per unit of one inertial parameter.
-#[derive(Clone, Copy)]
 struct Wrench {
     f: Vector,
     n: Vector,
 }
 
 fn unit_wrench(g: &mut Graph, j: &LinkMotion, parameter: Inertial) -> Wrench {
-    let [dwx, dwy, dwz] = j.dw;
-    let (U, ww) = (&j.U, &j.ww);
+    let Spin { dw: [dwx, dwy, dwz], ww, U, differences } = j.spin;
     let column = |c: usize| [U[0][c], U[1][c], U[2][c]];
     let axis = |c: usize| std::array::from_fn(|i| if i == c { Expr::ONE } else { Expr::ZERO });
-    let mut difference_of_squares = |a: usize, b: usize| g.sub(ww[a][a], ww[b][b]);
     let n = match parameter {
         Inertial::Xx => [dwx, ww[0][2], -ww[0][1]],
-        Inertial::Xy => [-U[2][0], U[2][1], difference_of_squares(0, 1)],
-        Inertial::Xz => [U[1][0], difference_of_squares(2, 0), -U[1][2]],
+        Inertial::Xy => [-U[2][0], U[2][1], differences[2]],
+        Inertial::Xz => [U[1][0], differences[1], -U[1][2]],
         Inertial::Yy => [-ww[1][2], dwy, ww[0][1]],
-        Inertial::Yz => [difference_of_squares(1, 2), -U[0][1], U[0][2]],
+        Inertial::Yz => [differences[0], -U[0][1], U[0][2]],
         Inertial::Zz => [ww[1][2], -ww[0][2], dwz],
         Inertial::Mx => cross(g, axis(0), j.a),
         Inertial::My => cross(g, axis(1), j.a),
@@ -115,9 +125,4 @@ fn unit_wrench(g: &mut Graph, j: &LinkMotion, parameter: Inertial) -> Wrench {
         _ => NULL,
     };
     Wrench { f, n }
-}
-
-fn power(g: &mut Graph, twist: Twist, wrench: Wrench) -> Expr {
-    let angular = dot(g, twist.z, wrench.n);
-    plus_dot(g, angular, twist.d, wrench.f)
 }

@@ -21,7 +21,8 @@ use crate::dynamics::parameter_inputs::ParameterInputs;
 use crate::dynamics::torque;
 use crate::kinematics::angle::Angle;
 use crate::kinematics::links::{LinkMotion, Motion, Placement, joint_variable};
-use crate::kinematics::vector::{NULL, Turn, Vector, acceleration_matrix, add, cross, dot, products};
+use crate::kinematics::spin::Spin;
+use crate::kinematics::vector::{NULL, Turn, Vector, add, cross, dot};
 
 /// A link in the axes of its run.
 pub(crate) struct InRun {
@@ -122,19 +123,17 @@ pub(crate) fn in_runs(
             }
             _ => Placement { theta: unturned, ..at.placement.clone() },
         };
-        // w = w_0 + rate z,  dw = dw_0 + w x z rate + acceleration z, as in the link's own axes but for the turn.
+        // w = w_0 + rate z, as in the link's own axes but for the turn.
         let [x, y, z] = run.w;
         let own_w = [x, y, g.add(z, run.rate)];
-        let [x, y, z] = run.dw;
-        let (wy, wx) = (g.mul(own_w[1], run.rate), g.mul(own_w[0], run.rate));
-        let dw = [g.add(x, wy), g.sub(y, wx), g.add(z, run.acceleration)];
         let (mut a, mut v) = match link.antecedent {
             None => {
                 let before = if run.begins { at.placement.to_link_before_theta(g, weight) } else { weight };
                 (axes[k].turn(g).turned(g, before), NULL)
             }
             Some(i) if begins => {
-                let (offset, lever) = (links[i.0].U.map(|row| dot(g, row, placement.p)), cross(g, w[i.0], placement.p));
+                let (offset, lever) =
+                    (links[i.0].spin.U.map(|row| dot(g, row, placement.p)), cross(g, w[i.0], placement.p));
                 let (a, v) = (add(g, all[i.0].own_a, offset), add(g, all[i.0].own_v, lever));
                 (placement.to_link(g, a), placement.to_link(g, v))
             }
@@ -153,8 +152,8 @@ pub(crate) fn in_runs(
             a = [g.add(a[0], wy), g.sub(a[1], wx), g.add(a[2], at.joint_acceleration)];
             v[2] = g.add(v[2], scaled_rate);
         }
-        let ww = products(g, own_w);
-        let U = acceleration_matrix(g, &ww, dw);
+        let dw_z = g.add(run.dw_z, run.acceleration);
+        let U = Spin::new(g, run.bend, dw_z, |g, i, k| g.mul(own_w[i], own_w[k])).U;
         let (own_v, own_a) = (psi.turned(g, v), psi.turned(g, a));
         all.push(InRun { psi, begins, placement, w: own_w, a, U, v, own_v, own_a });
     }

@@ -16,6 +16,7 @@ use crate::derivation::Derivation;
 use crate::dynamics::parameter_inputs::ParameterInputs;
 use crate::kinematics::implicit::reduced;
 use crate::kinematics::links::LinkMotion;
+use crate::kinematics::spin::Spin;
 use crate::kinematics::vector::{NULL, Vector, add, cross, dot, name_vector, sum};
 
 /// tau(q, dq, ddq, x).
@@ -88,8 +89,8 @@ pub(crate) fn wrenches(
 /// n = J dw + w x (J w) + MS x a. The terms of J are gathered by parameter, so that U serves both.
 pub(crate) fn wrench(g: &mut Graph, j: &LinkMotion, body: [Expr; 10]) -> (Vector, Vector) {
     let [xx, xy, xz, yy, yz, zz, mx, my, mz, m] = body;
-    let (U, ww, first_moment) = (&j.U, &j.ww, [mx, my, mz]);
-    let [dwx, dwy, dwz] = j.dw;
+    let Spin { dw: [dwx, dwy, dwz], ww, U, differences } = j.spin;
+    let first_moment = [mx, my, mz];
 
     let ma = j.a.map(|a| g.mul(m, a));
     let u_ms = U.map(|row| dot(g, row, first_moment));
@@ -101,7 +102,7 @@ pub(crate) fn wrench(g: &mut Graph, j: &LinkMotion, body: [Expr; 10]) -> (Vector
         gyroscopic(g, (zz, yy), ww[1][2]),
         g.mul(xy, -U[2][0]),
         g.mul(xz, U[1][0]),
-        centrifugal(g, yz, (ww, 1, 2)),
+        g.mul(yz, differences[0]),
     ];
     // n_y = YY dw_y + (XX - ZZ) w_x w_z + XY U_zy - YZ U_xy + XZ (w_z^2 - w_x^2)
     let terms_y = [
@@ -109,7 +110,7 @@ pub(crate) fn wrench(g: &mut Graph, j: &LinkMotion, body: [Expr; 10]) -> (Vector
         gyroscopic(g, (xx, zz), ww[0][2]),
         g.mul(xy, U[2][1]),
         g.mul(yz, -U[0][1]),
-        centrifugal(g, xz, (ww, 2, 0)),
+        g.mul(xz, differences[1]),
     ];
     // n_z = ZZ dw_z + (YY - XX) w_x w_y - XZ U_yz + YZ U_xz + XY (w_x^2 - w_y^2)
     let terms_z = [
@@ -117,7 +118,7 @@ pub(crate) fn wrench(g: &mut Graph, j: &LinkMotion, body: [Expr; 10]) -> (Vector
         gyroscopic(g, (yy, xx), ww[0][1]),
         g.mul(xz, -U[1][2]),
         g.mul(yz, U[0][2]),
-        centrifugal(g, xy, (ww, 0, 1)),
+        g.mul(xy, differences[2]),
     ];
     let of_inertia = [sum(g, &terms_x), sum(g, &terms_y), sum(g, &terms_z)];
     let of_first_moment = cross(g, first_moment, j.a);
@@ -128,10 +129,4 @@ pub(crate) fn wrench(g: &mut Graph, j: &LinkMotion, body: [Expr; 10]) -> (Vector
 fn gyroscopic(g: &mut Graph, (plus, minus): (Expr, Expr), product: Expr) -> Expr {
     let difference = g.sub(plus, minus);
     g.mul(difference, product)
-}
-
-/// inertia (w_a^2 - w_b^2).
-fn centrifugal(g: &mut Graph, inertia: Expr, (ww, a, b): (&[Vector; 3], usize, usize)) -> Expr {
-    let squares = g.sub(ww[a][a], ww[b][b]);
-    g.mul(inertia, squares)
 }

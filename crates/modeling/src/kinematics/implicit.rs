@@ -134,7 +134,7 @@ fn relative_accelerations(g: &mut Graph, loops: &[OpenLoop], constants: &mut Con
     for OpenLoop { robot, cut, twin } in loops {
         let links = link_motions(g, robot, constants, &coasting);
         for row in 0..6 {
-            let entry = |j: LinkId| if row < 3 { links[j.0].a[row] } else { links[j.0].dw[row - 3] };
+            let entry = |j: LinkId| if row < 3 { links[j.0].a[row] } else { links[j.0].spin.dw[row - 3] };
             rest.push(g.sub(entry(*twin), entry(*cut)));
         }
     }

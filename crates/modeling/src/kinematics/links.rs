@@ -16,74 +16,39 @@
 //! nothing.
 
 use expr::{Expr, Graph};
-use robot::{JointKind, Link, Robot};
+use robot::{JointKind, Link, LinkId, Robot};
 
 use crate::kinematics::angle::Angle;
 use crate::kinematics::constants::Constants;
 pub(crate) use crate::kinematics::motion::{Motion, MotionInput};
 use crate::kinematics::names::{name_motion, name_twists};
-use crate::kinematics::vector::{NULL, Turn, Vector, acceleration_matrix, add, cross, dot, products};
-
-/// Angular and linear part of the twist of a link frame per unit of one coordinate's rate.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Twist {
-    pub z: Vector,
-    pub d: Vector,
-}
+pub(crate) use crate::kinematics::placement::{Placement, Twist};
+use crate::kinematics::poles::Poles;
+use crate::kinematics::spin::{Bend, Spin};
+use crate::kinematics::vector::{NULL, Turn, Vector, plus_cross, plus_dot};
 
 /// How a link moves, in its own frame.
 #[derive(Clone, Debug)]
 pub(crate) struct LinkMotion {
     pub w: Vector,
-    /// w w^T, row by row.
-    pub ww: [Vector; 3],
-    pub dw: Vector,
+    pub spin: Spin,
     pub a: Vector,
-    /// [dw]x + [w]x^2, row by row.
-    pub U: [Vector; 3],
     /// Per coordinate; `None` where the coordinate does not move the link.
     pub jacobian: Vec<Option<Twist>>,
+    pub poles: Poles,
     /// The joint's own acceleration, rad/s^2 or m/s^2.
     pub joint_acceleration: Expr,
     pub placement: Placement,
     pub parallel: Parallel,
 }
 
-/// Where a link stands in its antecedent's frame.
-#[derive(Clone, Debug)]
-pub(crate) struct Placement {
-    pub gamma: Turn,
-    pub alpha: Turn,
-    pub theta: Turn,
-    /// O_j from O_i, in frame i.
-    pub p: Vector,
-}
-
-impl Placement {
-    /// Components in frame j of a vector given in frame i.
-    pub(crate) fn to_link(&self, g: &mut Graph, v: Vector) -> Vector {
-        let v = self.to_link_before_theta(g, v);
-        self.theta.turned(g, v)
-    }
-
-    pub(crate) fn to_link_before_theta(&self, g: &mut Graph, v: Vector) -> Vector {
-        let v = self.gamma.turned(g, v);
-        self.alpha.turned_about_x(g, v)
-    }
-
-    /// Components in frame i of a vector given in frame j.
-    pub(crate) fn to_antecedent(&self, g: &mut Graph, v: Vector) -> Vector {
-        let v = self.theta.unturned(g, v);
-        let v = self.alpha.unturned_about_x(g, v);
-        self.gamma.unturned(g, v)
-    }
-}
-
 /// A run of links on parallel axes: rates before any of its turns, and the turn added up so far.
 #[derive(Clone, Debug)]
 pub(crate) struct Parallel {
     pub w: Vector,
-    pub dw: Vector,
+    pub bend: Bend,
+    /// Angular acceleration about the axes.
+    pub dw_z: Expr,
     /// Whether the link begins it, its axis parallel to none before.
     pub begins: bool,
     /// Angular part of the twist per coordinate.
@@ -118,7 +83,8 @@ pub(crate) fn link_motions_under(
     let n = robot.n_variables();
     let at_rest = Parallel {
         w: NULL,
-        dw: NULL,
+        bend: Bend::STILL,
+        dw_z: Expr::ZERO,
         begins: false,
         z: vec![NULL; n],
         turn: Angle::default(),
@@ -129,27 +95,32 @@ pub(crate) fn link_motions_under(
     let unturned = Turn { cos: Expr::ONE, sin: Expr::ZERO };
     let base = LinkMotion {
         w: NULL,
-        ww: [NULL; 3],
-        dw: NULL,
+        spin: Spin { dw: NULL, ww: [NULL; 3], differences: NULL, U: [NULL; 3] },
         a: weight,
-        U: [NULL; 3],
         jacobian: vec![None; n],
+        poles: Poles::of_base(n),
         joint_acceleration: Expr::ZERO,
         placement: Placement { gamma: unturned, alpha: unturned, theta: unturned, p: NULL },
         parallel: at_rest,
     };
     // Antecedents stand before what they carry, so one pass outward is enough.
     let mut motions: Vec<LinkMotion> = Vec::with_capacity(robot.links.len());
-    for link in &robot.links {
+    for (j, link) in robot.link_ids().zip(&robot.links) {
         let antecedent = link.antecedent.map_or(&base, |i| &motions[i.0]);
-        let next = carried(g, constants, motion, link, antecedent);
+        let next = carried(g, constants, motion, (j, link), antecedent);
         motions.push(next);
     }
     motions
 }
 
-/// The motion of a link from that of its antecedent i, in four passes.
-fn carried(g: &mut Graph, constants: &mut Constants, motion: &Motion, link: &Link, i: &LinkMotion) -> LinkMotion {
+/// The motion of a link from that of its antecedent i, in six passes.
+fn carried(
+    g: &mut Graph,
+    constants: &mut Constants,
+    motion: &Motion,
+    (j, link): (LinkId, &Link),
+    i: &LinkMotion,
+) -> LinkMotion {
     let mut geometry = Geometry::of(g, constants, link);
     let [rate, acceleration] = [&motion.dq, &motion.ddq].map(|x| joint_variable(g, link, x));
     geometry.add_joint_variable(g, link, &motion.q);
@@ -157,16 +128,17 @@ fn carried(g: &mut Graph, constants: &mut Constants, motion: &Motion, link: &Lin
     let placement = geometry.placement(g);
     let parallel = run_of_parallel_axes(g, link, i, &geometry, &placement, rate, acceleration);
     let turn = parallel.turn.turn(g);
-    let (w, dw, a) = rates(g, link, i, &placement, &parallel, turn, rate, acceleration);
+    let w = angular_velocity(g, &parallel, turn);
+    let a = acceleration_of_origin(g, link, i, &placement, w, rate, acceleration);
     let jacobian = jacobian(g, link, i, &placement, &parallel, turn);
-    let ww = products(g, w);
-    let U = acceleration_matrix(g, &ww, dw);
+    let spin = spin(g, &parallel, turn, w);
     if g.keeps_names() {
-        name_motion(g, &link.label, [w, dw, a], [&ww, &U]);
+        name_motion(g, &link.label, [w, spin.dw, a], [&spin.ww, &spin.U]);
         let twists = jacobian.iter().map(|t| t.map(|t: Twist| [t.z, t.d]));
         name_twists(g, &link.label, twists, &motion.q);
     }
-    LinkMotion { w, ww, dw, a, U, jacobian, joint_acceleration: acceleration, placement, parallel }
+    let poles = i.poles.carried(g, (j, link), &placement, &i.jacobian);
+    LinkMotion { w, spin, a, jacobian, poles, joint_acceleration: acceleration, placement, parallel }
 }
 
 /// gamma, b, alpha, d, theta, r of a link as expressions.
@@ -248,9 +220,11 @@ fn run_of_parallel_axes(
     let mut run = if geometry.alpha.is_zero() {
         Parallel { turn: i.parallel.turn.plus(&geometry.gamma), begins: false, ..i.parallel.clone() }
     } else {
+        let (w, bend, dw_z) = before_the_run(g, placement, i);
         Parallel {
-            w: placement.to_link_before_theta(g, i.w),
-            dw: placement.to_link_before_theta(g, i.dw),
+            w,
+            bend,
+            dw_z,
             begins: true,
             z: i.jacobian.iter().map(|t| t.map_or(NULL, |t| placement.to_link_before_theta(g, t.z))).collect(),
             turn: Angle::default(),
@@ -271,40 +245,46 @@ fn run_of_parallel_axes(
     run
 }
 
-/// Third pass, w_j, dw_j and a_j [Khalil, Dombre 2002], the turns of the run taken at once.
-fn rates(
+/// w_0 = Rx(-alpha) Rz(-gamma) w_i, the bend of the axis that begins a run, and dw_0 about it.
+fn before_the_run(g: &mut Graph, placement: &Placement, i: &LinkMotion) -> (Vector, Bend, Expr) {
+    let w = placement.to_link_before_theta(g, i.w);
+    let dw = placement.to_link_before_theta(g, i.spin.dw);
+    let bend = placement.bend(g, &i.spin.U).unwrap_or_else(|| {
+        let products = [g.mul(w[0], w[2]), g.mul(w[1], w[2])];
+        Bend::of_rates(g, dw, products)
+    });
+    (w, bend, dw[2])
+}
+
+/// Third pass, w_j = Rz(-phi) w_0 + rate z, the turns of the run taken at once.
+fn angular_velocity(g: &mut Graph, run: &Parallel, turn: Turn) -> Vector {
+    let [x, y, z] = turn.turned(g, run.w);
+    [x, y, g.add(z, run.rate)]
+}
+
+/// Fourth pass, a_j = jRi (a_i + U_i p_ij), and for a prismatic joint + 2 w_j x z dr_j + ddr_j z [Khalil, Dombre 2002].
+fn acceleration_of_origin(
     g: &mut Graph,
     link: &Link,
     i: &LinkMotion,
     placement: &Placement,
-    run: &Parallel,
-    turn: Turn,
+    w: Vector,
     rate: Expr,
     acceleration: Expr,
-) -> (Vector, Vector, Vector) {
-    // w_j = Rz(-phi) w_0 + rate z
-    let [x, y, z] = turn.turned(g, run.w);
-    let w = [x, y, g.add(z, run.rate)];
-
-    // dw_j = Rz(-phi) dw_0 + w_j x z rate + acceleration z,   w x z = (w_y, -w_x, 0)
-    let [x, y, z] = turn.turned(g, run.dw);
-    let (wy, wx) = (g.mul(w[1], run.rate), g.mul(w[0], run.rate));
-    let dw = [g.add(x, wy), g.sub(y, wx), g.add(z, run.acceleration)];
-
-    // a_j = jRi (a_i + U_i p_ij), and for a prismatic joint + 2 w_j x z dr_j + ddr_j z
-    let offset = i.U.map(|row| dot(g, row, placement.p));
-    let at_o_j = add(g, i.a, offset);
+) -> Vector {
+    let at_o_j = [0, 1, 2].map(|r| plus_dot(g, i.a[r], i.spin.U[r], placement.p));
     let mut a = placement.to_link(g, at_o_j);
     if link.joint.kind == JointKind::Prismatic {
+        // w x z = (w_y, -w_x, 0)
         let two = g.constant(2.0);
         let twice = g.mul(two, rate);
         let (wy, wx) = (g.mul(w[1], twice), g.mul(w[0], twice));
         a = [g.add(a[0], wy), g.sub(a[1], wx), g.add(a[2], acceleration)];
     }
-    (w, dw, a)
+    a
 }
 
-/// Fourth pass, the twist of the link per unit of each coordinate's rate; c_jk = dq_j / dq_k.
+/// Fifth pass, the twist of the link per unit of each coordinate's rate; c_jk = dq_j / dq_k.
 fn jacobian(
     g: &mut Graph,
     link: &Link,
@@ -328,8 +308,7 @@ fn jacobian(
         // d_jk = jRi (d_ik + z_ik x p_ij), and for a prismatic joint + c_jk z
         let mut d = match twist {
             Some(t) => {
-                let lever = cross(g, t.z, placement.p);
-                let d = add(g, t.d, lever);
+                let d = plus_cross(g, t.d, t.z, placement.p);
                 placement.to_link(g, d)
             }
             None => NULL,
@@ -341,6 +320,12 @@ fn jacobian(
         columns.push(Some(Twist { z, d }));
     }
     columns
+}
+
+/// Sixth pass, dw_j and U_j.
+fn spin(g: &mut Graph, run: &Parallel, turn: Turn, w: Vector) -> Spin {
+    let (bend, dw_z) = (run.bend.turned(g, turn), g.add(run.dw_z, run.acceleration));
+    Spin::new(g, bend, dw_z, |g, i, k| g.mul(w[i], w[k]))
 }
 
 /// q_j, or its rate or acceleration: sum_k c_k x_k.

@@ -1,6 +1,6 @@
 //! How the links move: the robot's numbers as expressions, the motion of every link, closed loops.
 //!
-//! From the bottom up: [`vector`], [`angle`], [`constants`], then [`links`], then [`closure`] and
+//! From the bottom up: [`vector`], [`spin`], [`placement`], [`angle`], [`constants`], then [`links`], then [`closure`] and
 //! [`implicit`] for the loops that no affine function closes.
 
 pub(crate) mod angle;
@@ -11,5 +11,8 @@ pub(crate) mod links;
 pub(crate) mod loop_chain;
 pub(crate) mod motion;
 pub(crate) mod names;
+pub(crate) mod placement;
 pub(crate) mod polar;
+pub(crate) mod poles;
+pub(crate) mod spin;
 pub(crate) mod vector;

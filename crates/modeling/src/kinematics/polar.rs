@@ -14,7 +14,8 @@ use robot::{JointKind, Robot};
 
 use crate::kinematics::constants::Constants;
 use crate::kinematics::links::{LinkMotion, Motion, joint_variable, link_motions};
-use crate::kinematics::vector::{NULL, Vector, acceleration_matrix, add, dot};
+use crate::kinematics::spin::{Bend, Spin};
+use crate::kinematics::vector::{Vector, plus_dot};
 
 /// The polarised motion of every link: `links` are those at dq, and `reference` has half of dq_r as its dq, and ddq_r as its
 /// ddq.
@@ -28,40 +29,47 @@ pub(crate) fn polarised(
 ) -> Vec<LinkMotion> {
     let halves = link_motions(g, robot, constants, reference);
     let weight = constants.weight(g);
-    // dw before the turns of a run of parallel axes.
-    let mut run_dw: Vec<Vector> = Vec::new();
+    // The bend of the axes of a run and dw about them, before its turns.
+    let mut runs: Vec<(Bend, Expr)> = Vec::new();
     let mut polar: Vec<LinkMotion> = Vec::new();
     for (j, link) in robot.links.iter().enumerate() {
         let (at, half) = (&links[j], &halves[j]);
         let i = link.antecedent.map(|i| i.0);
         let begins_run = at.placement.alpha.sin != Expr::ZERO || at.placement.alpha.cos != Expr::ONE;
-        let dw_before = match (i, begins_run) {
-            (None, _) => NULL,
-            (Some(i), true) => at.placement.to_link_before_theta(g, polar[i].dw),
-            (Some(i), false) => run_dw[i],
+        let (bend, dw_z) = match i {
+            None => (Bend::STILL, Expr::ZERO),
+            Some(i) if begins_run => before_the_run(g, [at, half], &polar[i].spin),
+            Some(i) => runs[i],
         };
+        runs.push((bend, dw_z));
         let turn = at.parallel.turn.turn(g);
-        let [x, y, z] = turn.turned(g, dw_before);
-        let [across_x, across_y] = across_z(g, [at.w, half.w], [at.parallel.rate, half.parallel.rate]);
-        let dw = [g.add(x, across_x), g.add(y, across_y), g.add(z, half.parallel.acceleration)];
+        let (bend, dw_z) = (bend.turned(g, turn), g.add(dw_z, half.parallel.acceleration));
+        let spin = Spin::new(g, bend, dw_z, |g, r, c| product(g, [at.w, half.w], (r, c)));
 
-        let (a_i, offset) = match i {
-            Some(i) => (polar[i].a, polar[i].U.map(|row| dot(g, row, at.placement.p))),
-            None => (weight, NULL),
+        let at_o_j = match i {
+            Some(i) => [0, 1, 2].map(|r| plus_dot(g, polar[i].a[r], polar[i].spin.U[r], at.placement.p)),
+            None => weight,
         };
-        let at_o_j = add(g, a_i, offset);
         let mut a = at.placement.to_link(g, at_o_j);
         if link.joint.kind == JointKind::Prismatic {
             let rates = [actual, reference].map(|motion| joint_variable(g, link, &motion.dq));
             let [x, y] = across_z(g, [at.w, half.w], rates).map(|x| g.add(x, x));
             a = [g.add(a[0], x), g.add(a[1], y), g.add(a[2], half.joint_acceleration)];
         }
-        let ww = products(g, at.w, half.w);
-        let U = acceleration_matrix(g, &ww, dw);
-        run_dw.push(dw_before);
-        polar.push(LinkMotion { ww, dw, a, U, joint_acceleration: half.joint_acceleration, ..at.clone() });
+        polar.push(LinkMotion { spin, a, joint_acceleration: half.joint_acceleration, ..at.clone() });
     }
     polar
+}
+
+/// The bend of the axis that begins a run and dw about it, from the polarised motion of the link before.
+fn before_the_run(g: &mut Graph, [at, half]: [&LinkMotion; 2], i: &Spin) -> (Bend, Expr) {
+    let dw = at.placement.to_link_before_theta(g, i.dw);
+    let bend = at.placement.bend(g, &i.U).unwrap_or_else(|| {
+        let w = [at.parallel.w, half.parallel.w];
+        let products = [product(g, w, (0, 2)), product(g, w, (1, 2))];
+        Bend::of_rates(g, dw, products)
+    });
+    (bend, dw[2])
 }
 
 /// x and y of w x z rate, polarised.
@@ -73,13 +81,8 @@ fn across_z(g: &mut Graph, [w, half]: [Vector; 2], [rate, half_rate]: [Expr; 2])
     })
 }
 
-/// w w_h^T + w_h w^T.
-fn products(g: &mut Graph, w: Vector, half: Vector) -> [Vector; 3] {
-    let mut entry = |i: usize, k: usize| {
-        let (a, b) = (g.mul(w[i], half[k]), g.mul(half[i], w[k]));
-        g.add(a, b)
-    };
-    let (xx, yy, zz) = (entry(0, 0), entry(1, 1), entry(2, 2));
-    let (xy, xz, yz) = (entry(0, 1), entry(0, 2), entry(1, 2));
-    [[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]]
+/// An entry of w w_h^T + w_h w^T.
+fn product(g: &mut Graph, [w, half]: [Vector; 2], (i, k): (usize, usize)) -> Expr {
+    let (a, b) = (g.mul(w[i], half[k]), g.mul(half[i], w[k]));
+    g.add(a, b)
 }

@@ -18,6 +18,15 @@ pub(crate) fn cross(g: &mut Graph, a: Vector, b: Vector) -> Vector {
     [minor(1, 2), minor(2, 0), minor(0, 1)]
 }
 
+/// c + a x b, product by product.
+pub(crate) fn plus_cross(g: &mut Graph, c: Vector, a: Vector, b: Vector) -> Vector {
+    [(0, 1, 2), (1, 2, 0), (2, 0, 1)].map(|(i, j, k)| {
+        let (plus, minus) = (g.mul(a[j], b[k]), g.mul(a[k], b[j]));
+        let sum = g.add(c[i], plus);
+        g.sub(sum, minus)
+    })
+}
+
 pub(crate) fn dot(g: &mut Graph, a: Vector, b: Vector) -> Expr {
     plus_dot(g, Expr::ZERO, a, b)
 }
@@ -30,23 +39,6 @@ pub(crate) fn plus_dot(g: &mut Graph, c: Expr, a: Vector, b: Vector) -> Expr {
 
 pub(crate) fn sum(g: &mut Graph, terms: &[Expr]) -> Expr {
     terms.iter().fold(Expr::ZERO, |s, &t| g.add(s, t))
-}
-
-/// w w^T.
-pub(crate) fn products(g: &mut Graph, w: Vector) -> [Vector; 3] {
-    let [xx, yy, zz] = w.map(|x| g.mul(x, x));
-    let (xy, xz, yz) = (g.mul(w[0], w[1]), g.mul(w[0], w[2]), g.mul(w[1], w[2]));
-    [[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]]
-}
-
-/// U = [dw]x + [w]x^2, of ww = w w^T.
-pub(crate) fn acceleration_matrix(g: &mut Graph, ww: &[Vector; 3], dw: Vector) -> [Vector; 3] {
-    let [[xx, xy, xz], [_, yy, yz], [_, _, zz]] = *ww;
-    [
-        [-g.add(yy, zz), g.sub(xy, dw[2]), g.add(xz, dw[1])],
-        [g.add(xy, dw[2]), -g.add(xx, zz), g.sub(yz, dw[0])],
-        [g.sub(xz, dw[1]), g.add(yz, dw[0]), -g.add(xx, yy)],
-    ]
 }
 
 /// Calls the components of a vector NAME_x, NAME_y, NAME_z where names are kept.

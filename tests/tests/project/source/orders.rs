@@ -8,7 +8,19 @@ pub(crate) const ORDERS: [(&str, &[&str]); 18] = [
     ("crates/claims", &["subject", "figure", "remedy", "outcome", "standing", "claim", "purpose", "rule"]),
     (
         "crates/expr",
-        &["graph", "function", "forward", "fusion", "sine", "slots", "tape_operation", "tape", "adjoint", "module"],
+        &[
+            "graph",
+            "function",
+            "choice",
+            "forward",
+            "fusion",
+            "sine",
+            "slots",
+            "tape_operation",
+            "tape",
+            "adjoint",
+            "module",
+        ],
     ),
     (
         "crates/robot",

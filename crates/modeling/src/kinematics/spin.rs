@@ -1,0 +1,152 @@
+//! The turning of a link: dw, w w^T and U = [dw]x + [w]x^2, with as few operations as its joint allows.
+//!
+//! U z is the second derivative of the unit vector z along the joint's axis. The link before moves the axis alike, whatever
+//! the joint does, so U z is a column of that link's U and is only turned with the joint:
+//!
+//! ```text
+//! U z = (w_x w_z + dw_y, w_y w_z - dw_x, -(w_x^2 + w_y^2))
+//! ```
+//! It gives dw_x and dw_y without the products of the joint's own rate, and w_x^2 + w_y^2 without a square.
+
+use expr::{Expr, Graph};
+
+use crate::kinematics::vector::{Turn, Vector};
+
+/// U z of an axis along z, in axes that the joint has not turned yet.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Bend {
+    pub x: Expr,
+    pub y: Expr,
+    /// w_x^2 + w_y^2, where the link before has it; `None` where two squares have to be made.
+    pub across: Option<Expr>,
+}
+
+impl Bend {
+    /// Of an axis at rest.
+    pub(crate) const STILL: Bend = Bend { x: Expr::ZERO, y: Expr::ZERO, across: Some(Expr::ZERO) };
+
+    /// From U z.
+    pub(crate) fn of_column([x, y, z]: Vector) -> Bend {
+        Bend { x, y, across: Some(-z) }
+    }
+
+    /// From dw and the products w_x w_z and w_y w_z.
+    pub(crate) fn of_rates(g: &mut Graph, dw: Vector, [xz, yz]: [Expr; 2]) -> Bend {
+        Bend { x: g.add(xz, dw[1]), y: g.sub(yz, dw[0]), across: None }
+    }
+
+    /// In axes turned about z.
+    pub(crate) fn turned(self, g: &mut Graph, turn: Turn) -> Bend {
+        let [x, y, _] = turn.turned(g, [self.x, self.y, Expr::ZERO]);
+        Bend { x, y, ..self }
+    }
+}
+
+/// How a link turns.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Spin {
+    pub dw: Vector,
+    /// w w^T, row by row.
+    pub ww: [Vector; 3],
+    /// w_y^2 - w_z^2, w_z^2 - w_x^2, w_x^2 - w_y^2.
+    pub differences: Vector,
+    /// [dw]x + [w]x^2, row by row.
+    pub U: [Vector; 3],
+}
+
+impl Spin {
+    /// From the bend of its axis, dw_z, and `product(i, k)` = w_i w_k.
+    pub(crate) fn new(
+        g: &mut Graph,
+        bend: Bend,
+        dw_z: Expr,
+        mut product: impl FnMut(&mut Graph, usize, usize) -> Expr,
+    ) -> Spin {
+        let (xx, zz) = (product(g, 0, 0), product(g, 2, 2));
+        let [xy, xz, yz] = [(0, 1), (0, 2), (1, 2)].map(|(i, k)| product(g, i, k));
+        let dw = [g.sub(yz, bend.y), g.sub(bend.x, xz), dw_z];
+
+        // The diagonal of U is w_i^2 - w^2, so that its differences are those of the squares.
+        let (yy, across) = match bend.across {
+            Some(across) => (g.sub(across, xx), across),
+            None => {
+                let yy = product(g, 1, 1);
+                (yy, g.add(xx, yy))
+            }
+        };
+        let z_x = g.sub(zz, xx);
+        let u_yy = -g.add(xx, zz);
+        let (u_xx, y_z, x_y) = match bend.across {
+            Some(_) => {
+                let u_xx = -g.add(across, z_x);
+                (u_xx, g.add(u_yy, across), g.sub(u_xx, u_yy))
+            }
+            None => (-g.add(yy, zz), g.sub(yy, zz), g.sub(xx, yy)),
+        };
+        let U = [
+            [u_xx, g.sub(xy, dw[2]), bend.x],
+            [g.add(xy, dw[2]), u_yy, bend.y],
+            [g.sub(xz, dw[1]), g.add(yz, dw[0]), -across],
+        ];
+        Spin { dw, ww: [[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]], differences: [y_z, z_x, x_y], U }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use expr::{Function, Input, Output, SymbolKind, Tape};
+
+    /// U = [dw]x + w w^T - w^2, row by row.
+    fn matrix(w: [f64; 3], dw: [f64; 3]) -> [[f64; 3]; 3] {
+        let square: f64 = w.iter().map(|w| w * w).sum();
+        let across = [[0.0, -dw[2], dw[1]], [dw[2], 0.0, -dw[0]], [-dw[1], dw[0], 0.0]];
+        std::array::from_fn(|i| std::array::from_fn(|k| across[i][k] + w[i] * w[k] - if i == k { square } else { 0.0 }))
+    }
+
+    /// A link before, and a joint that turns by an angle at a rate with an acceleration: dw and U of the link behind it.
+    #[test]
+    fn a_joint_turns_the_bend_of_its_axis_and_no_more() {
+        let (w, dw) = ([0.3, -0.8, 0.5], [1.1, 0.7, -0.4]);
+        let (angle, rate, acceleration) = (0.9_f64, 1.7, -0.6);
+        let (c, s) = (angle.cos(), angle.sin());
+        let turned = |v: [f64; 3]| [c * v[0] + s * v[1], c * v[1] - s * v[0], v[2]];
+        let now = {
+            let [x, y, z] = turned(w);
+            [x, y, z + rate]
+        };
+        let [x, y, z] = turned(dw);
+        // dw_0 + w x z rate + acceleration z
+        let dw_now = [x + now[1] * rate, y - now[0] * rate, z + acceleration];
+        let (U, U_now) = (matrix(w, dw), matrix(now, dw_now));
+
+        let mut g = Graph::new();
+        let mut inputs = Vec::new();
+        let values = [w, now, dw, U.map(|row| row[2]), [c, s, dw_now[2]]].concat();
+        let mut symbols = || -> Vector {
+            let three = std::array::from_fn(|_| g.symbol("x", SymbolKind::Input));
+            inputs.extend(three);
+            three
+        };
+        let [w, now, dw, column, [cos, sin, dw_z]] = std::array::from_fn(|_| symbols());
+        let products = [g.mul(w[0], w[2]), g.mul(w[1], w[2])];
+        for bend in [Bend::of_column(column), Bend::of_rates(&mut g, dw, products)] {
+            let bend = bend.turned(&mut g, Turn { cos, sin });
+            let spin = Spin::new(&mut g, bend, dw_z, |g, i, k| g.mul(now[i], now[k]));
+            let [xx, yy, zz] = std::array::from_fn(|i| spin.ww[i][i]);
+            let squares = [g.sub(yy, zz), g.sub(zz, xx), g.sub(xx, yy)];
+            let gaps = [0, 1, 2].map(|i| g.sub(squares[i], spin.differences[i]));
+            let entries = [spin.U.concat(), spin.dw.to_vec(), gaps.to_vec()].concat();
+            let output = Output { name: "y".into(), rows: entries.len(), columns: 1, entries };
+            let function =
+                Function::new("spin", &g, vec![Input { name: "x".into(), entries: inputs.clone() }], vec![output]);
+            let tape = Tape::new(&function);
+            let mut found = vec![f64::NAN; 15];
+            tape.evaluate(&values, &mut tape.workspace(), &mut found);
+            let expected = [U_now.concat(), dw_now.to_vec(), vec![0.0; 3]].concat();
+            for (found, expected) in found.iter().zip(expected) {
+                assert!((found - expected).abs() < 1e-14, "{found} and {expected}");
+            }
+        }
+    }
+}
