@@ -150,6 +150,50 @@ impl InformationMatrix {
     }
 }
 
+/// log det F and F^-1 (p x p, row by row) of a symmetric F of which the lower triangle is given; `None` where F is not positive
+/// definite.
+///
+/// Every inner loop runs along rows, which a hundred columns and more ask for.
+pub fn log_det_and_inverse(lower: &[f64], p: usize) -> Option<(f64, Vec<f64>)> {
+    // F = U'U, row by row from the top.
+    let mut u = vec![0.0; p * p];
+    (0..p).for_each(|i| (i..p).for_each(|j| u[i * p + j] = lower[j * p + i]));
+    let mut log_det = 0.0;
+    for k in 0..p {
+        let (above, below) = u.split_at_mut((k + 1) * p);
+        let row = &mut above[k * p..];
+        let pivot = row[k];
+        if pivot.is_nan() || pivot <= 0.0 {
+            return None;
+        }
+        log_det += pivot.ln();
+        let root = pivot.sqrt();
+        row[k..].iter_mut().for_each(|x| *x /= root);
+        for (j, other) in (k + 1..p).zip(below.chunks_exact_mut(p)) {
+            let factor = row[j];
+            other[j..].iter_mut().zip(&row[j..]).for_each(|(x, y)| *x -= factor * y);
+        }
+    }
+    // L^-1 = U'^-1, by elimination.
+    let mut inverse = vec![0.0; p * p];
+    for k in 0..p {
+        let (above, below) = inverse.split_at_mut((k + 1) * p);
+        let row = &mut above[k * p..][..k + 1];
+        row[k] = 1.0;
+        row.iter_mut().for_each(|x| *x /= u[k * p + k]);
+        for (j, other) in (k + 1..p).zip(below.chunks_exact_mut(p)) {
+            let factor = u[k * p + j];
+            other.iter_mut().zip(&*row).for_each(|(x, y)| *x -= factor * y);
+        }
+    }
+    let mut f = vec![0.0; p * p];
+    add_products(&mut f, p, &inverse, |_| 1.0);
+    for i in 0..p {
+        (0..i).for_each(|j| f[j * p + i] = f[i * p + j]);
+    }
+    Some((log_det, f))
+}
+
 /// Rows that are added in one pass.
 const ROWS_PER_PASS: usize = 4;
 
@@ -253,6 +297,11 @@ mod tests {
                 assert!((product - f64::from(u8::from(i == j))).abs() < 1e-10);
             }
         }
+        let lower: Vec<f64> = (0..36).map(|k| f.at(k / 6, k % 6)).collect();
+        let (log_det, again) = log_det_and_inverse(&lower, 6).unwrap();
+        assert!((log_det - factor.log_det).abs() < 1e-12);
+        assert!(inverse.iter().zip(&again).all(|(a, b)| (a - b).abs() < 1e-12));
+        assert!(log_det_and_inverse(&[-1.0], 1).is_none());
         let trace: f64 = (0..6).map(|i| inverse[i * 7]).sum();
         assert!((trace - factor.trace_of_inverse()).abs() < 1e-10 * trace);
         let doubled = InformationMatrix::sum(6, 0.0, [(&rows, 4.0)]).factor().unwrap();

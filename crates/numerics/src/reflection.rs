@@ -11,11 +11,11 @@
 //! | x_k | entries of a [`RowBlock`] | up to 128 | as the rows |
 //! | R_kk - beta_k | `lead` | 4 | |
 //!
-//! This file also forms the products of the columns with one another, W'W, which need no triangle.
+//! This file also forms the products of the columns with one another, W'W, and their combinations W M, which need no triangle.
 //!
 //! On every processor a sum runs in four parts, with rows 4 i + l in part l; a norm runs in eight. Where there are AVX2
 //! and FMA, the parts are in registers and each term is rounded once. All `unsafe` of this package is here. It is sound
-//! because only `reflect_fused` and `add_products_fused` use the registers. These are compiled for AVX2 and FMA, and
+//! because only `reflect_fused`, `add_products_fused` and `combine_fused` use the registers. These are compiled for AVX2 and FMA, and
 //! called where the processor has them.
 
 #![allow(unsafe_code, reason = "vector registers")]
@@ -72,6 +72,25 @@ pub fn add_products(products: &mut [f64], places: &[usize], block: &mut RowBlock
 #[target_feature(enable = "avx2,fma")]
 fn add_products_fused(products: &mut [f64], places: &[usize], rows: Rows) {
     add_products_with::<Register>(products, places, rows);
+}
+
+/// Writes into the m columns behind the first m of a block their combinations by `factors`: column m + b becomes the sum over
+/// a of factors\[b m + a\] times column a.
+pub fn combine(factors: &[f64], m: usize, block: &mut RowBlock) {
+    let stride = block.stride();
+    let rows = Rows { numbers: block.numbers(), stride };
+    #[cfg(target_arch = "x86_64")]
+    if is_x86_feature_detected!("avx2") && is_x86_feature_detected!("fma") {
+        // SAFETY: the processor has what `combine_fused` is compiled for.
+        return unsafe { combine_fused(factors, m, rows) };
+    }
+    combine_with::<[f64; 4]>(factors, m, rows);
+}
+
+#[cfg(target_arch = "x86_64")]
+#[target_feature(enable = "avx2,fma")]
+fn combine_fused(factors: &[f64], m: usize, rows: Rows) {
+    combine_with::<Register>(factors, m, rows);
 }
 
 /// Groups of eight rows.
@@ -272,6 +291,44 @@ fn add_products_with<V: Four>(products: &mut [f64], places: &[usize], rows: Rows
     }
 }
 
+#[inline(always)]
+fn combine_with<V: Four>(factors: &[f64], m: usize, rows: Rows) {
+    for group in rows.numbers.chunks_exact_mut(rows.stride) {
+        let (columns, combined) = group.split_at_mut(m);
+        let mut b = 0;
+        while b < m {
+            // Four combinations at a time, the last ones alone.
+            let width = if b + 4 <= m { 4 } else { 1 };
+            match width {
+                4 => combined_columns::<V, 4>(&factors[b * m..], columns, &mut combined[b..]),
+                _ => combined_columns::<V, 1>(&factors[b * m..], columns, &mut combined[b..]),
+            }
+            b += width;
+        }
+    }
+}
+
+#[inline(always)]
+fn combined_columns<V: Four, const Y: usize>(factors: &[f64], columns: &[Eight], combined: &mut [Eight]) {
+    let m = columns.len();
+    let factors: [&[f64]; Y] = std::array::from_fn(|b| &factors[b * m..][..m]);
+    let mut sums = [[V::splat(0.0); 2]; Y];
+    for a in 0..m {
+        let halves = [V::read(&columns[a], 0), V::read(&columns[a], 1)];
+        for b in 0..Y {
+            let factor = V::splat(factors[b][a]);
+            for half in 0..2 {
+                sums[b][half] = halves[half].mul_add(factor, sums[b][half]);
+            }
+        }
+    }
+    for b in 0..Y {
+        for half in 0..2 {
+            sums[b][half].write(&mut combined[b], half);
+        }
+    }
+}
+
 /// Applies one reflection, its lead, factor and column, to columns of the triangle and of the rows.
 #[inline(always)]
 fn reflect_columns<V: Four, const Y: usize>(
@@ -332,6 +389,29 @@ impl Reflections {
 mod tests {
     use super::*;
     use random::Random;
+
+    /// Combinations of seven columns, by registers and without.
+    #[test]
+    fn combinations_of_columns() {
+        let (m, mut random) = (7, Random::new(6));
+        let factors: Vec<f64> = (0..m * m).map(|_| random.normal()).collect();
+        let rows: Vec<Vec<f64>> = (0..21).map(|_| (0..m).map(|_| random.normal()).collect()).collect();
+        let mut block = RowBlock::new(2 * m);
+        rows.iter().for_each(|row| block.push(row.iter().copied()));
+        let mut plain = block.clone();
+        combine(&factors, m, &mut block);
+        let stride = plain.stride();
+        combine_with::<[f64; 4]>(&factors, m, Rows { numbers: plain.numbers(), stride });
+        for (r, row) in rows.iter().enumerate() {
+            for b in 0..m {
+                let sum: f64 = (0..m).map(|a| factors[b * m + a] * row[a]).sum();
+                for block in [&mut block, &mut plain] {
+                    // Sums of seven products of unit size.
+                    assert!((block.group(r / 8)[m + b].0[r % 8] - sum).abs() < 1e-13, "{r} {b}");
+                }
+            }
+        }
+    }
 
     /// Eleven columns, a zero one among them, twice 128 rows: R'R = W'W, by registers and without.
     #[test]

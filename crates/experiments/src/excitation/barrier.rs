@@ -21,6 +21,7 @@ use crate::excitation::motion::Shape;
 const WALL_INSTANTS_PER_SAMPLE: usize = 2;
 
 /// The rows of one joint.
+#[derive(Clone)]
 struct JointRows {
     /// rows x m.
     rows: Vec<f64>,
@@ -32,6 +33,7 @@ struct JointRows {
 }
 
 /// The wall of all joints that move.
+#[derive(Clone)]
 pub struct Barrier {
     m: usize,
     weight: f64,

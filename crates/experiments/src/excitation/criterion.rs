@@ -6,11 +6,16 @@
 //! condition:   J = log(p tr C^-1) / 2, the logarithm of cond_fro of the scaled columns,
 //!              dJ/dF = [diag((F^-1)_cc) - F^-1 diag(F_cc) F^-1] / (2 tr C^-1)
 //!
-//! and dJ/dW = 2 W dJ/dF / samples. Both are to be made small. Neither depends on the scale of a column but for a
+//! and dJ/dW = 2 W dJ/dF / samples. The rows of a joint are zero in the columns of the links before it, so that each joint has
+//! its rows in its own columns only: a third of the products. Both are to be made small. Neither depends on the scale of a column but for a
 //! constant.
 
-use numerics::information_matrix::{InformationMatrix, Rows};
+use numerics::information_matrix::{add_products as add_row_products, log_det_and_inverse};
+use numerics::reflection::{add_products, combine};
+use numerics::row_block::RowBlock;
 use serde::{Deserialize, Serialize};
+
+use crate::excitation::in_parallel::in_parallel;
 
 /// The aim of a search for a motion.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -22,59 +27,138 @@ pub enum Aim {
     Condition,
 }
 
+/// The rows of a joint.
+#[derive(Clone, Debug)]
+pub struct JointRows {
+    /// Columns of W in which they may differ from zero.
+    columns: Vec<usize>,
+    /// As many entries a row as columns, and as many behind them, which become the slope.
+    blocks: Vec<RowBlock>,
+}
+
+impl JointRows {
+    /// No row yet in these columns.
+    pub fn new(columns: Vec<usize>) -> JointRows {
+        JointRows { columns, blocks: vec![] }
+    }
+
+    /// The columns of the entries.
+    pub fn columns(&self) -> &[usize] {
+        &self.columns
+    }
+
+    /// Appends a row.
+    pub fn push(&mut self, row: impl Iterator<Item = f64>) {
+        let width = 2 * self.columns.len();
+        if self.blocks.last().is_none_or(RowBlock::is_full) {
+            self.blocks.push(RowBlock::new(width));
+        }
+        if let Some(block) = self.blocks.last_mut() {
+            block.push(row);
+        }
+    }
+
+    /// The products of the columns with one another, (i, j) with i <= j at j m + i.
+    fn products(&mut self) -> Vec<f64> {
+        let m = self.columns.len();
+        let places: Vec<usize> = (0..m).collect();
+        let mut products = vec![0.0; m * m];
+        self.blocks.iter_mut().filter(|_| m > 0).for_each(|block| add_products(&mut products, &places, block));
+        products
+    }
+
+    /// Calls `take` with the number of each row, the place of each entry in it, and the slope along the entry.
+    pub fn each_slope(&mut self, mut take: impl FnMut(usize, usize, f64)) {
+        let m = self.columns.len();
+        let mut first = 0;
+        for block in &mut self.blocks {
+            for g in 0..block.groups() {
+                let lanes = (block.rows - 8 * g).min(8);
+                for (place, eight) in block.group(g)[m..2 * m].iter().enumerate() {
+                    eight.0[..lanes].iter().enumerate().for_each(|(l, x)| take(first + 8 * g + l, place, *x));
+                }
+            }
+            first += block.rows;
+        }
+    }
+}
+
 /// J, and what its derivative follows from.
 pub struct Criterion {
     /// The criterion, the smaller the better.
     pub value: f64,
     aim: Aim,
-    /// W with columns of unit norm.
-    scaled: Rows,
-    /// What each column was multiplied by for that.
+    rows: Vec<JointRows>,
+    threads: usize,
+    /// What each column is multiplied by for unit norm.
     scale: Vec<f64>,
     /// C^-1, p x p.
     inverse: Vec<f64>,
 }
 
-/// The criterion of the rows `w` (p a row), whose memory becomes that of the slope; `None` where they have not full rank.
-pub fn criterion(aim: Aim, mut w: Vec<f64>, p: usize, samples: usize) -> Option<Criterion> {
-    let mut squares = vec![0.0; p];
-    for row in w.chunks_exact(p) {
-        (0..p).for_each(|i| squares[i] += row[i] * row[i]);
+/// The criterion of the rows of all joints and of other rows, p wide, by so many threads; `None` where they have not full rank.
+pub fn criterion(
+    aim: Aim,
+    rows: Vec<JointRows>,
+    others: &[f64],
+    p: usize,
+    samples: usize,
+    threads: usize,
+) -> Option<Criterion> {
+    let mut lower = vec![0.0; p * p];
+    add_row_products(&mut lower, p, others, |_| 1.0);
+    let all = in_parallel(rows, threads, |mut rows: JointRows| (rows.products(), rows));
+    for (products, JointRows { columns, .. }) in &all {
+        for (j, products) in products.chunks_exact(columns.len().max(1)).enumerate() {
+            for (i, product) in products.iter().enumerate().take(j + 1) {
+                let (a, b) = (columns[i].max(columns[j]), columns[i].min(columns[j]));
+                lower[a * p + b] += product;
+            }
+        }
     }
+    let rows = all.into_iter().map(|(_, rows)| rows).collect();
+    let squares: Vec<f64> = (0..p).map(|c| lower[c * p + c]).collect();
     let scale: Vec<f64> = squares.iter().map(|s| 1.0 / s.sqrt()).collect();
     if p == 0 || scale.iter().any(|s| !s.is_finite()) {
         return None;
     }
-    for row in w.chunks_exact_mut(p) {
-        (0..p).for_each(|i| row[i] *= scale[i]);
+    for (i, row) in lower.chunks_exact_mut(p).enumerate() {
+        row.iter_mut().zip(&scale).for_each(|(x, s)| *x *= scale[i] * s);
+        row[i] = 1.0;
     }
-    let scaled = Rows::of(p, w);
-    let factor = InformationMatrix::sum(p, 0.0, [(&scaled, 1.0)]).factor()?;
-    let inverse = factor.inverse();
+    let (log_det, inverse) = log_det_and_inverse(&lower, p)?;
+    // One over the squared distance of a unit column from the span of the others.
+    if (0..p).any(|c| inverse[c * p + c].is_nan() || inverse[c * p + c] > MOST_INFLATION) {
+        return None;
+    }
     let columns = p as f64;
     let value = match aim {
         Aim::Determinant => {
             let of_scale: f64 = squares.iter().map(|s| (s / samples as f64).ln()).sum();
-            -(factor.log_det + of_scale) / columns
+            -(log_det + of_scale) / columns
         }
         Aim::Condition => 0.5 * (columns * trace(&inverse, p)).ln(),
     };
-    Some(Criterion { value, aim, scaled, scale, inverse })
+    Some(Criterion { value, aim, rows, threads, scale, inverse })
 }
+
+/// Inflation of a column's variance by the others from which rounding decides: a thousand times what the sums are off.
+const MOST_INFLATION: f64 = 1e13;
 
 fn trace(matrix: &[f64], p: usize) -> f64 {
     (0..p).map(|i| matrix[i * p + i]).sum()
 }
 
 impl Criterion {
-    /// dJ/dW, row by row.
-    pub fn slope(self) -> Vec<f64> {
-        let (p, inverse) = (self.scale.len(), &self.inverse);
-        // dJ/dC of the scaled columns; of W: 2 (scaled W) (dJ/dC) scale.
-        let of_c: Vec<f64> = match self.aim {
+    /// The rows with dJ/dW along each of their entries.
+    pub fn slope(self) -> Vec<JointRows> {
+        let Criterion { aim, rows, threads, scale, inverse, .. } = self;
+        let p = scale.len();
+        // dJ/dC of the scaled columns; of W: 2 W (scale dJ/dC scale).
+        let of_c: Vec<f64> = match aim {
             Aim::Determinant => inverse.iter().map(|x| -x / p as f64).collect(),
             Aim::Condition => {
-                let trace = trace(inverse, p);
+                let trace = trace(&inverse, p);
                 let entry = |at: usize| {
                     let (i, j) = (at / p, at % p);
                     let product: f64 =
@@ -85,40 +169,14 @@ impl Criterion {
                 (0..p * p).map(entry).collect()
             }
         };
-        let mut slope = self.scaled.into_entries();
-        let mut row = vec![0.0; p];
-        for out in slope.chunks_exact_mut(p) {
-            row.copy_from_slice(out);
-            out.fill(0.0);
-            multiply(&row, &of_c, out);
-            (0..p).for_each(|i| out[i] *= 2.0 * self.scale[i]);
-        }
-        slope
-    }
-}
-
-/// Rows of a matrix that are taken in one pass.
-const ROWS_PER_PASS: usize = 4;
-
-/// Adds x' M to `out`, row after row of M in every entry, but for rows whose x are zero.
-fn multiply(x: &[f64], m: &[f64], out: &mut [f64]) {
-    let p = out.len();
-    for (x, rows) in x.chunks(ROWS_PER_PASS).zip(m.chunks(ROWS_PER_PASS * p)) {
-        if x.iter().all(|x| *x == 0.0) {
-            continue;
-        }
-        if let Ok(x) = <[f64; ROWS_PER_PASS]>::try_from(x) {
-            let rows: [&[f64]; ROWS_PER_PASS] = std::array::from_fn(|r| &rows[r * p..][..p]);
-            for k in 0..p {
-                out[k] = (0..ROWS_PER_PASS).fold(out[k], |sum, r| sum + x[r] * rows[r][k]);
-            }
-            continue;
-        }
-        for (x, row) in x.iter().zip(rows.chunks_exact(p)) {
-            for k in 0..p {
-                out[k] += x * row[k];
-            }
-        }
+        in_parallel(rows, threads, |mut rows| {
+            let JointRows { columns, blocks } = &mut rows;
+            let factor = |b: usize, a: usize| 2.0 * scale[b] * scale[a] * of_c[b * p + a];
+            let factors: Vec<f64> =
+                columns.iter().flat_map(|&b| columns.iter().map(move |&a| (b, a))).map(|(b, a)| factor(b, a)).collect();
+            blocks.iter_mut().for_each(|block| combine(&factors, columns.len(), block));
+            rows
+        })
     }
 }
 
@@ -133,10 +191,21 @@ mod tests {
         let mut random = Random::new(2);
         let scales = [1.0, 30.0, 0.02, 4.0];
         let w: Vec<f64> = (0..p * samples).map(|k| random.normal() * scales[k % p]).collect();
+        // Two joints, of which the second has no entry in the first column.
+        let rows = |w: &[f64]| {
+            let mut joints = vec![JointRows::new((0..p).collect()), JointRows::new((1..p).collect())];
+            w.chunks_exact(p).enumerate().for_each(|(r, row)| joints[r % 2].push(row[r % 2..].iter().copied()));
+            joints
+        };
+        let others = [0.1, 2.0, 0.01, 0.5];
         for aim in [Aim::Determinant, Aim::Condition] {
-            let at = |w: &[f64]| criterion(aim, w.to_vec(), p, samples).unwrap();
-            let slopes = at(&w).slope();
-            for k in 0..w.len() {
+            let at = |w: &[f64]| criterion(aim, rows(w), &others, p, samples, 2).unwrap();
+            let mut slopes = vec![0.0; w.len()];
+            for (i, mut joint) in at(&w).slope().into_iter().enumerate() {
+                let first = joint.columns()[0];
+                joint.each_slope(|r, place, slope| slopes[(2 * r + i) * p + first + place] = slope);
+            }
+            for k in (0..w.len()).filter(|k| k % p > 0 || k / p % 2 == 0) {
                 let h = 1e-6 * scales[k % p];
                 let moved = |h: f64| {
                     let mut w = w.clone();
@@ -149,8 +218,7 @@ mod tests {
             }
         }
         let mut lost = w.clone();
-        lost.chunks_exact_mut(p).for_each(|row| row[1] = 2.0 * row[0]);
-        lost.iter_mut().skip(3).step_by(p).for_each(|x| *x = 0.0);
-        assert!(criterion(Aim::Determinant, lost, p, samples).is_none());
+        lost.chunks_exact_mut(p).for_each(|row| row[1] = 2.0 * row[2]);
+        assert!(criterion(Aim::Determinant, rows(&lost), &[], p, samples, 1).is_none());
     }
 }

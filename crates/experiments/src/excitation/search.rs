@@ -13,19 +13,20 @@
 //! threads.
 
 use std::ops::Range;
-use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use numerics::interruption::Interruption;
 use random::Random;
 
 use crate::excitation::descent::descend;
+use crate::excitation::in_parallel::in_parallel;
 use crate::excitation::limits::LimitKind;
 use crate::excitation::motion::Shape;
 use crate::excitation::no_motion::{NoMotion, too_small};
 use crate::excitation::problem::{Prepared, Problem};
 use crate::excitation::space_wall::Seen;
-use crate::excitation::walled::Walled;
+use crate::excitation::walled::{RETURN_HEIGHT, Walled};
+use crate::excitation::watched::Watched;
 
 /// How much is searched.
 #[derive(Clone, Copy, Debug)]
@@ -66,6 +67,17 @@ const LAST_WALL_HEIGHT: f64 = 5e-5;
 /// descent. What is left at one height is won at the next. 1e-7 at all heights gives motions that are 0.3 % better, in
 /// a third more time (five seeds on UR5 and Panda).
 const SMALLEST_DESCENT_GAIN: (f64, f64) = (1e-7, 1e-5);
+/// Iterations after which peaks of torque between the instants are looked for again, where torques are near their bounds.
+const ITERATIONS_BETWEEN_LOOKS: usize = 25;
+/// The same where one is beyond its bound.
+const ITERATIONS_BEYOND: usize = 10;
+/// What bounds are times at least where a torque is far beyond its own.
+const MUCH_RELIEF: f64 = 1.01;
+/// Looks at high walls that are there for torques to come back within their bounds.
+const MAX_RETURNING_LOOKS: usize = 12;
+/// With more joints that move, a start takes half of its iterations at the heights above those of the last ones: an iteration
+/// costs much, and what is left at one height is won at the next.
+const FEW_JOINTS: usize = 8;
 /// The height at which starts are compared.
 const SIFTED_HEIGHT: f64 = 2e-3;
 /// A start whose J is behind the best at that height by this much, 3 % of det^(1/p), goes no further: what is left of the
@@ -94,7 +106,9 @@ pub fn search(
     options: &SearchOptions,
     progress: &(dyn Fn(usize, Option<&Found>) + Sync),
 ) -> Result<Vec<Found>, NoMotion> {
-    let prepared = Prepared::new(problem);
+    // A start has the threads that others leave.
+    let threads_of_start = (options.threads / options.starts.max(1)).max(1);
+    let prepared = Prepared::new(problem).with_threads(threads_of_start);
     if prepared.moving().is_empty() {
         return Err(NoMotion::AllLocked);
     }
@@ -104,7 +118,7 @@ pub fn search(
     // Where much is known already the criterion is flat, and its slopes lead to poor motions. So a start goes first to
     // where the motion alone tells most.
     let alone = Problem { prior: &[], ..problem.clone() };
-    let alone = (!problem.prior.is_empty()).then(|| Prepared::new(&alone));
+    let alone = (!problem.prior.is_empty()).then(|| Prepared::new(&alone).with_threads(threads_of_start));
     let (done, interruption) = (AtomicUsize::new(0), Interruption::here());
     let search = Searched { alone: alone.as_ref(), prepared: &prepared, problem, iterations: options.iterations };
     // Of those that are begun only the ones that may still win go on to the end.
@@ -191,6 +205,7 @@ struct Begun {
     start: usize,
     x: Vec<f64>,
     seen: Seen,
+    watched: Watched,
     /// J there: of the motion alone, where something is known.
     criterion: f64,
 }
@@ -211,13 +226,14 @@ impl Searched<'_> {
     fn begun(&self, start: usize, x: Vec<f64>, seen: Seen, heights: &[f64]) -> Result<Begun, NoMotion> {
         let prepared = self.alone.unwrap_or(self.prepared);
         let high = heights.iter().copied().filter(|height| *height >= SIFTED_HEIGHT);
-        let x = self.descended(high.map(|height| (prepared, height)), x, &seen);
+        let mut watched = Watched::default();
+        let x = self.descended(high.map(|height| (prepared, height)), x, &seen, &mut watched);
         let criterion = prepared.criterion(&x).ok_or_else(|| too_small(prepared, self.problem, &x))?;
-        Ok(Begun { start, x, seen, criterion })
+        Ok(Begun { start, x, seen, watched, criterion })
     }
 
     /// The rest of the descent. Where something is known already: first without it, then with it, at ever lower walls.
-    fn ended(&self, begun: Begun) -> Result<Found, NoMotion> {
+    fn ended(&self, mut begun: Begun) -> Result<Found, NoMotion> {
         let low = || WALL_HEIGHTS.into_iter().filter(|height| *height < SIFTED_HEIGHT);
         let alone = self.alone.into_iter().flat_map(|alone| low().map(move |height| (alone, height)));
         let last = match self.alone {
@@ -225,7 +241,7 @@ impl Searched<'_> {
             None => &WALL_HEIGHTS[WALL_HEIGHTS.len() - low().count()..],
         };
         let all = alone.chain(last.iter().map(|height| (self.prepared, *height)));
-        let x = self.descended(all, begun.x, &begun.seen);
+        let x = self.descended(all, begun.x, &begun.seen, &mut begun.watched);
         self.found(&Begun { x, ..begun })
     }
 
@@ -235,13 +251,34 @@ impl Searched<'_> {
         heights: impl Iterator<Item = (&'p Prepared<'p>, f64)>,
         from: Vec<f64>,
         seen: &Seen,
+        watched: &mut Watched,
     ) -> Vec<f64> {
         let mut x = from;
         for (prepared, height) in heights {
-            let walled = Walled { prepared, height, seen };
             let least = if height == LAST_WALL_HEIGHT { SMALLEST_DESCENT_GAIN.0 } else { SMALLEST_DESCENT_GAIN.1 };
-            if let Some(found) = descend(&walled, &x, self.iterations, least) {
+            let is_hasty = height > SIFTED_HEIGHT && prepared.moving().len() > FEW_JOINTS;
+            let mut left = if is_hasty { self.iterations.div_ceil(2) } else { self.iterations };
+            let mut returning = MAX_RETURNING_LOOKS;
+            while left > 0 {
+                let watching = watched.renewed(prepared, &x);
+                let (is_pressed, relief) = (watched.is_pressed(), watched.relief());
+                // Low walls hold a motion where it is: above them a torque that is far beyond its bound comes back.
+                let height = if relief > MUCH_RELIEF { height.max(RETURN_HEIGHT) } else { height };
+                let walled = Walled::new(watching.as_ref().unwrap_or(prepared), height, seen);
+                let portion = match (is_pressed, relief > 1.0) {
+                    (_, true) => left.min(ITERATIONS_BEYOND),
+                    (true, false) => left.min(ITERATIONS_BETWEEN_LOOKS),
+                    (false, false) => left,
+                };
+                let Some(found) = descend(&walled, &x, portion, least) else { break };
                 x = found.x;
+                match relief > 1.0 && height >= RETURN_HEIGHT && returning > 0 {
+                    true => returning -= 1,
+                    false => left -= portion,
+                }
+                if found.iterations < portion && relief == 1.0 {
+                    break;
+                }
             }
         }
         x
@@ -261,25 +298,6 @@ impl Searched<'_> {
             nearest: prepared.nearest(seen, x),
         })
     }
-}
-
-/// What `of` makes of each item, in their order, by so many threads.
-fn in_parallel<T: Send, R: Send>(items: Vec<T>, threads: usize, of: impl Fn(T) -> R + Sync) -> Vec<R> {
-    let next = Mutex::new(items.into_iter().enumerate());
-    let work = || {
-        let mut done = Vec::new();
-        loop {
-            let item = next.lock().ok().and_then(|mut next| next.next());
-            let Some((at, item)) = item else { return done };
-            done.push((at, of(item)));
-        }
-    };
-    let mut all: Vec<(usize, R)> = std::thread::scope(|scope| {
-        let threads: Vec<_> = (0..threads.max(1)).map(|_| scope.spawn(work)).collect();
-        threads.into_iter().flat_map(|t| t.join().unwrap_or_default()).collect()
-    });
-    all.sort_by_key(|(at, _)| *at);
-    all.into_iter().map(|(_, result)| result).collect()
 }
 
 /// A random motion about a random centre, a share of the limits wide.

@@ -27,6 +27,7 @@ const DISTANCE_INSTANTS_PER_BLEND: usize = 24;
 pub struct Seen(RefCell<Vec<Known>>);
 
 /// The wall.
+#[derive(Clone)]
 pub struct SpaceWall<'a> {
     surroundings: &'a dyn Surroundings,
     /// Positions at each instant per unit of the coefficients.

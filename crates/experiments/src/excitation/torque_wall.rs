@@ -78,22 +78,24 @@ impl TorqueWall {
         greatest
     }
 
-    /// `weight` times S T; `None` where a quantity is beyond its bound.
-    ///
-    /// Its slopes along the entries of Y are added to `weights`, and those along the states to `along`.
+    /// The sum of T with the weight of each instant, by what its bounds are times, with its slopes along the torque and the velocity of each coordinate, instant after instant;
+    /// `None` where a quantity is beyond its bound. `reliefs`: what the bounds are times, one per instant.
     pub fn value(
         &self,
         limits: &[CoordinateLimits],
-        weight: f64,
+        weight: impl Fn(f64) -> f64,
         (states, y): (&[f64], &[f64]),
-        weights: &mut [f64],
-        along: &mut [f64],
-    ) -> Option<f64> {
+        reliefs: &[f64],
+    ) -> Option<(f64, Vec<[f64; 2]>)> {
         let (n, b) = (limits.len(), self.parameters.len());
         let mut value = 0.0;
-        for (r, (state, y)) in states.chunks_exact(3 * n).zip(y.chunks_exact(n * b)).enumerate() {
+        let mut slopes = Vec::with_capacity(states.len() / 3);
+        for ((state, y), relief) in states.chunks_exact(3 * n).zip(y.chunks_exact(n * b)).zip(reliefs) {
             for k in 0..n {
+                let mut along = [0.0; 2];
                 for held in self.held(k, &limits[k], state[n + k], &y[k * b..][..b]) {
+                    let held = Held { bound: relief * held.bound, ..held };
+                    let weight = weight(*relief);
                     let (above, below) = (held.bound - held.value, held.bound + held.value);
                     if !(above > 0.0 && below > 0.0) {
                         return None;
@@ -101,12 +103,67 @@ impl TorqueWall {
                     value -= weight * (above / held.bound * (below / held.bound)).ln();
                     let slope = weight * (1.0 / above - 1.0 / below);
                     let [along_tau, along_dq] = held.along.map(|x| slope * x);
-                    let place = &mut weights[(r * n + k) * b..][..b];
-                    place.iter_mut().zip(&self.parameters).for_each(|(w, x)| *w += along_tau * x);
-                    along[r * 3 * n + n + k] += along_tau * self.friction[k].viscous + along_dq;
+                    along[0] += along_tau;
+                    along[1] += along_tau * self.friction[k].viscous + along_dq;
+                }
+                slopes.push(along);
+            }
+        }
+        Some((value, slopes))
+    }
+
+    /// The quantities from `least_share` of their bounds on.
+    pub(crate) fn near(
+        &self,
+        limits: &[CoordinateLimits],
+        states: &[f64],
+        y: &[f64],
+        reliefs: &[f64],
+        least_share: f64,
+    ) -> Vec<HeldDrive> {
+        let (n, b) = (limits.len(), self.parameters.len());
+        let mut near = vec![];
+        let instants = states.chunks_exact(3 * n).zip(y.chunks_exact(n * b)).zip(reliefs);
+        for (instant, ((state, y), relief)) in instants.enumerate() {
+            for coordinate in 0..n {
+                for held in self.held(coordinate, &limits[coordinate], state[n + coordinate], &y[coordinate * b..][..b])
+                {
+                    let Held { limit, value, bound, along: [along_tau, along_dq] } = held;
+                    let along = [along_tau, along_tau * self.friction[coordinate].viscous + along_dq];
+                    let drive =
+                        HeldDrive { instant, coordinate, limit, value, bound: relief * bound, relief: *relief, along };
+                    if drive.share() >= least_share {
+                        near.push(drive);
+                    }
                 }
             }
         }
-        Some(value)
+        near
+    }
+}
+
+/// A torque or a power of a coordinate at an instant, with its bound.
+#[derive(Clone, Copy)]
+pub(crate) struct HeldDrive {
+    /// Place of the instant among those that are looked at.
+    pub(crate) instant: usize,
+    pub(crate) coordinate: usize,
+    pub(crate) limit: LimitKind,
+    pub(crate) value: f64,
+    pub(crate) bound: f64,
+    /// What the bound is times.
+    pub(crate) relief: f64,
+    /// Slopes of the value along Y X and along dq.
+    pub(crate) along: [f64; 2],
+}
+
+impl HeldDrive {
+    pub(crate) fn is_power(&self) -> bool {
+        self.limit == LimitKind::Power
+    }
+
+    /// Its size over its bound.
+    pub(crate) fn share(&self) -> f64 {
+        if self.bound > 0.0 { self.value.abs() / self.bound } else { f64::INFINITY }
     }
 }

@@ -9,14 +9,24 @@
 //! One reverse pass through the regressor gives the slope of J and T along the states: df/dY is known, dY/d(q, dq, ddq)
 //! exact.
 
+use std::cell::RefCell;
+
 use crate::excitation::barrier::Curvature;
-use crate::excitation::criterion::criterion;
 use crate::excitation::descent::Objective;
+use crate::excitation::near_drives::NearDrives;
 use crate::excitation::problem::Prepared;
 use crate::excitation::space_wall::Seen;
 
 /// Curvature of the criterion along a scaled coefficient, roughly: what the barrier does not know.
 const CRITERION_CURVATURE: f64 = 0.1;
+
+/// Height of the walls whose bounds are raised for a while: so high that torques go some hundredths below them. Where the other
+/// walls are low they hold a motion in place, and more would only push it from one to the other.
+const RELIEVED_HEIGHT: f64 = 10.0;
+const RELIEVED_HEIGHT_AMONG_LOW_WALLS: f64 = 0.2;
+
+/// Least height of the walls at which torques far beyond their bounds come back.
+pub(crate) const RETURN_HEIGHT: f64 = 1e-2;
 
 /// A problem at one height of its walls.
 pub struct Walled<'a> {
@@ -26,9 +36,48 @@ pub struct Walled<'a> {
     pub height: f64,
     /// What the start has seen of bodies.
     pub seen: &'a Seen,
+    last: RefCell<Option<Last>>,
 }
 
-impl Walled<'_> {
+/// The motion that was evaluated last, inside all walls.
+struct Last {
+    x: Vec<f64>,
+    states: Vec<f64>,
+    y: Vec<f64>,
+    /// Torques and powers near their bounds, once they were asked for.
+    near: Option<NearDrives>,
+}
+
+impl<'a> Walled<'a> {
+    /// The problem with its walls at this height.
+    pub fn new(prepared: &'a Prepared<'a>, height: f64, seen: &'a Seen) -> Walled<'a> {
+        Walled { prepared, height, seen, last: RefCell::new(None) }
+    }
+
+    /// What `of` makes of the torques and powers near their bounds at x, where there are any.
+    fn with_near<T>(&self, x: &[f64], of: impl FnOnce(&NearDrives) -> T) -> Option<T> {
+        self.prepared.problem.torque?;
+        let mut last = self.last.borrow_mut();
+        if last.as_ref().is_none_or(|last| last.x != x) {
+            let states = self.prepared.states(x);
+            let y = self.prepared.filled(&states);
+            *last = Some(Last { x: x.to_vec(), states, y, near: None });
+        }
+        let Last { states, y, near, .. } = last.as_mut()?;
+        let near = near.get_or_insert_with(|| NearDrives::new(self.prepared, self.height, states, y));
+        (!near.is_empty()).then(|| of(near))
+    }
+
+    /// Weight of the torques of an instant, by what their bounds are times.
+    fn torque_weight(&self, relief: f64) -> f64 {
+        let height = match (relief > 1.0, self.height >= RETURN_HEIGHT) {
+            (false, _) => self.height,
+            (true, true) => RELIEVED_HEIGHT,
+            (true, false) => RELIEVED_HEIGHT_AMONG_LOW_WALLS,
+        };
+        height / self.prepared.problem.samples as f64
+    }
+
     fn evaluate(&self, x: &[f64], at_most: f64) -> Option<(f64, Vec<f64>)> {
         let (prepared, problem, height) = (self.prepared, self.prepared.problem, self.height);
         let mut gradient = vec![0.0; x.len()];
@@ -39,52 +88,48 @@ impl Walled<'_> {
                 moving.iter().enumerate().for_each(|(j, &k)| prepared.add_slope(j, row, slope[k], &mut gradient));
             })?;
         }
-        let samples = problem.samples;
         let states = prepared.states(x);
         let y = prepared.filled(&states);
         if y.iter().any(|y| !y.is_finite()) {
             return None;
         }
-        let mut weights = vec![0.0; y.len()];
-        let mut along = vec![0.0; states.len()];
-
-        if let Some(wall) = problem.torque {
-            let weight = height / samples as f64;
-            value += wall.value(problem.limits, weight, (&states, &y), &mut weights, &mut along)?;
-        }
+        let of_torque = match problem.torque {
+            Some(wall) => {
+                let (of_torque, slopes) =
+                    wall.value(problem.limits, |relief| self.torque_weight(relief), (&states, &y), prepared.reliefs())?;
+                value += of_torque;
+                Some((wall, slopes))
+            }
+            None => None,
+        };
 
         // The criterion.
-        let (w, friction) = prepared.rows(&states, &y);
-        let found = criterion(problem.aim, w, prepared.p(), samples)?;
+        let (rows, friction) = prepared.rows(&states, &y);
+        let found = prepared.criterion_of_rows(rows)?;
         value += found.value;
         if !(value.is_finite() && value <= at_most) {
             return None;
         }
-        let (slope, of_motion) = (found.slope(), samples * moving.len());
-        for (at, slope) in slope.chunks_exact(prepared.p()).enumerate().take(of_motion) {
-            let (r, i) = (at / moving.len(), moving[at % moving.len()]);
-            let noise = problem.noise[i];
-            for (g, &c) in slope.iter().zip(&prepared.base) {
-                weights[(r * n + i) * b + c] += g / noise;
-            }
-            for &(t, place) in &prepared.own[i] {
-                let [_, along_dq, along_ddq] = friction[at][t];
-                along[r * 3 * n + n + i] += slope[place] / noise * along_dq;
-                along[r * 3 * n + 2 * n + i] += slope[place] / noise * along_ddq;
+
+        // Slopes along the entries of Y, and along the states beside those.
+        let mut weights = vec![0.0; y.len()];
+        let mut along = vec![0.0; states.len()];
+        if let Some((wall, slopes)) = &of_torque {
+            for (at, [along_tau, along_dq]) in slopes.iter().enumerate() {
+                let place = weights[at * b..][..b].iter_mut().zip(&wall.parameters);
+                place.for_each(|(w, x)| *w = along_tau * x);
+                along[at / n * 3 * n + n + at % n] = *along_dq;
             }
         }
+        prepared.add_row_slopes(found.slope(), &friction, &mut weights, &mut along);
 
         // From the entries of Y to the states, and from those to the coefficients.
-        let mut through = vec![0.0; states.len()];
-        problem.regressor.pull_back(&states, &weights, &mut through);
-        for (r, rows) in prepared.instants.iter().enumerate() {
-            for (j, &k) in moving.iter().enumerate() {
-                for (d, row) in rows.iter().enumerate() {
-                    let at = r * 3 * n + d * n + k;
-                    prepared.add_slope(j, row, through[at] + along[at], &mut gradient);
-                }
-            }
+        let mut through = prepared.pulled_back(&states, &weights);
+        through.iter_mut().zip(&along).for_each(|(x, along)| *x += along);
+        for (rows, of_state) in prepared.instants.iter().zip(through.chunks_exact(3 * n)) {
+            prepared.add_slopes(rows, of_state, &mut gradient);
         }
+        *self.last.borrow_mut() = Some(Last { x: x.to_vec(), states, y, near: None });
         Some((value, gradient))
     }
 
@@ -100,13 +145,18 @@ impl Objective for Walled<'_> {
 
     fn precondition(&self, x: &[f64], direction: &mut [f64]) {
         // Inside the walls it is positive definite; without a factor the direction stays that of the slope.
-        if let Some(curvature) = self.curvature(x) {
-            curvature.solve(direction);
+        let Some(curvature) = self.curvature(x) else { return };
+        let weight = |relief| self.torque_weight(relief);
+        let raised = self.with_near(x, |near| near.curvature(&curvature, weight)).flatten();
+        match raised {
+            Some(raised) => raised.solve(&curvature, direction),
+            None => curvature.solve(direction),
         }
     }
 
     fn greatest_step(&self, x: &[f64], direction: &[f64]) -> f64 {
-        self.prepared.barrier().step(x, direction)
+        let of_torques = self.with_near(x, |near| near.greatest_step(direction));
+        self.prepared.barrier().step(x, direction).min(of_torques.unwrap_or(f64::INFINITY))
     }
 }
 
@@ -151,7 +201,7 @@ mod tests {
             };
             let prepared = Prepared::new(&problem);
             let seen = Seen::default();
-            let walled = Walled { prepared: &prepared, height: 0.01, seen: &seen };
+            let walled = Walled::new(&prepared, 0.01, &seen);
             let (_, gradient) = walled.value(&x, f64::INFINITY).unwrap();
             for k in 0..x.len() {
                 let h = 1e-6;

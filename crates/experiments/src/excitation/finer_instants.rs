@@ -1,0 +1,103 @@
+//! Instants between those of a search: its own are every so many of them.
+//!
+//! Their numbers run through the period, then through each blend with both its ends. So neighbours are found: a period comes
+//! again, and a blend ends.
+
+use crate::excitation::motion::Shape;
+use crate::excitation::problem::{Prepared, TORQUE_INSTANTS_PER_BLEND};
+
+impl Prepared<'_> {
+    /// The numbers of its own instants among those that are `factor` times as dense.
+    pub(super) fn own_instants(&self, factor: usize) -> impl Iterator<Item = usize> {
+        let (of_period, of_blend) = self.finer_counts(factor);
+        let blends = if self.problem.shape.blend() > 0.0 { 2 } else { 0 };
+        let of_blends =
+            (0..blends).flat_map(move |b| (0..of_blend).step_by(factor).map(move |i| of_period + b * of_blend + i));
+        (0..of_period).step_by(factor).chain(of_blends)
+    }
+
+    /// Whether a finer instant is halfway between two of its own.
+    pub(super) fn is_halfway(&self, at: usize, factor: usize) -> bool {
+        let (of_period, of_blend) = self.finer_counts(factor);
+        let local = if at < of_period { at } else { (at - of_period) % of_blend };
+        local % factor == factor / 2
+    }
+
+    /// All such instants.
+    pub(super) fn halfway_instants(&self, factor: usize) -> impl Iterator<Item = usize> {
+        let half = factor as isize / 2;
+        self.own_instants(factor).filter_map(move |at| self.neighbour(at, half, factor))
+    }
+
+    /// Finer instants of the period, and of each blend with both its ends.
+    fn finer_counts(&self, factor: usize) -> (usize, usize) {
+        (factor * self.problem.samples, factor * (TORQUE_INSTANTS_PER_BLEND - 1) + 1)
+    }
+
+    /// The number of the finer instant that many after this one; a period comes again, and a blend ends.
+    pub(super) fn neighbour(&self, at: usize, by: isize, factor: usize) -> Option<usize> {
+        let (of_period, of_blend) = self.finer_counts(factor);
+        let moved = |local: usize| local as isize + by;
+        if at < of_period {
+            return Some(moved(at).rem_euclid(of_period as isize) as usize);
+        }
+        let (blend, local) = ((at - of_period) / of_blend, (at - of_period) % of_blend);
+        usize::try_from(moved(local)).ok().filter(|i| *i < of_blend).map(|i| of_period + blend * of_blend + i)
+    }
+
+    /// q, dq, ddq per unit of the coefficients at a finer instant: those of the period, of the first blend, of the last.
+    pub(super) fn finer_instant(&self, at: usize, factor: usize) -> [Vec<f64>; 3] {
+        let (of_period, of_blend) = self.finer_counts(factor);
+        let shape = &self.problem.shape;
+        [0, 1, 2].map(|k| match shape {
+            Shape::Fourier(series) if at >= of_period => {
+                let (blend, local) = ((at - of_period) / of_blend, (at - of_period) % of_blend);
+                series.blend_row(k, blend == 0, local as f64 / (of_blend - 1) as f64)
+            }
+            _ => shape.row(shape.period() * at as f64 / of_period as f64, k),
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::excitation::criterion::Aim;
+    use crate::excitation::fourier_series::FourierSeries;
+    use crate::excitation::problem::Problem;
+    use crate::excitation::search::tests::pendulum_limits;
+    use crate::pendulum::Pendulum;
+
+    /// Its own instants are among the finer ones, each with two neighbours but for the ends of blends.
+    #[test]
+    fn own_instants_are_among_the_finer_ones() {
+        let (arm, limits) = (Pendulum::new(), [pendulum_limits()]);
+        let problem = Problem {
+            regressor: &arm,
+            friction: &[],
+            limits: &limits,
+            noise: &[0.1],
+            aim: Aim::Determinant,
+            torque: None,
+            columns: &[true; 3],
+            shape: Shape::Fourier(FourierSeries { period: 5.0, blend: 1.0, harmonics: 3 }),
+            samples: 20,
+            surroundings: None,
+            prior: &[],
+        };
+        let prepared = Prepared::new(&problem);
+        let own: Vec<usize> = prepared.own_instants(4).collect();
+        assert_eq!(own.len(), prepared.instants.len());
+        for (at, rows) in own.iter().zip(&prepared.instants) {
+            let finer = prepared.finer_instant(*at, 4);
+            for (a, b) in rows.iter().flatten().zip(finer.iter().flatten()) {
+                assert!((a - b).abs() < 1e-12, "{at}");
+            }
+        }
+        assert_eq!((prepared.neighbour(0, -1, 4), prepared.neighbour(79, 1, 4)), (Some(79), Some(0)));
+        assert_eq!((prepared.neighbour(80, -1, 4), prepared.neighbour(80, 60, 4)), (None, Some(140)));
+        assert_eq!((prepared.neighbour(140, 1, 4), prepared.neighbour(141, -1, 4)), (None, None));
+        // Twenty in the period, fifteen in each blend.
+        assert_eq!(prepared.halfway_instants(4).count(), 50);
+    }
+}

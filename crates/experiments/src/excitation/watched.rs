@@ -1,0 +1,105 @@
+//! Instants between those of a search at which torques are greatest: a start looks at them too.
+//!
+//! A search bounds torques at its own instants. Between them a chain of thirty joints reaches 1.12 times what it may, and to make
+//! its motion smaller by that takes nearly all of it, since most of the torque is gravity. So before each descent
+//! the peaks between the instants are found and their bounds added, as in the exchange methods of semi-infinite programs
+//! [Hettich, Kortanek 1993].
+//!
+//! A peak that is beyond its bound already gets a bound of its own, a little above it, which comes down with the walls.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use crate::excitation::problem::Prepared;
+
+/// Instants for each one of the search.
+const FINER: usize = 8;
+/// Share of a bound at an instant of the search from which its neighbours are looked at.
+const LOOKED_AT_SHARE: f64 = 0.85;
+/// Share of a bound from which a peak is watched.
+const WATCHED_SHARE: f64 = 0.93;
+/// Share of a bound that is within it, with room for a step.
+const WITHIN_SHARE: f64 = 0.9995;
+/// What the bound of a peak beyond it is above the peak.
+const ABOVE_PEAK: f64 = 1.005;
+
+/// The instants that one start watches: their number among the finer ones, and what their bounds are times.
+#[derive(Default)]
+pub(crate) struct Watched {
+    reliefs: BTreeMap<usize, f64>,
+    /// Whether any torque was near its bound at the last look.
+    is_pressed: bool,
+}
+
+impl Watched {
+    /// Whether peaks may come up soon, so that they are to be looked for again.
+    pub(crate) fn is_pressed(&self) -> bool {
+        self.is_pressed
+    }
+
+    /// What the bound of the peak farthest beyond it is times; 1 where none is beyond.
+    pub(crate) fn relief(&self) -> f64 {
+        self.reliefs.values().copied().fold(1.0, f64::max)
+    }
+
+    /// The problem with the peaks of x watched beside those of before; `None` where none is.
+    pub(crate) fn renewed<'p>(&mut self, prepared: &Prepared<'p>, x: &[f64]) -> Option<Prepared<'p>> {
+        let wall = prepared.problem.torque?;
+        let limits = prepared.problem.limits;
+        let near = |instants: &[usize]| {
+            let rows: Vec<[Vec<f64>; 3]> = instants.iter().map(|at| prepared.finer_instant(*at, FINER)).collect();
+            let mut near = vec![vec![]; instants.len()];
+            for (first, part) in rows.chunks(prepared.problem.samples.max(1)).enumerate() {
+                let states = prepared.states_at(part, x);
+                let held =
+                    wall.near(limits, &states, &prepared.filled(&states), &vec![1.0; part.len()], LOOKED_AT_SHARE);
+                for held in held {
+                    near[first * prepared.problem.samples + held.instant]
+                        .push((2 * held.coordinate + usize::from(held.is_power()), held.share()));
+                }
+            }
+            near
+        };
+        let own: Vec<usize> = prepared.own_instants(FINER).collect();
+        let near_own = near(&own);
+        self.is_pressed = near_own.iter().any(|near| !near.is_empty());
+        let looked_at: BTreeSet<usize> = own
+            .iter()
+            .zip(&near_own)
+            .filter(|(_, near)| !near.is_empty())
+            .flat_map(|(at, _)| {
+                (1 - FINER as isize..FINER as isize).filter_map(|by| prepared.neighbour(*at, by, FINER))
+            })
+            .collect();
+        let looked_at: Vec<usize> = looked_at.into_iter().collect();
+        let shares: BTreeMap<usize, Vec<(usize, f64)>> = looked_at.iter().copied().zip(near(&looked_at)).collect();
+        let of = |at: Option<usize>, which: usize| {
+            let all = at.and_then(|at| shares.get(&at)).into_iter().flatten();
+            all.filter(|(k, _)| *k == which).map(|(_, share)| *share).fold(0.0, f64::max)
+        };
+        let own: BTreeSet<usize> = own.into_iter().collect();
+        let greatest = |at: usize| shares.get(&at).into_iter().flatten().map(|(_, share)| *share).fold(0.0, f64::max);
+        for (&at, all) in shares.iter().filter(|(at, _)| !own.contains(at)) {
+            let is_peak = all.iter().any(|&(k, share)| {
+                let [before, after] = [-1, 1].map(|by| of(prepared.neighbour(at, by, FINER), k));
+                share >= WATCHED_SHARE && share >= before && share > after
+            });
+            if is_peak {
+                self.reliefs.entry(at).or_insert(f64::INFINITY);
+            }
+        }
+        self.reliefs.retain(|at, _| greatest(*at) > 0.0 || self.is_pressed && prepared.is_halfway(*at, FINER));
+        if self.is_pressed {
+            // A peak may come up anywhere in the next steps: with these it is a quarter as far beyond.
+            prepared.halfway_instants(FINER).for_each(|at| _ = self.reliefs.entry(at).or_insert(f64::INFINITY));
+        }
+        // A bound that is kept already is its own.
+        let above = |share: f64| if share < WITHIN_SHARE { 1.0 } else { ABOVE_PEAK * share };
+        self.reliefs.iter_mut().for_each(|(at, relief)| *relief = relief.min(above(greatest(*at))));
+        if self.reliefs.is_empty() {
+            return None;
+        }
+        let mut watching = prepared.clone();
+        watching.watch(self.reliefs.iter().map(|(at, relief)| (prepared.finer_instant(*at, FINER), *relief)));
+        Some(watching)
+    }
+}
