@@ -32,6 +32,8 @@ pub enum Outcome {
 const DECREMENT_TOLERANCE_NATS: f64 = 1e-10;
 /// Most steps of Newton's method.
 const MAX_NEWTON_STEPS: usize = 40;
+/// From a solution nearby Newton's method arrives in fewer steps, if its Hessian is right.
+const STEPS_BY_HESSIAN: usize = 10;
 
 /// A bound on chi^2 covers traces up to this many times those of the solution, and friction up to this many of its
 /// deviations.
@@ -142,34 +144,122 @@ impl Problem {
     }
 
     /// Newton steps at one gamma, in place.
+    ///
+    /// A direction is that of the Hessian. Where no step along it leads down, or many do not arrive, A'A is beyond doubles beside
+    /// the barrier, and the direction is that of the rows.
     pub(crate) fn newton(&self, y: &mut DVector<f64>, gamma: f64) -> (usize, Outcome) {
         let Some(mut value) = self.value(y, gamma) else { return (0, Outcome::Stalled) };
         for step in 0..MAX_NEWTON_STEPS {
             let Some((g, h)) = self.derivatives(y, gamma) else { return (step, Outcome::Stalled) };
-            let Some(direction) = solve_scaled(h, &g) else { return (step, Outcome::Stalled) };
-            let decrement = g.dot(&direction);
-            if 0.5 * decrement <= DECREMENT_TOLERANCE_NATS {
+            // A decrease below the rounding of the objective is not seen.
+            let tolerance = (2.0 * DECREMENT_TOLERANCE_NATS).max(self.rounding(y, gamma));
+            let by_hessian = (step < STEPS_BY_HESSIAN).then(|| solve_scaled(h, &g)).flatten();
+            let by_hessian = by_hessian.map(|direction| (g.dot(&direction), direction));
+            if by_hessian.as_ref().is_some_and(|(decrement, _)| *decrement <= tolerance) {
                 return (step, Outcome::Converged);
             }
-            let mut length = 1.0;
-            loop {
-                let candidate = &*y - length * &direction;
-                match self.value(&candidate, gamma) {
-                    Some(v) if v <= value - 0.1 * length * decrement => {
-                        (*y, value) = (candidate, v);
-                        break;
-                    }
-                    // The decrease asked for is below the rounding of the objective.
-                    _ if length < 1e-10 => {
-                        let rounding = 1e-9 * value.abs().max(1.0);
-                        return (step, if decrement < rounding { Outcome::Converged } else { Outcome::Stalled });
-                    }
-                    _ => length *= 0.5,
-                }
+            if let Some(found) = by_hessian.and_then(|(decrement, d)| self.down(y, value, gamma, decrement, &d)) {
+                (*y, value) = found;
+                continue;
+            }
+            let Some((decrement, direction)) = self.direction_by_rows(y, gamma) else {
+                return (step, Outcome::Stalled);
+            };
+            if decrement <= tolerance {
+                return (step, Outcome::Converged);
+            }
+            match self.down(y, value, gamma, decrement, &direction) {
+                Some(found) => (*y, value) = found,
+                None if decrement < 1e-9 * value.abs().max(1.0) => return (step, Outcome::Converged),
+                None => return (step, Outcome::Stalled),
             }
         }
         (MAX_NEWTON_STEPS, Outcome::Stalled)
     }
+
+    /// Decrement and direction by the Hessian, and by the rows.
+    #[cfg(test)]
+    pub(crate) fn directions(&self, y: &DVector<f64>, gamma: f64) -> ((f64, DVector<f64>), (f64, DVector<f64>)) {
+        let (g, h) = self.derivatives(y, gamma).expect("y is in the cone");
+        let direction = solve_scaled(h, &g).expect("the Hessian is definite");
+        ((g.dot(&direction), direction), self.direction_by_rows(y, gamma).expect("y is in the cone"))
+    }
+
+    /// Where a step, halved until it is one, leads down, and the objective there.
+    fn down(
+        &self,
+        y: &DVector<f64>,
+        value: f64,
+        gamma: f64,
+        decrement: f64,
+        direction: &DVector<f64>,
+    ) -> Option<(DVector<f64>, f64)> {
+        let lengths =
+            std::iter::successors(Some(1.0), |length| Some(0.5 * length)).take_while(|length| *length > 5e-11);
+        lengths.into_iter().find_map(|length| {
+            let candidate = y - length * direction;
+            let found = self.value(&candidate, gamma)?;
+            (found <= value - 0.1 * length * decrement).then_some((candidate, found))
+        })
+    }
+
+    /// By how much rounding may move the objective: that of the residual, whose terms cancel, and of the logarithms.
+    fn rounding(&self, y: &DVector<f64>, gamma: f64) -> f64 {
+        let terms = self.rows.abs() * y.abs() + self.right.abs();
+        let residual = (&self.rows * y - &self.right).abs();
+        let traces: f64 = self.bodies.iter().map(|&first| self.body(y, first).trace()).sum();
+        f64::EPSILON * (2.0 * residual.dot(&terms) + gamma * (traces + 10.0 * self.barriers()))
+    }
+
+    /// The square of Newton's decrement, and Newton's direction d, by least squares: the Hessian is M'M and the gradient
+    /// M'r, so that min |M d - r| has it without squares of what A holds.
+    ///
+    /// ```text
+    /// M = A,  r = A y - z;   of a body P = L L': vec(L^-1 U_i L^-T), vec(L'L - 1);   of a rotor: 1 / y, y - 1
+    /// ```
+    /// those of bodies and rotors times sqrt(gamma), and a symmetric matrix as its ten entries, off the diagonal times sqrt(2).
+    fn direction_by_rows(&self, y: &DVector<f64>, gamma: f64) -> Option<(f64, DVector<f64>)> {
+        let (data, n) = self.rows.shape();
+        let count = data + 10 * self.bodies.len() + self.rotors.len() + self.friction.len();
+        let (mut m, mut r) = (DMatrix::zeros(count.max(n), n), DVector::zeros(count.max(n)));
+        m.rows_mut(0, data).copy_from(&self.rows);
+        r.rows_mut(0, data).copy_from(&(&self.rows * y - &self.right));
+        let (mut at, root) = (data, gamma.sqrt());
+        for &first in &self.bodies {
+            let l = self.body(y, first).cholesky()?.unpack();
+            let inverse = l.try_inverse()?;
+            for (i, unit) in self.units.iter().enumerate() {
+                m.view_mut((at, first + i), (10, 1))
+                    .copy_from(&(root * entries(&(inverse * unit * inverse.transpose()))));
+            }
+            r.rows_mut(at, 10).copy_from(&(root * entries(&(l.transpose() * l - Matrix4::identity()))));
+            at += 10;
+        }
+        for &c in &self.rotors {
+            (m[(at, c)], r[at]) = (root / y[c], root * (y[c] - 1.0));
+            at += 1;
+        }
+        for &(c, sd) in &self.friction {
+            let weight = self.friction_weight(gamma).sqrt() / sd;
+            (m[(at, c)], r[at]) = (weight, weight * y[c]);
+            at += 1;
+        }
+        let scale = DVector::from_iterator(n, m.column_iter().map(|c| 1.0 / c.norm().max(f64::MIN_POSITIVE)));
+        for (mut column, scale) in m.column_iter_mut().zip(&scale) {
+            column *= *scale;
+        }
+        let qr = m.qr();
+        qr.q_tr_mul(&mut r);
+        let top = r.rows(0, n).into_owned();
+        let direction = qr.unpack_r().solve_upper_triangular(&top)?;
+        Some((top.norm_squared(), direction.component_mul(&scale)))
+    }
+}
+
+/// The ten entries of a symmetric matrix; their squares sum up to those of the matrix.
+fn entries(m: &Matrix4<f64>) -> DVector<f64> {
+    let weight = |i: usize, k: usize| if i == k { 1.0 } else { std::f64::consts::SQRT_2 };
+    DVector::from_iterator(10, (0..4).flat_map(|i| (i..4).map(move |k| (i, k))).map(|(i, k)| weight(i, k) * m[(i, k)]))
 }
 
 /// Largest factor between two gammas of the path.

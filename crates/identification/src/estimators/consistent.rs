@@ -267,6 +267,50 @@ mod tests {
         }
     }
 
+    /// Data may tell what they tell to any number of digits, and of the rest nothing: A'A is beyond doubles then.
+    #[test]
+    fn data_of_any_precision_are_followed() {
+        for precision in [1e2, 1e5, 1e8, 1e10, 1e11] {
+            let mut random = Random::new(9);
+            let directions: Vec<Vec<f64>> = (0..6).map(|_| (0..10).map(|_| random.normal()).collect()).collect();
+            let along = |d: &[f64], x: &[f64]| d.iter().zip(x).map(|(a, b)| a * b).sum::<f64>();
+            let mut block = TriangleBuilder::new(10);
+            for _ in 0..200 {
+                let mut row = vec![0.0; 10];
+                for direction in &directions {
+                    let weight = precision * random.normal();
+                    row.iter_mut().zip(direction).for_each(|(r, d)| *r += weight * d);
+                }
+                let y = along(&row, &BODY);
+                block.push(&row, y + random.normal());
+            }
+            let out = consistent(&block.finish(), &map(), &prior(0.1, Some(BODY.map(|x| 1.3 * x))));
+            assert_eq!(out.outcome, Outcome::Converged, "{precision}: {out:?}");
+            for direction in &directions {
+                let (found, truth) = (along(direction, &out.x), along(direction, &BODY));
+                // Some deviations of one over the root of 200 rows, and the rounding of the rows.
+                let expected = 1.0 / precision + 1e-12;
+                assert!((found - truth).abs() < expected, "{precision}: {found} {truth}");
+            }
+        }
+    }
+
+    /// The direction by rows is that of the Hessian where that is well within doubles.
+    #[test]
+    fn both_directions_are_those_of_newton() {
+        let triangle = measured(&BODY, 3.0, 1.0);
+        let (map, mut prior) = (map(), prior(0.5, Some(BODY.map(|x| 1.2 * x))));
+        prior.friction = Vec::new();
+        let transform = transform(&map, &prior, 10);
+        let problem = problem(&triangle, &map, &prior, &(scatter(&map, 10) * &transform));
+        let mut y = at_reference(&problem, 10);
+        y[3] *= 1.1;
+        y[9] *= 0.9;
+        let (by_hessian, by_rows) = problem.directions(&y, 0.5);
+        assert!((by_hessian.0 / by_rows.0 - 1.0).abs() < 1e-9, "{} {}", by_hessian.0, by_rows.0);
+        assert!((&by_hessian.1 - &by_rows.1).norm() < 1e-9 * by_rows.1.norm());
+    }
+
     #[test]
     fn without_data_the_reference_is_the_answer() {
         let out = consistent(&Triangle::new(10), &map(), &prior(1.0, Some(BODY)));
