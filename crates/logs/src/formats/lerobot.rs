@@ -99,7 +99,8 @@ fn names(info: &Path) -> Result<Vec<String>, Error> {
     Ok(notes)
 }
 
-#[cfg(all(test, feature = "parquet"))]
+#[cfg(feature = "parquet")]
+#[cfg(test)]
 mod tests {
     use crate::{Cells, ColumnNames, LogSource, Names, parquet_bytes};
 
