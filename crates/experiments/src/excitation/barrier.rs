@@ -167,11 +167,11 @@ fn dot(a: &[f64], b: &[f64]) -> f64 {
 }
 
 #[cfg(test)]
-mod tests {
+pub(crate) mod tests {
     use super::*;
     use crate::excitation::fourier_series::FourierSeries;
 
-    fn barrier() -> Barrier {
+    pub(crate) fn barrier() -> Barrier {
         let limits = CoordinateLimits {
             position: (-1.0, 2.0),
             velocity: 1.5,

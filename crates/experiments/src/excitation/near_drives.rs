@@ -118,3 +118,62 @@ fn dot(a: &[f64], b: &[f64]) -> f64 {
     let rest: f64 = rest.iter().zip(other_rest).map(|(a, b)| a * b).sum();
     (sums[0] + sums[2]) + (sums[1] + sums[3]) + rest
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::excitation::barrier::tests::barrier;
+    use crate::excitation::limit_kind::LimitKind;
+
+    fn near() -> NearDrives {
+        let held = |value: f64, relief: f64| HeldDrive {
+            instant: 0,
+            coordinate: 0,
+            limit: LimitKind::Effort,
+            value,
+            bound: 2.0,
+            relief,
+            along: [0.0; 2],
+        };
+        let slopes = (0..30).map(|k| (0.7 * f64::from(k * k)).sin()).collect();
+        NearDrives { held: vec![held(1.9, 1.0), held(-1.5, 1.2), held(1.0, 1.0)], slopes, width: 10 }
+    }
+
+    /// What the raised curvature solves, times B + G' D G, is the right-hand side.
+    #[test]
+    fn the_raised_curvature_is_the_sum() {
+        let (near, x) = (near(), [0.1, 0.1, -0.2, 0.05, 0.1, 0.3, -0.1, 0.0, 0.1, 0.02]);
+        let kinematic = barrier().curvature(&x, 1.0, 0.0).unwrap();
+        let weight = |relief: f64| 0.3 * relief;
+        let mut found: Vec<f64> = (0..10).map(|k| 1.0 - 0.2 * f64::from(k)).collect();
+        let right = found.clone();
+        near.curvature(&kinematic, weight).unwrap().solve(&kinematic, &mut found);
+        // B^-1 (right - G' D G found) is found again.
+        let mut rest = right.clone();
+        for (held, row) in near.held.iter().zip(near.rows()) {
+            let bend = (held.bound - held.value).powi(-2) + (held.bound + held.value).powi(-2);
+            let along = weight(held.relief) * bend * dot(row, &found);
+            rest.iter_mut().zip(row).for_each(|(x, g)| *x -= along * g);
+        }
+        kinematic.solve(&mut rest);
+        let largest = found.iter().fold(0.0, |m: f64, x| m.max(x.abs()));
+        for (a, b) in rest.iter().zip(&found) {
+            assert!((a - b).abs() < 1e-10 * largest, "{a} {b}");
+        }
+    }
+
+    /// At the greatest step one quantity has a hundredth of its room left, and none has less.
+    #[test]
+    fn a_step_ends_before_the_first_bound() {
+        let near = near();
+        let direction: Vec<f64> = (0..10).map(|k| 0.1 * f64::from(k) - 0.3).collect();
+        let step = near.greatest_step(&direction);
+        let left = near.held.iter().zip(near.rows()).map(|(held, row)| {
+            let rate = dot(row, &direction);
+            let room = if rate > 0.0 { held.bound - held.value } else { held.bound + held.value };
+            1.0 - step * rate.abs() / room
+        });
+        let least = left.fold(f64::INFINITY, f64::min);
+        assert!((least - 0.01).abs() < 1e-12, "{least}");
+    }
+}

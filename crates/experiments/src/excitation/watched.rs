@@ -103,3 +103,54 @@ impl Watched {
         Some(watching)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::excitation::criterion::Aim;
+    use crate::excitation::fourier_series::FourierSeries;
+    use crate::excitation::limits::CoordinateLimits;
+    use crate::excitation::motion::Shape;
+    use crate::excitation::problem::Problem;
+    use crate::excitation::search::tests::{pendulum_limits, pendulum_torque};
+    use crate::pendulum::Pendulum;
+
+    /// A peak that six instants a period miss is watched, with a bound above it; a motion far from its bounds is left alone.
+    #[test]
+    fn a_peak_between_instants_is_watched() {
+        let (arm, wall) = (Pendulum::new(), pendulum_torque());
+        let of_effort = |effort: f64| [CoordinateLimits { effort: Some(effort), ..pendulum_limits() }];
+        let x = [0.0, 0.7, 0.55, 0.0, 0.0];
+        let seen = |limits: &[CoordinateLimits]| {
+            let problem = Problem {
+                regressor: &arm,
+                friction: &[],
+                limits,
+                noise: &[0.1],
+                aim: Aim::Determinant,
+                torque: Some(&wall),
+                columns: &[true; 3],
+                shape: Shape::Fourier(FourierSeries { period: 5.0, blend: 0.0, harmonics: 2 }),
+                samples: 6,
+                surroundings: None,
+                prior: &[],
+            };
+            let prepared = Prepared::new(&problem);
+            let finest = (0..FINER * problem.samples).map(|at| prepared.finer_instant(at, FINER)).collect::<Vec<_>>();
+            let states = prepared.states_at(&finest, &x);
+            let truth = wall.greatest(limits, &states, &prepared.filled(&states)).unwrap().0;
+            let mut watched = Watched::default();
+            let renewed = watched.renewed(&prepared, &x).map(|p| p.greatest_torque(&x).unwrap().0);
+            (prepared.greatest_torque(&x).unwrap().0, truth, renewed, watched)
+        };
+        let (alone, ..) = seen(&of_effort(12.0));
+        // Its own instants are at 0.97 of this effort, those between beyond it.
+        let effort = of_effort((12.0 - 0.2 / 0.9) * alone / 0.97 + 0.2 / 0.9);
+        let (alone, truth, renewed, watched) = seen(&effort);
+        assert!((alone - 0.97).abs() < 1e-9 && truth > 1.0, "{alone} {truth}");
+        assert!((renewed.unwrap() - truth).abs() < 1e-12, "{renewed:?} {truth}");
+        assert!((watched.relief() - ABOVE_PEAK * truth).abs() < 1e-12 && watched.is_pressed());
+        let (_, truth, renewed, watched) = seen(&of_effort(1000.0));
+        assert!(truth < LOOKED_AT_SHARE && renewed.is_none() && !watched.is_pressed() && watched.relief() == 1.0);
+    }
+}
