@@ -232,7 +232,7 @@ fn hostile() -> Vec<Hostile> {
         of("chunks of zeros", chunks_of_zeros(20, 16 << 20), log, unfolds),
         of("an array of zeros", npz_of_zeros(8 << 20), log, unfolds),
         of("columns of zeros", parquet_of_zeros(16 << 20), log, unfolds),
-        of("a batch of claimed rows", arrow_of_claims(1 << 27), log, "does not hold the 134217728 values"),
+        of("a batch of claimed rows", arrow_of_claims(1 << 25), log, "does not hold the 33554432 values"),
         of("sums of a thousand columns", unpacked(include_bytes!("../data/hostile/bomb.tri.gz")), sums, unfolds),
         of("a robot of anchors", anchors().into(), yaml_robot, too_much),
         of("a robot of brackets", "[".repeat(100_000).into(), yaml_robot, "recursion limit"),
