@@ -43,6 +43,7 @@ pub(crate) enum Messages<'a> {
     File {
         pieces: Pieces<'a>,
         batches: std::vec::IntoIter<Place>,
+        all: usize,
     },
 }
 
@@ -90,22 +91,23 @@ impl<'a> Messages<'a> {
                 .ok_or_else(|| format!("the index has a batch of {body} bytes at byte {} of {length}", word(0)))
         };
         let batches = index.elements(3, 24)?.chunks_exact(24).map(place).collect::<Result<Vec<_>, _>>()?;
-        Ok((Messages::File { pieces, batches: batches.into_iter() }, fields))
+        let all = batches.len();
+        Ok((Messages::File { pieces, batches: batches.into_iter(), all }, fields))
     }
 
     /// The next message; `None` at the end.
     pub(crate) fn next(&mut self) -> Result<Option<Message>, String> {
         match self {
             Messages::Stream { source, at } => streamed(source, at),
-            Messages::File { pieces, batches } => batches.next().map(|place| placed(pieces, &place)).transpose(),
+            Messages::File { pieces, batches, .. } => batches.next().map(|place| placed(pieces, &place)).transpose(),
         }
     }
 
-    /// Where the last message ended, for messages.
+    /// Which message was the last, for refusals.
     pub(crate) fn place(&self) -> String {
         match self {
             Messages::Stream { at, .. } => format!("batch before byte {at}"),
-            Messages::File { batches, .. } => format!("batch before the last {}", batches.len()),
+            Messages::File { batches, all, .. } => format!("batch {} of {all}", all - batches.len()),
         }
     }
 }
