@@ -32,8 +32,10 @@ pub enum Outcome {
 const DECREMENT_TOLERANCE_NATS: f64 = 1e-10;
 /// Most steps of Newton's method.
 const MAX_NEWTON_STEPS: usize = 40;
-/// From a solution nearby Newton's method arrives in fewer steps, if its Hessian is right.
-const STEPS_BY_HESSIAN: usize = 10;
+/// So near the solution, in gammas, a step of Newton's leaves a small share of the squared decrement, since the objective over
+/// gamma is self-concordant; a Hessian whose step leaves more is wrong.
+const NEAR_DECREMENT: f64 = 0.1;
+const LARGEST_SHARE_LEFT: f64 = 0.25;
 
 /// A bound on chi^2 covers traces up to this many times those of the solution, and friction up to this many of its
 /// deviations.
@@ -145,19 +147,25 @@ impl Problem {
 
     /// Newton steps at one gamma, in place.
     ///
-    /// A direction is that of the Hessian. Where no step along it leads down, or many do not arrive, A'A is beyond doubles beside
-    /// the barrier, and the direction is that of the rows.
+    /// A direction is that of the Hessian. Where no step along it leads down, or arrives too slowly, A'A is beyond doubles beside the
+    /// barrier, and the direction is that of the rows.
     pub(crate) fn newton(&self, y: &mut DVector<f64>, gamma: f64) -> (usize, Outcome) {
         let Some(mut value) = self.value(y, gamma) else { return (0, Outcome::Stalled) };
+        let (mut is_right, mut last) = (true, f64::INFINITY);
         for step in 0..MAX_NEWTON_STEPS {
             let Some((g, h)) = self.derivatives(y, gamma) else { return (step, Outcome::Stalled) };
             // A decrease below the rounding of the objective is not seen.
             let tolerance = (2.0 * DECREMENT_TOLERANCE_NATS).max(self.rounding(y, gamma));
-            let by_hessian = (step < STEPS_BY_HESSIAN).then(|| solve_scaled(h, &g)).flatten();
+            let by_hessian = is_right.then(|| solve_scaled(h, &g)).flatten();
             let by_hessian = by_hessian.map(|direction| (g.dot(&direction), direction));
             if by_hessian.as_ref().is_some_and(|(decrement, _)| *decrement <= tolerance) {
                 return (step, Outcome::Converged);
             }
+            if let Some((decrement, _)) = &by_hessian {
+                is_right = last > NEAR_DECREMENT * gamma || *decrement < LARGEST_SHARE_LEFT * last;
+                last = *decrement;
+            }
+            let by_hessian = by_hessian.filter(|_| is_right);
             if let Some(found) = by_hessian.and_then(|(decrement, d)| self.down(y, value, gamma, decrement, &d)) {
                 (*y, value) = found;
                 continue;
