@@ -202,9 +202,9 @@ impl Problem {
         decrement: f64,
         direction: &DVector<f64>,
     ) -> Option<(DVector<f64>, f64)> {
-        let lengths =
+        let mut lengths =
             std::iter::successors(Some(1.0), |length| Some(0.5 * length)).take_while(|length| *length > 5e-11);
-        lengths.into_iter().find_map(|length| {
+        lengths.find_map(|length| {
             let candidate = y - length * direction;
             let found = self.value(&candidate, gamma)?;
             (found <= value - 0.1 * length * decrement).then_some((candidate, found))
