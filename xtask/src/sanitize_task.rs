@@ -1,5 +1,5 @@
 //! `sanitize`: runs valgrind, Miri and the address sanitizer on all `unsafe` code: the lanes of `generated`, the
-//! triangle's registers of `numerics`, the fused tape of `expr`.
+//! triangle's registers of `numerics`, the fused tape of `expr`, the work in wide registers of `logs` and `identification`.
 //!
 //! The latter two need a nightly compiler, and Miri its component and `rust-src`. A tool that is missing is reported
 //! and is no failure.
@@ -17,9 +17,12 @@ use std::process::Command;
 use crate::cargo::{done, host, root, said, target};
 
 /// Tests of kernels: package, what cargo selects of it, and part of their names.
-const KERNELS: [[&str; 3]; 3] = [
+const KERNELS: [[&str; 3]; 6] = [
     ["expr", "--lib", "tape::tests"],
     ["numerics", "--lib", "reflection::tests"],
+    ["processor", "--lib", "tests"],
+    ["logs", "--lib", "packed::tests"],
+    ["identification", "--lib", "butterworth::tests"],
     ["tests", "--test=model", "lanes::"],
 ];
 

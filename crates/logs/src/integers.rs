@@ -38,6 +38,7 @@ struct Frame {
 
 impl Integers {
     /// Frame by frame as `fill` makes the numbers, given the place of the first; `None` as soon as it makes none.
+    #[inline(always)]
     pub(crate) fn of(len: usize, mut fill: impl FnMut(usize, &mut [i32]) -> bool) -> Option<Integers> {
         let (mut packed, mut numbers) = (Integers::default(), [0; NUMBERS_PER_FRAME]);
         for first in (0..len).step_by(NUMBERS_PER_FRAME) {
@@ -53,6 +54,7 @@ impl Integers {
     }
 
     /// Appends a frame.
+    #[inline(always)]
     fn push(&mut self, x: &[i32]) {
         // Small numbers have differences of 32 bits, of which the processor takes several at once.
         let is_small = x.iter().all(|x| (-SMALL..SMALL).contains(x));
@@ -87,6 +89,7 @@ impl Integers {
     }
 
     /// Hands over numbers, frame by frame.
+    #[inline(always)]
     pub(crate) fn each(&self, range: Range<usize>, mut take: impl FnMut(&[i32])) {
         let mut numbers = [0; NUMBERS_PER_FRAME];
         let mut at = range.start;
@@ -101,6 +104,7 @@ impl Integers {
     }
 
     /// The first numbers of a frame.
+    #[inline(always)]
     fn unpack(&self, frame: usize, numbers: &mut [i32]) {
         let &Frame { word, order, width, least, first } = &self.frames[frame];
         let (words, order, width) = (&self.words[word..], usize::from(order), u32::from(width));
@@ -135,6 +139,7 @@ impl Integers {
 const SMALL: i32 = 1 << 29;
 
 /// The smallest difference of each order, and the bits by which the others are larger.
+#[inline(always)]
 fn bounds(x: &[i32]) -> [(i64, u32); ORDERS] {
     let wide = |x: i32| i64::from(x);
     [
@@ -144,11 +149,13 @@ fn bounds(x: &[i32]) -> [(i64, u32); ORDERS] {
     ]
 }
 
+#[inline(always)]
 fn spread(differences: impl Iterator<Item = i64>) -> (i64, u32) {
     bits(differences.fold((i64::MAX, i64::MIN), |(low, high), d| (low.min(d), high.max(d))))
 }
 
 /// The same of numbers below [`SMALL`].
+#[inline(always)]
 fn bounds_of_small(x: &[i32]) -> [(i64, u32); ORDERS] {
     let (one, two) = (x.get(1..).unwrap_or_default(), x.get(2..).unwrap_or_default());
     [
@@ -158,12 +165,14 @@ fn bounds_of_small(x: &[i32]) -> [(i64, u32); ORDERS] {
     ]
 }
 
+#[inline(always)]
 fn spread_of_small(differences: impl Iterator<Item = i32>) -> (i64, u32) {
     let (low, high) = differences.fold((i32::MAX, i32::MIN), |(low, high), d| (low.min(d), high.max(d)));
     bits((i64::from(low), i64::from(high)))
 }
 
 /// Of no difference there are no bits.
+#[inline(always)]
 fn bits((low, high): (i64, i64)) -> (i64, u32) {
     if low > high { (0, 0) } else { (low, u64::BITS - (high - low).cast_unsigned().leading_zeros()) }
 }

@@ -6,6 +6,8 @@
 
 use std::ops::Range;
 
+use processor::{Work, widely};
+
 use crate::abreast::abreast;
 use crate::integers::Integers;
 use crate::log::Log;
@@ -46,18 +48,19 @@ const ROUNDING_SUMMAND: f64 = 6_755_399_441_055_744.0;
 /// Powers of ten that are tried.
 const TRIED_POWERS_OF_TEN: [f64; 10] = [1e0, 1e1, 1e2, 1e3, 1e4, 1e5, 1e6, 1e7, 1e8, 1e9];
 
-#[inline]
+#[inline(always)]
 fn integer(x: f64, power: f64) -> i32 {
     // Without a branch, so that several are made at once.
     if x.to_bits() == (-0.0_f64).to_bits() { MINUS_ZERO } else { (x * power + ROUNDING_SUMMAND).to_bits() as i32 }
 }
 
-#[inline]
+#[inline(always)]
 fn number(integer: i32, power: f64) -> f64 {
     if integer == MINUS_ZERO { -0.0 } else { f64::from(integer) / power }
 }
 
 /// The integers of numbers; `None` where one is no decimal of this power.
+#[inline(always)]
 fn integers(x: &[f64], power: f64) -> Option<Integers> {
     Integers::of(x.len(), |first, integers| {
         let mut are_exact = true;
@@ -70,10 +73,12 @@ fn integers(x: &[f64], power: f64) -> Option<Integers> {
 }
 
 impl Series {
+    #[inline(always)]
     fn of(x: Vec<f64>) -> Series {
-        let decimal = TRIED_POWERS_OF_TEN.into_iter().find_map(|power| Some((integers(&x, power)?, power)));
-        if let Some((integers, power)) = decimal {
-            return Series::Decimal(integers, power);
+        for power in TRIED_POWERS_OF_TEN {
+            if let Some(integers) = integers(&x, power) {
+                return Series::Decimal(integers, power);
+            }
         }
         match x.iter().all(|x| f64::from(*x as f32).to_bits() == x.to_bits()) {
             true => Series::Single(x.iter().map(|&x| x as f32).collect()),
@@ -81,6 +86,7 @@ impl Series {
         }
     }
 
+    #[inline(always)]
     fn append_to(&self, all: &mut Vec<f64>, range: Range<usize>) {
         match self {
             Series::Plain(x) => all.extend_from_slice(&x[range]),
@@ -92,12 +98,38 @@ impl Series {
     }
 }
 
+struct Packing(Vec<f64>);
+
+impl Work for Packing {
+    type Output = Series;
+
+    #[inline(always)]
+    fn run(self) -> Series {
+        Series::of(self.0)
+    }
+}
+
+struct Unpacking<'a> {
+    series: &'a Series,
+    all: &'a mut Vec<f64>,
+    range: Range<usize>,
+}
+
+impl Work for Unpacking<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run(self) {
+        self.series.append_to(self.all, self.range);
+    }
+}
+
 impl PackedLog {
     /// Holds a log.
     pub(crate) fn new(mut log: Log) -> PackedLog {
         let (len, start) = (log.len(), log.t.first().copied().unwrap_or(0.0));
         let series = log.series_mut().map(std::mem::take).collect();
-        let series = abreast(len, series, Series::of);
+        let series = abreast(len, series, |x| widely(Packing(x)));
         let rows = std::mem::take(&mut log.rows);
         let first = rows.first().copied().unwrap_or(0);
         let follow = rows.iter().enumerate().all(|(i, row)| *row == first + i);
@@ -145,7 +177,9 @@ impl PackedLog {
     /// Appends samples to a log of the same series, or of the first of them.
     pub(crate) fn append_to(&self, log: &mut Log, range: Range<usize>) {
         let pairs: Vec<(&mut Vec<f64>, &Series)> = log.series_mut().zip(&self.series).collect();
-        abreast(range.len(), pairs, |(all, series)| series.append_to(all, range.clone()));
+        abreast(range.len(), pairs, |(all, series)| {
+            widely(Unpacking { series, all, range: range.clone() });
+        });
         match &self.rows {
             Rows::From(first) => log.rows.extend(range.map(|i| first + i)),
             Rows::Listed(rows) => log.rows.extend_from_slice(&rows[range]),

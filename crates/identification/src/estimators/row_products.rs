@@ -25,8 +25,13 @@ impl RowProducts {
     /// Takes in eight rows: their entries at `places`, then `right`, each multiplied by its weight.
     pub(crate) fn push(&mut self, places: &[usize], entries: &[Eight], right: &[f64; 8], weights: &[f64; 8]) {
         // A row that does not count may hold NaN, which a weight of zero does not remove.
-        let one = |x: f64, weight: f64| if weight == 0.0 { 0.0 } else { weight * x };
-        let weighted = |x: &[f64; 8]| Eight(std::array::from_fn(|lane| one(x[lane], weights[lane])));
+        let weighted = |x: &[f64; 8]| {
+            let mut row = Eight([0.0; 8]);
+            for lane in 0..8 {
+                row.0[lane] = if weights[lane] == 0.0 { 0.0 } else { weights[lane] * x[lane] };
+            }
+            row
+        };
         let rows = self.block.push_eight();
         for (row, &place) in rows.iter_mut().zip(places) {
             *row = weighted(&entries[place].0);

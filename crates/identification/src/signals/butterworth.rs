@@ -7,6 +7,8 @@
 //!
 //! Second-order sections in transposed direct form II; a polynomial of order n is never formed.
 
+use processor::{Work, widely};
+
 /// A low-pass of order n as a chain of sections, each of unit gain at zero frequency.
 #[derive(Clone, Debug)]
 pub struct Butterworth {
@@ -104,14 +106,14 @@ impl Butterworth {
         }
         let mut run = Run::new(&self.sections, before[0]);
         let mut all = Vec::with_capacity(n + 2 * pad);
-        let mut add = |rows: &mut [[f64; SIGNALS_PER_PASS]]| {
-            run.forward(rows);
-            all.extend_from_slice(rows);
-        };
-        add(&mut before);
-        let mut rows = [[0.0; SIGNALS_PER_PASS]; ROWS_PER_COPY];
-        (0..n).step_by(ROWS_PER_COPY).for_each(|first| add(taken(group, first, &mut rows)));
-        add(&mut behind);
+        all.extend(before);
+        run.forward(&mut all);
+        for first in (0..n).step_by(ROWS_PER_COPY) {
+            all.resize(pad + n.min(first + ROWS_PER_COPY), [0.0; SIGNALS_PER_PASS]);
+            run.forward(taken(group, first, &mut all[pad + first..]));
+        }
+        all.extend(behind);
+        run.forward(&mut all[pad + n..]);
         Some((all, pad))
     }
 
@@ -143,9 +145,9 @@ const ROWS_PER_COPY: usize = 256;
 fn taken<'a>(
     group: &[Vec<f64>],
     first: usize,
-    rows: &'a mut [[f64; SIGNALS_PER_PASS]; ROWS_PER_COPY],
+    rows: &'a mut [[f64; SIGNALS_PER_PASS]],
 ) -> &'a mut [[f64; SIGNALS_PER_PASS]] {
-    let count = group.first().map_or(0, |x| ROWS_PER_COPY.min(x.len() - first));
+    let count = group.first().map_or(0, |x| rows.len().min(x.len() - first));
     for (lane, x) in group.iter().enumerate() {
         rows.iter_mut().zip(&x[first..first + count]).for_each(|(row, x)| row[lane] = *x);
     }
@@ -161,7 +163,7 @@ fn put(group: &mut [Vec<f64>], first: usize, rows: &[[f64; SIGNALS_PER_PASS]]) {
 
 /// The filter on its way through signals.
 struct Run {
-    sections: Vec<(Section, [[f64; SIGNALS_PER_PASS]; 2])>,
+    sections: Vec<(Section, State)>,
 }
 
 impl Run {
@@ -176,36 +178,70 @@ impl Run {
 
     /// Filters in place, from the first sample on.
     fn forward(&mut self, samples: &mut [[f64; SIGNALS_PER_PASS]]) {
-        self.sections.iter_mut().for_each(|(section, state)| section.over(state, samples.iter_mut()));
+        widely(Pass { run: self, samples, is_backward: false });
     }
 
     /// Filters in place, from the last sample back.
     fn backward(&mut self, samples: &mut [[f64; SIGNALS_PER_PASS]]) {
-        self.sections.iter_mut().for_each(|(section, state)| section.over(state, samples.iter_mut().rev()));
+        widely(Pass { run: self, samples, is_backward: true });
     }
 }
 
-impl Section {
-    /// Filters in place; its state stays in registers on the way.
-    #[inline]
-    fn over<'a>(
-        &self,
-        state: &mut [[f64; SIGNALS_PER_PASS]; 2],
-        samples: impl Iterator<Item = &'a mut [f64; SIGNALS_PER_PASS]>,
-    ) {
-        let (Section { b, a }, [mut z0, mut z1]) = (*self, *state);
-        for sample in samples {
+/// Samples on their way through the filter.
+struct Pass<'a> {
+    run: &'a mut Run,
+    samples: &'a mut [[f64; SIGNALS_PER_PASS]],
+    is_backward: bool,
+}
+
+impl Work for Pass<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run(self) {
+        // Two sections at once: while a sample is in the second, the next is in the first.
+        for sections in self.run.sections.chunks_mut(2) {
+            match (sections, self.is_backward) {
+                ([one, two], false) => over([one, two], self.samples.iter_mut()),
+                ([one, two], true) => over([one, two], self.samples.iter_mut().rev()),
+                (some, false) => some.iter_mut().for_each(|one| over([one], self.samples.iter_mut())),
+                (some, true) => some.iter_mut().for_each(|one| over([one], self.samples.iter_mut().rev())),
+            }
+        }
+    }
+}
+
+/// Filters in place by sections, one behind the other; their states stay in registers on the way.
+#[inline(always)]
+fn over<'a, const S: usize>(
+    sections: [&mut (Section, State); S],
+    samples: impl Iterator<Item = &'a mut [f64; SIGNALS_PER_PASS]>,
+) {
+    let mut states = [[[0.0; SIGNALS_PER_PASS]; 2]; S];
+    for s in 0..S {
+        states[s] = sections[s].1;
+    }
+    for sample in samples {
+        let mut x = *sample;
+        for s in 0..S {
+            let (Section { b, a }, [z0, z1]) = (sections[s].0, &mut states[s]);
             for lane in 0..SIGNALS_PER_PASS {
-                let u = sample[lane];
+                let u = x[lane];
                 let v = b[0] * u + z0[lane];
                 z0[lane] = b[1] * u - a[0] * v + z1[lane];
                 z1[lane] = b[2] * u - a[1] * v;
-                sample[lane] = v;
+                x[lane] = v;
             }
         }
-        *state = [z0, z1];
+        *sample = x;
+    }
+    for s in 0..S {
+        sections[s].1 = states[s];
     }
 }
+
+/// What a section keeps of the samples before.
+type State = [[f64; SIGNALS_PER_PASS]; 2];
 
 /// Signals that are filtered at once.
 const SIGNALS_PER_PASS: usize = 8;

@@ -21,7 +21,7 @@ use linear_model::friction::terms::{FrictionTerm, sign};
 
 /// The mean direction of each row, -1 to 1, from velocities.
 pub fn directions(v: &[f64]) -> Vec<f64> {
-    cell_means(v, |a, b| if a == b { sign(a) } else { (b.abs() - a.abs()) / (b - a) })
+    cell_means(v, |a, b| if a == b || a * b > 0.0 { sign(a) } else { (b.abs() - a.abs()) / (b - a) })
 }
 
 /// The columns of a term, one series each, from velocities and torques.

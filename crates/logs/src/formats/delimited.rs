@@ -15,7 +15,7 @@ use memchr::memchr_iter;
 use crate::Error;
 use crate::formats::content::Content;
 use crate::formats::number::{is_word, number};
-use crate::formats::rows::{Block, Dialect};
+use crate::formats::rows::{Block, Dialect, WholeRows};
 use crate::table::{MAX_CELLS, RowReader, Table, check_header};
 
 /// Bytes in which the header must stand.
@@ -175,7 +175,8 @@ impl<'a> TableReader<'a> {
             && let Some((line, cells)) = self.waiting.take()
         {
             let delimiter = self.dialect.delimiter.unwrap_or(b' ');
-            let block = self.dialect.read(&quoted(&cells, delimiter), 1);
+            let row = quoted(&cells, delimiter);
+            let block = self.dialect.read(&row, WholeRows { bytes: row.len(), most: 1, are_plain: false });
             self.append(&mut table, &block, line)?;
         }
         // Blocks of whole rows, read by all threads, appended in the order of the file.
@@ -188,7 +189,7 @@ impl<'a> TableReader<'a> {
             let more = blocks.iter().map(|block| block.rows).sum();
             let wanted = table.columns.iter_mut().zip(&self.dialect.wanted).filter(|(_, wanted)| **wanted);
             wanted.for_each(|(column, _)| column.reserve(more));
-            for (block, bytes) in blocks.into_iter().zip(cuts.iter().map(|cut| cut.0)) {
+            for (block, bytes) in blocks.into_iter().zip(cuts.iter().map(|cut| cut.bytes)) {
                 self.at += bytes;
                 // Bytes without a row in them grow memory, so they have a bound too.
                 self.idle = if block.rows == 0 { self.idle + bytes } else { 0 };
@@ -237,39 +238,39 @@ impl<'a> TableReader<'a> {
         Ok(())
     }
 
-    /// Cuts the window into blocks of at most `most` whole rows together: the bytes and a bound of the rows of each.
-    fn cuts(&mut self, most: usize) -> Result<Vec<(usize, usize)>, Error> {
+    /// Cuts the window into blocks of at most `most` whole rows together.
+    fn cuts(&mut self, most: usize) -> Result<Vec<WholeRows>, Error> {
         self.fill(MAX_ROW_BYTES + 1)?;
         let (mut at, mut left, mut cuts) = (self.at, most, Vec::new());
         let room = (MAX_CELLS_PER_TEXT_BLOCK / self.header.len()).max(1);
         while left > 0 && at < self.window.len() && cuts.len() < BLOCKS_PER_WINDOW {
             let end = self.window.len().min(at + MAX_ROW_BYTES);
             let is_last = self.is_last && end == self.window.len();
-            let (bytes, rows) = self.dialect.whole_rows(&self.window[at..end], left.min(room), is_last);
-            if bytes == 0 {
+            let rows = self.dialect.whole_rows(&self.window[at..end], left.min(room), is_last);
+            if rows.bytes == 0 {
                 if cuts.is_empty() && end - at == MAX_ROW_BYTES {
                     return Err(unreadable(&self.file, self.ends + 1, &too_long()));
                 }
                 break;
             }
-            cuts.push((bytes, rows));
-            (at, left) = (at + bytes, left - rows);
+            cuts.push(rows);
+            (at, left) = (at + rows.bytes, left - rows.most);
         }
         Ok(cuts)
     }
 
     /// Reads blocks, in their order.
-    fn read(&self, cuts: &[(usize, usize)]) -> Vec<Block> {
+    fn read(&self, cuts: &[WholeRows]) -> Vec<Block> {
         let mut at = self.at;
-        let texts: Vec<(&[u8], usize)> = cuts
+        let texts: Vec<(&[u8], WholeRows)> = cuts
             .iter()
-            .map(|&(bytes, rows)| {
-                at += bytes;
-                (&self.window[at - bytes..at], rows)
+            .map(|&rows| {
+                at += rows.bytes;
+                (&self.window[at - rows.bytes..at], rows)
             })
             .collect();
         let dialect = &self.dialect;
-        let share = |part: &[(&[u8], usize)]| -> Vec<Block> {
+        let share = |part: &[(&[u8], WholeRows)]| -> Vec<Block> {
             part.iter().map(|(text, rows)| dialect.read(text, *rows)).collect()
         };
         let threads = if at - self.at < MIN_BYTES_FOR_THREADS { 1 } else { self.threads.min(texts.len()) };

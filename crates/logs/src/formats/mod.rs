@@ -3,6 +3,7 @@
 pub(crate) mod arrays;
 #[cfg(feature = "arrow")]
 pub(crate) mod arrow;
+mod cell_ends;
 pub(crate) mod cells;
 #[cfg(feature = "zstd")]
 pub(crate) mod compression;

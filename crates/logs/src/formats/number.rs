@@ -75,11 +75,45 @@ fn some_digits(bytes: &[u8]) -> (u64, usize) {
     if count == 0 {
         return (0, 0);
     }
-    let values = values << (64 - 8 * count);
+    (eight_digits(values << (64 - 8 * count)), count)
+}
+
+/// The value of eight digits, a byte each, the first in the lowest.
+#[inline(always)]
+fn eight_digits(values: u64) -> u64 {
     let pairs = values.wrapping_mul(10).wrapping_add(values >> 8);
     let low = (pairs & 0x0000_00ff_0000_00ff).wrapping_mul(0x000f_4240_0000_0064);
     let high = (pairs >> 16 & 0x0000_00ff_0000_00ff).wrapping_mul(0x0000_2710_0000_0001);
-    (low.wrapping_add(high) >> 32, count)
+    low.wrapping_add(high) >> 32
+}
+
+/// The number that stands from `start` to `end`, if it is plain and has at most eight characters behind its sign.
+///
+/// These are taken at once, and the point is cut out. The number is that of [`leading`].
+#[inline(always)]
+pub(super) fn short(bytes: &[u8], start: usize, end: usize) -> Option<f64> {
+    let is_negative = usize::from(*bytes.get(start)? == b'-');
+    let length = end.wrapping_sub(start + is_negative);
+    let eight = bytes.get(end.wrapping_sub(8)..)?.first_chunk::<8>()?;
+    if !(1..=8).contains(&length) {
+        return None;
+    }
+    let outside = 64 - 8 * length as u32;
+    let mut values = (u64::from_le_bytes(*eight) ^ 0x3030_3030_3030_3030) >> outside << outside;
+    // Sets the upper bit of each byte above nine, as in `some_digits`. Of one that is no point there is no number.
+    let others = (values.wrapping_add(0x7676_7676_7676_7676) | values) & 0x8080_8080_8080_8080;
+    let mut decimals = 0;
+    if others != 0 {
+        let point = others.trailing_zeros() - 7;
+        if others & (others - 1) != 0 || values >> point & 0xff != u64::from(b'.' ^ b'0') || length == 1 {
+            return None;
+        }
+        let before = values & ((1 << point) - 1);
+        let behind = values ^ before ^ u64::from(b'.' ^ b'0') << point;
+        values = before << 8 | behind;
+        decimals = (56 - point) as usize / 8;
+    }
+    Some(eight_digits(values).cast_signed() as f64 / SIGNED_POWERS_OF_TEN[is_negative][decimals])
 }
 
 /// Powers of ten of so many digits.
@@ -88,6 +122,10 @@ const INTEGER_POWERS_OF_TEN: [u64; 9] = [1, 10, 100, 1_000, 10_000, 100_000, 1_0
 /// Powers of ten that are floating-point numbers.
 const EXACT_POWERS_OF_TEN: [f64; 19] =
     [1e0, 1e1, 1e2, 1e3, 1e4, 1e5, 1e6, 1e7, 1e8, 1e9, 1e10, 1e11, 1e12, 1e13, 1e14, 1e15, 1e16, 1e17, 1e18];
+
+/// 10^k and -10^k: a quotient by the second is that by the first with the other sign.
+const SIGNED_POWERS_OF_TEN: [[f64; 8]; 2] =
+    [[1e0, 1e1, 1e2, 1e3, 1e4, 1e5, 1e6, 1e7], [-1e0, -1e1, -1e2, -1e3, -1e4, -1e5, -1e6, -1e7]];
 
 /// Whether a cell is a word: text, and no number.
 pub(super) fn is_word(cell: &[u8], delimiter: Option<u8>) -> bool {
@@ -139,11 +177,24 @@ mod tests {
                 let (x, length) = leading(bytes.as_bytes()).unwrap();
                 let expected: f64 = fast_float2::parse(text).unwrap();
                 assert_eq!((x.to_bits(), length), (expected.to_bits(), text.len()), "{bytes:?}");
+                let bytes = format!("9,999,99{bytes}");
+                let short = short(bytes.as_bytes(), 8, 8 + text.len());
+                let is_short = text.trim_start_matches('-').len() <= 8 && !text.contains('e');
+                assert_eq!(short.map(f64::to_bits), is_short.then_some(expected.to_bits()), "{bytes:?}");
             }
         }
         for text in ["", "-", "x", ","] {
             assert_eq!(leading(text.as_bytes()), None, "{text:?}");
         }
+        let no_plain = [
+            "", "-", ".", "-.", "1.2.3", "1 2", "--1", "+1", "1e3", "nan", "0x10", "\u{663}", "1\u{ff}", "/", ":",
+            " 7", "7\r",
+        ];
+        for text in no_plain {
+            let bytes = format!("99999999{text},9");
+            assert_eq!(short(bytes.as_bytes(), 8, 8 + text.len()), None, "{text:?}");
+        }
+        assert_eq!(short(b"1.5", 0, 3), None, "there are no eight bytes");
     }
 
     #[test]

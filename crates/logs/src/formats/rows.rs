@@ -9,7 +9,10 @@ use std::borrow::Cow;
 
 use memchr::{memchr, memchr_iter, memchr2, memchr3, memrchr};
 
-use crate::formats::number::{leading, number};
+use processor::{Work, widely};
+
+use crate::formats::cell_ends::CellEnds;
+use crate::formats::number::{leading, number, short};
 use crate::table::Lines;
 
 /// The delimiter of cells, and which columns are wanted.
@@ -145,12 +148,12 @@ impl Dialect {
         }
     }
 
-    /// The whole rows at the start, at most `most` of them: the place behind them, and a bound of their number. `last`:
-    /// whether the text ends with these bytes.
-    pub(super) fn whole_rows(&self, bytes: &[u8], most: usize, last: bool) -> (usize, usize) {
+    /// The whole rows at the start, at most `most` of them. `last`: whether the text ends with these bytes.
+    pub(super) fn whole_rows(&self, bytes: &[u8], most: usize, last: bool) -> WholeRows {
         let is_lone = |at: usize| bytes.get(at + 1).is_some_and(|next| *next != b'\n');
         if memchr(b'"', bytes).is_some() || memchr_iter(b'\r', bytes).any(is_lone) {
-            return self.whole_rows_by_cell(bytes, most, last);
+            let (bytes, most) = self.whole_rows_by_cell(bytes, most, last);
+            return WholeRows { bytes, most, are_plain: false };
         }
         // A row is short, so that all ends are sooner counted than found.
         let mut count = memchr_iter(b'\n', bytes).count();
@@ -162,7 +165,7 @@ impl Dialect {
         if last && count < most && end < bytes.len() {
             (end, count) = (bytes.len(), count + 1);
         }
-        (end, count)
+        WholeRows { bytes: end, most: count, are_plain: true }
     }
 
     fn whole_rows_by_cell(&self, bytes: &[u8], most: usize, last: bool) -> (usize, usize) {
@@ -193,38 +196,44 @@ impl Dialect {
         (end, count)
     }
 
-    /// Reads rows, of which there are at most `room`; the first line is 0.
-    pub(super) fn read(&self, bytes: &[u8], room: usize) -> Block {
-        // Where the numbers of each column begin, if it is wanted.
-        let mut wanted = 0;
-        let places: Vec<Option<usize>> = self
-            .wanted
-            .iter()
-            .map(|is_wanted| {
-                wanted += usize::from(*is_wanted);
-                is_wanted.then(|| (wanted - 1) * room)
-            })
-            .collect();
-        let mut block = Block {
-            data: vec![f64::NAN; wanted * room],
-            room,
-            rows: 0,
-            lines: Lines::default(),
-            texts: vec![None; self.wanted.len()],
-            ragged: Vec::new(),
-            ends: 0,
-        };
-        let mut at = 0;
-        while at < bytes.len() {
-            at = match self.behind_no_row(bytes, at) {
-                Some(next) => {
-                    block.ends += usize::from(next > at && matches!(bytes[next - 1], b'\n' | b'\r'));
-                    next
-                }
-                None => self.read_row(bytes, at, &places, &mut block),
-            };
+    /// Reads whole rows; the first line is 0.
+    pub(super) fn read(&self, bytes: &[u8], rows: WholeRows) -> Block {
+        widely(Reading { dialect: self, bytes: &bytes[..rows.bytes], rows })
+    }
+
+    /// Reads the row that begins at `at`, of which the `ends` of all cells are known; returns where the next line begins.
+    #[inline(always)]
+    fn read_plain_row(
+        &self,
+        bytes: &[u8],
+        at: usize,
+        ends: &[u32],
+        places: &[Option<usize>],
+        block: &mut Block,
+    ) -> usize {
+        let mut start = at;
+        for (column, (end, place)) in ends.iter().zip(places).enumerate() {
+            let end = *end as usize;
+            if let Some(place) = place {
+                block.data[place + block.rows] = match short(bytes, start, end) {
+                    Some(x) => x,
+                    None => self.long(&bytes[start..], end - start, block.ends, &mut block.texts[column]),
+                };
+            }
+            start = end + 1;
         }
-        block
+        block.lines.push(block.ends);
+        block.rows += 1;
+        block.ends += 1;
+        start
+    }
+
+    /// The number of the cell of this `length` that bytes begin with.
+    #[inline(never)]
+    fn long(&self, bytes: &[u8], length: usize, line: usize, text: &mut Option<(usize, String)>) -> f64 {
+        let cell = bytes[..length].trim_ascii();
+        let plain = leading(bytes.trim_ascii_start()).filter(|(_, length)| *length == cell.len());
+        plain.map_or_else(|| self.number(cell, line, text), |(x, _)| x)
     }
 
     /// Reads the row that begins at `at`; returns where the next line begins.
@@ -284,6 +293,68 @@ impl Dialect {
     }
 }
 
+/// Rows with their ends.
+#[derive(Clone, Copy)]
+pub(super) struct WholeRows {
+    /// Bytes up to behind them.
+    pub bytes: usize,
+    /// Their number is at most this.
+    pub most: usize,
+    /// Each ends with a line feed, and none has quotation marks.
+    pub are_plain: bool,
+}
+
+/// The reading of rows.
+struct Reading<'a> {
+    dialect: &'a Dialect,
+    bytes: &'a [u8],
+    rows: WholeRows,
+}
+
+impl Work for Reading<'_> {
+    type Output = Block;
+
+    #[inline(always)]
+    fn run(self) -> Block {
+        let Reading { dialect, bytes, rows } = self;
+        let room = rows.most;
+        // Where the numbers of each column begin, if it is wanted.
+        let mut wanted = 0;
+        let places: Vec<Option<usize>> = dialect
+            .wanted
+            .iter()
+            .map(|is_wanted| {
+                wanted += usize::from(*is_wanted);
+                is_wanted.then(|| (wanted - 1) * room)
+            })
+            .collect();
+        let mut block = Block {
+            data: vec![f64::NAN; wanted * room],
+            room,
+            rows: 0,
+            lines: Lines::default(),
+            texts: vec![None; dialect.wanted.len()],
+            ragged: Vec::new(),
+            ends: 0,
+        };
+        let mut ends = dialect.delimiter.filter(|_| rows.are_plain).map(|d| CellEnds::new(bytes, d));
+        let mut at = 0;
+        while at < bytes.len() {
+            at = match dialect.behind_no_row(bytes, at) {
+                Some(next) => {
+                    block.ends += usize::from(next > at && matches!(bytes[next - 1], b'\n' | b'\r'));
+                    next
+                }
+                None => match ends.as_mut().and_then(|ends| ends.of_row(at, places.len())) {
+                    Some(ends) => dialect.read_plain_row(bytes, at, ends, &places, &mut block),
+                    None => dialect.read_row(bytes, at, &places, &mut block),
+                },
+            };
+        }
+        block
+    }
+}
+
 /// A row as texts.
 pub(super) struct FirstRow {
     /// Trimmed.
@@ -300,5 +371,74 @@ fn behind_end(bytes: &[u8], at: usize) -> usize {
         (Some(b'\r'), Some(b'\n')) => at + 2,
         (Some(b'\r' | b'\n'), _) => at + 1,
         _ => at,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Cells of which both ends are known are read as those that are cut out one by one.
+    #[test]
+    fn plain_rows_are_as_any() {
+        let cells = [
+            "0",
+            "-0",
+            "1.5",
+            "-2.25",
+            "12345678",
+            "123456789",
+            "0.1234567890123456",
+            "1e-3",
+            "",
+            " 3",
+            "4 ",
+            "  -5.5  ",
+            "nan",
+            "na",
+            "word",
+            "+6",
+            "1.2.3",
+            ".",
+            "-",
+            "2026-11-21 07:49:04.25",
+            "\u{663}",
+            "1,5",
+        ];
+        let mut state = 1_u32;
+        let mut any = |count: usize| {
+            state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+            (state >> 8) as usize % count
+        };
+        for (delimiter, width) in [(b',', 1), (b',', 2), (b';', 3), (b'\t', 19)] {
+            let (mut text, mut count) = (String::new(), 0);
+            while count < 500 {
+                match any(40) {
+                    0 => text.push_str("# a comment; with, cells\n"),
+                    1 => text.push_str("\r\n"),
+                    short => {
+                        // Some rows have a cell less or more.
+                        let width = if short < 5 { width + short - 3 } else { width };
+                        let some = (0..width.max(1)).map(|_| cells[any(cells.len())]);
+                        let row: Vec<&str> = some.filter(|cell| delimiter != b',' || !cell.contains(',')).collect();
+                        text.push_str(&row.join(&char::from(delimiter).to_string()));
+                        text.push_str(["\n", "\r\n"][any(2)]);
+                        count += 1;
+                    }
+                }
+            }
+            text.push('7');
+            let wanted = (0..width).map(|k| k % 3 != 1).collect();
+            let dialect = Dialect { delimiter: Some(delimiter), wanted };
+            let rows = dialect.whole_rows(text.as_bytes(), 1000, true);
+            assert!(rows.are_plain && rows.bytes == text.len());
+            let plain = dialect.read(text.as_bytes(), rows);
+            let other = dialect.read(text.as_bytes(), WholeRows { are_plain: false, ..rows });
+            let bits = |block: &Block| block.data.iter().map(|x| x.to_bits()).collect::<Vec<u64>>();
+            assert_eq!(bits(&plain), bits(&other));
+            let rest =
+                |b: Block| (b.rows, b.texts, b.ragged, b.ends, (0..b.rows).map(|i| b.lines.get(i)).collect::<Vec<_>>());
+            assert_eq!(rest(plain), rest(other));
+        }
     }
 }

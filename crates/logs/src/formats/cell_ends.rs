@@ -1,0 +1,162 @@
+//! Where the cells of plain rows end, found before any of them is read.
+//!
+//! A cell of which both ends are known can be read while the one before it still is: the processor takes several abreast
+//! [Langdale, Lemire 2019]. Plain are rows of bytes in which a delimiter ends a cell and a line feed a row wherever they stand.
+
+use wide::u8x16;
+
+/// Bytes that one mask covers.
+const BYTES_PER_MASK: usize = u64::BITS as usize;
+
+/// Bytes searched at a time: their ends stay in the cache.
+const BYTES_PER_SEARCH: usize = 64 * BYTES_PER_MASK;
+
+/// The ends of cells, row by row.
+pub(super) struct CellEnds<'a> {
+    bytes: &'a [u8],
+    delimiter: u8,
+    /// Bytes searched.
+    searched: usize,
+    /// Places of delimiters and line feeds.
+    cells: Places,
+    /// Places of line feeds.
+    rows: Places,
+}
+
+impl<'a> CellEnds<'a> {
+    /// Of bytes of at most 4 GiB.
+    pub(super) fn new(bytes: &'a [u8], delimiter: u8) -> CellEnds<'a> {
+        CellEnds { bytes, delimiter, searched: 0, cells: Places::default(), rows: Places::default() }
+    }
+
+    /// The ends of the cells of the row that begins at `at`; `None` if it has not `width` cells, or no line feed. Rows are
+    /// asked for in turn; some may be left out.
+    #[inline(always)]
+    pub(super) fn of_row(&mut self, at: usize, width: usize) -> Option<&[u32]> {
+        loop {
+            self.cells.pass(at);
+            self.rows.pass(at);
+            if self.cells.next().len() >= width && !self.rows.next().is_empty() {
+                break;
+            }
+            if self.searched >= self.bytes.len() {
+                return None;
+            }
+            self.search();
+        }
+        let (ends, end) = (&self.cells.next()[..width], self.rows.next()[0]);
+        // The first line feed ends the last of the cells, so that none is among those before.
+        if ends.last() != Some(&end) {
+            return None;
+        }
+        let first = self.cells.first;
+        self.cells.first += width;
+        self.rows.first += 1;
+        Some(&self.cells.places[first..first + width])
+    }
+
+    /// Finds the ends in the next bytes.
+    #[inline(always)]
+    fn search(&mut self) {
+        let end = self.bytes.len().min(self.searched + BYTES_PER_SEARCH);
+        let (chunks, rest) = self.bytes[self.searched..end].as_chunks::<BYTES_PER_MASK>();
+        let mut last = [0; BYTES_PER_MASK];
+        last[..rest.len()].copy_from_slice(rest);
+        self.cells.forget();
+        self.rows.forget();
+        for (k, chunk) in chunks.iter().chain([&last]).enumerate() {
+            let first = (self.searched + k * BYTES_PER_MASK) as u32;
+            // The zeros behind the rest end nothing.
+            let there = if k < chunks.len() { u64::MAX } else { (1 << rest.len()) - 1 };
+            let rows = mask(chunk, b'\n') & there;
+            self.cells.add(first, mask(chunk, self.delimiter) & there | rows);
+            self.rows.add(first, rows);
+        }
+        self.searched = end;
+    }
+}
+
+/// Places in a text, ascending: those before `first` are behind us, those from `found` on are none yet.
+#[derive(Default)]
+struct Places {
+    places: Vec<u32>,
+    first: usize,
+    found: usize,
+}
+
+impl Places {
+    #[inline(always)]
+    fn next(&self) -> &[u32] {
+        &self.places[self.first..self.found]
+    }
+
+    /// Passes what stands before `at`.
+    #[inline(always)]
+    fn pass(&mut self, at: usize) {
+        self.first += self.next().iter().take_while(|place| (**place as usize) < at).count();
+    }
+
+    /// Forgets what is behind us, and makes room for what a search may find.
+    #[inline(always)]
+    fn forget(&mut self) {
+        self.places.copy_within(self.first..self.found, 0);
+        (self.first, self.found) = (0, self.found - self.first);
+        self.places.resize(self.found + BYTES_PER_SEARCH + BYTES_PER_MASK, 0);
+    }
+
+    /// Adds the places of the bits, from `first` on.
+    #[inline(always)]
+    fn add(&mut self, first: u32, mut mask: u64) {
+        let room = &mut self.places[self.found..][..BYTES_PER_MASK];
+        self.found += mask.count_ones() as usize;
+        // Eight at once, whether there are as many or not: a loop over one or two would be guessed wrong too often.
+        for eight in room.as_chunks_mut::<8>().0 {
+            if mask == 0 {
+                break;
+            }
+            for place in eight {
+                *place = first + mask.trailing_zeros();
+                mask &= mask.wrapping_sub(1);
+            }
+        }
+    }
+}
+
+/// A bit for each byte that is this one.
+#[inline(always)]
+fn mask(bytes: &[u8; BYTES_PER_MASK], byte: u8) -> u64 {
+    let part = |bytes: &[u8; 16]| u64::from(u8x16::new(*bytes).simd_eq(u8x16::splat(byte)).to_bitmask());
+    bytes.as_chunks::<16>().0.iter().rev().fold(0, |mask, bytes| mask << 16 | part(bytes))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The ends of every row, however rows fall into masks and searches, whatever is left out, and no row of other width.
+    #[test]
+    fn rows_in_turn() {
+        for (width, length) in [(1, 1), (1, 64), (2, 5), (3, 31), (19, 1), (19, 9), (100, 7), (700, 12)] {
+            let cell = "7".repeat(length);
+            let row = |cells: usize| format!("{}\n", vec![cell.as_str(); cells].join(","));
+            let rows: Vec<String> = (0..400).map(|i| row(if i % 7 == 3 { width + 1 } else { width })).collect();
+            let text = rows.concat() + &row(width)[..width * (length + 1) - 1];
+            for left_out in [0, 1, 5] {
+                let (mut ends, mut at) = (CellEnds::new(text.as_bytes(), b','), 0);
+                for (i, row) in rows.iter().enumerate() {
+                    if left_out == 0 || i % left_out > 0 {
+                        let expected: Vec<u32> = (1..=width).map(|k| (at + k * (length + 1) - 1) as u32).collect();
+                        let found = ends.of_row(at, width);
+                        assert_eq!(
+                            found,
+                            (i % 7 != 3).then_some(&expected[..]),
+                            "row {i} of {width} cells of {length}"
+                        );
+                    }
+                    at += row.len();
+                }
+                assert_eq!(ends.of_row(at, width), None, "a row without its end");
+            }
+        }
+    }
+}
