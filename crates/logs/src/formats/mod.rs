@@ -17,6 +17,7 @@ pub(crate) mod npz;
 mod number;
 #[cfg(feature = "parquet")]
 pub(crate) mod parquet;
+mod plain_rows;
 #[cfg(any(feature = "mcap", feature = "rosbag2-sqlite"))]
 pub(crate) mod rosbag;
 mod rows;
