@@ -2,6 +2,8 @@
 //!
 //! X_k = sum_i x_i exp(-2 pi j k i / N) for k = 0 .. N/2; the inverse gives N x_i.
 
+use std::collections::BTreeMap;
+use std::fmt;
 use std::sync::Arc;
 
 use realfft::RealFftPlanner;
@@ -16,6 +18,23 @@ pub fn forward(n: usize) -> Arc<dyn RealToComplex<f64>> {
 /// From the spectrum of a signal of `n` samples back to `n` times the signal.
 pub fn inverse(n: usize) -> Arc<dyn ComplexToReal<f64>> {
     RealFftPlanner::new().plan_fft_inverse(n)
+}
+
+/// Transforms by the lengths of their signals, each planned once: a plan takes as long as a transform.
+#[derive(Clone, Default)]
+pub struct Plans(BTreeMap<usize, Arc<dyn RealToComplex<f64>>>);
+
+impl Plans {
+    /// The transform of signals of `n` samples.
+    pub fn forward(&mut self, n: usize) -> Arc<dyn RealToComplex<f64>> {
+        self.0.entry(n).or_insert_with(|| forward(n)).clone()
+    }
+}
+
+impl fmt::Debug for Plans {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        f.debug_set().entries(self.0.keys()).finish()
+    }
 }
 
 #[cfg(test)]

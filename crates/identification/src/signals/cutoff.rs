@@ -33,6 +33,7 @@
 
 use std::convert::Infallible;
 
+use numerics::fft::Plans;
 use numerics::in_order::in_order;
 
 use crate::signals::position_spectrum::{Energy, acceleration_energy, acceleration_noise, position_energy, quantile};
@@ -105,6 +106,7 @@ pub struct MotionEnergy {
     period: f64,
     /// Hz: a fifth of the lowest rate.
     highest: f64,
+    plans: Plans,
 }
 
 /// The frequency content of positions sampled every `period` s, and the cut-off by the rule.
@@ -211,8 +213,8 @@ impl MotionEnergy {
             return self.waiting.iter_mut().for_each(|q| q.truncate(0));
         }
         // A length with small factors, because the transform of a prime length is several times slower.
-        let of_motion = numerics::fft::forward(smooth_length(count));
-        let of_noise = numerics::fft::forward(smooth_length(count.min(SAMPLES_PER_NOISE_ESTIMATE)));
+        let of_motion = self.plans.forward(smooth_length(count));
+        let of_noise = self.plans.forward(smooth_length(count.min(SAMPLES_PER_NOISE_ESTIMATE)));
         let (period, joints) = (self.period, &mut self.joints);
         let energy = |_: usize, q: &Vec<f64>| {
             let variance = noise_of(&q[..count], of_noise.as_ref());
