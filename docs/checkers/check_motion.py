@@ -388,6 +388,7 @@ def prove(pieces, look, subjects):
 
 MOST_VERTICES = 400  # that are taken as they are
 NEAR_HULL = 5e-5  # m: vertices nearer to the hull of the others add nothing to it but this much all around
+THICKENED = 2 * NEAR_HULL  # m, of a pair at most: what is seen between two bodies may be less than is there by this
 SEARCHES = 60
 
 
@@ -400,30 +401,30 @@ def reduced(vertices, radius):
     across = np.sqrt(1 - z * z)
     outermost = lambda along: np.concatenate([(part @ vertices.T).argmax(1) for part in np.array_split(along, 20)])
     kept = np.unique(outermost(np.c_[across * np.cos(angle), across * np.sin(angle), z]))
-    others, far = np.setdiff1d(np.arange(len(vertices)), kept), 0.0
-    for last in [False] * 8 + [True]:
+    others = np.setdiff1d(np.arange(len(vertices)), kept)
+    for _ in range(8):
         left, along = [], []
         for part in np.array_split(others, len(others) // MOST_AT_ONCE + 1):
             points, turn = np.repeat(vertices[part, None], 2, 1), np.tile(np.eye(3), (len(part), 2, 1, 1))
-            n, _, seen = separate(vertices[kept], np.zeros((1, 3)), turn, points, np.full(len(part), NEAR_HULL), last)
+            n, _, seen = separate(vertices[kept], np.zeros((1, 3)), turn, points, np.full(len(part), NEAR_HULL))
             outside = seen >= NEAR_HULL
             left, along = left + [part[outside]], along + [-n[outside]]
-            far = max(far, seen.max(initial=0.0) if last else 0.0)
         others, along = np.concatenate(left), np.concatenate(along)
-        if not len(others):
-            far = NEAR_HULL
+        more = np.setdiff1d(outermost(along), kept) if len(others) else others
+        if not len(more):
             break
-        kept = np.unique(np.r_[kept, outermost(along)])
+        kept = np.union1d(kept, more)
         others = np.setdiff1d(others, kept)
-    return vertices[kept], radius + max(far, NEAR_HULL) * (1 + 1e-9)
+    # Those of which it was not seen that they are near the hull stay.
+    return vertices[np.union1d(kept, others)], radius + NEAR_HULL * (1 + 1e-9)
 
 
-def separate(a, b, rotation, position, enough, to_the_end=False):
+def separate(a, b, rotation, position, enough):
     """For each part: a unit vector n, what it proves of n.(x - y), x in a, y in b at both poses, and a distance seen.
 
     [Gilbert, Johnson, Keerthi 1988], with the nearest point among at most eight differences found by exchange.
     rotation: [part, end, 3, 3], position: [part, end, 3], of b in the frame of a. Ends where `enough` is proven, or
-    where it is seen that less is there; `to_the_end`: where no vector proves more.
+    where it is seen that less is there.
     """
     count, keep = len(position), 8
     size = np.abs(a).max() + np.abs(b).max() * 2 + np.abs(position).max()
@@ -468,7 +469,7 @@ def separate(a, b, rotation, position, enough, to_the_end=False):
         n[active] = np.einsum("pk,pki->pi", w, d)
         seen[active] = np.minimum(seen[active], np.sqrt((n[active] ** 2).sum(1)))
         is_told = (proven[active] >= enough[active]) | (seen[active] < enough[active])
-        active = active[~(seen[active] - proven[active] < 1e-7 * size) & ~(is_told & (not to_the_end))]
+        active = active[~(seen[active] - proven[active] < 1e-7 * size) & ~is_told]
         if not len(active):
             break
     return best, proven, seen
@@ -577,7 +578,7 @@ def prove_gap(robot, pieces, names, bodies, row, margins):
                 least = (np.einsum("peij,vj,i->pev", turn, vertices, n) + (shift @ n)[:, :, None]).min(2)
                 away = off(vertices, turn_off, shift_off, np.tile(n, (count, 1))) + 1e-12 + radius + margins.bodies
                 held = np.minimum(held, least.min(1) - away - height)
-                seen = np.minimum(seen, least.mean(1) - (away if has_margins else radius) - height)
+                seen = np.minimum(seen, least.mean(1) - (away if has_margins else radius) - height + THICKENED)
             return held[None], guarded(seen, parts)
         back = transposed(turn)
         inverse = (back, [-x for x in turned(back, shift)])
@@ -593,7 +594,7 @@ def prove_gap(robot, pieces, names, bodies, row, margins):
                 if len(near):
                     enough = bound + ra + rb + away[near]
                     _, p, s = separate(a, b, turn[near], shift[near], enough)
-                    proven[near], reached[near] = p - enough, s - enough + (0 if has_margins else 2 * away[near])
+                    proven[near], reached[near] = p - enough, s - enough + THICKENED + (0 if has_margins else 2 * away[near])
                 held, seen = np.minimum(held, proven), np.minimum(seen, reached)
         return held[None], guarded(seen, parts)
 

@@ -93,6 +93,33 @@ fn excite(folder: &Path, arguments: &[&str]) {
     assert_eq!(found.code, Some(0), "{}{}", found.out, found.err);
 }
 
+/// Of a ball of 900 points with 900 inside: the vertices that the checker keeps, what it adds around them, and how far the whole
+/// is outside of theirs along 5000 directions.
+const REDUCED: &str = "
+import numpy as np, check_motion
+random = np.random.default_rng(1)
+ball = random.standard_normal((900, 3))
+ball *= [0.05, 0.06, 0.2] / np.linalg.norm(ball, axis=1)[:, None]
+whole = np.r_[ball, ball * random.uniform(0, 1, (900, 1))]
+kept, radius = check_motion.reduced(whole, 0.0)
+along = random.standard_normal((5000, 3))
+along /= np.linalg.norm(along, axis=1)[:, None]
+print(len(kept), radius, ((along @ whole.T).max(1) - (along @ kept.T).max(1)).max())
+";
+
+/// rist's bodies are a tenth of a millimetre larger than their hulls. A checker with larger ones would find fault with what is
+/// proven.
+#[test]
+fn the_checker_makes_meshes_hardly_larger() {
+    if !has_python() {
+        return;
+    }
+    let found = run(Command::new("python3").args(["-B", "-c", REDUCED]).current_dir(workspace().join("docs/checkers")));
+    let figures: Vec<f64> = found.out.split_whitespace().map(|x| x.parse().unwrap()).collect();
+    let [kept, radius, outside] = figures[..] else { panic!("{}{}", found.out, found.err) };
+    assert!(kept < 1000.0 && radius < 1e-4 && outside <= radius, "{kept} {radius} {outside}");
+}
+
 /// Runs the checker on files that a defect was put into, and holds what it says.
 fn found_out(folder: &Path, defect: &Defect, motion: &str) {
     let Defect { file, from, to, code, says } = *defect;
