@@ -388,7 +388,6 @@ def prove(pieces, look, subjects):
 
 MOST_VERTICES = 400  # that are taken as they are
 NEAR_HULL = 5e-5  # m: vertices nearer to the hull of the others add nothing to it but this much all around
-THICKENED = 2 * NEAR_HULL  # m, of a pair at most: what is seen between two bodies may be less than is there by this
 SEARCHES = 60
 
 
@@ -547,6 +546,9 @@ def prove_gap(robot, pieces, names, bodies, row, margins):
     _, _, bound, body, other = row
     has_margins = margins.bodies > 0 or any(margins.joints.values())
     carrier, solids = bodies[body]
+    # What is seen between bodies that were thickened may be less than is there.
+    thickened = sum(NEAR_HULL * any(len(v) > MOST_VERTICES for v, _ in robot.bodies.get(name, (0, []))[1])
+                    for name in (body, other) if isinstance(name, str)) * (1 + 1e-9)
     is_plane = not isinstance(other, str)
     against, opposite = (None, []) if is_plane else bodies[other]
     own, theirs = robot.chain(carrier), robot.chain(against)
@@ -578,7 +580,7 @@ def prove_gap(robot, pieces, names, bodies, row, margins):
                 least = (np.einsum("peij,vj,i->pev", turn, vertices, n) + (shift @ n)[:, :, None]).min(2)
                 away = off(vertices, turn_off, shift_off, np.tile(n, (count, 1))) + 1e-12 + radius + margins.bodies
                 held = np.minimum(held, least.min(1) - away - height)
-                seen = np.minimum(seen, least.mean(1) - (away if has_margins else radius) - height + THICKENED)
+                seen = np.minimum(seen, least.mean(1) - (away if has_margins else radius) - height + thickened)
             return held[None], guarded(seen, parts)
         back = transposed(turn)
         inverse = (back, [-x for x in turned(back, shift)])
@@ -594,7 +596,7 @@ def prove_gap(robot, pieces, names, bodies, row, margins):
                 if len(near):
                     enough = bound + ra + rb + away[near]
                     _, p, s = separate(a, b, turn[near], shift[near], enough)
-                    proven[near], reached[near] = p - enough, s - enough + THICKENED + (0 if has_margins else 2 * away[near])
+                    proven[near], reached[near] = p - enough, s - enough + thickened + (0 if has_margins else 2 * away[near])
                 held, seen = np.minimum(held, proven), np.minimum(seen, reached)
         return held[None], guarded(seen, parts)
 
