@@ -20,14 +20,14 @@ const ORDERS: usize = 3;
 #[derive(Default)]
 pub(crate) struct Integers {
     frames: Vec<Frame>,
-    /// The bits of the frames. Behind each stands a word more, so that two words can be read wherever a number begins.
-    words: Vec<u64>,
+    /// The bits of the frames. Behind each stand bytes more, so that eight bytes can be read wherever a number begins.
+    bytes: Vec<u8>,
 }
 
 /// A frame of numbers.
 struct Frame {
-    /// Where its words begin.
-    word: usize,
+    /// Where its bytes begin.
+    byte: usize,
     order: u8,
     width: u8,
     /// The smallest difference.
@@ -35,6 +35,12 @@ struct Frame {
     /// The numbers before the differences.
     first: [i32; ORDERS - 1],
 }
+
+/// Bytes that are read at once. A second difference of 32 bits takes 34, and begins at most 7 bits behind the first.
+const BYTES_AT_ONCE: usize = size_of::<u64>();
+
+/// The bytes of a frame of the widest differences, and those behind it.
+const MOST_BYTES: usize = NUMBERS_PER_FRAME * 34 / 8 + 2 * BYTES_AT_ONCE;
 
 impl Integers {
     /// Frame by frame as `fill` makes the numbers, given the place of the first; `None` as soon as it makes none.
@@ -48,7 +54,7 @@ impl Integers {
             }
             packed.push(numbers);
         }
-        packed.words.shrink_to_fit();
+        packed.bytes.shrink_to_fit();
         packed.frames.shrink_to_fit();
         Some(packed)
     }
@@ -62,30 +68,21 @@ impl Integers {
         let order = (0..ORDERS).min_by_key(|&order| bounds[order].1).unwrap_or(0);
         let (least, width) = bounds[order];
         let first = std::array::from_fn(|i| x.get(i).map_or(0, |&x| x));
-        self.frames.push(Frame { word: self.words.len(), order: order as u8, width: width as u8, least, first });
-        let (mut word, mut filled) = (0, 0);
-        let mut push = |difference: i64| {
-            let bits = (difference - least).cast_unsigned();
-            word |= bits << filled;
-            filled += width;
-            if filled >= u64::BITS {
-                self.words.push(word);
-                filled -= u64::BITS;
-                word = bits.checked_shr(width - filled).unwrap_or(0);
-            }
-        };
+        self.frames.push(Frame { byte: self.bytes.len(), order: order as u8, width: width as u8, least, first });
+        let mut bytes = [0; MOST_BYTES];
         let wide = |x: i32| i64::from(x);
-        match order {
-            0 => x.iter().for_each(|x| push(wide(*x))),
-            1 => x.windows(2).for_each(|x| push(wide(x[1]) - wide(x[0]))),
-            _ => x.windows(3).for_each(|x| push(wide(x[2]) - 2 * wide(x[1]) + wide(x[0]))),
-        }
-        self.words.extend([word, 0]);
+        let len = match order {
+            0 => put(x.iter().map(|x| wide(*x)), least, width, &mut bytes),
+            1 => put(x.windows(2).map(|x| wide(x[1]) - wide(x[0])), least, width, &mut bytes),
+            _ => put(x.windows(3).map(|x| wide(x[2]) - 2 * wide(x[1]) + wide(x[0])), least, width, &mut bytes),
+        };
+        // The last of them may be half full.
+        self.bytes.extend_from_slice(&bytes[..len + 1 + BYTES_AT_ONCE]);
     }
 
     /// Bytes in memory.
     pub(crate) fn bytes(&self) -> usize {
-        size_of_val(self.words.as_slice()) + size_of_val(self.frames.as_slice())
+        self.bytes.len() + size_of_val(self.frames.as_slice())
     }
 
     /// Hands over numbers, frame by frame.
@@ -104,35 +101,65 @@ impl Integers {
     }
 
     /// The first numbers of a frame.
+    ///
+    /// Sums of 32 bits that wrap are the numbers, which have 32 bits, whatever their differences have.
     #[inline(always)]
     fn unpack(&self, frame: usize, numbers: &mut [i32]) {
-        let &Frame { word, order, width, least, first } = &self.frames[frame];
-        let (words, order, width) = (&self.words[word..], usize::from(order), u32::from(width));
-        let head = order.min(numbers.len());
-        numbers[..head].copy_from_slice(&first[..head]);
-        let mask = 1_u64.checked_shl(width).map_or(u64::MAX, |bit| bit - 1);
-        let (mut x, mut step) = (i64::from(first[order.saturating_sub(1)]), 0);
-        if order == 2 {
-            step = i64::from(first[1]) - i64::from(first[0]);
-        }
-        let mut bit = 0;
-        for number in &mut numbers[head..] {
-            let (word, shift) = ((bit >> 6) as usize, bit & 63);
-            // Of a shift by 64 nothing is left, which one shift cannot express.
-            let bits = (words[word] >> shift | words[word + 1] << 1 << (63 - shift)) & mask;
-            bit += width;
-            let difference = least + bits.cast_signed();
-            match order {
-                0 => x = difference,
-                1 => x += difference,
-                _ => {
-                    step += difference;
-                    x += step;
-                }
+        let &Frame { byte, order, width, least, first } = &self.frames[frame];
+        let order = usize::from(order);
+        let (head, differences) = numbers.split_at_mut(order.min(numbers.len()));
+        head.copy_from_slice(&first[..head.len()]);
+        differences_of(&self.bytes[byte..], usize::from(width), least, differences);
+        let mut x = first[order.saturating_sub(1)];
+        match order {
+            0 => {}
+            1 => differences.iter_mut().for_each(|difference| {
+                x = x.wrapping_add(*difference);
+                *difference = x;
+            }),
+            _ => {
+                let mut step = first[1].wrapping_sub(first[0]);
+                differences.iter_mut().for_each(|difference| {
+                    step = step.wrapping_add(*difference);
+                    x = x.wrapping_add(step);
+                    *difference = x;
+                });
             }
-            *number = x as i32;
         }
     }
+}
+
+/// The lower 32 bits of the differences that stand in `bytes`. Eight take `width` bytes, so each of eight begins where that
+/// of the eight before did.
+#[inline(always)]
+fn differences_of(bytes: &[u8], width: usize, least: i64, differences: &mut [i32]) {
+    let mask = (1_u64 << width) - 1;
+    let places: [(usize, usize); 8] = std::array::from_fn(|i| (i * width / 8, i * width % 8));
+    for (eight, differences) in differences.chunks_mut(8).enumerate() {
+        let bytes = &bytes[eight * width..];
+        for (difference, (byte, bit)) in differences.iter_mut().zip(places) {
+            let word = bytes[byte..].first_chunk().map_or(0, |word| u64::from_le_bytes(*word));
+            *difference = least.wrapping_add((word >> bit & mask).cast_signed()) as i32;
+        }
+    }
+}
+
+/// Puts differences into bytes, and returns how many of these are full.
+#[inline(always)]
+fn put(differences: impl Iterator<Item = i64>, least: i64, width: u32, bytes: &mut [u8; MOST_BYTES]) -> usize {
+    // The bits behind the full bytes, and how many they are.
+    let (mut byte, mut pending, mut count) = (0, 0, 0);
+    for difference in differences {
+        pending |= (difference - least).cast_unsigned() << count;
+        if let Some(behind) = bytes[byte..].first_chunk_mut() {
+            *behind = pending.to_le_bytes();
+        }
+        count += width;
+        byte += (count / u8::BITS) as usize;
+        pending >>= count & !(u8::BITS - 1);
+        count %= u8::BITS;
+    }
+    byte
 }
 
 /// Numbers below have second differences below 2^31.
@@ -204,7 +231,7 @@ mod tests {
             state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
             (state >> (32 - bits)).cast_signed()
         };
-        // Overhead of a frame: 32 bytes, a word more, and a word that is not full.
+        // Overhead of a frame: 32 bytes, eight more, and one that is not full.
         check(&(0..10_000).collect::<Vec<i32>>(), 1.0);
         let sine = |i: i32| (1e5 * (1e-3 * f64::from(i)).sin()) as i32;
         check(&(0..10_000).map(sine).collect::<Vec<i32>>(), 3.0);

@@ -30,7 +30,7 @@ pub use cleaning::goals::GoalSpan;
 pub use cleaning::raw_words::RawWord;
 pub use cleaning::refresh::Refresh;
 pub use cleaning::suspects::Suspect;
-pub use cleaning::turns::unwrap_angle;
+pub use cleaning::turns::{extremes, unwrap_angle};
 pub use cleaning::undriven::Undriven;
 pub use columns::mapping::Columns;
 pub use columns::names::{ColumnNames, Names};

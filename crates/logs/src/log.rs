@@ -123,7 +123,7 @@ impl Log {
         for (x, s) in self.series_mut().zip(columns.sources()).skip(1) {
             let column = &table.columns[s.column];
             match rows.len() == range.len() {
-                true => x.extend(column[range.clone()].iter().map(|x| s.si(*x))),
+                true => s.append_si(&column[range.clone()], x),
                 false => x.extend(rows.iter().map(|&r| s.si(column[r]))),
             }
         }

@@ -56,20 +56,33 @@ fn integer(x: f64, power: f64) -> i32 {
 
 #[inline(always)]
 fn number(integer: i32, power: f64) -> f64 {
-    if integer == MINUS_ZERO { -0.0 } else { f64::from(integer) / power }
+    let quotient = f64::from(integer) / power;
+    if integer == MINUS_ZERO { -0.0 } else { quotient }
 }
 
 /// The integers of numbers; `None` where one is no decimal of this power.
 #[inline(always)]
 fn integers(x: &[f64], power: f64) -> Option<Integers> {
     Integers::of(x.len(), |first, integers| {
-        let mut are_exact = true;
-        for (m, x) in integers.iter_mut().zip(&x[first..]) {
-            *m = integer(*x, power);
-            are_exact &= number(*m, power).to_bits() == x.to_bits();
-        }
-        are_exact
+        let x = &x[first..first + integers.len()];
+        integers.iter_mut().zip(x).for_each(|(m, x)| *m = integer(*x, power));
+        let wrong = |(m, x): (&i32, &f64)| number(*m, power).to_bits() ^ x.to_bits();
+        integers.iter().zip(x).map(wrong).fold(0, |all, wrong| all | wrong) == 0
     })
+}
+
+/// The numbers of integers, appended.
+#[inline(always)]
+fn append_numbers(integers: &[i32], power: f64, all: &mut Vec<f64>) {
+    // As many as a processor makes at once, and more.
+    const ABREAST: usize = 32;
+    let mut chunks = integers.chunks_exact(ABREAST);
+    for integers in &mut chunks {
+        let mut numbers = [0.0; ABREAST];
+        numbers.iter_mut().zip(integers).for_each(|(x, m)| *x = number(*m, power));
+        all.extend_from_slice(&numbers);
+    }
+    all.extend(chunks.remainder().iter().map(|&m| number(m, power)));
 }
 
 impl Series {
@@ -92,7 +105,7 @@ impl Series {
             Series::Plain(x) => all.extend_from_slice(&x[range]),
             Series::Single(x) => all.extend(x[range].iter().map(|&x| f64::from(x))),
             Series::Decimal(integers, power) => {
-                integers.each(range, |some| all.extend(some.iter().map(|&m| number(m, *power))));
+                integers.each(range, |some| append_numbers(some, *power, all));
             }
         }
     }

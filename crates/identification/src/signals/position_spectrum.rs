@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 use std::f64::consts::TAU;
 
+use logs::extremes;
 use numerics::fft::RealToComplex;
 
 /// The energy of velocity, rad^2/s (m^2/s), by frequency. The key is the bits of the frequency in Hz, which sort like
@@ -21,7 +22,7 @@ pub(crate) const REST_RANGE_SIGMAS: f64 = 20.0;
 
 /// From the lowest to the highest position.
 pub(crate) fn excursion(q: &[f64]) -> f64 {
-    let (low, high) = q.iter().fold((f64::MAX, f64::MIN), |(l, h), &x| (l.min(x), h.max(x)));
+    let (low, high) = extremes(q);
     high - low
 }
 

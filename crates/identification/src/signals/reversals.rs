@@ -21,7 +21,13 @@ use linear_model::friction::terms::{FrictionTerm, sign};
 
 /// The mean direction of each row, -1 to 1, from velocities.
 pub fn directions(v: &[f64]) -> Vec<f64> {
-    cell_means(v, |a, b| if a == b || a * b > 0.0 { sign(a) } else { (b.abs() - a.abs()) / (b - a) })
+    let mean = |a: f64, b: f64| if a == b || a * b > 0.0 { sign(a) } else { (b.abs() - a.abs()) / (b - a) };
+    let direction = |i: usize| match v.get(i.wrapping_sub(1)..i + 2) {
+        // Most rows: nothing turns.
+        Some(&[before, at, after]) if before * at > 0.0 && at * after > 0.0 => sign(at),
+        _ => cell_mean(v, i, mean),
+    };
+    (0..v.len()).map(direction).collect()
 }
 
 /// The columns of a term, one series each, from velocities and torques.
@@ -47,14 +53,16 @@ pub fn columns(term: FrictionTerm, v: &[f64], tau: &[f64]) -> Vec<Vec<f64>> {
     }
 }
 
-/// The mean over each cell: half the mean from the cell's start to the sample, and half that from there to its end.
+/// The mean over the cell of each row.
 fn cell_means(v: &[f64], mean: impl Fn(f64, f64) -> f64) -> Vec<f64> {
-    let at = |i: usize| {
-        let before = 0.5 * (v[i.saturating_sub(1)] + v[i]);
-        let after = 0.5 * (v[i] + v[(i + 1).min(v.len() - 1)]);
-        0.5 * (mean(before, v[i]) + mean(v[i], after))
-    };
-    (0..v.len()).map(at).collect()
+    (0..v.len()).map(|i| cell_mean(v, i, &mean)).collect()
+}
+
+/// Half the mean from the cell's start to the sample, and half that from there to its end.
+fn cell_mean(v: &[f64], i: usize, mean: impl Fn(f64, f64) -> f64) -> f64 {
+    let before = 0.5 * (v[i.saturating_sub(1)] + v[i]);
+    let after = 0.5 * (v[i] + v[(i + 1).min(v.len() - 1)]);
+    0.5 * (mean(before, v[i]) + mean(v[i], after))
 }
 
 /// The mean of tanh(v/w) from a to b.

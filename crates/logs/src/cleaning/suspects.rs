@@ -141,6 +141,11 @@ fn jumps(t: &[f64], q: &[f64]) -> usize {
     if rates.len() < 100 {
         return 0;
     }
+    let fastest = rates.iter().copied().fold(0.0, f64::max);
+    // Mostly more than a hundredth of the steps is nearly as fast as the fastest, and their order says no more.
+    if rates.iter().filter(|rate| **rate > fastest / JUMP_SPEED_RATIO).count() > rates.len() / 100 {
+        return 0;
+    }
     // In a log of poses at rest nearly every moving step is a jump, so the fastest hundredth of the steps may all be
     // jumps.
     let at = rates.len() - 1 - rates.len() / 100;
@@ -151,7 +156,7 @@ fn jumps(t: &[f64], q: &[f64]) -> usize {
 
 /// The share of the samples at which a torque stands at its largest or smallest value, where that is no accident.
 fn saturated(effort: &[f64]) -> Option<f64> {
-    let (low, high) = effort.iter().fold((f64::MAX, f64::MIN), |(l, h), &x| (l.min(x), h.max(x)));
+    let (low, high) = extremes(effort);
     let at = |bound: f64| effort.iter().filter(|x| **x == bound).count();
     let share = (at(low) + at(high)) as f64 / effort.len() as f64;
     (low < high && share > SATURATED_SAMPLES_SHARE).then_some(share)

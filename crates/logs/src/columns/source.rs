@@ -28,6 +28,15 @@ impl Source {
     pub(crate) fn si(&self, x: f64) -> f64 {
         self.factor * self.word.map_or(x, |word| word.signed(x))
     }
+
+    /// Appends numbers of the file in SI.
+    pub(crate) fn append_si(&self, column: &[f64], all: &mut Vec<f64>) {
+        match (self.word, self.factor) {
+            (None, 1.0) => all.extend_from_slice(column),
+            (None, factor) => all.extend(column.iter().map(|x| factor * x)),
+            (Some(_), _) => all.extend(column.iter().map(|x| self.si(*x))),
+        }
+    }
 }
 
 impl fmt::Display for Source {
