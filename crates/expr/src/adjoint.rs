@@ -9,43 +9,147 @@
 //!
 //! The derivatives are exact but for rounding, and cost a few evaluations whatever the number of inputs.
 
+use processor::{Work, widely};
+
 use crate::function::Function;
+use crate::fusion::{Fusion, Operation};
 use crate::graph::{Expr, Node};
 
 /// A function with the reverse of its evaluation.
 #[derive(Clone, Debug)]
 pub struct Adjoint {
-    function: Function,
+    sums: Vec<Sum>,
+    /// What stands between the sums.
+    others: Vec<Other>,
+    /// The slots of constants, and these.
+    constants: Vec<(usize, f64)>,
+    /// The slot of each input.
+    inputs: Vec<usize>,
+    /// The slot of each output entry that depends on an input, its sign, and its place among all.
+    outputs: Vec<(usize, f64, usize)>,
     n_outputs: usize,
+    slots: usize,
+}
+
+/// +-a b +- c to a slot. Sums and products are one operation, a 1 +- c and a b - 0, so that nothing waits for the processor
+/// to guess which of them comes next. They are those of [`Fusion`], but the product is rounded on every processor.
+#[derive(Clone, Copy, Debug)]
+struct Sum {
+    a: Signed,
+    b: u32,
+    c: Signed,
+    to: u32,
+}
+
+/// Twice a slot, and one more where what it holds is subtracted: so a sum takes sixteen bytes.
+#[derive(Clone, Copy, Debug)]
+struct Signed(u32);
+
+impl Signed {
+    fn new(slot: u32, negative: bool) -> Signed {
+        Signed(2 * slot + u32::from(negative))
+    }
+
+    #[inline(always)]
+    fn slot(self) -> usize {
+        (self.0 / 2) as usize
+    }
+
+    #[inline(always)]
+    fn sign(self) -> f64 {
+        1.0 - 2.0 * f64::from(self.0 % 2)
+    }
+}
+
+/// An operation that is no sum, after the first `after` sums.
+#[derive(Clone, Copy, Debug)]
+struct Other {
+    after: usize,
+    code: Code,
+    to: usize,
+}
+
+#[derive(Clone, Copy, Debug)]
+enum Code {
+    Div(usize, usize),
+    /// Of an operand with a sign.
+    Sqrt(usize, f64),
+    Sin(usize),
+    Cos(usize),
 }
 
 /// Memory of one evaluation at a time; make one per thread.
 #[derive(Clone, Debug)]
 pub struct AdjointWorkspace {
-    values: Vec<[f64; ADJOINT_LANES]>,
-    slopes: Vec<[f64; ADJOINT_LANES]>,
+    values: Vec<Lanes>,
+    /// Zero before and after each evaluation.
+    slopes: Vec<Lanes>,
 }
+
+type Lanes = [f64; ADJOINT_LANES];
 
 /// Samples computed side by side, so few that values and slopes of a 7R regressor stay in the second-level cache.
 const ADJOINT_LANES: usize = 8;
+
+/// Copies of the constants that complete sums. The slope of each is a sum that waits for the one before, and is read by nobody.
+const COPIES: usize = 8;
 
 impl Adjoint {
     /// The reverse of `function`; named constants take their values.
     pub fn new(function: &Function) -> Adjoint {
         let function = function.bound();
-        Adjoint { n_outputs: function.outputs.iter().map(|o| o.entries.len()).sum(), function }
+        let graph = function.graph();
+        let nodes = graph.nodes();
+        // Behind the nodes: ones, then zeros that leave the sign of a product as it is.
+        let one = |i: usize| (nodes.len() + i % COPIES) as u32;
+        let minus_zero = |i: usize| one(i) + COPIES as u32;
+        let mut constants: Vec<(usize, f64)> =
+            (0..COPIES).flat_map(|i| [(one(i) as usize, 1.0), (minus_zero(i) as usize, -0.0)]).collect();
+        let (mut sums, mut others) = (Vec::new(), Vec::new());
+        let fusion = Fusion::of(&function);
+        for (i, &node) in nodes.iter().enumerate() {
+            let slot = |e: Expr| e.node() as u32;
+            let signed = |e: Expr| Signed::new(slot(e), e.is_negative());
+            let mut other = |code: Code| others.push(Other { after: sums.len(), code, to: i });
+            let to = i as u32;
+            match (fusion.operation_of(i), node) {
+                (Operation::Add(a, c), _) => sums.push(Sum { a: signed(a), b: one(i), c: signed(c), to }),
+                (Operation::MulAdd(a, b, c), _) => sums.push(Sum { a: signed(a), b: slot(b), c: signed(c), to }),
+                (Operation::Mul(a, b), _) => {
+                    sums.push(Sum { a: signed(a), b: slot(b), c: Signed::new(minus_zero(i), false), to });
+                }
+                (Operation::Div(a, b), _) => other(Code::Div(a.node(), b.node())),
+                (Operation::Sqrt(a), _) => other(Code::Sqrt(a.node(), sign(a))),
+                (Operation::None, Node::Sin(a)) => other(Code::Sin(a.node())),
+                (Operation::None, Node::Cos(a)) => other(Code::Cos(a.node())),
+                (Operation::None, Node::Constant(x)) => constants.push((i, x)),
+                // An input, or a product that is part of sums.
+                (Operation::None, _) => {}
+            }
+        }
+        let all = || function.outputs.iter().flat_map(|o| &o.entries);
+        let varying = all().enumerate().filter(|(_, e)| graph.varies(**e));
+        Adjoint {
+            sums,
+            others,
+            constants,
+            inputs: function.inputs.iter().flat_map(|i| &i.entries).map(|e| e.node()).collect(),
+            outputs: varying.map(|(k, e)| (e.node(), sign(fusion.held(*e)), k)).collect(),
+            n_outputs: all().count(),
+            slots: nodes.len() + 2 * COPIES,
+        }
     }
 
     /// Number of entries of all inputs together.
     pub fn n_inputs(&self) -> usize {
-        self.function.inputs.iter().map(|i| i.entries.len()).sum()
+        self.inputs.len()
     }
 
     /// Memory for evaluations, to be used again by each.
     pub fn workspace(&self) -> AdjointWorkspace {
-        let nodes = self.function.graph().nodes();
-        let value = |node: &Node| if let Node::Constant(x) = node { [*x; ADJOINT_LANES] } else { [0.0; ADJOINT_LANES] };
-        AdjointWorkspace { values: nodes.iter().map(value).collect(), slopes: vec![[0.0; ADJOINT_LANES]; nodes.len()] }
+        let mut values = vec![[0.0; ADJOINT_LANES]; self.slots];
+        self.constants.iter().for_each(|&(slot, x)| values[slot] = [x; ADJOINT_LANES]);
+        AdjointWorkspace { values, slopes: vec![[0.0; ADJOINT_LANES]; self.slots] }
     }
 
     /// `inputs.len() / n_inputs()` samples, one after the other in all three slices: inputs, one weight an output
@@ -57,101 +161,135 @@ impl Adjoint {
         }
         let samples = inputs.chunks(n_in * ADJOINT_LANES).zip(weights.chunks(n_out * ADJOINT_LANES));
         for ((inputs, weights), gradient) in samples.zip(gradient.chunks_mut(n_in * ADJOINT_LANES)) {
-            let n = inputs.len() / n_in;
-            // Lanes past the end repeat the last sample.
-            let lane = |x: &[f64], width: usize, k: usize| std::array::from_fn(|l| x[l.min(n - 1) * width + k]);
-            for (k, e) in self.inputs().enumerate() {
-                work.values[e.node()] = lane(inputs, n_in, k);
-            }
-            self.forward(&mut work.values);
-            work.slopes.fill([0.0; ADJOINT_LANES]);
-            for (k, e) in self.function.outputs.iter().flat_map(|o| &o.entries).enumerate() {
-                add(&mut work.slopes, *e, lane(weights, n_out, k));
-            }
-            self.backward(&work.values, &mut work.slopes);
-            for (k, e) in self.inputs().enumerate() {
-                for (l, x) in work.slopes[e.node()].iter().enumerate().take(n) {
-                    gradient[l * n_in + k] = *x;
-                }
-            }
+            widely(Group { adjoint: self, inputs, weights, work, gradient });
         }
     }
 
-    fn inputs(&self) -> impl Iterator<Item = &Expr> {
-        self.function.inputs.iter().flat_map(|i| &i.entries)
-    }
-
-    fn forward(&self, values: &mut [[f64; ADJOINT_LANES]]) {
-        for (i, &node) in self.function.graph().nodes().iter().enumerate() {
-            let at = |e: Expr| values[e.node()];
-            values[i] = match node {
-                Node::Constant(_) | Node::Symbol(_) => continue,
-                Node::Add(a, b) => {
-                    let (a, sign, b) = (at(a), sign(b), at(b));
-                    std::array::from_fn(|l| a[l] + sign * b[l])
-                }
-                Node::Mul(a, b) => {
-                    let (a, b) = (at(a), at(b));
-                    std::array::from_fn(|l| a[l] * b[l])
-                }
-                Node::Div(a, b) => {
-                    let (a, b) = (at(a), at(b));
-                    std::array::from_fn(|l| a[l] / b[l])
-                }
-                Node::Sqrt(a) => at(a).map(|x| (sign(a) * x).sqrt()),
-                Node::Sin(a) => at(a).map(libm::sin),
-                Node::Cos(a) => at(a).map(libm::cos),
+    #[inline(always)]
+    fn forward(&self, values: &mut [Lanes]) {
+        let mut done = 0;
+        for other in &self.others {
+            sum_up(&self.sums[done..other.after], values);
+            done = other.after;
+            values[other.to] = match other.code {
+                Code::Div(a, b) => each(|l| values[a][l] / values[b][l]),
+                Code::Sqrt(a, sign) => values[a].map(|x| (sign * x).sqrt()),
+                Code::Sin(a) => values[a].map(libm::sin),
+                Code::Cos(a) => values[a].map(libm::cos),
             };
         }
+        sum_up(&self.sums[done..], values);
     }
 
-    fn backward(&self, values: &[[f64; ADJOINT_LANES]], slopes: &mut [[f64; ADJOINT_LANES]]) {
-        let graph = self.function.graph();
-        // Operands stand before what uses them: from the end, each c' is complete when it is passed on.
-        for (i, &node) in graph.nodes().iter().enumerate().rev() {
-            let own = slopes[i];
-            if !graph.varies(Expr::new(i, false)) || own.iter().all(|x| *x == 0.0) {
+    /// Operands stand before what uses them: from the end, each c' is complete when it is passed on.
+    #[inline(always)]
+    fn backward(&self, values: &[Lanes], slopes: &mut [Lanes]) {
+        let mut left = self.sums.len();
+        for other in self.others.iter().rev() {
+            pass_on(&self.sums[other.after..left], values, slopes);
+            left = other.after;
+            let own = std::mem::take(&mut slopes[other.to]);
+            // Where nothing depends on it, a root of zero has no slope to ask for.
+            if own == [0.0; ADJOINT_LANES] {
                 continue;
             }
-            let at = |e: Expr| values[e.node()];
-            let times = |x: [f64; ADJOINT_LANES]| std::array::from_fn(|l| own[l] * x[l]);
-            match node {
-                Node::Constant(_) | Node::Symbol(_) => {}
-                Node::Add(a, b) => {
-                    add(slopes, a, own);
-                    add(slopes, b, own);
+            match other.code {
+                Code::Div(a, b) => {
+                    let (quotient, divisor) = (values[other.to], values[b]);
+                    add(slopes, a, each(|l| own[l] / divisor[l]));
+                    add(slopes, b, each(|l| -own[l] * quotient[l] / divisor[l]));
                 }
-                Node::Mul(a, b) => {
-                    add(slopes, a, times(at(b)));
-                    add(slopes, b, times(at(a)));
+                Code::Sqrt(a, sign) => {
+                    let root = values[other.to];
+                    add(slopes, a, each(|l| sign * (own[l] / (2.0 * root[l]))));
                 }
-                Node::Div(a, b) => {
-                    let (quotient, b_values) = (values[i], at(b));
-                    add(slopes, a, std::array::from_fn(|l| own[l] / b_values[l]));
-                    add(slopes, b, std::array::from_fn(|l| -own[l] * quotient[l] / b_values[l]));
-                }
-                Node::Sqrt(a) => {
-                    let root = values[i];
-                    add(slopes, a, std::array::from_fn(|l| own[l] / (2.0 * root[l])));
-                }
-                Node::Sin(a) => add(slopes, a, times(at(a).map(libm::cos))),
-                Node::Cos(a) => add(slopes, a, times(at(a).map(|x| -libm::sin(x)))),
+                Code::Sin(a) => add(slopes, a, each(|l| own[l] * libm::cos(values[a][l]))),
+                Code::Cos(a) => add(slopes, a, each(|l| own[l] * -libm::sin(values[a][l]))),
             }
         }
+        pass_on(&self.sums[..left], values, slopes);
+    }
+}
+
+/// Samples side by side, on their way there and back.
+struct Group<'a> {
+    adjoint: &'a Adjoint,
+    inputs: &'a [f64],
+    weights: &'a [f64],
+    work: &'a mut AdjointWorkspace,
+    gradient: &'a mut [f64],
+}
+
+impl Work for Group<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run(self) {
+        let Group { adjoint, inputs, weights, work: AdjointWorkspace { values, slopes }, gradient } = self;
+        let n_in = adjoint.n_inputs();
+        let n = inputs.len() / n_in;
+        // Lanes past the end repeat the last sample.
+        let lane = |x: &[f64], width: usize, k: usize| each(|l| x[l.min(n - 1) * width + k]);
+        for (k, &slot) in adjoint.inputs.iter().enumerate() {
+            values[slot] = lane(inputs, n_in, k);
+        }
+        adjoint.forward(values);
+        for &(slot, sign, k) in &adjoint.outputs {
+            let weights = lane(weights, adjoint.n_outputs, k);
+            add(slopes, slot, each(|l| sign * weights[l]));
+        }
+        adjoint.backward(values, slopes);
+        for (k, &slot) in adjoint.inputs.iter().enumerate() {
+            for (l, x) in std::mem::take(&mut slopes[slot]).into_iter().enumerate().take(n) {
+                gradient[l * n_in + k] = x;
+            }
+        }
+        adjoint.constants.iter().for_each(|&(slot, _)| slopes[slot] = [0.0; ADJOINT_LANES]);
+    }
+}
+
+// Loops rather than `from_fn`, because the compiler would not use the wider instructions in a closure of the library.
+
+#[inline(always)]
+fn each(of: impl Fn(usize) -> f64) -> Lanes {
+    let mut lanes = [0.0; ADJOINT_LANES];
+    for (l, x) in lanes.iter_mut().enumerate() {
+        *x = of(l);
+    }
+    lanes
+}
+
+#[inline(always)]
+fn sum_up(sums: &[Sum], values: &mut [Lanes]) {
+    for sum in sums {
+        let (a, b, c) = (&values[sum.a.slot()], &values[sum.b as usize], &values[sum.c.slot()]);
+        let [of_a, of_c] = [sum.a.sign(), sum.c.sign()];
+        values[sum.to as usize] = each(|l| of_a * a[l] * b[l] + of_c * c[l]);
+    }
+}
+
+#[inline(always)]
+fn pass_on(sums: &[Sum], values: &[Lanes], slopes: &mut [Lanes]) {
+    for sum in sums.iter().rev() {
+        let own = std::mem::take(&mut slopes[sum.to as usize]);
+        let (a, b) = (&values[sum.a.slot()], &values[sum.b as usize]);
+        let [of_a, of_c] = [sum.a.sign(), sum.c.sign()];
+        add(slopes, sum.a.slot(), each(|l| of_a * own[l] * b[l]));
+        add(slopes, sum.b as usize, each(|l| of_a * own[l] * a[l]));
+        add(slopes, sum.c.slot(), each(|l| of_c * own[l]));
+    }
+}
+
+#[inline(always)]
+fn add(slopes: &mut [Lanes], slot: usize, slope: Lanes) {
+    let sum = &mut slopes[slot];
+    for l in 0..ADJOINT_LANES {
+        sum[l] += slope[l];
     }
 }
 
 fn sign(e: Expr) -> f64 {
     if e.is_negative() { -1.0 } else { 1.0 }
-}
-
-/// Adds dL/d(the expression) to the node behind it.
-#[inline(always)]
-fn add(slopes: &mut [[f64; ADJOINT_LANES]], e: Expr, slope: [f64; ADJOINT_LANES]) {
-    let sign = sign(e);
-    for (sum, x) in slopes[e.node()].iter_mut().zip(slope) {
-        *sum += sign * x;
-    }
 }
 
 #[cfg(test)]

@@ -1,5 +1,7 @@
 //! A function: named inputs -> named outputs, over a graph of what they need and nothing else.
 
+use std::collections::BTreeMap;
+
 use crate::graph::{Expr, Graph, Node, Symbol, SymbolKind};
 
 /// A vector of inputs under one name.
@@ -161,19 +163,18 @@ impl Function {
 
     /// The function with an input set to zero. The input and everything that depends on it alone are removed.
     pub fn without(&self, name: &str, input: &str) -> Function {
-        let mut outline = self.outline();
-        outline.name = name.to_string();
-        let (gone, kept): (Vec<Input>, Vec<Input>) = outline.inputs.into_iter().partition(|i| i.name == input);
-        outline.inputs = kept;
-        let zero: Vec<Symbol> = gone
-            .iter()
-            .flat_map(|i| &i.entries)
-            .filter_map(|e| match self.graph.node(*e) {
-                Node::Symbol(s) => Some(s),
-                _ => None,
-            })
-            .collect();
-        outline.rebuilt(&self.graph, &|s| zero.contains(&s).then_some(0.0))
+        self.at_input(name, input, &[])
+    }
+
+    /// The function at these values of an input, which is removed; missing values are zero.
+    pub fn at_input(&self, name: &str, input: &str, values: &[f64]) -> Function {
+        let Function { inputs, outputs, .. } = self.outline();
+        let (gone, inputs): (Vec<Input>, Vec<Input>) = inputs.into_iter().partition(|i| i.name == input);
+        let outline = Function { name: name.to_string(), inputs, outputs, graph: Graph::new() };
+        let symbol = |e: &Expr| if let Node::Symbol(s) = self.graph.node(*e) { Some(s) } else { None };
+        let values = values.iter().copied().chain(std::iter::repeat(0.0));
+        let values: BTreeMap<_, _> = gone.iter().flat_map(|i| &i.entries).filter_map(symbol).zip(values).collect();
+        outline.rebuilt(&self.graph, &|s| values.get(&s).copied())
     }
 
     /// These columns of one output, in this order, as a function of that output alone. Every input

@@ -42,6 +42,12 @@ impl RowBlock {
         &mut self.numbers[g * self.stride..(g + 1) * self.stride]
     }
 
+    /// The entries of the eight rows from `row` on, a multiple of eight.
+    #[inline]
+    pub fn rows_from(&self, row: usize) -> &[Eight] {
+        &self.numbers[row / 8 * self.stride..][..self.stride]
+    }
+
     /// The groups that hold rows, one after the other.
     #[inline]
     pub fn numbers(&mut self) -> &mut [Eight] {

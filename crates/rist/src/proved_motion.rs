@@ -64,7 +64,7 @@ pub(crate) fn proved(
         share *= BELOW_MISSING * left_of_limit(&request.motion(shape, from.clone()), obligations);
         let lower = TorqueWall { share: share * wall.share, ..wall.clone() };
         let lower = Problem { torque: Some(&lower), ..problem.clone() };
-        let Some(again) = searched_on(&lower, request.iterations, &from) else { break };
+        let Some(again) = searched_on(&lower, request.iterations, request.search().threads, &from) else { break };
         from.clone_from(&again.joints);
         let fit = fit(again.joints);
         let rank = |fit: &ProvedMotion| (is_proven(&fit.certificate), fit.kept_share);

@@ -12,7 +12,7 @@
 
 use numerics::information_matrix::{add_products as add_row_products, log_det_and_inverse};
 use numerics::reflection::{add_products, combine};
-use numerics::row_block::RowBlock;
+use numerics::row_block::{BLOCK_ROWS, RowBlock};
 use serde::{Deserialize, Serialize};
 
 use crate::excitation::in_parallel::in_parallel;
@@ -67,19 +67,14 @@ impl JointRows {
         products
     }
 
-    /// Calls `take` with the number of each row, the place of each entry in it, and the slope along the entry.
-    pub fn each_slope(&mut self, mut take: impl FnMut(usize, usize, f64)) {
+    /// Of each entry the slopes along it in the rows from number `first` on, a multiple of eight: of at most eight rows. `None`
+    /// behind the last row.
+    pub fn slopes(&self, first: usize) -> Option<impl Iterator<Item = &[f64]>> {
         let m = self.columns.len();
-        let mut first = 0;
-        for block in &mut self.blocks {
-            for g in 0..block.groups() {
-                let lanes = (block.rows - 8 * g).min(8);
-                for (place, eight) in block.group(g)[m..2 * m].iter().enumerate() {
-                    eight.0[..lanes].iter().enumerate().for_each(|(l, x)| take(first + 8 * g + l, place, *x));
-                }
-            }
-            first += block.rows;
-        }
+        let block = self.blocks.get(first / BLOCK_ROWS)?;
+        let row = first % BLOCK_ROWS;
+        let count = block.rows.checked_sub(row).filter(|rows| *rows > 0)?.min(8);
+        Some(block.rows_from(row)[m..2 * m].iter().map(move |eight| &eight.0[..count]))
     }
 }
 
@@ -201,9 +196,14 @@ mod tests {
         for aim in [Aim::Determinant, Aim::Condition] {
             let at = |w: &[f64]| criterion(aim, rows(w), &others, p, samples, 2).unwrap();
             let mut slopes = vec![0.0; w.len()];
-            for (i, mut joint) in at(&w).slope().into_iter().enumerate() {
-                let first = joint.columns()[0];
-                joint.each_slope(|r, place, slope| slopes[(2 * r + i) * p + first + place] = slope);
+            for (i, joint) in at(&w).slope().into_iter().enumerate() {
+                let column = joint.columns()[0];
+                for (place, of_rows) in joint.slopes(0).unwrap().enumerate() {
+                    for (r, slope) in of_rows.iter().enumerate() {
+                        slopes[(2 * r + i) * p + column + place] = *slope;
+                    }
+                }
+                assert!(joint.slopes(8).is_none());
             }
             for k in (0..w.len()).filter(|k| k % p > 0 || k / p % 2 == 0) {
                 let h = 1e-6 * scales[k % p];

@@ -29,6 +29,7 @@ pub mod polynomial_course;
 pub mod problem;
 pub mod proof;
 pub mod quintic_spline;
+mod rows;
 pub mod sampled_drives;
 pub mod search;
 pub mod space_limits;

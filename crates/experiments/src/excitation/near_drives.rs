@@ -31,12 +31,12 @@ pub(crate) struct NearDrives {
 
 impl NearDrives {
     /// Those of the greatest share of their bounds, at most as many as the criterion has instants.
-    pub(crate) fn new(prepared: &Prepared, height: f64, states: &[f64], y: &[f64]) -> NearDrives {
+    pub(crate) fn new(prepared: &Prepared, height: f64, states: &[f64], rigid: &[f64]) -> NearDrives {
         let problem = prepared.problem;
         // At low walls only the nearest bend them: where (room / bound)^2 is at most the weight over a small curvature.
         let weight = height / problem.samples.max(1) as f64;
         let least_share = (1.0 - (weight / NEGLIGIBLE_CURVATURE).sqrt()).max(NEAR_SHARE);
-        let near = |wall: &TorqueWall| wall.near(problem.limits, states, y, prepared.reliefs(), least_share);
+        let near = |wall: &TorqueWall| wall.near(problem.limits, states, rigid, prepared.reliefs(), least_share);
         let mut held = problem.torque.map_or(vec![], near);
         // Those with raised bounds first, whose walls are the steepest; equal ones in the order of the instants.
         let rank = |held: &HeldDrive| (held.relief > 1.0, held.share());

@@ -3,18 +3,18 @@
 //! The state at an instant is linear in the coefficients x, scaled joint after joint. Rows are over the noise of their joint;
 //! locked joints have none.
 
-use linear_model::differentiable::DifferentiableRegressor;
+use std::sync::Arc;
+
+use linear_model::differentiable::{DifferentiableRegressor, DifferentiableTorques};
 use linear_model::friction::terms::{FrictionTerm, columns_before, columns_of};
 
 use crate::excitation::barrier::Barrier;
-use crate::excitation::columns::{SIGN_TURN_SHARE, friction_columns};
 use crate::excitation::criterion::{Aim, Criterion, JointRows, criterion};
 use crate::excitation::gap_proof::Surroundings;
-use crate::excitation::in_parallel::in_parallel;
 use crate::excitation::limits::{CoordinateLimits, LimitKind};
 use crate::excitation::motion::Shape;
 use crate::excitation::space_wall::{Seen, SpaceWall};
-use crate::excitation::torque_wall::{HeldDrive, TorqueWall};
+use crate::excitation::torque_wall::TorqueWall;
 
 /// What is asked of a motion.
 #[derive(Clone)]
@@ -47,9 +47,6 @@ pub struct Problem<'a> {
 /// Instants in a blend at which torques are looked at.
 pub(super) const TORQUE_INSTANTS_PER_BLEND: usize = 16;
 
-/// States whose functions are computed side by side.
-const STATES_PER_GROUP: usize = 32;
-
 /// A problem with what every evaluation needs.
 #[derive(Clone)]
 pub struct Prepared<'a> {
@@ -64,11 +61,13 @@ pub struct Prepared<'a> {
     /// What the bounds of torques and powers are times, one per instant.
     reliefs: Vec<f64>,
     /// By moving coordinate: the base columns that count and are not zero in its rows, as (place in Y, place in W).
-    base: Vec<Vec<(usize, usize)>>,
+    pub(super) base: Vec<Vec<(usize, usize)>>,
     /// By coordinate: its friction columns that count, as (place among its own, place in W).
-    own: Vec<Vec<(usize, usize)>>,
+    pub(super) own: Vec<Vec<(usize, usize)>>,
+    /// The torques of the wall, where there is one.
+    pub(super) torques: Option<Arc<dyn DifferentiableTorques + 'a>>,
     /// Threads of an evaluation; its result does not depend on them.
-    threads: usize,
+    pub(super) threads: usize,
     /// Columns of W.
     p: usize,
     /// The wall of the distances between bodies.
@@ -116,6 +115,7 @@ impl<'a> Prepared<'a> {
             instants,
             base: base_of_rows,
             own,
+            torques: problem.torque.map(|wall| Arc::from(problem.regressor.torques(&wall.parameters))),
             threads: 1,
             p,
             prior: known_rows(problem),
@@ -142,6 +142,11 @@ impl<'a> Prepared<'a> {
     /// Columns that count.
     pub fn p(&self) -> usize {
         self.p
+    }
+
+    /// Unit of each scaled coefficient, joint after joint.
+    pub(super) fn scale(&self) -> &[f64] {
+        &self.scale
     }
 
     /// Coefficients of all coordinates that move.
@@ -172,27 +177,6 @@ impl<'a> Prepared<'a> {
         }
     }
 
-    /// The slopes of torques and powers along the coefficients, one after the other.
-    pub(super) fn drive_slopes(&self, states: &[f64], held: &[HeldDrive]) -> Vec<f64> {
-        let Some(wall) = self.problem.torque.filter(|_| !held.is_empty()) else { return vec![] };
-        let (n, b) = (self.problem.limits.len(), self.problem.regressor.parameters().len());
-        let mut at = Vec::with_capacity(held.len() * 3 * n);
-        let mut weights = vec![0.0; held.len() * n * b];
-        for (held, weights) in held.iter().zip(weights.chunks_exact_mut(n * b)) {
-            at.extend(&states[held.instant * 3 * n..][..3 * n]);
-            let row = weights[held.coordinate * b..][..b].iter_mut().zip(&wall.parameters);
-            row.for_each(|(w, x)| *w = held.along[0] * x);
-        }
-        let mut along = self.pulled_back(&at, &weights);
-        let mut slopes = vec![0.0; held.len() * self.size()];
-        let rows = slopes.chunks_exact_mut(self.size()).zip(along.chunks_exact_mut(3 * n));
-        for (held, (slopes, along)) in held.iter().zip(rows) {
-            along[n + held.coordinate] += held.along[1];
-            self.add_slopes(&self.instants[held.instant], along, slopes);
-        }
-        slopes
-    }
-
     fn m(&self) -> usize {
         self.problem.shape.size()
     }
@@ -212,29 +196,6 @@ impl<'a> Prepared<'a> {
     pub fn scaled(&self, joints: &[Vec<f64>]) -> Vec<f64> {
         let all = self.moving.iter().flat_map(|&k| &joints[k]);
         all.zip(&self.scale).map(|(x, s)| x / s).collect()
-    }
-
-    /// q, dq, ddq at the instants, one after the other.
-    pub(super) fn states(&self, x: &[f64]) -> Vec<f64> {
-        self.states_at(&self.instants, x)
-    }
-
-    /// q, dq, ddq at these instants, one after the other.
-    pub(super) fn states_at(&self, instants: &[[Vec<f64>; 3]], x: &[f64]) -> Vec<f64> {
-        let (n, m) = (self.problem.limits.len(), self.m());
-        let mut states = vec![0.0; instants.len() * 3 * n];
-        for (rows, state) in instants.iter().zip(states.chunks_exact_mut(3 * n)) {
-            for (k, limits) in self.problem.limits.iter().enumerate() {
-                state[k] = limits.locked.unwrap_or(0.0);
-            }
-            for (j, &k) in self.moving.iter().enumerate() {
-                for (d, row) in rows.iter().enumerate() {
-                    let terms = row.iter().zip(&x[j * m..]).zip(&self.scale[j * m..]);
-                    state[d * n + k] = terms.map(|((b, x), s)| b * x * s).sum();
-                }
-            }
-        }
-        states
     }
 
     /// The positions of all coordinates of the motion x, by a row of the basis.
@@ -272,100 +233,16 @@ impl<'a> Prepared<'a> {
         place.for_each(|((g, b), s)| *g += slope * b * s);
     }
 
-    /// The regressor at these states, one after the other.
-    pub(super) fn filled(&self, states: &[f64]) -> Vec<f64> {
-        let n = self.problem.limits.len();
-        let size = n * self.problem.regressor.parameters().len();
-        let mut y = vec![0.0; states.len() / (3 * n).max(1) * size];
-        let count = self.states_of_a_thread(states);
-        let parts = states.chunks(count * 3 * n).zip(y.chunks_mut((count * size).max(1)));
-        in_parallel(parts.collect(), self.threads, |(states, y)| self.problem.regressor.fill_many(states, y));
-        y
-    }
-
-    /// From slopes along the entries of the regressor at these states to those along the states.
-    pub(super) fn pulled_back(&self, states: &[f64], weights: &[f64]) -> Vec<f64> {
-        let n = self.problem.limits.len();
-        let size = n * self.problem.regressor.parameters().len();
-        let mut through = vec![0.0; states.len()];
-        let count = self.states_of_a_thread(states);
-        let parts = states.chunks(count * 3 * n).zip(weights.chunks((count * size).max(1)));
-        let parts = parts.zip(through.chunks_mut(count * 3 * n)).collect();
-        in_parallel(parts, self.threads, |((states, weights), through): ((&[f64], &[f64]), &mut [f64])| {
-            self.problem.regressor.pull_back(states, weights, through);
-        });
-        through
-    }
-
-    /// Whole groups of those that are computed side by side.
-    fn states_of_a_thread(&self, states: &[f64]) -> usize {
-        let count = states.len() / (3 * self.problem.limits.len()).max(1);
-        count.div_ceil(self.threads.max(1)).next_multiple_of(STATES_PER_GROUP)
-    }
-
     /// The greatest torque or power of the motion x over its bound, with its coordinate and limit, where there are bounds.
     pub fn greatest_torque(&self, x: &[f64]) -> Option<(f64, usize, LimitKind)> {
         let wall = self.problem.torque?;
-        let states = self.states(x);
-        wall.greatest(self.problem.limits, &states, &self.filled(&states))
-    }
-
-    /// The rows of W of each moving coordinate at the instants of a period, and the slopes of the friction columns in the order
-    /// of the instants, coordinate by coordinate.
-    pub(super) fn rows(&self, states: &[f64], y: &[f64]) -> (Vec<JointRows>, Vec<Vec<[f64; 3]>>) {
-        let problem = self.problem;
-        let (n, b) = (problem.limits.len(), problem.regressor.parameters().len());
-        let columns = |(base, &i): (&Vec<(usize, usize)>, &usize)| {
-            JointRows::new(base.iter().chain(&self.own[i]).map(|(_, at)| *at).collect())
-        };
-        let mut rows: Vec<JointRows> = self.base.iter().zip(&self.moving).map(columns).collect();
-        let mut slopes = Vec::with_capacity(problem.samples * self.moving.len());
-        for (state, y) in states.chunks_exact(3 * n).zip(y.chunks_exact(n * b)).take(problem.samples) {
-            for ((rows, base), &i) in rows.iter_mut().zip(&self.base).zip(&self.moving) {
-                let mut friction = vec![[0.0; 3]; columns_of(problem.friction, i)];
-                let turn = SIGN_TURN_SHARE * problem.limits[i].velocity;
-                friction_columns(problem.friction, i, state[n + i], state[2 * n + i], turn, &mut friction);
-                let noise = problem.noise[i];
-                let of_friction = self.own[i].iter().map(|&(t, _)| friction[t][0] / noise);
-                rows.push(base.iter().map(|&(c, _)| y[i * b + c] / noise).chain(of_friction));
-                slopes.push(friction);
-            }
-        }
-        (rows, slopes)
+        let (states, rigid) = self.states_and_torques(x);
+        wall.greatest(self.problem.limits, &states, &rigid)
     }
 
     /// J of the rows of motions, together with what is known; `None` where they have not full rank.
     pub(super) fn criterion_of_rows(&self, rows: Vec<JointRows>) -> Option<Criterion> {
         criterion(self.problem.aim, rows, &self.prior, self.p, self.problem.samples, self.threads)
-    }
-
-    /// Adds the slopes of the rows to those along the entries of Y, and to those along the states beside them.
-    pub(super) fn add_row_slopes(
-        &self,
-        mut rows: Vec<JointRows>,
-        friction: &[Vec<[f64; 3]>],
-        weights: &mut [f64],
-        along: &mut [f64],
-    ) {
-        let (n, b, moving) = (self.problem.limits.len(), self.problem.regressor.parameters().len(), self.moving.len());
-        for (j, (rows, &i)) in rows.iter_mut().zip(&self.moving).enumerate() {
-            let (base, own, noise) = (&self.base[j], &self.own[i], self.problem.noise[i]);
-            rows.each_slope(|r, place, slope| match base.get(place) {
-                Some((c, _)) => weights[(r * n + i) * b + c] += slope / noise,
-                None => {
-                    let [_, along_dq, along_ddq] = friction[r * moving + j][own[place - base.len()].0];
-                    along[r * 3 * n + n + i] += slope / noise * along_dq;
-                    along[r * 3 * n + 2 * n + i] += slope / noise * along_ddq;
-                }
-            });
-        }
-    }
-
-    /// J of a motion; `None` where its rows have not full rank.
-    pub fn criterion(&self, x: &[f64]) -> Option<f64> {
-        let states = self.states(x);
-        let (rows, _) = self.rows(&states, &self.filled(&states));
-        Some(self.criterion_of_rows(rows)?.value)
     }
 }
 

@@ -75,9 +75,6 @@ const ITERATIONS_BEYOND: usize = 10;
 const MUCH_RELIEF: f64 = 1.01;
 /// Looks at high walls that are there for torques to come back within their bounds.
 const MAX_RETURNING_LOOKS: usize = 12;
-/// With more joints that move, a start takes half of its iterations at the heights above those of the last ones: an iteration
-/// costs much, and what is left at one height is won at the next.
-const FEW_JOINTS: usize = 8;
 /// The height at which starts are compared.
 const SIFTED_HEIGHT: f64 = 2e-3;
 /// A start whose J is behind the best at that height by this much, 3 % of det^(1/p), goes no further: what is left of the
@@ -162,10 +159,10 @@ pub fn search(
     if found.is_empty() { Err(failed) } else { Ok(found) }
 }
 
-/// What a search from this motion finds within the walls of the problem; `None` where even a small motion about the same
-/// centre is beyond one.
-pub fn searched_on(problem: &Problem, iterations: usize, joints: &[Vec<f64>]) -> Option<Found> {
-    let prepared = Prepared::new(problem);
+/// What a search from this motion, by so many threads, finds within the walls of the problem; `None` where even a small motion
+/// about the same centre is beyond one.
+pub fn searched_on(problem: &Problem, iterations: usize, threads: usize, joints: &[Vec<f64>]) -> Option<Found> {
+    let prepared = Prepared::new(problem).with_threads(threads);
     let (m, seen) = (problem.shape.size(), Seen::default());
     let mut x = prepared.scaled(joints);
     let is_inside = |x: &[f64]| {
@@ -256,8 +253,7 @@ impl Searched<'_> {
         let mut x = from;
         for (prepared, height) in heights {
             let least = if height == LAST_WALL_HEIGHT { SMALLEST_DESCENT_GAIN.0 } else { SMALLEST_DESCENT_GAIN.1 };
-            let is_hasty = height > SIFTED_HEIGHT && prepared.moving().len() > FEW_JOINTS;
-            let mut left = if is_hasty { self.iterations.div_ceil(2) } else { self.iterations };
+            let mut left = self.iterations;
             let mut returning = MAX_RETURNING_LOOKS;
             while left > 0 {
                 let watching = watched.renewed(prepared, &x);
@@ -421,8 +417,9 @@ pub(crate) mod tests {
     use crate::excitation::quintic_spline::QuinticSpline;
     use crate::excitation::torque_wall::TorqueWall;
     use crate::pendulum::Pendulum;
-    use linear_model::differentiable::DifferentiableRegressor;
+    use linear_model::differentiable::{DifferentiableRegressor, DifferentiableTorques};
     use linear_model::friction::terms::FrictionTerm;
+    use linear_model::regressor::Regressor;
 
     impl DifferentiableRegressor for Pendulum {
         fn pull_back(&self, states: &[f64], weights: &[f64], gradient: &mut [f64]) {
@@ -430,6 +427,26 @@ pub(crate) mod tests {
                 let (sine, cosine) = s[0].sin_cos();
                 g.copy_from_slice(&[-9.81 * (w[1] * sine + w[2] * cosine), 0.0, w[0]]);
             }
+        }
+
+        fn torques(&self, parameters: &[f64]) -> Box<dyn DifferentiableTorques + '_> {
+            Box::new(PendulumTorque(Pendulum::new(), parameters.to_vec()))
+        }
+    }
+
+    struct PendulumTorque(Pendulum, Vec<f64>);
+
+    impl DifferentiableTorques for PendulumTorque {
+        fn fill_many(&self, states: &[f64], torques: &mut [f64]) {
+            let mut y = vec![0.0; states.len()];
+            self.0.fill_many(states, &mut y);
+            let product = |y: &[f64]| y.iter().zip(&self.1).map(|(y, x)| y * x).sum::<f64>();
+            torques.iter_mut().zip(y.chunks_exact(3)).for_each(|(tau, y)| *tau = product(y));
+        }
+
+        fn pull_back(&self, states: &[f64], weights: &[f64], gradient: &mut [f64]) {
+            let weights: Vec<f64> = weights.iter().flat_map(|w| self.1.iter().map(move |x| w * x)).collect();
+            self.0.pull_back(states, &weights, gradient);
         }
     }
 

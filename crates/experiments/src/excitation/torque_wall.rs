@@ -38,11 +38,10 @@ struct Held {
 }
 
 impl TorqueWall {
-    /// The bounded quantities of coordinate k at velocity `dq`; `y`: its row of the regressor.
-    fn held(&self, k: usize, limits: &CoordinateLimits, dq: f64, y: &[f64]) -> impl Iterator<Item = Held> {
+    /// The bounded quantities of coordinate k at velocity `dq`; `rigid`: Y X.
+    fn held(&self, k: usize, limits: &CoordinateLimits, dq: f64, rigid: f64) -> impl Iterator<Item = Held> {
         let f = self.friction[k];
         let dry = f.coulomb.abs();
-        let rigid: f64 = y.iter().zip(&self.parameters).map(|(y, x)| y * x).sum();
         let tau = rigid + f.viscous * dq + f.offset;
         let effort = limits.effort.map(|effort| Held {
             limit: LimitKind::Effort,
@@ -61,13 +60,18 @@ impl TorqueWall {
 
     /// The greatest quantity over its bound, with its coordinate and limit; `None` where nothing is bounded.
     ///
-    /// `states`: q, dq, ddq after each other, instant after instant. `y`: the regressor, instant after instant.
-    pub fn greatest(&self, limits: &[CoordinateLimits], states: &[f64], y: &[f64]) -> Option<(f64, usize, LimitKind)> {
-        let (n, b) = (limits.len(), self.parameters.len());
+    /// `states`: q, dq, ddq after each other, instant after instant. `rigid`: Y X of each coordinate, instant after instant.
+    pub fn greatest(
+        &self,
+        limits: &[CoordinateLimits],
+        states: &[f64],
+        rigid: &[f64],
+    ) -> Option<(f64, usize, LimitKind)> {
+        let n = limits.len();
         let mut greatest: Option<(f64, usize, LimitKind)> = None;
-        for (state, y) in states.chunks_exact(3 * n).zip(y.chunks_exact(n * b)) {
+        for (state, rigid) in states.chunks_exact(3 * n).zip(rigid.chunks_exact(n)) {
             for k in 0..n {
-                for held in self.held(k, &limits[k], state[n + k], &y[k * b..][..b]) {
+                for held in self.held(k, &limits[k], state[n + k], rigid[k]) {
                     let share = if held.bound > 0.0 { held.value.abs() / held.bound } else { f64::INFINITY };
                     if greatest.is_none_or(|g| share > g.0) {
                         greatest = Some((share, k, held.limit));
@@ -84,16 +88,16 @@ impl TorqueWall {
         &self,
         limits: &[CoordinateLimits],
         weight: impl Fn(f64) -> f64,
-        (states, y): (&[f64], &[f64]),
+        (states, rigid): (&[f64], &[f64]),
         reliefs: &[f64],
     ) -> Option<(f64, Vec<[f64; 2]>)> {
-        let (n, b) = (limits.len(), self.parameters.len());
+        let n = limits.len();
         let mut value = 0.0;
         let mut slopes = Vec::with_capacity(states.len() / 3);
-        for ((state, y), relief) in states.chunks_exact(3 * n).zip(y.chunks_exact(n * b)).zip(reliefs) {
+        for ((state, rigid), relief) in states.chunks_exact(3 * n).zip(rigid.chunks_exact(n)).zip(reliefs) {
             for k in 0..n {
                 let mut along = [0.0; 2];
-                for held in self.held(k, &limits[k], state[n + k], &y[k * b..][..b]) {
+                for held in self.held(k, &limits[k], state[n + k], rigid[k]) {
                     let held = Held { bound: relief * held.bound, ..held };
                     let weight = weight(*relief);
                     let (above, below) = (held.bound - held.value, held.bound + held.value);
@@ -117,17 +121,16 @@ impl TorqueWall {
         &self,
         limits: &[CoordinateLimits],
         states: &[f64],
-        y: &[f64],
+        rigid: &[f64],
         reliefs: &[f64],
         least_share: f64,
     ) -> Vec<HeldDrive> {
-        let (n, b) = (limits.len(), self.parameters.len());
+        let n = limits.len();
         let mut near = vec![];
-        let instants = states.chunks_exact(3 * n).zip(y.chunks_exact(n * b)).zip(reliefs);
-        for (instant, ((state, y), relief)) in instants.enumerate() {
+        let instants = states.chunks_exact(3 * n).zip(rigid.chunks_exact(n)).zip(reliefs);
+        for (instant, ((state, rigid), relief)) in instants.enumerate() {
             for coordinate in 0..n {
-                for held in self.held(coordinate, &limits[coordinate], state[n + coordinate], &y[coordinate * b..][..b])
-                {
+                for held in self.held(coordinate, &limits[coordinate], state[n + coordinate], rigid[coordinate]) {
                     let Held { limit, value, bound, along: [along_tau, along_dq] } = held;
                     let along = [along_tau, along_tau * self.friction[coordinate].viscous + along_dq];
                     let drive =

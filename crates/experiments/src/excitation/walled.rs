@@ -15,6 +15,7 @@ use crate::excitation::barrier::Curvature;
 use crate::excitation::descent::Objective;
 use crate::excitation::near_drives::NearDrives;
 use crate::excitation::problem::Prepared;
+use crate::excitation::rows::Rows;
 use crate::excitation::space_wall::Seen;
 
 /// Curvature of the criterion along a scaled coefficient, roughly: what the barrier does not know.
@@ -43,7 +44,8 @@ pub struct Walled<'a> {
 struct Last {
     x: Vec<f64>,
     states: Vec<f64>,
-    y: Vec<f64>,
+    /// Y X of each coordinate.
+    rigid: Vec<f64>,
     /// Torques and powers near their bounds, once they were asked for.
     near: Option<NearDrives>,
 }
@@ -59,12 +61,11 @@ impl<'a> Walled<'a> {
         self.prepared.problem.torque?;
         let mut last = self.last.borrow_mut();
         if last.as_ref().is_none_or(|last| last.x != x) {
-            let states = self.prepared.states(x);
-            let y = self.prepared.filled(&states);
-            *last = Some(Last { x: x.to_vec(), states, y, near: None });
+            let (states, rigid) = self.prepared.states_and_torques(x);
+            *last = Some(Last { x: x.to_vec(), states, rigid, near: None });
         }
-        let Last { states, y, near, .. } = last.as_mut()?;
-        let near = near.get_or_insert_with(|| NearDrives::new(self.prepared, self.height, states, y));
+        let Last { states, rigid, near, .. } = last.as_mut()?;
+        let near = near.get_or_insert_with(|| NearDrives::new(self.prepared, self.height, states, rigid));
         (!near.is_empty()).then(|| of(near))
     }
 
@@ -82,54 +83,43 @@ impl<'a> Walled<'a> {
         let (prepared, problem, height) = (self.prepared, self.prepared.problem, self.height);
         let mut gradient = vec![0.0; x.len()];
         let mut value = height * prepared.barrier().value(x, height, &mut gradient)?;
-        let (n, b, moving) = (problem.limits.len(), problem.regressor.parameters().len(), prepared.moving());
+        let (n, moving) = (problem.limits.len(), prepared.moving());
         if let Some(space) = &prepared.space {
             value += space.value(self.seen, &|row| prepared.positions(x, row), height, &mut |row, slope| {
                 moving.iter().enumerate().for_each(|(j, &k)| prepared.add_slope(j, row, slope[k], &mut gradient));
             })?;
         }
-        let states = prepared.states(x);
-        let y = prepared.filled(&states);
-        if y.iter().any(|y| !y.is_finite()) {
-            return None;
-        }
+        let (states, rigid) = prepared.states_and_torques(x);
         let of_torque = match problem.torque {
             Some(wall) => {
-                let (of_torque, slopes) =
-                    wall.value(problem.limits, |relief| self.torque_weight(relief), (&states, &y), prepared.reliefs())?;
+                let weight = |relief| self.torque_weight(relief);
+                let (of_torque, slopes) = wall.value(problem.limits, weight, (&states, &rigid), prepared.reliefs())?;
                 value += of_torque;
-                Some((wall, slopes))
+                slopes
             }
-            None => None,
+            None => vec![],
         };
 
         // The criterion.
-        let (rows, friction) = prepared.rows(&states, &y);
-        let found = prepared.criterion_of_rows(rows)?;
+        let Rows { of_joints, friction } = prepared.rows(&states, &prepared.filled(&states)?);
+        let found = prepared.criterion_of_rows(of_joints)?;
         value += found.value;
         if !(value.is_finite() && value <= at_most) {
             return None;
         }
 
-        // Slopes along the entries of Y, and along the states beside those.
-        let mut weights = vec![0.0; y.len()];
-        let mut along = vec![0.0; states.len()];
-        if let Some((wall, slopes)) = &of_torque {
-            for (at, [along_tau, along_dq]) in slopes.iter().enumerate() {
-                let place = weights[at * b..][..b].iter_mut().zip(&wall.parameters);
-                place.for_each(|(w, x)| *w = along_tau * x);
-                along[at / n * 3 * n + n + at % n] = *along_dq;
-            }
+        // From the torques and from the rows to the states, and from those to the coefficients.
+        let along_torques: Vec<f64> = of_torque.iter().map(|[along_tau, _]| *along_tau).collect();
+        let mut through = prepared.torques_pulled_back(&states, &along_torques);
+        for (at, [_, along_dq]) in of_torque.iter().enumerate() {
+            through[at / n * 3 * n + n + at % n] += along_dq;
         }
-        prepared.add_row_slopes(found.slope(), &friction, &mut weights, &mut along);
-
-        // From the entries of Y to the states, and from those to the coefficients.
-        let mut through = prepared.pulled_back(&states, &weights);
-        through.iter_mut().zip(&along).for_each(|(x, along)| *x += along);
+        let of_rows = prepared.rows_pulled_back(&states, &Rows { of_joints: found.slope(), friction });
+        through.iter_mut().zip(&of_rows).for_each(|(x, of_rows)| *x += of_rows);
         for (rows, of_state) in prepared.instants.iter().zip(through.chunks_exact(3 * n)) {
             prepared.add_slopes(rows, of_state, &mut gradient);
         }
-        *self.last.borrow_mut() = Some(Last { x: x.to_vec(), states, y, near: None });
+        *self.last.borrow_mut() = Some(Last { x: x.to_vec(), states, rigid, near: None });
         Some((value, gradient))
     }
 

@@ -50,8 +50,8 @@ impl Watched {
             let mut near = vec![vec![]; instants.len()];
             for (first, part) in rows.chunks(prepared.problem.samples.max(1)).enumerate() {
                 let states = prepared.states_at(part, x);
-                let held =
-                    wall.near(limits, &states, &prepared.filled(&states), &vec![1.0; part.len()], LOOKED_AT_SHARE);
+                let rigid = prepared.rigid_torques(&states);
+                let held = wall.near(limits, &states, &rigid, &vec![1.0; part.len()], LOOKED_AT_SHARE);
                 for held in held {
                     near[first * prepared.problem.samples + held.instant]
                         .push((2 * held.coordinate + usize::from(held.is_power()), held.share()));
@@ -138,7 +138,7 @@ mod tests {
             let prepared = Prepared::new(&problem);
             let finest = (0..FINER * problem.samples).map(|at| prepared.finer_instant(at, FINER)).collect::<Vec<_>>();
             let states = prepared.states_at(&finest, &x);
-            let truth = wall.greatest(limits, &states, &prepared.filled(&states)).unwrap().0;
+            let truth = wall.greatest(limits, &states, &prepared.rigid_torques(&states)).unwrap().0;
             let mut watched = Watched::default();
             let renewed = watched.renewed(&prepared, &x).map(|p| p.greatest_torque(&x).unwrap().0);
             (prepared.greatest_torque(&x).unwrap().0, truth, renewed, watched)

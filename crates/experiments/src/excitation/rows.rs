@@ -1,0 +1,225 @@
+//! The regressor, the torques and the rows of W at the instants of a motion, and the way back from their slopes to the states.
+//!
+//! What belongs to some states goes from one step to the next while it is in the cache: the whole regressor of a chain of
+//! thirty joints at all instants takes more memory than any cache has.
+
+use crate::excitation::columns::{SIGN_TURN_SHARE, friction_columns};
+use crate::excitation::criterion::JointRows;
+use crate::excitation::in_parallel::in_parallel;
+use crate::excitation::problem::Prepared;
+use crate::excitation::torque_wall::HeldDrive;
+use linear_model::friction::terms::columns_of;
+
+/// States whose functions are computed side by side, and whose slopes are.
+const STATES_PER_GROUP: usize = 8;
+
+/// The rows of W at the instants of a period.
+pub(super) struct Rows {
+    /// By moving coordinate.
+    pub(super) of_joints: Vec<JointRows>,
+    /// By moving coordinate: the columns of its friction and their slopes, instant after instant.
+    pub(super) friction: Vec<Vec<[f64; 3]>>,
+}
+
+impl Prepared<'_> {
+    /// Entries of the regressor of one state.
+    fn entries(&self) -> usize {
+        self.problem.limits.len() * self.problem.regressor.parameters().len()
+    }
+
+    /// q, dq, ddq of the motion x at these instants, one after the other.
+    pub(super) fn states_at(&self, instants: &[[Vec<f64>; 3]], x: &[f64]) -> Vec<f64> {
+        let mut states = vec![0.0; instants.len() * self.state_width()];
+        self.fill_states(instants, &self.by_coefficient(x), &mut states);
+        states
+    }
+
+    /// Coefficient by coefficient those of all moving coordinates, of which the processor takes several at once.
+    fn by_coefficient(&self, x: &[f64]) -> Vec<f64> {
+        let (m, moving) = (self.problem.shape.size(), self.moving().len());
+        let scaled: Vec<f64> = x.iter().zip(self.scale()).map(|(x, scale)| x * scale).collect();
+        (0..m * moving).map(|at| scaled[at % moving * m + at / moving]).collect()
+    }
+
+    fn fill_states(&self, instants: &[[Vec<f64>; 3]], coefficients: &[f64], states: &mut [f64]) {
+        let (n, moving) = (self.problem.limits.len(), self.moving());
+        let mut of_moving = vec![0.0; moving.len()];
+        for (rows, state) in instants.iter().zip(states.chunks_exact_mut(3 * n)) {
+            for (k, limits) in self.problem.limits.iter().enumerate() {
+                state[k] = limits.locked.unwrap_or(0.0);
+            }
+            for (d, row) in rows.iter().enumerate() {
+                of_moving.fill(0.0);
+                for (b, coefficients) in row.iter().zip(coefficients.chunks_exact(moving.len())) {
+                    of_moving.iter_mut().zip(coefficients).for_each(|(sum, x)| *sum += b * x);
+                }
+                moving.iter().zip(&of_moving).for_each(|(k, x)| state[d * n + k] = *x);
+            }
+        }
+    }
+
+    /// The states of the motion x at its instants, and the torques of each coordinate; zeros without a wall of torques.
+    pub(super) fn states_and_torques(&self, x: &[f64]) -> (Vec<f64>, Vec<f64>) {
+        let (width, n) = (self.state_width(), self.problem.limits.len());
+        let coefficients = self.by_coefficient(x);
+        let mut states = vec![0.0; self.instants.len() * width];
+        let mut rigid = vec![0.0; self.instants.len() * n];
+        let count = self.states_of_a_thread(&states);
+        let parts = self.instants.chunks(count).zip(states.chunks_mut(count * width)).zip(rigid.chunks_mut(count * n));
+        in_parallel(parts.collect(), self.threads, |((instants, states), rigid): ((&[_], &mut [f64]), &mut [f64])| {
+            self.fill_states(instants, &coefficients, states);
+            if let Some(torques) = &self.torques {
+                torques.fill_many(states, rigid);
+            }
+        });
+        (states, rigid)
+    }
+
+    /// The torques at these states, one after the other; zeros without a wall of torques.
+    pub(super) fn rigid_torques(&self, states: &[f64]) -> Vec<f64> {
+        let mut rigid = vec![0.0; states.len() / self.state_width() * self.problem.limits.len()];
+        if let Some(torques) = &self.torques {
+            torques.fill_many(states, &mut rigid);
+        }
+        rigid
+    }
+
+    /// From slopes along the torques of each coordinate at these states to those along the states.
+    pub(super) fn torques_pulled_back(&self, states: &[f64], weights: &[f64]) -> Vec<f64> {
+        let mut through = vec![0.0; states.len()];
+        let Some(torques) = &self.torques else { return through };
+        let (width, n) = (self.state_width(), self.problem.limits.len());
+        let count = self.states_of_a_thread(states);
+        let parts = states.chunks(count * width).zip(weights.chunks(count * n)).zip(through.chunks_mut(count * width));
+        in_parallel(parts.collect(), self.threads, |((states, weights), through): ((&[f64], &[f64]), &mut [f64])| {
+            torques.pull_back(states, weights, through);
+        });
+        through
+    }
+
+    /// The regressor at the instants of a period, one after the other; `None` where it is not finite.
+    pub(super) fn filled(&self, states: &[f64]) -> Option<Vec<f64>> {
+        let (width, entries) = (self.state_width(), self.entries());
+        let states = self.of_period(states);
+        let mut y = vec![0.0; states.len() / width * entries];
+        let count = self.states_of_a_thread(states);
+        let parts = states.chunks(count * width).zip(y.chunks_mut((count * entries).max(1)));
+        let are_finite = in_parallel(parts.collect(), self.threads, |(states, y): (&[f64], &mut [f64])| {
+            self.problem.regressor.fill_many(states, y);
+            // All of them, because a loop that may end at each takes one at a time.
+            y.iter().fold(true, |are_finite, y| are_finite & y.is_finite())
+        });
+        are_finite.into_iter().all(|is_finite| is_finite).then_some(y)
+    }
+
+    /// The rows of W of each moving coordinate at the instants of a period.
+    pub(super) fn rows(&self, states: &[f64], y: &[f64]) -> Rows {
+        let problem = self.problem;
+        let (n, b) = (problem.limits.len(), problem.regressor.parameters().len());
+        let of_joint = |(base, &i): (&Vec<(usize, usize)>, &usize)| {
+            let mut rows = JointRows::new(base.iter().chain(&self.own[i]).map(|(_, at)| *at).collect());
+            let columns = columns_of(problem.friction, i);
+            let mut friction = vec![[0.0; 3]; columns * problem.samples];
+            let turn = SIGN_TURN_SHARE * problem.limits[i].velocity;
+            for (r, (state, y)) in states.chunks_exact(3 * n).zip(y.chunks_exact(n * b)).enumerate() {
+                let friction = &mut friction[r * columns..][..columns];
+                friction_columns(problem.friction, i, state[n + i], state[2 * n + i], turn, friction);
+                let noise = problem.noise[i];
+                let of_friction = self.own[i].iter().map(|&(t, _)| friction[t][0] / noise);
+                rows.push(base.iter().map(|&(c, _)| y[i * b + c] / noise).chain(of_friction));
+            }
+            (rows, friction)
+        };
+        let joints: Vec<(&Vec<(usize, usize)>, &usize)> = self.base.iter().zip(self.moving()).collect();
+        let (of_joints, friction) = in_parallel(joints, self.threads, of_joint).into_iter().unzip();
+        Rows { of_joints, friction }
+    }
+
+    /// J of a motion; `None` where its rows have not full rank.
+    pub(crate) fn criterion(&self, x: &[f64]) -> Option<f64> {
+        let (states, _) = self.states_and_torques(x);
+        let Rows { of_joints, .. } = self.rows(&states, &self.filled(&states)?);
+        Some(self.criterion_of_rows(of_joints)?.value)
+    }
+
+    /// From slopes along the entries of the rows to those along the states of a period.
+    pub(super) fn rows_pulled_back(&self, states: &[f64], rows: &Rows) -> Vec<f64> {
+        let (width, entries) = (self.state_width(), self.entries());
+        let states = self.of_period(states);
+        let mut through = vec![0.0; states.len()];
+        let count = self.states_of_a_thread(states);
+        let parts = states.chunks(count * width).zip(through.chunks_mut(count * width)).enumerate().collect();
+        in_parallel(parts, self.threads, |(part, (states, through)): (usize, (&[f64], &mut [f64]))| {
+            let mut weights = vec![0.0; STATES_PER_GROUP * entries];
+            let groups = states.chunks(STATES_PER_GROUP * width).zip(through.chunks_mut(STATES_PER_GROUP * width));
+            for (group, (states, through)) in groups.enumerate() {
+                let first = part * count + group * STATES_PER_GROUP;
+                let weights = &mut weights[..states.len() / width * entries];
+                weights.fill(0.0);
+                self.add_row_slopes(rows, first, weights);
+                self.problem.regressor.pull_back(states, weights, through);
+                self.add_friction_slopes(rows, first, through);
+            }
+        });
+        through
+    }
+
+    /// Adds the slopes of the rows to those along the entries of Y, from the state of number `first` on.
+    fn add_row_slopes(&self, rows: &Rows, first: usize, weights: &mut [f64]) {
+        let (n, b) = (self.problem.limits.len(), self.problem.regressor.parameters().len());
+        for ((joint, &i), base) in rows.of_joints.iter().zip(self.moving()).zip(&self.base) {
+            for (&(c, _), slopes) in base.iter().zip(joint.slopes(first).into_iter().flatten()) {
+                let place = slopes.iter().enumerate();
+                place.for_each(|(r, slope)| weights[(r * n + i) * b + c] += slope / self.problem.noise[i]);
+            }
+        }
+    }
+
+    /// Adds what the columns of friction add to the slopes along these states.
+    fn add_friction_slopes(&self, rows: &Rows, first: usize, through: &mut [f64]) {
+        let n = self.problem.limits.len();
+        for (j, (joint, &i)) in rows.of_joints.iter().zip(self.moving()).enumerate() {
+            let columns = columns_of(self.problem.friction, i);
+            let of_own = joint.slopes(first).into_iter().flatten().skip(self.base[j].len());
+            for (&(t, _), slopes) in self.own[i].iter().zip(of_own) {
+                for (r, slope) in slopes.iter().enumerate() {
+                    let [_, along_dq, along_ddq] = rows.friction[j][(first + r) * columns + t];
+                    through[r * 3 * n + n + i] += slope / self.problem.noise[i] * along_dq;
+                    through[r * 3 * n + 2 * n + i] += slope / self.problem.noise[i] * along_ddq;
+                }
+            }
+        }
+    }
+
+    /// The slopes of torques and powers along the coefficients, one after the other.
+    pub(super) fn drive_slopes(&self, states: &[f64], held: &[HeldDrive]) -> Vec<f64> {
+        let (n, width) = (self.problem.limits.len(), self.state_width());
+        let at: Vec<f64> = held.iter().flat_map(|held| &states[held.instant * width..][..width]).copied().collect();
+        let mut weights = vec![0.0; held.len() * n];
+        held.iter().zip(weights.chunks_exact_mut(n)).for_each(|(held, w)| w[held.coordinate] = held.along[0]);
+        let mut through = if held.is_empty() { vec![] } else { self.torques_pulled_back(&at, &weights) };
+        let mut slopes = vec![0.0; held.len() * self.size()];
+        let rows = slopes.chunks_exact_mut(self.size()).zip(through.chunks_exact_mut(width));
+        for (held, (slopes, through)) in held.iter().zip(rows) {
+            through[n + held.coordinate] += held.along[1];
+            self.add_slopes(&self.instants[held.instant], through, slopes);
+        }
+        slopes
+    }
+
+    /// The states at the instants of a period.
+    fn of_period<'s>(&self, states: &'s [f64]) -> &'s [f64] {
+        &states[..states.len().min(self.problem.samples * self.state_width())]
+    }
+
+    /// Numbers of a state: q, dq and ddq.
+    fn state_width(&self) -> usize {
+        3 * self.problem.limits.len()
+    }
+
+    /// Whole groups of those that are computed side by side.
+    fn states_of_a_thread(&self, states: &[f64]) -> usize {
+        let count = states.len() / self.state_width().max(1);
+        count.div_ceil(self.threads.max(1)).max(1).next_multiple_of(STATES_PER_GROUP)
+    }
+}
