@@ -75,6 +75,9 @@ const ITERATIONS_BEYOND: usize = 10;
 const MUCH_RELIEF: f64 = 1.01;
 /// Looks at high walls that are there for torques to come back within their bounds.
 const MAX_RETURNING_LOOKS: usize = 12;
+/// With more joints that move, a start takes half of its iterations at the heights above those of the last ones: an iteration
+/// costs much, and what is left at one height is won at the next.
+const FEW_JOINTS: usize = 8;
 /// The height at which starts are compared.
 const SIFTED_HEIGHT: f64 = 2e-3;
 /// A start whose J is behind the best at that height by this much, 3 % of det^(1/p), goes no further: what is left of the
@@ -253,7 +256,8 @@ impl Searched<'_> {
         let mut x = from;
         for (prepared, height) in heights {
             let least = if height == LAST_WALL_HEIGHT { SMALLEST_DESCENT_GAIN.0 } else { SMALLEST_DESCENT_GAIN.1 };
-            let mut left = self.iterations;
+            let is_hasty = height > SIFTED_HEIGHT && prepared.moving().len() > FEW_JOINTS;
+            let mut left = if is_hasty { self.iterations.div_ceil(2) } else { self.iterations };
             let mut returning = MAX_RETURNING_LOOKS;
             while left > 0 {
                 let watching = watched.renewed(prepared, &x);
