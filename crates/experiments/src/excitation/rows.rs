@@ -1,5 +1,11 @@
 //! The regressor, the torques and the rows of W at the instants of a motion, and the way back from their slopes to the states.
 //!
+//! From the coefficients x to the states s = (q, dq, ddq), rad (m) and their rates, at each instant. From these to the torques
+//! tau = Y X, N m (N), at all instants, and to the rows W = [Y, friction] / noise at those of a period. And back, from slopes
+//! of L along tau and W:
+//!
+//! dL/ds = sum_i dL/dtau_i dtau_i/ds + sum_ic dL/dW_ic dW_ic/ds
+//!
 //! What belongs to some states goes from one step to the next while it is in the cache: the whole regressor of a chain of
 //! thirty joints at all instants takes more memory than any cache has.
 

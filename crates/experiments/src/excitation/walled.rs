@@ -193,6 +193,9 @@ mod tests {
             let seen = Seen::default();
             let walled = Walled::new(&prepared, 0.01, &seen);
             let (_, gradient) = walled.value(&x, f64::INFINITY).unwrap();
+            // Three threads share 50 instants as 24, 24 and 2, and not a bit of the slope depends on it.
+            let (shared, fresh) = (Prepared::new(&problem).with_threads(3), Seen::default());
+            assert_eq!(Walled::new(&shared, 0.01, &fresh).value(&x, f64::INFINITY).unwrap().1, gradient);
             for k in 0..x.len() {
                 let h = 1e-6;
                 let moved = |h: f64| {
