@@ -1,7 +1,7 @@
 //! Reads YAML: artefacts, and files that users write.
 
 use gate::suggestion::did_you_mean;
-use robot::format::{REPEATS_TOO_MUCH, budget, is_beyond_budget};
+use robot::format::read_as;
 use serde::de::DeserializeOwned;
 
 /// The value that a text stands for.
@@ -9,9 +9,7 @@ use serde::de::DeserializeOwned;
 /// Fails with the line and column of what is not expected, and the word that was meant where there is one, and where
 /// anchors repeat more than the text holds.
 pub fn read<T: DeserializeOwned>(text: &str) -> Result<T, String> {
-    let options = serde_yaml::options! { budget: budget(text) };
-    serde_yaml::from_str_with_options(text, options)
-        .map_err(|e| if is_beyond_budget(&e) { REPEATS_TOO_MUCH.to_string() } else { meant(&e.to_string()) })
+    read_as(text).map_err(|e| meant(&e))
 }
 
 /// A message on an unknown word with the known one that is nearest to it: behind the word stands which are expected.

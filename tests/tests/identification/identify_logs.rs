@@ -214,7 +214,7 @@ fn elements_between_joints_come_out() {
         ("{name: cable, along: [[1, .nan]], torques: [spring]}", "element `cable`: `along` needs pairs"),
         ("{name: cable, along: [[1, 1.0]], torques: []}", "`torques` needs one or more different words"),
         ("{name: 'a cable', along: [[1, 1.0]], torques: [spring]}", "its name needs letters"),
-        ("{name: cable, along: [[1, 1.0]], torques: [rubber]}", "expected one of inertia, viscous, coulomb"),
+        ("{name: cable, along: [[1, 1.0]], torques: [rubber]}", "expected one of `inertia`, `viscous`, `coulomb`"),
     ] {
         let run = options(element);
         assert!(run.code == Some(2) && run.err.contains(said), "{element}: {}", run.err);

@@ -14,13 +14,13 @@ pub const REPEATS_TOO_MUCH: &str = "its anchors repeat more than it holds; write
 
 /// At most as many values as the text has room for. A value that an anchor repeats counts each time, as if it were
 /// written out. A text without anchors is read however long it is.
-pub fn budget(text: &str) -> Option<Budget> {
+pub(super) fn budget(text: &str) -> Option<Budget> {
     let most = 2 * text.len() + 1000;
     serde_yaml::budget! { max_nodes: most, max_events: most, max_total_scalar_bytes: most }
 }
 
 /// Whether a text was refused since it goes beyond its bound.
-pub fn is_beyond_budget(error: &Error) -> bool {
+pub(super) fn is_beyond_budget(error: &Error) -> bool {
     match error {
         Error::Budget { .. } => true,
         Error::AliasError { error, .. } | Error::WithSnippet { error, .. } => is_beyond_budget(error),

@@ -16,15 +16,17 @@ mod par;
 mod read;
 mod reframe;
 mod shown;
+mod typed;
 mod urdf;
 mod xacro;
 mod xml;
 mod yaml;
 
 pub use crate::angle_snap::Angles;
-pub use budget::{REPEATS_TOO_MUCH, budget, is_beyond_budget};
+pub use budget::REPEATS_TOO_MUCH;
 pub use options::{Mimic, ReadOptions};
 pub use par::{read_par, write_par};
 pub use read::{parse_with, read, read_text, read_with, text_of};
+pub use typed::read_as;
 pub use urdf::{read_urdf, read_urdf_with, write_urdf};
 pub use yaml::{read_yaml, write_yaml};

@@ -249,6 +249,14 @@ impl<'de> Visitor<'de> for ContentVisitor {
         Ok(Content::Number(x as f64))
     }
 
+    fn visit_i128<E>(self, x: i128) -> Result<Content, E> {
+        Ok(Content::Number(x as f64))
+    }
+
+    fn visit_u128<E>(self, x: u128) -> Result<Content, E> {
+        Ok(Content::Number(x as f64))
+    }
+
     fn visit_f64<E>(self, x: f64) -> Result<Content, E> {
         Ok(Content::Number(x))
     }

@@ -1,0 +1,376 @@
+//! A YAML text as a value of a type, by serde.
+//!
+//! The library's own reader would be compiled anew for each type. This one walks the tree that
+//! [`node`](super::node) makes of every text, so that a type costs little code, and each error knows its line and column.
+
+use std::fmt;
+
+use serde::Deserializer;
+use serde::de::value::StrDeserializer;
+use serde::de::{self, DeserializeOwned, DeserializeSeed, EnumAccess, MapAccess, SeqAccess, VariantAccess, Visitor};
+
+use super::node::{Content, Key, Node, Source};
+
+/// The value that a text stands for.
+///
+/// A number that is not finite is refused where the type does not ask for a number alone; what asks for one sees it, and can
+/// say what it stands for. Fails with the line and column of what is not expected and of a key that stands twice, and where
+/// anchors repeat more than the text holds.
+pub fn read_as<T: DeserializeOwned>(text: &str) -> Result<T, String> {
+    let tree = Source { file: "" }.parse(text).map_err(|e| said((e.place.line, e.place.column), &e.message))?;
+    T::deserialize(Value { node: &tree, text }).map_err(|e| said(e.place.unwrap_or_default(), &e.message))
+}
+
+fn said(place: (usize, usize), message: &str) -> String {
+    match place {
+        (0, _) => message.to_string(),
+        (line, column) => format!("line {line} column {column}: {message}"),
+    }
+}
+
+/// What is not expected, and where; the place is that of the innermost value that knows one.
+#[derive(Debug)]
+struct Unexpected {
+    place: Option<(usize, usize)>,
+    message: String,
+}
+
+impl Unexpected {
+    fn at(mut self, line: usize, column: usize) -> Unexpected {
+        self.place = self.place.or(Some((line, column)));
+        self
+    }
+}
+
+impl fmt::Display for Unexpected {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        f.write_str(&self.message)
+    }
+}
+
+impl std::error::Error for Unexpected {}
+
+impl de::Error for Unexpected {
+    fn custom<T: fmt::Display>(message: T) -> Unexpected {
+        Unexpected { place: None, message: message.to_string() }
+    }
+}
+
+/// A value of the tree; the text tells how a scalar was written.
+#[derive(Clone, Copy)]
+struct Value<'a> {
+    node: &'a Node,
+    text: &'a str,
+}
+
+/// Whole numbers from here on are not told apart by an f64.
+const MAX_WHOLE: f64 = 9_007_199_254_740_992.0;
+
+impl<'a> Value<'a> {
+    /// A scalar as it stands in the text: a link may be named `01`, `1e3` or `true`. A value that an anchor gave stands
+    /// elsewhere, so that it is shown as what was read.
+    fn written(self) -> String {
+        let line = self.text.lines().nth(self.node.line.saturating_sub(1)).unwrap_or("");
+        let from = line.char_indices().nth(self.node.column.saturating_sub(1)).map_or("", |(at, _)| &line[at..]);
+        let scalar = from.split([',', ']', '}']).next().unwrap_or("").split(" #").next().unwrap_or("").trim();
+        match &self.node.content {
+            Content::Number(x) if scalar.starts_with('*') => x.to_string(),
+            Content::Bool(b) if scalar.starts_with('*') => b.to_string(),
+            _ => scalar.to_string(),
+        }
+    }
+
+    fn number<V: Visitor<'a>>(self, x: f64, visitor: V) -> Result<V::Value, Unexpected> {
+        if !x.is_finite() {
+            return Err(de::Error::custom(format_args!("`{}` is no finite number", self.written())));
+        }
+        let is_whole = x.fract() == 0.0 && x.abs() < MAX_WHOLE && (x != 0.0 || x.is_sign_positive());
+        match is_whole {
+            true if x < 0.0 => visitor.visit_i64(x as i64),
+            true => visitor.visit_u64(x as u64),
+            false => visitor.visit_f64(x),
+        }
+    }
+
+    fn visited<V: Visitor<'a>>(self, visitor: V) -> Result<V::Value, Unexpected> {
+        match &self.node.content {
+            Content::Null => visitor.visit_unit(),
+            Content::Bool(b) => visitor.visit_bool(*b),
+            Content::Number(x) => self.number(*x, visitor),
+            Content::Text(text) => visitor.visit_borrowed_str(text),
+            Content::List(items) => visitor.visit_seq(Items { items: items.iter(), text: self.text }),
+            Content::Map(entries) => {
+                visitor.visit_map(Entries { entries: entries.iter(), value: self.node, text: self.text })
+            }
+        }
+    }
+
+    /// What a type makes of the value; what it says of a value that it has read stands here too.
+    fn seeded<T: DeserializeSeed<'a>>(self, seed: T) -> Result<T::Value, Unexpected> {
+        self.here(seed.deserialize(self))
+    }
+
+    fn here<T>(self, result: Result<T, Unexpected>) -> Result<T, Unexpected> {
+        result.map_err(|e| e.at(self.node.line, self.node.column))
+    }
+}
+
+impl<'de> Deserializer<'de> for Value<'de> {
+    type Error = Unexpected;
+
+    fn deserialize_any<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, Unexpected> {
+        self.here(self.visited(visitor))
+    }
+
+    fn deserialize_f64<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, Unexpected> {
+        match self.node.content {
+            Content::Number(x) => self.here(visitor.visit_f64(x)),
+            _ => self.deserialize_any(visitor),
+        }
+    }
+
+    fn deserialize_str<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, Unexpected> {
+        match self.node.content {
+            Content::Number(_) | Content::Bool(_) => self.here(visitor.visit_string(self.written())),
+            _ => self.deserialize_any(visitor),
+        }
+    }
+
+    fn deserialize_string<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, Unexpected> {
+        self.deserialize_str(visitor)
+    }
+
+    fn deserialize_option<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, Unexpected> {
+        match self.node.content {
+            Content::Null => visitor.visit_none(),
+            _ => visitor.visit_some(self),
+        }
+    }
+
+    /// A key without a value is a list of nothing.
+    fn deserialize_seq<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, Unexpected> {
+        match self.node.content {
+            Content::Null => self.here(visitor.visit_seq(Items { items: [].iter(), text: self.text })),
+            _ => self.deserialize_any(visitor),
+        }
+    }
+
+    fn deserialize_newtype_struct<V: Visitor<'de>>(
+        self,
+        _name: &'static str,
+        visitor: V,
+    ) -> Result<V::Value, Unexpected> {
+        self.here(visitor.visit_newtype_struct(self))
+    }
+
+    fn deserialize_enum<V: Visitor<'de>>(
+        self,
+        _name: &'static str,
+        _variants: &'static [&'static str],
+        visitor: V,
+    ) -> Result<V::Value, Unexpected> {
+        let variant = match &self.node.content {
+            Content::Map(entries) => match entries.as_slice() {
+                [(key, value)] => Variant { key, value: Some(Value { node: value, text: self.text }) },
+                _ => return self.here(Err(de::Error::custom("one word, or one key with its value, is expected"))),
+            },
+            Content::Text(text) => {
+                let key = Key { line: self.node.line, column: self.node.column, text: text.clone() };
+                return self.here(visitor.visit_enum(Variant { key: &key, value: None }));
+            }
+            _ => return self.deserialize_any(visitor),
+        };
+        self.here(visitor.visit_enum(variant))
+    }
+
+    serde::forward_to_deserialize_any! {
+        bool i8 i16 i32 i64 i128 u8 u16 u32 u64 u128 f32 char bytes byte_buf unit unit_struct tuple tuple_struct map
+        struct identifier ignored_any
+    }
+}
+
+struct Items<'a> {
+    items: std::slice::Iter<'a, Node>,
+    text: &'a str,
+}
+
+impl<'a> SeqAccess<'a> for Items<'a> {
+    type Error = Unexpected;
+
+    fn next_element_seed<T: DeserializeSeed<'a>>(&mut self, seed: T) -> Result<Option<T::Value>, Unexpected> {
+        self.items.next().map(|node| Value { node, text: self.text }.seeded(seed)).transpose()
+    }
+
+    fn size_hint(&self) -> Option<usize> {
+        Some(self.items.len())
+    }
+}
+
+struct Entries<'a> {
+    entries: std::slice::Iter<'a, (Key, Node)>,
+    /// Of the key that was given last.
+    value: &'a Node,
+    text: &'a str,
+}
+
+impl<'a> MapAccess<'a> for Entries<'a> {
+    type Error = Unexpected;
+
+    fn next_key_seed<K: DeserializeSeed<'a>>(&mut self, seed: K) -> Result<Option<K::Value>, Unexpected> {
+        let Some((key, value)) = self.entries.next() else { return Ok(None) };
+        self.value = value;
+        named(key, seed).map(Some)
+    }
+
+    fn next_value_seed<T: DeserializeSeed<'a>>(&mut self, seed: T) -> Result<T::Value, Unexpected> {
+        Value { node: self.value, text: self.text }.seeded(seed)
+    }
+}
+
+/// What the text of a key stands for.
+fn named<'a, K: DeserializeSeed<'a>>(key: &Key, seed: K) -> Result<K::Value, Unexpected> {
+    seed.deserialize(StrDeserializer::new(&key.text)).map_err(|e: Unexpected| e.at(key.line, key.column))
+}
+
+/// One of the words of an enum, with the value behind it.
+struct Variant<'k, 'a> {
+    key: &'k Key,
+    value: Option<Value<'a>>,
+}
+
+impl<'a> EnumAccess<'a> for Variant<'_, 'a> {
+    type Error = Unexpected;
+    type Variant = Behind<'a>;
+
+    fn variant_seed<K: DeserializeSeed<'a>>(self, seed: K) -> Result<(K::Value, Behind<'a>), Unexpected> {
+        Ok((named(self.key, seed)?, Behind(self.value)))
+    }
+}
+
+struct Behind<'a>(Option<Value<'a>>);
+
+impl<'a> Behind<'a> {
+    fn value(self) -> Result<Value<'a>, Unexpected> {
+        self.0.ok_or_else(|| de::Error::custom("a value is expected behind this word"))
+    }
+}
+
+impl<'a> VariantAccess<'a> for Behind<'a> {
+    type Error = Unexpected;
+
+    fn unit_variant(self) -> Result<(), Unexpected> {
+        match self.0 {
+            None => Ok(()),
+            Some(value) => value.here(Err(de::Error::custom("no value is expected behind this word"))),
+        }
+    }
+
+    fn newtype_variant_seed<T: DeserializeSeed<'a>>(self, seed: T) -> Result<T::Value, Unexpected> {
+        self.value()?.seeded(seed)
+    }
+
+    fn tuple_variant<V: Visitor<'a>>(self, _len: usize, visitor: V) -> Result<V::Value, Unexpected> {
+        self.value()?.deserialize_any(visitor)
+    }
+
+    fn struct_variant<V: Visitor<'a>>(
+        self,
+        _fields: &'static [&'static str],
+        visitor: V,
+    ) -> Result<V::Value, Unexpected> {
+        self.value()?.deserialize_any(visitor)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use serde::Deserialize;
+
+    use super::*;
+
+    #[derive(Debug, Deserialize, PartialEq)]
+    #[serde(rename_all = "lowercase")]
+    enum Form {
+        Plain,
+        Pair(f64, f64),
+        Named { height: f64 },
+        One(usize),
+    }
+
+    /// A type that judges what it has read.
+    #[derive(Debug, PartialEq)]
+    struct Small(f64);
+
+    impl<'de> Deserialize<'de> for Small {
+        fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Small, D::Error> {
+            let x = f64::deserialize(deserializer)?;
+            if x < 10.0 { Ok(Small(x)) } else { Err(de::Error::custom("it is not small")) }
+        }
+    }
+
+    #[derive(Debug, Deserialize, PartialEq)]
+    #[serde(untagged)]
+    enum Either {
+        Count(usize),
+        Number(f64),
+        Word(String),
+    }
+
+    #[derive(Debug, Deserialize, PartialEq)]
+    #[serde(deny_unknown_fields)]
+    struct Whole {
+        name: String,
+        x: f64,
+        #[serde(default)]
+        count: Option<usize>,
+        #[serde(default)]
+        forms: Vec<Form>,
+        #[serde(default)]
+        small: Vec<Small>,
+        #[serde(default)]
+        either: Vec<Either>,
+    }
+
+    #[test]
+    fn every_shape_of_value_is_read() {
+        let text = "name: 01 # a link\nx: -0.0\ncount: ~\nforms: [plain, {pair: [1, 2.5]}, {named: {height: 3}}, {one: 4}]\n\
+                    either: [3, 0.5, word]\n";
+        let read: Whole = read_as(text).unwrap();
+        let forms = vec![Form::Plain, Form::Pair(1.0, 2.5), Form::Named { height: 3.0 }, Form::One(4)];
+        let either = vec![Either::Count(3), Either::Number(0.5), Either::Word("word".into())];
+        assert_eq!((read.name.as_str(), read.x.to_bits(), read.count), ("01", (-0.0_f64).to_bits(), None));
+        assert_eq!((read.forms, read.either), (forms, either));
+    }
+
+    #[test]
+    fn a_scalar_that_a_name_is_made_of_is_as_it_was_written() {
+        let read: Vec<String> = read_as("[01, 1e3, true, '1.50', a b, 1.50]").unwrap();
+        assert_eq!(read, ["01", "1e3", "true", "1.50", "a b", "1.50"]);
+        assert_eq!(read_as::<Vec<f64>>(""), Ok(vec![]));
+        assert!(read_as::<f64>(".inf").is_ok_and(f64::is_infinite));
+        let read: Vec<String> = read_as("- &a 7\n- *a\n- |\n  x\n").unwrap();
+        assert_eq!(read, ["&a 7".trim_start_matches("&a "), "7", "x\n"]);
+    }
+
+    #[test]
+    fn an_error_has_the_place_of_what_is_not_expected() {
+        for (text, expected) in [
+            ("name: a\nx: word\n", "line 2 column 4: invalid type: string \"word\", expected f64"),
+            ("name: a\n", "line 1 column 1: missing field `x`"),
+            ("name: a\nx: 1\ny: 2\n", "line 3 column 1: unknown field `y`, expected one of"),
+            ("name: a\nx: 1\nx: 2\n", "line 3 column 1: the key `x` stands twice"),
+            ("name: a\nx: 1\neither: [.nan]\n", "line 3 column 10: `.nan` is no finite number"),
+            ("name: a\nx: 1\ncount: 1.5\n", "line 3 column 8: invalid type: floating point `1.5`, expected usize"),
+            ("name: a\nx: 1\ncount: 9007199254740993\n", "line 3 column 8: invalid type: floating point"),
+            ("name: a\nx: 1\nforms:\n  - plane\n", "line 4 column 5: unknown variant `plane`, expected one of"),
+            ("name: a\nx: 1\nforms: [pair]\n", "line 3 column 9: a value is expected behind this word"),
+            ("name: a\nx: 1\nforms: [{plain: 1}]\n", "line 3 column 17: no value is expected behind this word"),
+            ("name: a\nx: 1\nforms: [{plain: 1, one: 2}]\n", "line 3 column 9: one word, or one key"),
+            ("name: a\nx: 1\nsmall:\n  - 1\n  - 10\n", "line 5 column 5: it is not small"),
+            ("name: a\nx: [1\n", "line "),
+        ] {
+            let found = read_as::<Whole>(text).unwrap_err();
+            assert!(found.starts_with(expected) && found.lines().count() == 1, "{text}: {found}");
+        }
+    }
+}
