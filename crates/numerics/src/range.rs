@@ -26,6 +26,22 @@ pub struct Range {
     pub greatest: Extreme,
 }
 
+/// What is sought of one function.
+#[derive(Clone, Copy, Debug)]
+pub struct Sought {
+    /// How near a proved bound comes to what is reached.
+    pub tolerance: f64,
+    /// A part where the function stays between minus this and this needs no division.
+    pub enough: f64,
+}
+
+impl Sought {
+    /// The range, to a tolerance.
+    pub fn to(tolerance: f64) -> Sought {
+        Sought { tolerance, enough: f64::NEG_INFINITY }
+    }
+}
+
 /// How far to go.
 #[derive(Clone, Copy, Debug)]
 pub struct Subdivision {
@@ -39,17 +55,17 @@ pub struct Subdivision {
 /// part is rounded in a few operations more.
 const ROUNDINGS: f64 = 4.0;
 
-/// The ranges over `span` of the functions whose enclosures `enclose` gives, each to its tolerance.
+/// The ranges over `span` of the functions whose enclosures `enclose` gives, one for each that is sought.
 pub fn ranges(
     span: Interval,
     subdivision: Subdivision,
-    tolerance: &[f64],
+    sought: &[Sought],
     mut enclose: impl FnMut(Interval) -> Vec<Interval>,
 ) -> Vec<Range> {
     let never = |sign: f64| Extreme { reached: sign * f64::INFINITY, time: span.low, proved: sign * f64::INFINITY };
-    let mut found = vec![Range { least: never(1.0), greatest: never(-1.0) }; tolerance.len()];
+    let mut found = vec![Range { least: never(1.0), greatest: never(-1.0) }; sought.len()];
     // The width that rounding leaves the enclosure of an instant.
-    let mut rounding = vec![0.0_f64; tolerance.len()];
+    let mut rounding = vec![0.0_f64; sought.len()];
     let reach = |found: &mut [Range], rounding: &mut [f64], time: f64, values: &[Interval]| {
         for ((range, value), rounding) in found.iter_mut().zip(values).zip(rounding) {
             if value.width().is_finite() {
@@ -76,10 +92,11 @@ pub fn ranges(
         let held = enclose(part);
         enclosures += 1;
         let settled =
-            held.iter().zip(&found).zip(tolerance.iter().zip(&rounding)).all(|((held, range), (sought, least))| {
+            held.iter().zip(&found).zip(sought.iter().zip(&rounding)).all(|((held, range), (sought, least))| {
                 // Nearer than rounding no division comes.
-                let tolerance = sought.max(ROUNDINGS * least);
-                held.high <= range.greatest.reached + tolerance && held.low >= range.least.reached - tolerance
+                let tolerance = sought.tolerance.max(ROUNDINGS * least);
+                held.high <= (range.greatest.reached + tolerance).max(sought.enough)
+                    && held.low >= (range.least.reached - tolerance).min(-sought.enough)
             });
         let middle = part.middle();
         let is_point = middle <= part.low || middle >= part.high;
@@ -112,8 +129,12 @@ mod tests {
 
     #[test]
     fn ends_are_found_and_proved() {
-        let found =
-            ranges(Interval::new(-3.0, 6.0), Subdivision { parts: 8, enclosures: 100_000 }, &[1e-9; 2], enclose);
+        let found = ranges(
+            Interval::new(-3.0, 6.0),
+            Subdivision { parts: 8, enclosures: 100_000 },
+            &[Sought::to(1e-9); 2],
+            enclose,
+        );
         // t sin t: greatest at t = 2.028757838 (tan t = -t), least at t = 4.913180439.
         let (greatest, least) = (found[0].greatest, found[0].least);
         assert!((greatest.reached - 1.819705741).abs() < 1e-8 && (greatest.time.abs() - 2.028757838).abs() < 1e-3);
@@ -134,14 +155,36 @@ mod tests {
             enclose(part).into_iter().map(|x| (x * Interval::point(1e5) + far) + near).collect()
         };
         let subdivision = Subdivision { parts: 8, enclosures: 100_000 };
-        let found = ranges(Interval::new(-3.0, 6.0), subdivision, &[1e-9; 2], large);
+        let found = ranges(Interval::new(-3.0, 6.0), subdivision, &[Sought::to(1e-9); 2], large);
         assert!((found[0].greatest.proved / 1.819705741e5 - 1.0).abs() < 1e-4, "{found:?}");
         assert!(count < 10_000, "{count}");
     }
 
+    /// Parts that stay within what is enough are not divided; a function that leaves it is told to its tolerance.
+    #[test]
+    fn what_is_enough_costs_few_parts() {
+        let counted = |enough: f64| {
+            let mut count = 0;
+            let subdivision = Subdivision { parts: 8, enclosures: 100_000 };
+            let sought = [Sought { tolerance: 1e-9, enough }, Sought { tolerance: 1.0, enough: 40.0 }];
+            let counting = |part: Interval| {
+                count += 1;
+                enclose(part)
+            };
+            (ranges(Interval::new(-3.0, 6.0), subdivision, &sought, counting)[0], count)
+        };
+        // The least is -4.81447, the greatest 1.81971.
+        let ((loose, few), (exact, many)) = (counted(4.9), counted(4.8));
+        assert!(loose.least.proved >= -4.9 && loose.greatest.proved <= 4.9 && few < 60, "{few}");
+        assert!((exact.least.proved + 4.814469889).abs() < 1e-8 && many > 2 * few, "{many} {few}");
+        // Above what is reached below, the other end is not looked for.
+        assert!(exact.greatest.proved <= 4.8);
+    }
+
     #[test]
     fn what_is_left_at_the_end_of_the_budget_is_still_bounded() {
-        let found = ranges(Interval::new(-3.0, 6.0), Subdivision { parts: 8, enclosures: 8 }, &[1e-9; 2], enclose);
+        let found =
+            ranges(Interval::new(-3.0, 6.0), Subdivision { parts: 8, enclosures: 8 }, &[Sought::to(1e-9); 2], enclose);
         assert!(found[0].greatest.proved >= 1.819705741 && found[0].least.proved <= -4.814469889);
         assert!(found[0].greatest.reached <= 1.819705742);
     }

@@ -110,7 +110,7 @@ pub fn excite(model: &Model, request: &ExciteRequest, progress: &ExciteProgress)
     let proved = proved(request, &problem, &obligations, shape, found);
     let proved = proved.ok_or_else(|| refused(model, &names, &surroundings, &limits, NoMotion::NothingToTell))?;
     notes.extend(cost_note(&proved, request.criterion));
-    let ProvedMotion { motion, certificate, kept_share } = proved;
+    let ProvedMotion { motion, certificate, kept_share, .. } = proved;
     Interruption::check()?;
     let noise = joint_noise(model, request, &known, &motion, noise);
     let seen = visibility(&linear, &motion, &limits, &noise, &described_values(model, &linear), &certificate, &prior);

@@ -5,11 +5,10 @@
 //! missing, and finds another motion.
 
 use experiments::excitation::criterion::Aim;
-use experiments::excitation::fitting::{Obligations, fitted};
+use experiments::excitation::fitting::{Fitted, Obligations, fitted};
 use experiments::excitation::motion::{Motion, Shape};
 use experiments::excitation::problem::Problem;
 use experiments::excitation::proof::{CertificateRow, Kept};
-use experiments::excitation::sampled_drives::sampled_excess;
 use experiments::excitation::search::{Found, criterion_of, searched_on};
 use experiments::excitation::torque_wall::TorqueWall;
 use numerics::interruption::Interruption;
@@ -22,6 +21,8 @@ pub(crate) struct ProvedMotion {
     pub(crate) certificate: Vec<CertificateRow>,
     /// What it has of det^(1/p) (or 1/cond) of the best motion of the search, at the instants of the search.
     pub(crate) kept_share: f64,
+    /// The greatest torque or power over its limit that instants or a proof of the motion showed, before it was made smaller.
+    beyond: f64,
 }
 
 /// Share of the search's best below which the search goes on.
@@ -43,13 +44,14 @@ pub(crate) fn proved(
     let first = found.first()?.joints.clone();
     // A motion made smaller until it is proven, and the share of the criterion that is left of it.
     let fit = |joints: Vec<Vec<f64>>| {
-        let (motion, certificate) = fitted(request.motion(shape, joints), obligations);
+        let Fitted { motion, certificate, beyond } = fitted(request.motion(shape, joints), obligations);
         let criterion = criterion_of(problem, &motion.joints).unwrap_or(f64::INFINITY);
-        ProvedMotion { motion, certificate, kept_share: (best - criterion).exp() }
+        ProvedMotion { motion, certificate, kept_share: (best - criterion).exp(), beyond }
     };
     // The best found that needs no more than that; later ones are fitted only where the first fails.
     let mut all = found.into_iter().map(|found| fit(found.joints));
     let first_fit = all.next()?;
+    let mut beyond = first_fit.beyond;
     let mut chosen = if is_proven(&first_fit.certificate) {
         first_fit
     } else {
@@ -61,24 +63,19 @@ pub(crate) fn proved(
     for _ in 0..MOST_SEARCHES_MORE {
         let is_enough = is_proven(&chosen.certificate) && chosen.kept_share >= ENOUGH_KEPT;
         let Some(wall) = problem.torque.filter(|_| !is_enough && Interruption::check().is_ok()) else { break };
-        share *= BELOW_MISSING * left_of_limit(&request.motion(shape, from.clone()), obligations);
+        share *= BELOW_MISSING / beyond;
         let lower = TorqueWall { share: share * wall.share, ..wall.clone() };
         let lower = Problem { torque: Some(&lower), ..problem.clone() };
         let Some(again) = searched_on(&lower, request.iterations, request.search().threads, &from) else { break };
         from.clone_from(&again.joints);
         let fit = fit(again.joints);
+        beyond = fit.beyond;
         let rank = |fit: &ProvedMotion| (is_proven(&fit.certificate), fit.kept_share);
         if rank(&fit) > rank(&chosen) {
             chosen = fit;
         }
     }
     Some(chosen)
-}
-
-/// The least share of a limit of torque or power over what instants show of it; at most one.
-fn left_of_limit(motion: &Motion, obligations: &Obligations) -> f64 {
-    let most = obligations.torque.map_or(0.0, |torque| sampled_excess(motion, obligations.limits, torque));
-    1.0 / most.max(1.0)
 }
 
 /// What the proof costs, where that is much; else `None`.

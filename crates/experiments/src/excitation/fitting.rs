@@ -47,9 +47,20 @@ fn are_proven(rows: &[CertificateRow]) -> bool {
     rows.iter().all(|r| r.kept == Kept::Proven)
 }
 
-/// The motion, made smaller until its limits are proved to be kept or the rounds are over, with its certificate.
-pub fn fitted(motion: Motion, obligations: &Obligations) -> (Motion, Vec<CertificateRow>) {
-    let mut motion = motion;
+/// A motion that was made smaller until its limits were proved to be kept, or the rounds were over.
+pub struct Fitted {
+    /// The motion.
+    pub motion: Motion,
+    /// Every limit with what proves it.
+    pub certificate: Vec<CertificateRow>,
+    /// The greatest torque or power over its limit before the motion was made smaller for it, as instants showed it or a proof
+    /// was short of it; 1 where all were proven at once.
+    pub beyond: f64,
+}
+
+/// The motion, made smaller until its limits are proved to be kept or the rounds are over.
+pub fn fitted(motion: Motion, obligations: &Obligations) -> Fitted {
+    let (mut motion, mut beyond) = (motion, 1.0);
     for _ in 0..MAX_PROOF_ROUNDS {
         if Interruption::check().is_err() {
             break;
@@ -68,19 +79,21 @@ pub fn fitted(motion: Motion, obligations: &Obligations) -> (Motion, Vec<Certifi
         // What instants show already needs no proof.
         let sampled = torque.map_or(0.0, |t| sampled_excess(&motion, obligations.limits, t));
         if sampled > 1.0 {
+            beyond = if beyond == 1.0 { sampled } else { beyond };
             shrink(&mut motion, sampled.sqrt().recip().clamp(0.5, MAX_SWING_KEPT_FOR_TORQUE));
             continue;
         }
         let torques = torque.map_or(vec![], |t| prove_torque(&motion, obligations.limits, obligations.names, t));
         if are_proven(&torques) {
-            return (motion, [rows, gaps, torques].concat());
+            return Fitted { motion, certificate: [rows, gaps, torques].concat(), beyond };
         }
         // Torques of accelerations and squared velocities; those of gravity hardly change.
         let excess = torques.iter().map(|r| r.nowhere_beyond / r.bound).fold(1.0, f64::max);
+        beyond = if beyond == 1.0 { excess } else { beyond };
         shrink(&mut motion, excess.sqrt().recip().clamp(0.5, MAX_SWING_KEPT_FOR_TORQUE));
     }
-    let rows = obligations.certificate(&motion);
-    (motion, rows)
+    let certificate = obligations.certificate(&motion);
+    Fitted { motion, certificate, beyond }
 }
 
 fn shrink(motion: &mut Motion, factor: f64) {
@@ -126,7 +139,7 @@ mod tests {
         let motion = Motion { rate: 100.0, repetitions: 1, shape, joints };
         let alone = Obligations { limits: &limits, names: &names, torque: None, surroundings: None };
         assert!(alone.certificate(&motion).iter().any(|r| r.kept == Kept::Violated));
-        let (free, rows) = fitted(motion.clone(), &alone);
+        let Fitted { motion: free, certificate: rows, .. } = fitted(motion.clone(), &alone);
         assert!(rows.iter().all(|r| r.kept == Kept::Proven), "{rows:?}");
         assert!(rows.iter().any(|r| r.room() < 1e-4 * r.bound.abs()) && free.joints[0][1] > 0.5);
 
@@ -134,14 +147,16 @@ mod tests {
         let height = |i: u32| free.at(free.duration() * f64::from(i) / 2000.0)[0][0].sin();
         let highest = (0..=2000).map(height).fold(f64::NEG_INFINITY, f64::max);
         let rod = Rod::new(highest - 0.01);
-        let (held, rows) = fitted(motion, &Obligations { surroundings: Some(&rod), ..alone });
+        let with_rod = Obligations { surroundings: Some(&rod), ..alone };
+        let Fitted { motion: held, certificate: rows, .. } = fitted(motion, &with_rod);
         assert!(rows.iter().all(|r| r.kept == Kept::Proven) && rows.len() == 5, "{rows:?}");
         assert!(held.joints[0][1] < free.joints[0][1] && held.joints[0][1] > 0.3);
 
         // A wall that the centre is beyond leaves the motion unproven, and says so.
         let rod = Rod::new(0.1);
-        let (held, rows) = fitted(held, &Obligations { surroundings: Some(&rod), ..alone });
-        assert_eq!(rows, Obligations { surroundings: Some(&rod), ..alone }.certificate(&held));
+        let with_rod = Obligations { surroundings: Some(&rod), ..alone };
+        let Fitted { motion: held, certificate: rows, .. } = fitted(held, &with_rod);
+        assert_eq!(rows, with_rod.certificate(&held));
         assert!(rows.iter().any(|r| r.limit == LimitKind::Region && r.kept == Kept::Violated));
     }
 
@@ -158,7 +173,8 @@ mod tests {
         let reached = prove_torque(&motion, &with(1e3), &names, &described)[0].value.abs();
         let limits = with(reached / 1.5);
         let alone = Obligations { limits: &limits, names: &names, torque: Some(&described), surroundings: None };
-        let (_, rows) = fitted(motion, &alone);
+        let Fitted { certificate: rows, beyond, .. } = fitted(motion, &alone);
+        assert!((beyond - 1.5).abs() < 0.02, "{beyond}");
         assert!(rows.iter().all(|r| r.kept == Kept::Proven), "{rows:?}");
         let effort = rows.iter().find(|r| r.limit == LimitKind::Effort).unwrap();
         assert!(effort.value.abs() > 0.95 * effort.bound.abs(), "{effort}");

@@ -9,6 +9,7 @@ pub mod course;
 pub mod criterion;
 pub mod descent;
 pub mod described_torque;
+mod enclosed_drives;
 pub mod enclosure;
 pub mod error_margins;
 mod finer_instants;

@@ -13,13 +13,12 @@
 use std::fmt;
 
 use numerics::interval::Interval;
-use numerics::jet::Jet;
-use numerics::range::{Range, Subdivision, ranges};
+use numerics::range::{Range, Sought, Subdivision, ranges};
 use serde::{Deserialize, Serialize};
 
-use crate::excitation::course::{Course, EnclosedCourse, Stretch};
+use crate::excitation::course::{Course, Stretch};
 pub use crate::excitation::described_torque::{DescribedFriction, DescribedTorque, EnclosedTorque, IdentifiedTorque};
-use crate::excitation::enclosure::Derivatives;
+use crate::excitation::enclosed_drives::{drives_on, dry, limited_drives};
 use crate::excitation::limits::{CoordinateLimits, LimitKind};
 
 /// Whether a limit is kept.
@@ -85,18 +84,20 @@ const TORQUE_PROOF_TOLERANCE: f64 = 1e-3;
 const KINEMATIC_ENCLOSURES: usize = 50_000;
 /// The same for torques.
 const TORQUE_ENCLOSURES: usize = 20_000;
+/// The same where that does not do, and all that is sought is whether torques keep their limits.
+const TORQUE_ENCLOSURES_WITHIN_LIMITS: usize = 100_000;
 
 /// The rows of the kinematic limits, coordinate by coordinate; a limit without end has none.
 pub fn prove_motion(course: &dyn Course, limits: &[CoordinateLimits], names: &[String]) -> Vec<CertificateRow> {
     let enclosed = course.enclosed();
     let size = |l: &CoordinateLimits, kind: LimitKind| l.bounds(kind).map_or(1.0, |(low, high)| high - low);
-    let tolerance: Vec<f64> = limits
+    let sought: Vec<Sought> = limits
         .iter()
-        .flat_map(|l| LimitKind::KINEMATIC.map(|kind| KINEMATIC_PROOF_TOLERANCE * size(l, kind)))
+        .flat_map(|l| LimitKind::KINEMATIC.map(|kind| Sought::to(KINEMATIC_PROOF_TOLERANCE * size(l, kind))))
         .collect();
     let stretches = over_stretches(course, KINEMATIC_ENCLOSURES, |i, span, subdivision| {
         let enclose = |part| enclosed.on(i, part).iter().flat_map(|x| x[..4].to_vec()).collect();
-        ranges(span, subdivision, &tolerance, enclose)
+        ranges(span, subdivision, &sought, enclose)
     });
     let mut rows = Vec::new();
     for (k, (limits, name)) in limits.iter().zip(names).enumerate() {
@@ -167,15 +168,31 @@ fn prove_torque_of(
     if limited.is_empty() {
         return vec![];
     }
-    let tolerance: Vec<f64> = limited.iter().map(|(.., bound)| TORQUE_PROOF_TOLERANCE * bound.abs()).collect();
-    let stretches = over_stretches(course, TORQUE_ENCLOSURES, |i, span, subdivision| {
-        let mut last = None;
-        let enclose = |part| {
-            let all = drives_on(enclosed.as_ref(), i, part, described, &mut last);
-            limited.iter().map(|&(k, kind, _)| if kind == LimitKind::Power { all[k].1 } else { all[k].0 }).collect()
-        };
-        ranges(span, subdivision, &tolerance, enclose)
-    });
+    let over_all = |sought: &[Sought], enclosures: usize| {
+        over_stretches(course, enclosures, |i, span, subdivision| {
+            let mut last = None;
+            let enclose = |part| {
+                let all = drives_on(enclosed.as_ref(), i, part, described, &mut last);
+                limited.iter().map(|&(k, kind, _)| if kind == LimitKind::Power { all[k].1 } else { all[k].0 }).collect()
+            };
+            ranges(span, subdivision, sought, enclose)
+        })
+    };
+    let tolerance = |bound: f64| TORQUE_PROOF_TOLERANCE * bound.abs();
+    let exact: Vec<Sought> = limited.iter().map(|&(.., bound)| Sought::to(tolerance(bound))).collect();
+    let mut stretches = over_all(&exact, TORQUE_ENCLOSURES);
+    // The enclosures of many joints are wide, and their exact ranges take too many: that limits are kept takes fewer.
+    let is_beyond = |at: fn(&Range) -> [f64; 2]| {
+        let of = |(range, &(.., bound)): (&Range, &(_, _, f64))| at(range).iter().any(|x| x.abs() > bound);
+        stretches.iter().any(|(_, ranges)| ranges.iter().zip(&limited).any(of))
+    };
+    let reached = |range: &Range| [range.least.reached, range.greatest.reached];
+    let proved = |range: &Range| [range.least.proved, range.greatest.proved];
+    if is_beyond(proved) && !is_beyond(reached) {
+        let within = |&(.., bound): &(usize, LimitKind, f64)| Sought { tolerance: tolerance(bound), enough: bound };
+        let within: Vec<Sought> = limited.iter().map(within).collect();
+        stretches = over_all(&within, TORQUE_ENCLOSURES_WITHIN_LIMITS);
+    }
     let one = |(i, &(k, kind, bound)): (usize, &(usize, LimitKind, f64))| {
         let found = stretches.iter().map(|(stretch, ranges)| (*stretch, ranges[i]));
         let how = match kind {
@@ -188,69 +205,6 @@ fn prove_torque_of(
         row(kind, &names[k], (-bound, bound), found, |_| how.clone())
     };
     limited.iter().enumerate().filter_map(one).collect()
-}
-
-/// Dry friction of a coordinate, N m (N).
-fn dry(described: &DescribedTorque, k: usize) -> f64 {
-    described.friction[k].coulomb.abs()
-}
-
-/// The limits of torque and power: coordinate, kind, and what of it may be used. The dry friction of a joint at rest may
-/// act to either side, so it is kept free.
-pub(super) fn limited_drives(limits: &[CoordinateLimits], described: &DescribedTorque) -> Vec<(usize, LimitKind, f64)> {
-    let effort = |k: usize| Some((k, LimitKind::Effort, described.share * limits[k].effort? - dry(described, k)));
-    let power = |k: usize| Some((k, LimitKind::Power, described.share * limits[k].power?));
-    (0..limits.len()).filter_map(effort).chain((0..limits.len()).filter_map(power)).collect()
-}
-
-/// The jets of torque and velocity of each coordinate at an instant.
-pub(super) type DriveJets = Vec<(Jet, Jet)>;
-
-/// Torque of each coordinate on a part of a stretch, with viscous friction and offset, N m (N); and power, with dry friction
-/// too, W. `last`: the middle of the part before with its jets, which an instant that is asked for next mostly is.
-pub(super) fn drives_on(
-    enclosed: &dyn EnclosedCourse,
-    stretch: usize,
-    part: Interval,
-    described: &DescribedTorque,
-    last: &mut Option<(f64, DriveJets)>,
-) -> Vec<(Interval, Interval)> {
-    let jets = |states: &[Derivatives]| -> DriveJets {
-        let of =
-            |d: usize| -> Vec<Jet> { states.iter().map(|x| Jet::of_derivatives(x[d], x[d + 1], x[d + 2])).collect() };
-        let dq = of(1);
-        described.torque.torque(&of(0), &dq, &of(2)).into_iter().zip(dq).collect()
-    };
-    let states = enclosed.on(stretch, part);
-    let is_point = part.width() == 0.0;
-    let middle = Interval::point(part.middle());
-    let thin = match last.take_if(|(time, _)| is_point && *time == middle.low) {
-        Some((_, known)) => known,
-        None => jets(&enclosed.on(stretch, middle)),
-    };
-    let wide = if is_point { thin.clone() } else { jets(&states) };
-    *last = (!is_point).then(|| (middle.low, thin.clone()));
-    let over = |thin: Jet, wide: Jet| match is_point {
-        true => wide.0[0],
-        false => Jet::over_interval(thin, wide, part - middle),
-    };
-    let one = |k: usize| {
-        let (f, velocity) = (described.friction[k], states[k][1]);
-        let torque = over(thin[k].0, wide[k].0) + velocity * f.viscous + Interval::point(f.offset);
-        // Where the joint does not turn round, the sign of its dry friction is known.
-        let (sign, turning) = match velocity {
-            v if v.low >= 0.0 => (1.0, Interval::ZERO),
-            v if v.high <= 0.0 => (-1.0, Interval::ZERO),
-            v => (0.0, Interval::new(0.0, v.magnitude())),
-        };
-        let dry = f.coulomb.abs();
-        let power = |(torque, dq): &(Jet, Jet)| {
-            let constant = |x: f64| Jet::constant(Interval::point(x));
-            (*torque + *dq * constant(f.viscous) + constant(f.offset) + constant(sign * dry)) * *dq
-        };
-        (torque, over(power(&thin[k]), power(&wide[k])) + turning * dry)
-    };
-    (0..wide.len()).map(one).collect()
 }
 
 /// The row of a limit from the ranges over the stretches: the end with the least room.
@@ -286,6 +240,8 @@ fn row(
 
 #[cfg(test)]
 pub(crate) mod tests {
+    use numerics::jet::Jet;
+
     use super::*;
     use crate::excitation::motion::Motion;
     use crate::excitation::motion::tests::motions;
@@ -388,5 +344,43 @@ pub(crate) mod tests {
                 }
             }
         }
+    }
+
+    /// The spring, enclosed as widely as the torques of many joints are.
+    struct Loose;
+
+    impl EnclosedTorque for Loose {
+        fn torque(&self, q: &[Jet], dq: &[Jet], ddq: &[Jet]) -> Vec<Jet> {
+            // Nothing is wide at an instant.
+            let wide = |q: &Jet| Interval::new(-1e8, 1e8) * Interval::point(q.0[0].width());
+            let spring = Spring.torque(q, dq, ddq).into_iter().zip(q);
+            spring.map(|(Jet([x, dx, ddx]), q)| Jet([x + wide(q), dx + wide(q), ddx + wide(q) * wide(q)])).collect()
+        }
+    }
+
+    /// Where exact ranges take too many enclosures, limits with room are proven, and those without are not.
+    #[test]
+    fn what_has_room_needs_no_exact_range() {
+        let names = ["q1".to_string(), "q2".to_string()];
+        let with = |torque, friction| DescribedTorque { torque, friction, share: 1.0, loaded: None };
+        let friction = vec![DescribedFriction::default(); 2];
+        let (sharp, loose) = (with(&Spring, friction.clone()), with(&Loose, friction));
+        let motion = &motions()[0];
+        let mut limits = limits(&sampled(motion), 1.0);
+        limits.iter_mut().for_each(|l| (l.effort, l.power) = (Some(1e4), None));
+        let reached: Vec<f64> = prove_torque(motion, &limits, &names, &sharp).iter().map(|r| r.value.abs()).collect();
+        let of = |room: f64| {
+            let bounds = reached.iter().map(|reached| Some(reached * room));
+            let limits: Vec<_> =
+                limits.iter().zip(bounds).map(|(l, effort)| CoordinateLimits { effort, ..l.clone() }).collect();
+            prove_torque(motion, &limits, &names, &loose)
+        };
+        for (row, reached) in of(1.5).iter().zip(&reached) {
+            assert_eq!(row.kept, Kept::Proven, "{row:?}");
+            // It is the second way that proves it, not the exact range.
+            assert!(row.nowhere_beyond.abs() > 1.01 * reached, "{row:?} {reached}");
+        }
+        assert!(of(1.0 + 1e-9).iter().all(|row| row.kept != Kept::Proven));
+        assert!(of(0.999).iter().all(|row| row.kept == Kept::Violated));
     }
 }

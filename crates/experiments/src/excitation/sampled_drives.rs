@@ -6,8 +6,9 @@
 use numerics::interval::Interval;
 
 use crate::excitation::course::Course;
+use crate::excitation::described_torque::DescribedTorque;
+use crate::excitation::enclosed_drives::{drives_on, limited_drives};
 use crate::excitation::limits::{CoordinateLimits, LimitKind};
-use crate::excitation::proof::{DescribedTorque, drives_on, limited_drives};
 
 /// Instants of each first part of a proof.
 const SAMPLES_PER_PART: usize = 4;

@@ -13,7 +13,7 @@
 
 use claims::significant;
 use numerics::interval::Interval;
-use numerics::range::{Extreme, Subdivision, ranges};
+use numerics::range::{Extreme, Sought, Subdivision, ranges};
 use serde::{Deserialize, Serialize};
 
 use crate::excitation::course::{Course, Stretch};
@@ -132,8 +132,8 @@ fn room_of_positions(course: &dyn Course, limits: &[CoordinateLimits], names: &[
         l.acceleration.is_finite() && l.position.0.is_finite() && l.position.1.is_finite() && l.locked.is_none()
     };
     let told: Vec<usize> = (0..limits.len()).filter(|&k| is_told(&limits[k])).collect();
-    let tolerance: Vec<f64> =
-        told.iter().map(|&k| ROOM_TOLERANCE * (limits[k].position.1 - limits[k].position.0)).collect();
+    let width = |k: usize| limits[k].position.1 - limits[k].position.0;
+    let sought: Vec<Sought> = told.iter().map(|&k| Sought::to(ROOM_TOLERANCE * width(k))).collect();
     let enclosed = course.enclosed();
     let mut least: Option<StopRoom> = None;
     for (i, stretch) in course.stretches().into_iter().enumerate() {
@@ -142,7 +142,7 @@ fn room_of_positions(course: &dyn Course, limits: &[CoordinateLimits], names: &[
             let held = enclosed.on(i, part);
             told.iter().map(|&k| stand(held[k][0], held[k][1], limits[k].acceleration)).collect()
         };
-        let found = ranges(Interval::new(0.0, stretch.length), subdivision, &tolerance, enclose);
+        let found = ranges(Interval::new(0.0, stretch.length), subdivision, &sought, enclose);
         for (&k, range) in told.iter().zip(&found) {
             let (low, high) = limits[k].position;
             let mut take = |end: &Extreme, room: f64| {
