@@ -1,4 +1,5 @@
-"""Generated Rust beside casadi's C of the same robot in its best form, in one process: nanoseconds a call, best of 60 turns.
+"""Generated Rust and C beside casadi's C in its best form and Pinocchio's C++, of the same robot in one process: nanoseconds
+a call, the best of 60 turns.
 
     cargo build --release -p cli
     pip install casadi pin numpy
@@ -7,9 +8,11 @@
 casadi's functions are in its own symbols, base parameters as inputs and all others structurally zero, with common
 subexpressions taken out: the regressor row by row, from the wrench of each body per unit of a parameter and how each joint
 moves the body; the torques by a Newton-Euler recursion; the inertia matrix by composite bodies, upper triangle. Only non-zeros
-are written, by either side. gcc, and clang where it is there, compile in several ways, of which the best counts; once
-with the library's sine and once with that of rist's C. Rust is `rist generate` with -C opt-level=3 -C target-cpu=native. Revolute and
-prismatic joints alone; needs gcc, objcopy and rustc.
+are written, by either side. Each compiler that is there, gcc and the newest clang, compiles in several ways, of which the best
+counts; once with the library's sine and once with that of rist's C. Rust is `rist generate` with -C opt-level=3 -C
+target-cpu=native. Pinocchio's functions are those of its headers, with all standard columns and dense results, which is what it
+has: computeJointTorqueRegressor, rnea, crba and computeRNEADerivatives, by g++ and by clang++. Revolute and prismatic joints
+alone; needs gcc, objcopy and rustc; Pinocchio by a compiler takes it a minute, and is left out where there is no g++.
 """
 
 import pathlib
@@ -219,14 +222,66 @@ static inline double cosine_of(double x) {{ double s, c; sin_cos_of_double(x, &s
 #include "robot.c"
 """)
 
+newest = next((clang for clang in [f"clang-{k}" for k in range(30, 14, -1)] + ["clang"] if shutil.which(clang)), None)
 gcc = ["gcc " + flags for flags in ["-O3", "-O3 -fno-tree-slp-vectorize", "-O2 -fno-tree-slp-vectorize"]]
-clang = ["clang -O3", "clang -O3 -fno-slp-vectorize"] if shutil.which("clang") else []
-ways = [(way, source) for source in ("robot.c", "robot_sine.c") for way in gcc + clang]
-for k, (way, source) in enumerate(ways):
-    run(*way.split(), "-march=native", "-c", source, "-o", f"{k}.o")
-    run("objcopy", *(f"--redefine-sym={name}=casadi{k}_{name}" for name in functions), f"{k}.o")
-    keep = (f"--keep-global-symbol=casadi{k}_{name}" for name in functions)
-    run("objcopy", *keep, f"{k}.o")
+clang = [f"{newest} -O3", f"{newest} -O3 -fno-slp-vectorize"] if newest else []
+
+
+def compiled(way, source, prefix, symbols):
+    """An object whose functions are called prefix_NAME."""
+    run(*way.split(), "-march=native", "-c", source, "-o", f"{prefix}.o")
+    run("objcopy", *(f"--redefine-sym={symbol}={prefix}_{name}" for symbol, name in symbols), f"{prefix}.o")
+    run("objcopy", *(f"--keep-global-symbol={prefix}_{name}" for _, name in symbols), f"{prefix}.o")
+    return prefix
+
+
+plain = [(name, name) for name in functions]
+ours_too = [
+    compiled(way, source, f"{source.removesuffix('.c')}{k}", plain)
+    for source in ("robot.c", "robot_sine.c")
+    for k, way in enumerate(gcc + clang)
+]
+with_library, with_ours = ours_too[: len(ours_too) // 2], ours_too[len(ours_too) // 2 :]
+stem = re.search(r"(\w+)_real;", (here / "arm.h").read_text())[1]
+suffixes = ["base_regressor_non_zeros", "inverse_dynamics", "inertia_matrix_non_zeros", "inverse_dynamics_derivatives"]
+named = [(f"{stem}_{suffix}", name) for suffix, name in zip(suffixes, functions)]
+generated_c = [compiled(way, "arm.c", f"arm{k}", named) for k, way in enumerate(gcc + clang)]
+
+# Pinocchio, from its headers: the library that comes along was compiled by somebody else's compiler.
+prefix = next((p for p in pathlib.Path(pin.__file__).parents if (p / "include/pinocchio").is_dir()), None)
+eigen = pathlib.Path(ca.__file__).parent / "include/eigen3"
+by = {"g++": "g++", "clang++": newest.replace("clang", "clang++") if newest else "clang++"}
+by = {name: compiler for name, compiler in by.items() if shutil.which(compiler)} if prefix and eigen.is_dir() else {}
+model.saveToText(str(here / "model.txt"))
+(here / "peer.cpp").write_text(f"""
+#include <pinocchio/algorithm/crba.hpp>
+#include <pinocchio/algorithm/regressor.hpp>
+#include <pinocchio/algorithm/rnea-derivatives.hpp>
+#include <pinocchio/algorithm/rnea.hpp>
+#include <pinocchio/serialization.hpp>
+using namespace pinocchio;
+static Model read() {{ Model m; m.loadFromText("{here}/model.txt"); return m; }}
+static Model& model() {{ static Model m = read(); return m; }}
+static Data& data() {{ static Data d(model()); return d; }}
+static Eigen::VectorXd of(const double* x) {{ return Eigen::Map<const Eigen::VectorXd>(x, {n}); }}
+static Eigen::VectorXd q[64], v[64], a[64];
+extern "C" void state(int s, const double* x, const double* dx, const double* ddx) {{
+    q[s] = of(x), v[s] = of(dx), a[s] = of(ddx), data();
+}}
+extern "C" void base_regressor(int s) {{ computeJointTorqueRegressor(model(), data(), q[s], v[s], a[s]); }}
+extern "C" void inverse_dynamics(int s) {{ rnea(model(), data(), q[s], v[s], a[s]); }}
+extern "C" void inertia_matrix(int s) {{ crba(model(), data(), q[s], Convention::LOCAL); }}
+extern "C" void derivatives(int s) {{ computeRNEADerivatives(model(), data(), q[s], v[s], a[s]); }}
+""")
+peers = []
+for k, (name, compiler) in enumerate(by.items()):
+    # As Pinocchio's own configuration for cmake has them.
+    boost = ["MPL_LIMIT_LIST_SIZE=30", "MPL_LIMIT_VECTOR_SIZE=30", "MPL_CFG_NO_PREPROCESSED_HEADERS", "FUSION_INVOKE_MAX_ARITY=12"]
+    includes = [f"-I{prefix}/include", f"-I{eigen}", *(f"-DBOOST_{word}" for word in boost)]
+    includes += ["-DNDEBUG", "-std=c++17", "-w", "-fPIC", "-shared"]
+    libraries = [f"-L{prefix}/lib", "-lboost_serialization", f"-Wl,-rpath,{prefix}/lib", "-Wl,-Bsymbolic"]
+    run(compiler, "-O3", "-march=native", *includes, "peer.cpp", "-o", f"peer{k}.so", *libraries)
+    peers.append(f"peer{k}")
 
 source = (here / "arm.rs").read_text()
 p = int(re.search(r"PARAMETERS: \[&str; (\d+)\]", source)[1])
@@ -256,59 +311,86 @@ pub extern "C" fn rust_derivatives(q: &V, dq: &V, ddq: &V, x: &[f64; {p}], y: &m
 optimised = ["-Copt-level=3", "-Ctarget-cpu=native", "-Ccodegen-units=1", "--edition=2024"]
 run("rustc", "--crate-type=staticlib", *optimised, "-o", "librist.a", "library.rs")
 
-declared = "".join(f"F casadi{k}_{name};" for k in range(len(ways)) for name in functions)
-listed = ",".join("{" + ",".join(f"casadi{k}_{name}" for k in range(len(ways))) + "}" for name in functions)
+# How each way computes each function.
+arguments = {
+    "base_regressor": "q[s], v[s], a[s], y",
+    "inverse_dynamics": "q[s], v[s], a[s], x, y",
+    "inertia_matrix": "q[s], x, y",
+    "derivatives": f"q[s], v[s], a[s], x, y{{}}",
+}
+ways = ours_too + generated_c + peers + ["rust"]
+calls, declared = [], []
+for name in functions:
+    for way in ways:
+        if way in ours_too:
+            declared.append(f"int {way}_{name}(const double **, double **, long long *, double *, int);")
+            second = "x" if name == "inertia_matrix" else "v[s]"
+            call = f"const double *in[] = {{q[s], {second}, a[s], x}}; double *out[] = {{y}}; {way}_{name}(in, out, 0, memory, 0);"
+        elif way in peers:
+            declared.append(f"static void (*{way}_{name})(int);")
+            call = f"{way}_{name}(s);"
+        else:
+            declared.append(f"void {way}_{name}();")
+            # C has a matrix for each of the two slopes.
+            two = f", y + {n * n}" if way in generated_c and name == "derivatives" else ""
+            call = f"{way}_{name}({arguments[name].format(two)});"
+        calls.append(f"static void {way}_{name}_at(int s) {{ {call} }}")
+listed = ",".join("{" + ",".join(f"{way}_{name}_at" for way in ways) + "}" for name in functions)
+opened = "".join(
+    f"""{{
+        void *library = dlopen("{here}/{peer}.so", RTLD_NOW);
+        if (!library) return fputs(dlerror(), stderr), 1;
+        void (*state)(int, double *, double *, double *) = dlsym(library, "state");
+        for (int s = 0; s < 64; s++) state(s, q[s], v[s], a[s]);
+        {"".join(f'{peer}_{name} = dlsym(library, "{name}");' for name in functions)}
+    }}"""
+    for peer in peers
+)
 (here / "main.c").write_text(f"""
+#include <dlfcn.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <time.h>
 #define WAYS {len(ways)}
-typedef int F(const double **, double **, long long *, double *, int);
-{declared}
-void rust_base_regressor(), rust_inverse_dynamics(), rust_inertia_matrix(), rust_derivatives();
 static double q[64][{n}], v[64][{n}], a[64][{n}], x[{max(p, len(base))}], y[{n} * {max(p, 2 * n)}], memory[1000000];
+{"".join(declared)}
+{"".join(calls)}
 static double now(void) {{
     struct timespec t;
     clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &t);
     return t.tv_sec * 1e9 + t.tv_nsec;
 }}
 int main(void) {{
-    F *all[4][WAYS] = {{{listed}}};
+    static void (*const all[4][WAYS])(int) = {{{listed}}};
     for (int i = 0; i < 64 * {n}; i++) {{
         q[0][i] = 6. * rand() / RAND_MAX - 3, v[0][i] = 4. * rand() / RAND_MAX - 2, a[0][i] = 10. * rand() / RAND_MAX - 5;
     }}
     for (int i = 0; i < {max(p, len(base))}; i++) x[i] = 1. * rand() / RAND_MAX;
-    double best[4][WAYS + 1];
-    for (int i = 0; i < 4 * (WAYS + 1); i++) best[0][i] = 1e30;
+    {opened}
+    static double best[4][WAYS];
     int calls = 64 * {100 if n < 12 else 10};
     for (int turn = 0; turn < 60; turn++)
         for (int f = 0; f < 4; f++)
-            for (int way = 0; way <= WAYS; way++) {{
+            for (int way = 0; way < WAYS; way++) {{
                 double begin = now();
-                for (int c = 0; c < calls; c++) {{
-                    int s = c & 63;
-                    const double *in[] = {{q[s], f == 2 ? x : v[s], a[s], x}};
-                    double *out[] = {{y}};
-                    if (way < WAYS) all[f][way](in, out, 0, memory, 0);
-                    else if (f == 0) rust_base_regressor(q[s], v[s], a[s], y);
-                    else if (f == 1) rust_inverse_dynamics(q[s], v[s], a[s], x, y);
-                    else if (f == 2) rust_inertia_matrix(q[s], x, y);
-                    else rust_derivatives(q[s], v[s], a[s], x, y);
-                }}
+                for (int c = 0; c < calls; c++) all[f][way](c & 63);
                 double each = (now() - begin) / calls;
-                if (each < best[f][way]) best[f][way] = each;
+                if (!turn || each < best[f][way]) best[f][way] = each;
             }}
     for (int f = 0; f < 4; f++)
-        for (int way = 0; way <= WAYS; way++) printf("%.1f\\n", best[f][way]);
+        for (int way = 0; way < WAYS; way++) printf("%.1f\\n", best[f][way]);
 }}
 """)
-objects = [f"{k}.o" for k in range(len(ways))]
+objects = [f"{way}.o" for way in ours_too + generated_c]
 run("gcc", "-O2", "-w", "main.c", *objects, "librist.a", "-lm", "-lpthread", "-ldl", "-o", "main")
 timed = [float(x) for x in subprocess.run([here / "main"], capture_output=True, text=True, check=True).stdout.split()]
 print(f"{urdf.stem}: {n} joints, {len(base)} base parameters (rist: {p}); casadi against pinocchio: {difference:.0e}")
-print(f"{'function':<18} {'operations':>10} {'casadi, ns':>10} {'our sine':>10} {'rist, ns':>10} {'ratios':>11}")
+print(f"compilers: gcc{', ' + newest if newest else ''}; ns, and in brackets how many times rist's Rust takes it")
+columns = ["casadi", "with our sine", "rist, C", *(f"Pinocchio, {name}" for name in by)]
+print(f"{'function':<18} {'operations':>10} {'rist, Rust':>10}" + "".join(f" {column:>20}" for column in columns))
 for k, (name, function) in enumerate(functions.items()):
-    of = timed[k * (len(ways) + 1) : (k + 1) * (len(ways) + 1)]
-    library, own, rust = min(of[: len(ways) // 2]), min(of[len(ways) // 2 : -1]), of[-1]
-    counted = f"{name:<18} {function.n_instructions():>10} {library:>10.0f} {own:>10.0f} {rust:>10.0f}"
-    print(f"{counted} {library / rust:>5.2f} {own / rust:>5.2f}")
+    of = dict(zip(ways, timed[k * len(ways) : (k + 1) * len(ways)]))
+    groups = [with_library, with_ours, generated_c, *([peer] for peer in peers)]
+    fastest = [min(of[way] for way in group) for group in groups]
+    beside = "".join(f" {ns:>13.0f} ({ns / of['rust']:.2f})" for ns in fastest)
+    print(f"{name:<18} {function.n_instructions():>10} {of['rust']:>10.0f}{beside}")
