@@ -24,17 +24,13 @@ pub(crate) fn run(arguments: &[String]) -> Result<(), String> {
 
     // The tests compare the output of this program byte by byte.
     cargo(&["build", "--quiet", "--package", "cli", "--features", "all-readers"])?;
-    let profiles = target.join("profiles.toml");
-    fs::write(&profiles, profiles_of(root)?).map_err(|e| format!("{}: {e}", profiles.display()))?;
     let at_root = |program: &str| {
         let mut command = Command::new(environment.join("bin").join(program));
         command.current_dir(root).env("VIRTUAL_ENV", &environment).env("CARGO_TARGET_DIR", &target);
         command
     };
     let mut build = at_root("maturin");
-    build
-        .args(["develop", "--quiet", "--locked", "--profile", "dev", "--features", "all-readers", "--config"])
-        .arg(&profiles);
+    build.args(["develop", "--quiet", "--locked", "--profile", "dev", "--features", "all-readers"]);
     done(&mut build, "maturin develop")?;
     let mut format = Command::new("cargo");
     format.args(["fmt", "--check", "--manifest-path", "crates/python/Cargo.toml"]).current_dir(root);
@@ -54,14 +50,6 @@ fn environment_in(environment: &Path) -> Result<(), String> {
     let pip = environment.join("bin/python");
     quiet(Command::new(pip).args(["-m", "pip", "install", "--quiet"]).args(PACKAGES), "pip install")?;
     fs::write(&complete, PACKAGES.join(" ")).map_err(|e| format!("{}: {e}", complete.display()))
-}
-
-/// The profiles of the workspace: the package stands outside it, and its dependencies are compiled alike.
-fn profiles_of(root: &Path) -> Result<String, String> {
-    let path = root.join("Cargo.toml");
-    let text = fs::read_to_string(&path).map_err(|e| format!("{}: {e}", path.display()))?;
-    let (_, profiles) = text.split_once("\n[profile").ok_or("Cargo.toml has no profile")?;
-    Ok(format!("[profile{profiles}"))
 }
 
 /// Runs a command. If it fails, the last line of its output is the reason.
