@@ -2,7 +2,7 @@
 //!
 //! An enclosure gives, for a part I of the span, intervals that hold what each function does on I. A part is divided
 //! until no function can exceed there, by more than its tolerance, the value that it is known to reach (branch and
-//! bound, in a fixed order). The values reached are proved too, by enclosures at single instants.
+//! bound, in a fixed order), or until they stay where it is enough to know that they do. The values reached are proved too, by enclosures at single instants.
 
 use crate::interval::Interval;
 
@@ -177,7 +177,7 @@ mod tests {
         let ((loose, few), (exact, many)) = (counted(4.9), counted(4.8));
         assert!(loose.least.proved >= -4.9 && loose.greatest.proved <= 4.9 && few < 60, "{few}");
         assert!((exact.least.proved + 4.814469889).abs() < 1e-8 && many > 2 * few, "{many} {few}");
-        // Above what is reached below, the other end is not looked for.
+        // Its greatest stays within what is enough, so that it is told by a bound alone.
         assert!(exact.greatest.proved <= 4.8);
     }
 

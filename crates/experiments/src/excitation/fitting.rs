@@ -60,7 +60,7 @@ pub struct Fitted {
 
 /// The motion, made smaller until its limits are proved to be kept or the rounds are over.
 pub fn fitted(motion: Motion, obligations: &Obligations) -> Fitted {
-    let (mut motion, mut beyond) = (motion, 1.0);
+    let (mut motion, mut first_beyond) = (motion, None);
     for _ in 0..MAX_PROOF_ROUNDS {
         if Interruption::check().is_err() {
             break;
@@ -79,21 +79,22 @@ pub fn fitted(motion: Motion, obligations: &Obligations) -> Fitted {
         // What instants show already needs no proof.
         let sampled = torque.map_or(0.0, |t| sampled_excess(&motion, obligations.limits, t));
         if sampled > 1.0 {
-            beyond = if beyond == 1.0 { sampled } else { beyond };
+            first_beyond.get_or_insert(sampled);
             shrink(&mut motion, sampled.sqrt().recip().clamp(0.5, MAX_SWING_KEPT_FOR_TORQUE));
             continue;
         }
         let torques = torque.map_or(vec![], |t| prove_torque(&motion, obligations.limits, obligations.names, t));
         if are_proven(&torques) {
-            return Fitted { motion, certificate: [rows, gaps, torques].concat(), beyond };
+            let certificate = [rows, gaps, torques].concat();
+            return Fitted { motion, certificate, beyond: first_beyond.unwrap_or(1.0) };
         }
         // Torques of accelerations and squared velocities; those of gravity hardly change.
         let excess = torques.iter().map(|r| r.nowhere_beyond / r.bound).fold(1.0, f64::max);
-        beyond = if beyond == 1.0 { excess } else { beyond };
+        first_beyond.get_or_insert(excess);
         shrink(&mut motion, excess.sqrt().recip().clamp(0.5, MAX_SWING_KEPT_FOR_TORQUE));
     }
     let certificate = obligations.certificate(&motion);
-    Fitted { motion, certificate, beyond }
+    Fitted { motion, certificate, beyond: first_beyond.unwrap_or(1.0) }
 }
 
 fn shrink(motion: &mut Motion, factor: f64) {

@@ -105,6 +105,18 @@ impl<'a> Value<'a> {
         }
     }
 
+    /// The number that a type asks for; in quotes it is one too.
+    fn asked_number<V: Visitor<'a>>(self, visitor: V) -> Result<V::Value, Unexpected> {
+        let quoted = match &self.node.content {
+            Content::Text(text) => text.trim().parse::<f64>().ok(),
+            _ => None,
+        };
+        self.here(match quoted {
+            Some(x) => self.number(x, visitor),
+            None => self.visited(visitor),
+        })
+    }
+
     /// What a type makes of the value; what it says of a value that it has read stands here too.
     fn seeded<T: DeserializeSeed<'a>>(self, seed: T) -> Result<T::Value, Unexpected> {
         self.here(seed.deserialize(self))
@@ -113,6 +125,14 @@ impl<'a> Value<'a> {
     fn here<T>(self, result: Result<T, Unexpected>) -> Result<T, Unexpected> {
         result.map_err(|e| e.at(self.node.line, self.node.column))
     }
+}
+
+macro_rules! asked_numbers {
+    ($($name:ident)*) => {
+        $(fn $name<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, Unexpected> {
+            self.asked_number(visitor)
+        })*
+    };
 }
 
 impl<'de> Deserializer<'de> for Value<'de> {
@@ -125,6 +145,21 @@ impl<'de> Deserializer<'de> for Value<'de> {
     fn deserialize_f64<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, Unexpected> {
         match self.node.content {
             Content::Number(x) => self.here(visitor.visit_f64(x)),
+            _ => self.asked_number(visitor),
+        }
+    }
+
+    asked_numbers! { deserialize_i8 deserialize_i16 deserialize_i32 deserialize_i64 deserialize_u8 deserialize_u16 deserialize_u32 deserialize_u64 deserialize_f32 }
+
+    /// The words of YAML 1.1 too, which people write.
+    fn deserialize_bool<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, Unexpected> {
+        let word = match &self.node.content {
+            Content::Text(text) => text.to_lowercase(),
+            _ => String::new(),
+        };
+        match word.as_str() {
+            "yes" | "on" | "y" | "true" => self.here(visitor.visit_bool(true)),
+            "no" | "off" | "n" | "false" => self.here(visitor.visit_bool(false)),
             _ => self.deserialize_any(visitor),
         }
     }
@@ -153,6 +188,26 @@ impl<'de> Deserializer<'de> for Value<'de> {
             Content::Null => self.here(visitor.visit_seq(Items { items: [].iter(), text: self.text })),
             _ => self.deserialize_any(visitor),
         }
+    }
+
+    /// A key whose entries are all left out, or put in comments.
+    fn deserialize_map<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, Unexpected> {
+        match self.node.content {
+            Content::Null => {
+                let none = Entries { entries: [].iter(), value: self.node, text: self.text };
+                self.here(visitor.visit_map(none))
+            }
+            _ => self.deserialize_any(visitor),
+        }
+    }
+
+    fn deserialize_struct<V: Visitor<'de>>(
+        self,
+        _name: &'static str,
+        _fields: &'static [&'static str],
+        visitor: V,
+    ) -> Result<V::Value, Unexpected> {
+        self.deserialize_map(visitor)
     }
 
     fn deserialize_newtype_struct<V: Visitor<'de>>(
@@ -184,8 +239,7 @@ impl<'de> Deserializer<'de> for Value<'de> {
     }
 
     serde::forward_to_deserialize_any! {
-        bool i8 i16 i32 i64 i128 u8 u16 u32 u64 u128 f32 char bytes byte_buf unit unit_struct tuple tuple_struct map
-        struct identifier ignored_any
+        i128 u128 char bytes byte_buf unit unit_struct tuple tuple_struct identifier ignored_any
     }
 }
 
@@ -349,7 +403,36 @@ mod tests {
         assert_eq!(read_as::<Vec<f64>>(""), Ok(vec![]));
         assert!(read_as::<f64>(".inf").is_ok_and(f64::is_infinite));
         let read: Vec<String> = read_as("- &a 7\n- *a\n- |\n  x\n").unwrap();
-        assert_eq!(read, ["&a 7".trim_start_matches("&a "), "7", "x\n"]);
+        assert_eq!(read, ["7", "7", "x\n"]);
+    }
+
+    /// What the library's own reader takes is taken: nothing where a map or a list is, numbers in quotes, yes and no.
+    #[test]
+    fn what_people_write_is_read() {
+        #[derive(Debug, Default, Deserialize, PartialEq)]
+        #[serde(default, deny_unknown_fields)]
+        struct Asked {
+            on: bool,
+            x: Option<f64>,
+            count: usize,
+            list: Vec<f64>,
+            inner: Option<Box<Asked>>,
+        }
+        #[derive(Debug, Deserialize, PartialEq)]
+        struct Outer {
+            all: Asked,
+        }
+        let empty: Outer = read_as("all:\n  # x: 1\n").unwrap();
+        assert_eq!(empty.all, Asked::default());
+        let text = "all: {on: Yes, x: '1.5', count: \"3\", list: , inner: }\n";
+        let read: Outer = read_as(text).unwrap();
+        assert_eq!(read.all, Asked { on: true, x: Some(1.5), count: 3, ..Asked::default() });
+        assert!(read_as::<bool>("maybe").unwrap_err().contains("expected a boolean"));
+        assert!(read_as::<usize>("'1.5'").unwrap_err().contains("expected usize"));
+        // An anchor's entries are merged by the library.
+        let merged: std::collections::BTreeMap<String, std::collections::BTreeMap<String, f64>> =
+            read_as("a: &a {x: 1}\nb: {<<: *a, y: 2}\n").unwrap();
+        assert_eq!(merged["b"].len(), 2);
     }
 
     #[test]
