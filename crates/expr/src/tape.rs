@@ -138,22 +138,43 @@ impl Tape {
         if outputs.len() == self.n_outputs() {
             return self.evaluate(inputs, work, outputs);
         }
+        let (count, n_out) = (outputs.len() / self.n_outputs().max(1), self.n_outputs());
+        self.run_lanes(inputs, count, work, |block, k, values| {
+            let first = block * Tape::LANES;
+            for (lane, x) in values.iter().enumerate().take(count - first) {
+                outputs[(first + lane) * n_out + k] = *x;
+            }
+        });
+    }
+
+    /// So many evaluations, [`Tape::LANES`] side by side: `take(block, k, values)` gets output k of the samples
+    /// `block * LANES ..`. Lanes past the end repeat the last sample.
+    pub fn evaluate_lanes(
+        &self,
+        inputs: &[f64],
+        count: usize,
+        work: &mut Workspace,
+        take: &mut dyn FnMut(usize, usize, [f64; Tape::LANES]),
+    ) {
+        self.run_lanes(inputs, count, work, take);
+    }
+
+    fn run_lanes(
+        &self,
+        inputs: &[f64],
+        count: usize,
+        work: &mut Workspace,
+        mut take: impl FnMut(usize, usize, [f64; Tape::LANES]),
+    ) {
         if work.many.is_empty() {
             work.many = work.one.iter().map(|&[x, _]| [x; Tape::LANES]).collect();
         }
-        let (n_in, n_out) = (self.n_inputs(), self.n_outputs());
-        for (block, outputs) in outputs.chunks_mut((n_out * Tape::LANES).max(1)).enumerate() {
-            let (inputs, n) = (&inputs[block * n_in * Tape::LANES..], outputs.len() / n_out);
-            // Lanes past the end repeat the last sample.
-            self.run(
-                &mut work.many,
-                |k, lane| inputs[lane.min(n - 1) * n_in + k],
-                |k, values| {
-                    for (lane, x) in values.iter().enumerate().take(n) {
-                        outputs[lane * n_out + k] = *x;
-                    }
-                },
-            );
+        let n_in = self.n_inputs();
+        for block in 0..count.div_ceil(Tape::LANES) {
+            let first = block * Tape::LANES;
+            let (inputs, last) = (&inputs[first * n_in..], Tape::LANES.min(count - first) - 1);
+            let input = |k: usize, lane: usize| inputs[lane.min(last) * n_in + k];
+            self.run(&mut work.many, input, |k, values| take(block, k, values));
         }
     }
 

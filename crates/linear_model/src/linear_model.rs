@@ -98,9 +98,6 @@ impl<'a> Model<'a> {
     #[inline]
     fn fill(&self, states: &States, filtered: &[Option<&[f64]>], r: usize, y: &[f64], w: &mut [f64]) {
         let (n, p, base) = (self.n(), self.p(), self.regressor.parameters().len());
-        let at = r * n..(r + 1) * n;
-        let (dq, ddq) = (&states.dq[at.clone()], &states.ddq[at.clone()]);
-        let (tau, direction) = (&states.tau[at.clone()], &states.direction[at]);
         w.fill(0.0);
         let mut c = base;
         for j in 0..n {
@@ -108,13 +105,7 @@ impl<'a> Model<'a> {
             row[..base].copy_from_slice(&y[j * base..(j + 1) * base]);
             for (term, filtered) in self.friction.iter().zip(filtered) {
                 let width = term.parameters_of(j).len();
-                match filtered {
-                    Some(columns) => row[c..c + width].copy_from_slice(&columns[(r * n + j) * width..][..width]),
-                    None => {
-                        let torque = states.torque_of_friction(*term, r, j).unwrap_or(tau[j]);
-                        term.fill(dq[j], ddq[j], torque, direction[j], &mut row[c..c + width]);
-                    }
-                }
+                row[c..c + width].copy_from_slice(&self.friction_at(states, *term, *filtered, r, j)[..width]);
                 c += width;
             }
         }
@@ -140,6 +131,11 @@ impl<'a> Model<'a> {
     /// `take(r, block)` gets the rows from sample r on. Their entries stand where `layout` says, and the torque is one
     /// of them. Rows of joints at standstill are filled like the others.
     pub fn blocks(&self, states: &States, range: Range<usize>, mut take: impl FnMut(usize, &mut RowBlock)) {
+        self.each_block(states, range, &mut take);
+    }
+
+    /// The same, compiled once and in one piece.
+    fn each_block(&self, states: &States, range: Range<usize>, take: &mut dyn FnMut(usize, &mut RowBlock)) {
         let n = self.n();
         let filtered = states.filtered(self.friction);
         let mut block = RowBlock::new(self.layout.entries);
@@ -158,7 +154,7 @@ impl<'a> Model<'a> {
             for (g, r) in (first..first + block.rows).step_by(8).enumerate() {
                 let group = block.group(g);
                 let lanes = (range.end - r).min(8);
-                (0..lanes).for_each(|lane| self.fill_lane(states, &filtered, r + lane, group, lane));
+                self.fill_group(states, &filtered, r..r + lanes, group);
                 for eight in &mut group[..self.layout.entries] {
                     eight.0[lanes..].fill(0.0);
                 }
@@ -167,37 +163,63 @@ impl<'a> Model<'a> {
         }
     }
 
-    /// Friction, couplings and torques of sample r.
-    #[inline]
-    fn fill_lane(&self, states: &States, filtered: &[Option<&[f64]>], r: usize, group: &mut [Eight], lane: usize) {
+    /// Friction, couplings and torques of up to eight samples, one per lane.
+    fn fill_group(&self, states: &States, filtered: &[Option<&[f64]>], samples: Range<usize>, group: &mut [Eight]) {
         let n = self.n();
-        let at = r * n..(r + 1) * n;
-        let (dq, ddq) = (&states.dq[at.clone()], &states.ddq[at.clone()]);
-        let (tau, direction) = (&states.tau[at.clone()], &states.direction[at]);
+        let of_group = samples.start * n..samples.end * n;
         for (j, joint) in self.layout.joints.iter().enumerate() {
+            let of_joint = |all: &[f64], entry: &mut Eight| {
+                let all = all[of_group.clone()].iter().skip(j).step_by(n);
+                entry.0.iter_mut().zip(all).for_each(|(entry, x)| *entry = *x);
+            };
             let mut place = joint.friction;
             for (term, filtered) in self.friction.iter().zip(filtered) {
-                // No term has more columns than four.
-                let mut columns = [0.0; 4];
                 let width = term.parameters_of(j).len();
-                match filtered {
-                    Some(all) => columns[..width].copy_from_slice(&all[(r * n + j) * width..][..width]),
-                    None => {
-                        let torque = states.torque_of_friction(*term, r, j).unwrap_or(tau[j]);
-                        term.fill(dq[j], ddq[j], torque, direction[j], &mut columns[..width]);
+                let entries = &mut group[place..place + width];
+                place += width;
+                match (term, filtered, &mut *entries) {
+                    // The usual ones.
+                    (FrictionTerm::Viscous, None, [entry]) => of_joint(&states.dq, entry),
+                    (FrictionTerm::Coulomb, None, [entry]) => of_joint(&states.direction, entry),
+                    (FrictionTerm::Offset, None, [entry]) => entry.0[..samples.len()].fill(1.0),
+                    _ => {
+                        for (lane, r) in samples.clone().enumerate() {
+                            let columns = self.friction_at(states, *term, *filtered, r, j);
+                            entries.iter_mut().zip(columns).for_each(|(entry, x)| entry.0[lane] = x);
+                        }
                     }
                 }
-                for x in &columns[..width] {
-                    group[place].0[lane] = *x;
-                    place += 1;
-                }
             }
-            group[joint.torque()].0[lane] = tau[j];
+            of_joint(&states.tau, &mut group[joint.torque()]);
         }
         for (i, (coupling, places)) in self.couplings.iter().zip(&self.layout.couplings).enumerate() {
-            let at = self.at(states, r, i);
-            coupling.columns(&at, |row, column, entry| group[places[row] + column].0[lane] = entry);
+            for (lane, r) in samples.clone().enumerate() {
+                let at = self.at(states, r, i);
+                coupling.columns(&at, |row, column, entry| group[places[row] + column].0[lane] = entry);
+            }
         }
+    }
+
+    /// The columns of a friction term of joint j at sample r, of which no term has more than four.
+    #[inline]
+    fn friction_at(
+        &self,
+        states: &States,
+        term: FrictionTerm,
+        filtered: Option<&[f64]>,
+        r: usize,
+        j: usize,
+    ) -> [f64; 4] {
+        let (mut columns, width, at) = ([0.0; 4], term.parameters_of(j).len(), r * self.n() + j);
+        match filtered {
+            Some(all) => columns[..width].copy_from_slice(&all[at * width..][..width]),
+            None => {
+                let torque = states.torque_of_friction(term, r, j).unwrap_or(states.tau[at]);
+                let (dq, ddq, direction) = (states.dq[at], states.ddq[at], states.direction[at]);
+                term.fill(dq, ddq, torque, direction, &mut columns[..width]);
+            }
+        }
+        columns
     }
 
     /// tau - W x of eight rows of joint j.
@@ -233,6 +255,17 @@ impl<'a> Model<'a> {
         range: Range<usize>,
         x: &[f64],
         mut take: impl FnMut(&ResidualGroup),
+    ) {
+        self.each_residual_group(states, range, x, &mut take);
+    }
+
+    /// The same, compiled once and in one piece.
+    fn each_residual_group(
+        &self,
+        states: &States,
+        range: Range<usize>,
+        x: &[f64],
+        take: &mut dyn FnMut(&ResidualGroup),
     ) {
         let mut residuals = vec![[0.0; 8]; self.n()];
         self.blocks(states, range, |first, block| {

@@ -1,6 +1,6 @@
 //! The one interface through which identification sees a robot's dynamics.
 
-use generated::Eight;
+pub use generated::Eight;
 
 use crate::parameter::BaseParameter;
 use crate::states::States;

@@ -3,6 +3,8 @@
 //! The matrices are small, dense and symmetric (p between ten and a hundred) and stored flat. This is the inner
 //! loop of planning, where a candidate costs a few thousand operations.
 
+use processor::{Work, widely};
+
 /// Weighted rows of W: m x p, row by row.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Rows {
@@ -155,49 +157,72 @@ impl InformationMatrix {
 ///
 /// Every inner loop runs along rows, which a hundred columns and more ask for.
 pub fn log_det_and_inverse(lower: &[f64], p: usize) -> Option<(f64, Vec<f64>)> {
-    // F = U'U, row by row from the top.
-    let mut u = vec![0.0; p * p];
-    (0..p).for_each(|i| (i..p).for_each(|j| u[i * p + j] = lower[j * p + i]));
-    let mut log_det = 0.0;
-    for k in 0..p {
-        let (above, below) = u.split_at_mut((k + 1) * p);
-        let row = &mut above[k * p..];
-        let pivot = row[k];
-        if pivot.is_nan() || pivot <= 0.0 {
-            return None;
+    widely(Inversion { lower, p })
+}
+
+struct Inversion<'a> {
+    lower: &'a [f64],
+    p: usize,
+}
+
+impl Work for Inversion<'_> {
+    type Output = Option<(f64, Vec<f64>)>;
+
+    #[inline(always)]
+    fn run(self) -> Self::Output {
+        let Inversion { lower, p } = self;
+        // F = U'U, row by row from the top.
+        let mut u = vec![0.0; p * p];
+        (0..p).for_each(|i| (i..p).for_each(|j| u[i * p + j] = lower[j * p + i]));
+        let mut log_det = 0.0;
+        for k in 0..p {
+            let (above, below) = u.split_at_mut((k + 1) * p);
+            let row = &mut above[k * p..];
+            let pivot = row[k];
+            if pivot.is_nan() || pivot <= 0.0 {
+                return None;
+            }
+            log_det += pivot.ln();
+            let root = pivot.sqrt();
+            row[k..].iter_mut().for_each(|x| *x /= root);
+            for (j, other) in (k + 1..p).zip(below.chunks_exact_mut(p)) {
+                subtract(&mut other[j..], row[j], &row[j..]);
+            }
         }
-        log_det += pivot.ln();
-        let root = pivot.sqrt();
-        row[k..].iter_mut().for_each(|x| *x /= root);
-        for (j, other) in (k + 1..p).zip(below.chunks_exact_mut(p)) {
-            let factor = row[j];
-            other[j..].iter_mut().zip(&row[j..]).for_each(|(x, y)| *x -= factor * y);
+        // L^-1 = U'^-1, by elimination.
+        let mut inverse = vec![0.0; p * p];
+        for k in 0..p {
+            let (above, below) = inverse.split_at_mut((k + 1) * p);
+            let row = &mut above[k * p..][..k + 1];
+            row[k] = 1.0;
+            row.iter_mut().for_each(|x| *x /= u[k * p + k]);
+            for (j, other) in (k + 1..p).zip(below.chunks_exact_mut(p)) {
+                subtract(&mut other[..k + 1], u[k * p + j], row);
+            }
         }
-    }
-    // L^-1 = U'^-1, by elimination.
-    let mut inverse = vec![0.0; p * p];
-    for k in 0..p {
-        let (above, below) = inverse.split_at_mut((k + 1) * p);
-        let row = &mut above[k * p..][..k + 1];
-        row[k] = 1.0;
-        row.iter_mut().for_each(|x| *x /= u[k * p + k]);
-        for (j, other) in (k + 1..p).zip(below.chunks_exact_mut(p)) {
-            let factor = u[k * p + j];
-            other.iter_mut().zip(&*row).for_each(|(x, y)| *x -= factor * y);
+        let mut f = vec![0.0; p * p];
+        add_products(&mut f, p, &inverse, |_| 1.0);
+        for i in 0..p {
+            (0..i).for_each(|j| f[j * p + i] = f[i * p + j]);
         }
+        Some((log_det, f))
     }
-    let mut f = vec![0.0; p * p];
-    add_products(&mut f, p, &inverse, |_| 1.0);
-    for i in 0..p {
-        (0..i).for_each(|j| f[j * p + i] = f[i * p + j]);
+}
+
+/// x - factor y. By indices: an iterator's own functions may stand in another unit, which has not the wide registers.
+#[inline(always)]
+fn subtract(x: &mut [f64], factor: f64, y: &[f64]) {
+    let y = &y[..x.len()];
+    for i in 0..x.len() {
+        x[i] -= factor * y[i];
     }
-    Some((log_det, f))
 }
 
 /// Rows that are added in one pass.
 const ROWS_PER_PASS: usize = 4;
 
 /// Adds weight(r) row_r row_r' of each row to the lower triangle of a p x p matrix, row after row in every entry.
+#[inline(always)]
 pub fn add_products(lower: &mut [f64], p: usize, rows: &[f64], weight: impl Fn(usize) -> f64) {
     let whole = rows.len() / p.max(1) / ROWS_PER_PASS * ROWS_PER_PASS;
     let (blocks, rest) = rows.split_at(whole * p);

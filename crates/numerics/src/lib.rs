@@ -18,6 +18,7 @@ mod error;
 pub mod fft;
 pub mod fourier;
 pub mod in_order;
+pub mod in_parallel;
 pub mod information_matrix;
 pub mod interruption;
 pub mod interval;

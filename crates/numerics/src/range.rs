@@ -2,8 +2,13 @@
 //!
 //! An enclosure gives, for a part I of the span, intervals that hold what each function does on I. A part is divided
 //! until no function can exceed there, by more than its tolerance, the value that it is known to reach (branch and
-//! bound, in a fixed order), or until they stay where it is enough to know that they do. The values reached are proved too, by enclosures at single instants.
+//! bound, in a fixed order). The values reached are proved too, by enclosures at single instants.
+//!
+//! Where it is enough to know that functions stay within bounds, that is proved first, with more enclosures: the exact
+//! range of what is enclosed widely may take too many.
 
+use crate::in_parallel::in_parallel;
+use crate::interruption::Interruption;
 use crate::interval::Interval;
 
 /// An end of the range of one function.
@@ -31,7 +36,7 @@ pub struct Range {
 pub struct Sought {
     /// How near a proved bound comes to what is reached.
     pub tolerance: f64,
-    /// A part where the function stays between minus this and this needs no division.
+    /// What the function is to stay within, between minus this and this; minus infinity where only its range is sought.
     pub enough: f64,
 }
 
@@ -47,27 +52,88 @@ impl Sought {
 pub struct Subdivision {
     /// Parts to begin with.
     pub parts: usize,
-    /// Largest number of enclosures. The parts that are left then are bounded without further division.
+    /// Most enclosures for the exact ranges. The parts that are left then are bounded without further division.
     pub enclosures: usize,
+    /// Most enclosures before them, to know that functions stay within what is enough; where one is seen to leave it,
+    /// they are those for the ranges.
+    pub enclosures_within: usize,
+}
+
+/// What functions do on a part, and at its middle.
+#[derive(Clone, Debug)]
+pub struct Enclosed {
+    /// On the part.
+    pub over: Vec<Interval>,
+    /// At the middle of the part.
+    pub middle: Vec<Interval>,
 }
 
 /// Widths of an instant's enclosure that a part may exceed what is reached by: what is reached is the far end of one, and a
 /// part is rounded in a few operations more.
 const ROUNDINGS: f64 = 4.0;
 
-/// The ranges over `span` of the functions whose enclosures `enclose` gives, one for each that is sought.
+/// Parts that threads share at a time.
+const PARTS_AT_A_TIME: usize = 512;
+
+/// The ranges over `span` of the functions that `enclose` encloses, one for each that is sought. They are the same for any
+/// number of threads. Work that is interrupted ends without further division.
 pub fn ranges(
     span: Interval,
     subdivision: Subdivision,
     sought: &[Sought],
-    mut enclose: impl FnMut(Interval) -> Vec<Interval>,
+    enclose: impl Fn(Interval) -> Enclosed + Sync,
 ) -> Vec<Range> {
+    let Subdivision { parts, enclosures, enclosures_within } = subdivision;
+    let parts = parts.max(1);
+    let at = |k: usize| if k == parts { span.high } else { span.low + span.width() * (k as f64 / parts as f64) };
     let never = |sign: f64| Extreme { reached: sign * f64::INFINITY, time: span.low, proved: sign * f64::INFINITY };
-    let mut found = vec![Range { least: never(1.0), greatest: never(-1.0) }; sought.len()];
-    // The width that rounding leaves the enclosure of an instant.
-    let mut rounding = vec![0.0_f64; sought.len()];
-    let reach = |found: &mut [Range], rounding: &mut [f64], time: f64, values: &[Interval]| {
-        for ((range, value), rounding) in found.iter_mut().zip(values).zip(rounding) {
+    let mut search = Search {
+        sought,
+        found: vec![Range { least: never(1.0), greatest: never(-1.0) }; sought.len()],
+        rounding: vec![0.0; sought.len()],
+    };
+    for time in (0..=parts).map(at) {
+        search.reach(time, &enclose(Interval::point(time)).over);
+    }
+    let first = search.enclosed((0..parts).map(|k| Interval::new(at(k), at(k + 1))).collect(), &enclose);
+    let within = search.divided(first, Aim::Within, enclosures_within.max(enclosures), enclosures, &enclose);
+    let exact = search.divided(within, Aim::Range, enclosures, enclosures, &enclose);
+    for part in &exact {
+        for (range, held) in search.found.iter_mut().zip(&part.held) {
+            range.greatest.proved = range.greatest.proved.max(held.high);
+            range.least.proved = range.least.proved.min(held.low);
+        }
+    }
+    search.found
+}
+
+/// A part of the span, and what holds each function on it.
+struct Part {
+    span: Interval,
+    held: Vec<Interval>,
+}
+
+/// What parts are divided for.
+#[derive(Clone, Copy, PartialEq)]
+enum Aim {
+    /// To know that functions stay within what is enough.
+    Within,
+    /// To know their ranges.
+    Range,
+}
+
+/// What is known so far.
+struct Search<'a> {
+    sought: &'a [Sought],
+    found: Vec<Range>,
+    /// The width that rounding leaves the enclosure of an instant.
+    rounding: Vec<f64>,
+}
+
+impl Search<'_> {
+    /// Takes what functions are at an instant.
+    fn reach(&mut self, time: f64, values: &[Interval]) {
+        for ((range, value), rounding) in self.found.iter_mut().zip(values).zip(&mut self.rounding) {
             if value.width().is_finite() {
                 *rounding = rounding.max(value.width());
             }
@@ -79,62 +145,104 @@ pub fn ranges(
                 (range.least.reached, range.least.time) = (value.high, time);
             }
         }
-    };
-    let parts = subdivision.parts.max(1);
-    let at = |k: usize| if k == parts { span.high } else { span.low + span.width() * (k as f64 / parts as f64) };
-    let mut left: Vec<Interval> = (0..parts).rev().map(|k| Interval::new(at(k), at(k + 1))).collect();
-    for k in 0..=2 * parts {
-        let time = if k % 2 == 0 { at(k / 2) } else { Interval::new(at(k / 2), at(k / 2 + 1)).middle() };
-        reach(&mut found, &mut rounding, time, &enclose(Interval::point(time)));
     }
-    let mut enclosures = 0;
-    while let Some(part) = left.pop() {
-        let held = enclose(part);
-        enclosures += 1;
-        let settled =
-            held.iter().zip(&found).zip(sought.iter().zip(&rounding)).all(|((held, range), (sought, least))| {
+
+    /// The parts with what holds the functions on them; their middles are reached.
+    fn enclosed(&mut self, spans: Vec<Interval>, enclose: &(impl Fn(Interval) -> Enclosed + Sync)) -> Vec<Part> {
+        let threads = std::thread::available_parallelism().map_or(1, usize::from);
+        let all = in_parallel(spans, threads, |span| (span, enclose(span)));
+        let part = |(span, Enclosed { over, middle }): (Interval, Enclosed)| {
+            self.reach(span.middle(), &middle);
+            Part { span, held: over }
+        };
+        all.into_iter().map(part).collect()
+    }
+
+    /// Divides parts, all of a size before any that is smaller, until nothing is left to divide for the aim or so many
+    /// enclosures are used; `beyond`: where a function leaves what is enough.
+    fn divided(
+        &mut self,
+        parts: Vec<Part>,
+        aim: Aim,
+        enclosures: usize,
+        beyond: usize,
+        enclose: &(impl Fn(Interval) -> Enclosed + Sync),
+    ) -> Vec<Part> {
+        let (mut done, mut used, mut left) = (vec![], 0, parts);
+        while !left.is_empty() {
+            let (mut settled, open): (Vec<Part>, Vec<Part>) =
+                left.into_iter().partition(|part| self.is_done(part, aim));
+            done.append(&mut settled);
+            used += 2 * open.len();
+            let most = if self.is_beyond() { beyond } else { enclosures };
+            if used > most || Interruption::check().is_err() {
+                done.extend(open);
+                break;
+            }
+            left = Vec::with_capacity(2 * open.len());
+            for some in open.chunks(PARTS_AT_A_TIME / 2) {
+                let halves = |part: &Part| {
+                    let (span, middle) = (part.span, part.span.middle());
+                    [Interval::new(span.low, middle), Interval::new(middle, span.high)]
+                };
+                left.extend(self.enclosed(some.iter().flat_map(halves).collect(), enclose));
+            }
+        }
+        done
+    }
+
+    /// Whether a part needs no division, or has none.
+    fn is_done(&self, part: &Part, aim: Aim) -> bool {
+        let middle = part.span.middle();
+        let is_point = middle <= part.span.low || middle >= part.span.high;
+        let mut all = part.held.iter().zip(&self.found).zip(self.sought.iter().zip(&self.rounding));
+        is_point
+            || all.all(|((held, range), (sought, least))| {
                 // Nearer than rounding no division comes.
                 let tolerance = sought.tolerance.max(ROUNDINGS * least);
-                held.high <= (range.greatest.reached + tolerance).max(sought.enough)
-                    && held.low >= (range.least.reached - tolerance).min(-sought.enough)
-            });
-        let middle = part.middle();
-        let is_point = middle <= part.low || middle >= part.high;
-        if settled || is_point || enclosures >= subdivision.enclosures {
-            for (range, held) in found.iter_mut().zip(&held) {
-                range.greatest.proved = range.greatest.proved.max(held.high);
-                range.least.proved = range.least.proved.min(held.low);
-            }
-        } else {
-            reach(&mut found, &mut rounding, middle, &enclose(Interval::point(middle)));
-            left.push(Interval::new(middle, part.high));
-            left.push(Interval::new(part.low, middle));
-        }
+                let enough = if aim == Aim::Within { sought.enough } else { f64::NEG_INFINITY };
+                held.high <= (range.greatest.reached + tolerance).max(enough)
+                    && held.low >= (range.least.reached - tolerance).min(-enough)
+            })
     }
-    found
+
+    /// Whether a function is seen to leave what is enough.
+    fn is_beyond(&self) -> bool {
+        let is_beyond =
+            |(range, s): (&Range, &Sought)| range.greatest.reached > s.enough || range.least.reached < -s.enough;
+        self.found.iter().zip(self.sought).any(is_beyond)
+    }
 }
 
 #[cfg(test)]
 mod tests {
+    use std::sync::atomic::{AtomicUsize, Ordering};
+
     use super::*;
     use crate::jet::Jet;
 
-    fn enclose(part: Interval) -> Vec<Interval> {
-        // t sin t and t^2.
+    /// On the part and at its middle.
+    fn both(on: impl Fn(Interval) -> Vec<Interval>, part: Interval) -> Enclosed {
+        Enclosed { over: on(part), middle: on(Interval::point(part.middle())) }
+    }
+
+    /// t sin t and t^2.
+    fn on(part: Interval) -> Vec<Interval> {
         let jet = |t: Interval| Jet([t, Interval::point(1.0), Interval::ZERO]);
         let product = |t: Interval| jet(t) * jet(t).sin();
         let from_middle = part - Interval::point(part.middle());
         vec![Jet::over_interval(product(Interval::point(part.middle())), product(part), from_middle), part.square()]
     }
 
+    fn of(enclosures: usize, enclosures_within: usize) -> Subdivision {
+        Subdivision { parts: 8, enclosures, enclosures_within }
+    }
+
+    const SPAN: Interval = Interval { low: -3.0, high: 6.0 };
+
     #[test]
     fn ends_are_found_and_proved() {
-        let found = ranges(
-            Interval::new(-3.0, 6.0),
-            Subdivision { parts: 8, enclosures: 100_000 },
-            &[Sought::to(1e-9); 2],
-            enclose,
-        );
+        let found = ranges(SPAN, of(100_000, 0), &[Sought::to(1e-9); 2], |part| both(on, part));
         // t sin t: greatest at t = 2.028757838 (tan t = -t), least at t = 4.913180439.
         let (greatest, least) = (found[0].greatest, found[0].least);
         assert!((greatest.reached - 1.819705741).abs() < 1e-8 && (greatest.time.abs() - 2.028757838).abs() < 1e-3);
@@ -147,44 +255,48 @@ mod tests {
     /// A tolerance below the rounding of the values is no reason to divide until the budget ends.
     #[test]
     fn values_far_beyond_their_tolerance_end_soon() {
-        let mut count = 0;
+        let count = AtomicUsize::new(0);
         let large = |part: Interval| {
-            count += 1;
+            count.fetch_add(1, Ordering::Relaxed);
             // A difference of large numbers, as in a blend of a microsecond, leaves their rounding.
             let [far, near] = [1e15, -1e15].map(Interval::point);
-            enclose(part).into_iter().map(|x| (x * Interval::point(1e5) + far) + near).collect()
+            on(part).into_iter().map(|x| (x * Interval::point(1e5) + far) + near).collect()
         };
-        let subdivision = Subdivision { parts: 8, enclosures: 100_000 };
-        let found = ranges(Interval::new(-3.0, 6.0), subdivision, &[Sought::to(1e-9); 2], large);
+        let found = ranges(SPAN, of(100_000, 0), &[Sought::to(1e-9); 2], |part| both(large, part));
         assert!((found[0].greatest.proved / 1.819705741e5 - 1.0).abs() < 1e-4, "{found:?}");
-        assert!(count < 10_000, "{count}");
+        assert!(count.into_inner() < 10_000);
     }
 
-    /// Parts that stay within what is enough are not divided; a function that leaves it is told to its tolerance.
+    /// That functions stay within what is enough takes few parts; their exact ranges are told where they take no more than
+    /// is allowed for them, whether they stay within or not.
     #[test]
     fn what_is_enough_costs_few_parts() {
-        let counted = |enough: f64| {
-            let mut count = 0;
-            let subdivision = Subdivision { parts: 8, enclosures: 100_000 };
+        let counted = |enough: f64, subdivision: Subdivision| {
+            let count = AtomicUsize::new(0);
             let sought = [Sought { tolerance: 1e-9, enough }, Sought { tolerance: 1.0, enough: 40.0 }];
             let counting = |part: Interval| {
-                count += 1;
-                enclose(part)
+                count.fetch_add(1, Ordering::Relaxed);
+                both(on, part)
             };
-            (ranges(Interval::new(-3.0, 6.0), subdivision, &sought, counting)[0], count)
+            (ranges(SPAN, subdivision, &sought, counting)[0], count.into_inner())
         };
         // The least is -4.81447, the greatest 1.81971.
-        let ((loose, few), (exact, many)) = (counted(4.9), counted(4.8));
-        assert!(loose.least.proved >= -4.9 && loose.greatest.proved <= 4.9 && few < 60, "{few}");
-        assert!((exact.least.proved + 4.814469889).abs() < 1e-8 && many > 2 * few, "{many} {few}");
-        // Its greatest stays within what is enough, so that it is told by a bound alone.
-        assert!(exact.greatest.proved <= 4.8);
+        let is_exact = |range: Range| {
+            (range.least.proved + 4.814469889).abs() < 1e-8 && (range.greatest.proved - 1.819705741).abs() < 1e-8
+        };
+        let (within, few) = counted(4.9, of(0, 100_000));
+        assert!(within.least.proved >= -4.9 && within.greatest.proved <= 4.9 && !is_exact(within) && few < 60, "{few}");
+        let (exact, many) = counted(4.9, of(100_000, 100_000));
+        assert!(is_exact(exact) && many > 2 * few, "{many} {few}");
+        assert!(is_exact(counted(4.8, of(100_000, 100_000)).0));
+        // What leaves it is not divided by what was meant for proofs that it stays within.
+        let (beyond, fewest) = counted(4.8, of(8, 100_000));
+        assert!(beyond.least.proved <= -4.814469889 && !is_exact(beyond) && fewest < few, "{fewest}");
     }
 
     #[test]
     fn what_is_left_at_the_end_of_the_budget_is_still_bounded() {
-        let found =
-            ranges(Interval::new(-3.0, 6.0), Subdivision { parts: 8, enclosures: 8 }, &[Sought::to(1e-9); 2], enclose);
+        let found = ranges(SPAN, of(8, 0), &[Sought::to(1e-9); 2], |part| both(on, part));
         assert!(found[0].greatest.proved >= 1.819705741 && found[0].least.proved <= -4.814469889);
         assert!(found[0].greatest.reached <= 1.819705742);
     }

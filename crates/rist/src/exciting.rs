@@ -20,7 +20,6 @@ use experiments::excitation::proof::{CertificateRow, IdentifiedTorque};
 use experiments::excitation::search::{Found, search};
 use experiments::excitation::space_limits::{Floor, SpaceLimits};
 use experiments::excitation::visibility::{JointNoise, Visibility, visibility};
-use experiments::simulate::dynamics::RegressorDynamics;
 use experiments::simulate::setup::SimulationSetup;
 use identification::estimate::artefact::Estimate;
 use identification::signals::encoder_torque::encoder_torque;
@@ -32,6 +31,7 @@ pub use numerics::interruption::Interruption;
 
 use crate::adapters::regressor_slope::RegressorSlope;
 use crate::adapters::surroundings::RobotSurroundings;
+use crate::adapters::tape_dynamics::dynamics;
 use crate::after_estimate::{identified_friction, prior_rows, residual_noise};
 use crate::described::{described_friction, described_values, torque_left_out, torque_noise};
 use crate::error::Error;
@@ -242,9 +242,9 @@ fn joint_noise(
 ) -> JointNoise {
     match &known.parameters {
         Some(parameters) if request.after.is_none() => {
-            let dynamics = RegressorDynamics::new(model.regressor(), parameters.clone());
-            let sensing = SimulationSetup::for_robot(&model.robot, &dynamics).sensing;
-            let encoders = encoder_torque(&dynamics, &motion.reference(), &sensing.position_deviation());
+            let dynamics = dynamics(model, parameters.clone());
+            let sensing = SimulationSetup::for_robot(&model.robot, dynamics.as_ref()).sensing;
+            let encoders = encoder_torque(dynamics.as_ref(), &motion.reference(), &sensing.position_deviation());
             JointNoise { torque, encoders }
         }
         _ => JointNoise::of_torques(torque),

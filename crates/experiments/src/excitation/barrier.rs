@@ -9,6 +9,7 @@
 //! [Boyd, Vandenberghe 2004, 11.2]
 
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
+use numerics::in_parallel::in_parallel;
 use numerics::information_matrix::add_products;
 
 use crate::excitation::limits::{CoordinateLimits, LimitKind};
@@ -19,6 +20,8 @@ use crate::excitation::motion::Shape;
 /// With thirty a period of the highest harmonic a peak can lie (pi/30)^2 / 2 = 0.5 % above what they show. Where a
 /// motion is made smaller by that, the determinant loses twice as much.
 const WALL_INSTANTS_PER_SAMPLE: usize = 2;
+/// With fewer joints a second thread does not pay.
+const MIN_JOINTS_FOR_THREADS: usize = 12;
 
 /// The rows of one joint.
 #[derive(Clone)]
@@ -72,28 +75,38 @@ impl Barrier {
         rows.rows.chunks_exact(self.m).zip(&rows.bounds).map(move |(row, bounds)| (row, dot(row, x), *bounds))
     }
 
-    /// B; its gradient times `factor` is added to `gradient`. `None` outside the limits.
-    pub fn value(&self, x: &[f64], factor: f64, gradient: &mut [f64]) -> Option<f64> {
-        let mut sum = 0.0;
-        for joint in 0..self.joints.len() {
-            let gradient = &mut gradient[joint * self.m..][..self.m];
+    /// B; its gradient times `factor` is added to `gradient`. `None` outside the limits. So many threads share the joints, and
+    /// not a bit depends on it.
+    pub fn value(&self, x: &[f64], factor: f64, gradient: &mut [f64], threads: usize) -> Option<f64> {
+        let of_joint = |(joint, gradient): (usize, &mut [f64])| {
+            let mut logarithms = Vec::with_capacity(self.joints[joint].bounds.len());
             for (row, value, (low, high)) in self.rows(joint, x) {
                 let (above, below, half) = (high - value, value - low, 0.5 * (high - low));
                 if !(above > 0.0 && below > 0.0) {
                     return None;
                 }
-                sum -= (above / half * (below / half)).ln();
+                logarithms.push((above / half * (below / half)).ln());
                 let slope = factor * self.weight * (1.0 / above - 1.0 / below);
                 for i in 0..self.m {
                     gradient[i] += slope * row[i];
                 }
             }
-        }
+            Some(logarithms)
+        };
+        let joints = gradient.chunks_exact_mut(self.m).enumerate().take(self.joints.len()).collect();
+        let logarithms: Option<Vec<Vec<f64>>> =
+            in_parallel(joints, self.shared_by(threads), of_joint).into_iter().collect();
+        let sum = logarithms?.into_iter().flatten().fold(0.0, |sum, logarithm| sum - logarithm);
         Some(sum * self.weight)
     }
 
+    /// Threads that share the joints: a thread begins in the time that a few of them take.
+    fn shared_by(&self, threads: usize) -> usize {
+        if self.joints.len() < MIN_JOINTS_FOR_THREADS { 1 } else { threads }
+    }
+
     /// The Cholesky factors of the second derivative of `factor` B plus `ridge` times the metric, joint by joint.
-    pub(crate) fn curvature(&self, x: &[f64], factor: f64, ridge: f64) -> Option<Curvature> {
+    pub(crate) fn curvature(&self, x: &[f64], factor: f64, ridge: f64, threads: usize) -> Option<Curvature> {
         let m = self.m;
         let block = |joint: usize| {
             let JointRows { rows, metric, .. } = &self.joints[joint];
@@ -107,7 +120,8 @@ impl Barrier {
             hessian.fill_upper_triangle_with_lower_triangle();
             Cholesky::new(hessian)
         };
-        (0..self.joints.len()).map(block).collect::<Option<Vec<_>>>().map(|blocks| Curvature { m, blocks })
+        let blocks = in_parallel((0..self.joints.len()).collect(), self.shared_by(threads), block);
+        blocks.into_iter().collect::<Option<Vec<_>>>().map(|blocks| Curvature { m, blocks })
     }
 
     /// The greatest step along a direction that keeps a hundredth of the room of every row.
@@ -191,13 +205,13 @@ pub(crate) mod tests {
         let x = [0.1, 0.1, -0.2, 0.05, 0.1, 0.3, -0.1, 0.0, 0.1, 0.02];
         let slope = |x: &[f64]| {
             let mut g = vec![0.0; 10];
-            let value = barrier.value(x, 1.0, &mut g).unwrap();
+            let value = barrier.value(x, 1.0, &mut g, 1).unwrap();
             (value, g)
         };
         let (_, g) = slope(&x);
         let mut along = vec![0.3; 10];
         let direction = along.clone();
-        barrier.curvature(&x, 1.0, 0.0).unwrap().solve(&mut along);
+        barrier.curvature(&x, 1.0, 0.0, 1).unwrap().solve(&mut along);
         let h = 1e-6;
         let moved = |k: Option<usize>, h: f64| -> Vec<f64> {
             let step = |(i, x): (usize, &f64)| match k {
@@ -225,8 +239,8 @@ pub(crate) mod tests {
         direction[1] = 1.0;
         let step = barrier.step(&[0.0; 10], &direction);
         let at = |s: f64| -> Vec<f64> { direction.iter().map(|d| s * d).collect() };
-        assert!(barrier.value(&at(step), 1.0, &mut [0.0; 10]).is_some());
-        assert!(barrier.value(&at(step / 0.98), 1.0, &mut [0.0; 10]).is_none());
+        assert!(barrier.value(&at(step), 1.0, &mut [0.0; 10], 1).is_some());
+        assert!(barrier.value(&at(step / 0.98), 1.0, &mut [0.0; 10], 1).is_none());
         let (low, high) = barrier.reached(0, &x, LimitKind::Velocity);
         assert!(low < 0.0 && high > 0.0 && high < 1.5);
     }

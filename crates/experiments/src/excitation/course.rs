@@ -35,7 +35,7 @@ pub trait Course: Sync {
 }
 
 /// A course with what its enclosures need.
-pub trait EnclosedCourse {
+pub trait EnclosedCourse: Sync {
     /// Encloses position and derivatives of each coordinate on a part of a stretch.
     fn on(&self, stretch: usize, part: Interval) -> Vec<Derivatives>;
 }

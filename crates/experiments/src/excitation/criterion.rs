@@ -15,7 +15,7 @@ use numerics::reflection::{add_products, combine};
 use numerics::row_block::{BLOCK_ROWS, RowBlock};
 use serde::{Deserialize, Serialize};
 
-use crate::excitation::in_parallel::in_parallel;
+use numerics::in_parallel::in_parallel;
 
 /// The aim of a search for a motion.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]

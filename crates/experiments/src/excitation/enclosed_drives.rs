@@ -21,40 +21,50 @@ pub(super) fn limited_drives(limits: &[CoordinateLimits], described: &DescribedT
     (0..limits.len()).filter_map(effort).chain((0..limits.len()).filter_map(power)).collect()
 }
 
-/// The jets of torque and velocity of each coordinate at an instant.
-pub(super) type DriveJets = Vec<(Jet, Jet)>;
+/// The jets of torque and velocity of each coordinate.
+type DriveJets = Vec<(Jet, Jet)>;
 
-/// Torque of each coordinate on a part of a stretch, with viscous friction and offset, N m (N); and power, with dry friction
-/// too, W. `last`: the middle of the part before with its jets, which an instant that is asked for next mostly is.
+/// Torque of each coordinate, with viscous friction and offset, N m (N); and power, with dry friction too, W.
+pub(super) type Drives = Vec<(Interval, Interval)>;
+
+/// Torques and powers on a part of a stretch, and at its middle.
 pub(super) fn drives_on(
     enclosed: &dyn EnclosedCourse,
     stretch: usize,
     part: Interval,
     described: &DescribedTorque,
-    last: &mut Option<(f64, DriveJets)>,
-) -> Vec<(Interval, Interval)> {
-    let jets = |states: &[Derivatives]| -> DriveJets {
-        let of =
-            |d: usize| -> Vec<Jet> { states.iter().map(|x| Jet::of_derivatives(x[d], x[d + 1], x[d + 2])).collect() };
-        let dq = of(1);
-        described.torque.torque(&of(0), &dq, &of(2)).into_iter().zip(dq).collect()
-    };
-    let states = enclosed.on(stretch, part);
-    let is_point = part.width() == 0.0;
+) -> (Drives, Drives) {
     let middle = Interval::point(part.middle());
-    let thin = match last.take_if(|(time, _)| is_point && *time == middle.low) {
-        Some((_, known)) => known,
-        None => jets(&enclosed.on(stretch, middle)),
-    };
-    let wide = if is_point { thin.clone() } else { jets(&states) };
-    *last = (!is_point).then(|| (middle.low, thin.clone()));
-    let over = |thin: Jet, wide: Jet| match is_point {
-        true => wide.0[0],
-        false => Jet::over_interval(thin, wide, part - middle),
-    };
+    let thin = jets(&enclosed.on(stretch, middle), described);
+    let at_middle = drives(described, &thin, |jet| jet(&thin).0[0]);
+    if part.width() == 0.0 {
+        return (at_middle.clone(), at_middle);
+    }
+    let wide = jets(&enclosed.on(stretch, part), described);
+    let over = |jet: &dyn Fn(&DriveJets) -> Jet| Jet::over_interval(jet(&thin), jet(&wide), part - middle);
+    (drives(described, &wide, over), at_middle)
+}
+
+/// Torques and powers at an instant of a stretch.
+pub(super) fn drives_at(enclosed: &dyn EnclosedCourse, stretch: usize, t: f64, described: &DescribedTorque) -> Drives {
+    drives_on(enclosed, stretch, Interval::point(t), described).1
+}
+
+fn jets(states: &[Derivatives], described: &DescribedTorque) -> DriveJets {
+    let of = |d: usize| -> Vec<Jet> { states.iter().map(|x| Jet::of_derivatives(x[d], x[d + 1], x[d + 2])).collect() };
+    let dq = of(1);
+    described.torque.torque(&of(0), &dq, &of(2)).into_iter().zip(dq).collect()
+}
+
+/// Torques and powers where the jets of velocity are `states`; `of` encloses what is made of jets of torque and velocity.
+fn drives(
+    described: &DescribedTorque,
+    states: &DriveJets,
+    of: impl Fn(&dyn Fn(&DriveJets) -> Jet) -> Interval,
+) -> Drives {
     let one = |k: usize| {
-        let (f, velocity) = (described.friction[k], states[k][1]);
-        let torque = over(thin[k].0, wide[k].0) + velocity * f.viscous + Interval::point(f.offset);
+        let (f, velocity) = (described.friction[k], states[k].1.0[0]);
+        let torque = of(&|all| all[k].0) + velocity * f.viscous + Interval::point(f.offset);
         // Where the joint does not turn round, the sign of its dry friction is known.
         let (sign, turning) = match velocity {
             v if v.low >= 0.0 => (1.0, Interval::ZERO),
@@ -62,11 +72,12 @@ pub(super) fn drives_on(
             v => (0.0, Interval::new(0.0, v.magnitude())),
         };
         let dry = f.coulomb.abs();
-        let power = |(torque, dq): &(Jet, Jet)| {
+        let power = |all: &DriveJets| {
+            let (torque, dq) = all[k];
             let constant = |x: f64| Jet::constant(Interval::point(x));
-            (*torque + *dq * constant(f.viscous) + constant(f.offset) + constant(sign * dry)) * *dq
+            (torque + dq * constant(f.viscous) + constant(f.offset) + constant(sign * dry)) * dq
         };
-        (torque, over(power(&thin[k]), power(&wide[k])) + turning * dry)
+        (torque, of(&power) + turning * dry)
     };
-    (0..wide.len()).map(one).collect()
+    (0..states.len()).map(one).collect()
 }

@@ -17,7 +17,6 @@ pub mod fitting;
 pub mod fourier_series;
 pub mod gap_proof;
 pub mod held_limits;
-mod in_parallel;
 pub mod ledger;
 pub mod left_out;
 mod limit_kind;

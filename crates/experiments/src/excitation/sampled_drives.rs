@@ -3,11 +3,9 @@
 //! A motion that is beyond a limit at an instant needs no proof to be made smaller. A proof of thirty joints takes twenty
 //! seconds, and a look at the instants one.
 
-use numerics::interval::Interval;
-
 use crate::excitation::course::Course;
 use crate::excitation::described_torque::DescribedTorque;
-use crate::excitation::enclosed_drives::{drives_on, limited_drives};
+use crate::excitation::enclosed_drives::{drives_at, limited_drives};
 use crate::excitation::limits::{CoordinateLimits, LimitKind};
 
 /// Instants of each first part of a proof.
@@ -28,8 +26,8 @@ fn excess_of(course: &dyn Course, limits: &[CoordinateLimits], described: &Descr
     for (i, stretch) in course.stretches().into_iter().enumerate() {
         let count = SAMPLES_PER_PART * stretch.parts.max(1);
         for sample in 0..=count {
-            let time = Interval::point(stretch.length * (sample as f64 / count as f64));
-            let all = drives_on(enclosed.as_ref(), i, time, described, &mut None);
+            let time = stretch.length * (sample as f64 / count as f64);
+            let all = drives_at(enclosed.as_ref(), i, time, described);
             for &(k, kind, bound) in &limited {
                 let value = if kind == LimitKind::Power { all[k].1 } else { all[k].0 };
                 greatest = greatest.max(value.magnitude() / bound.max(f64::MIN_POSITIVE));

@@ -19,7 +19,6 @@ use numerics::interruption::Interruption;
 use random::Random;
 
 use crate::excitation::descent::descend;
-use crate::excitation::in_parallel::in_parallel;
 use crate::excitation::limits::LimitKind;
 use crate::excitation::motion::Shape;
 use crate::excitation::no_motion::{NoMotion, too_small};
@@ -27,6 +26,7 @@ use crate::excitation::problem::{Prepared, Problem};
 use crate::excitation::space_wall::Seen;
 use crate::excitation::walled::{RETURN_HEIGHT, Walled};
 use crate::excitation::watched::Watched;
+use numerics::in_parallel::in_parallel;
 
 /// How much is searched.
 #[derive(Clone, Copy, Debug)]

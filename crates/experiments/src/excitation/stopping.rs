@@ -13,7 +13,7 @@
 
 use claims::significant;
 use numerics::interval::Interval;
-use numerics::range::{Extreme, Sought, Subdivision, ranges};
+use numerics::range::{Enclosed, Extreme, Sought, Subdivision, ranges};
 use serde::{Deserialize, Serialize};
 
 use crate::excitation::course::{Course, Stretch};
@@ -137,11 +137,12 @@ fn room_of_positions(course: &dyn Course, limits: &[CoordinateLimits], names: &[
     let enclosed = course.enclosed();
     let mut least: Option<StopRoom> = None;
     for (i, stretch) in course.stretches().into_iter().enumerate() {
-        let subdivision = Subdivision { parts: stretch.parts, enclosures: ENCLOSURES };
-        let enclose = |part| {
+        let subdivision = Subdivision { parts: stretch.parts, enclosures: ENCLOSURES, enclosures_within: 0 };
+        let on = |part| {
             let held = enclosed.on(i, part);
             told.iter().map(|&k| stand(held[k][0], held[k][1], limits[k].acceleration)).collect()
         };
+        let enclose = |part: Interval| Enclosed { over: on(part), middle: on(Interval::point(part.middle())) };
         let found = ranges(Interval::new(0.0, stretch.length), subdivision, &sought, enclose);
         for (&k, range) in told.iter().zip(&found) {
             let (low, high) = limits[k].position;

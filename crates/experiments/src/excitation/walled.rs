@@ -82,7 +82,7 @@ impl<'a> Walled<'a> {
     fn evaluate(&self, x: &[f64], at_most: f64) -> Option<(f64, Vec<f64>)> {
         let (prepared, problem, height) = (self.prepared, self.prepared.problem, self.height);
         let mut gradient = vec![0.0; x.len()];
-        let mut value = height * prepared.barrier().value(x, height, &mut gradient)?;
+        let mut value = height * prepared.barrier().value(x, height, &mut gradient, prepared.threads)?;
         let (n, moving) = (problem.limits.len(), prepared.moving());
         if let Some(space) = &prepared.space {
             value += space.value(self.seen, &|row| prepared.positions(x, row), height, &mut |row, slope| {
@@ -124,7 +124,7 @@ impl<'a> Walled<'a> {
     }
 
     fn curvature(&self, x: &[f64]) -> Option<Curvature> {
-        self.prepared.barrier().curvature(x, self.height, CRITERION_CURVATURE)
+        self.prepared.barrier().curvature(x, self.height, CRITERION_CURVATURE, self.prepared.threads)
     }
 }
 

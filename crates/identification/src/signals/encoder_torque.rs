@@ -13,17 +13,24 @@ use experiments::simulate::dynamics::Dynamics;
 
 use crate::signals::cutoff::rule_with_noise;
 
+/// Instants whose dynamics are asked for at once.
+const AT_ONCE: usize = 64;
+
 /// e, N m (N) a sample, one per coordinate, for an identification with its default cut-off; `noise`: s, rad (m).
 pub fn encoder_torque(dynamics: &dyn Dynamics, motion: &Reference, noise: &[f64]) -> Vec<f64> {
     let n = noise.len();
     let w = std::f64::consts::TAU * rule_with_noise(&motion.q, motion.sample_time, noise).cutoff;
-    let (mut inertia, mut bias, mut sum) = (vec![0.0; n * n], vec![0.0; n], vec![0.0; n]);
+    let (mut inertia, mut bias) = (vec![0.0; AT_ONCE * n * n], vec![0.0; AT_ONCE * n]);
+    let (mut sum, at_rest) = (vec![0.0; n], vec![0.0; n]);
     let samples = motion.q.first().map_or(0, Vec::len);
-    for k in 0..samples {
-        let q: Vec<f64> = motion.q.iter().map(|q| q[k]).collect();
-        dynamics.fill(&q, &vec![0.0; n], &mut inertia, &mut bias);
-        for (i, sum) in sum.iter_mut().enumerate() {
-            *sum += inertia[i * n..][..n].iter().zip(noise).map(|(a, s)| (a * s).powi(2)).sum::<f64>();
+    for first in (0..samples).step_by(AT_ONCE) {
+        let instants = first..samples.min(first + AT_ONCE);
+        let positions: Vec<Vec<f64>> = instants.map(|k| motion.q.iter().map(|q| q[k]).collect()).collect();
+        let states: Vec<(&[f64], &[f64])> = positions.iter().map(|q| (&q[..], &at_rest[..])).collect();
+        let count = states.len();
+        dynamics.fill_each(&states, &mut inertia[..count * n * n], &mut bias[..count * n]);
+        for (i, row) in inertia[..count * n * n].chunks_exact(n.max(1)).enumerate() {
+            sum[i % n] += row.iter().zip(noise).map(|(a, s)| (a * s).powi(2)).sum::<f64>();
         }
     }
     sum.into_iter().map(|sum| w * w * (sum / (5 * samples.max(1)) as f64).sqrt()).collect()

@@ -2,7 +2,7 @@
 
 use std::sync::{Mutex, PoisonError};
 
-use expr::{Function, Tape};
+use expr::{Function, Tape, Workspace};
 use modeling::Closure;
 
 use crate::tape::thread_tapes::ThreadTapes;
@@ -67,9 +67,43 @@ impl StateTape {
         others: &[&[f64]],
         outputs: &mut [f64],
     ) {
+        self.with_inputs(states, parameters, others, |tape, work, Inputs { inputs, count, open }| {
+            tape.evaluate_many(inputs, work, outputs);
+            let size = outputs.len() / count.max(1);
+            open.iter().for_each(|k| outputs[k * size..][..size].fill(f64::NAN));
+        });
+    }
+
+    /// Hands out the outputs at each state, so many states side by side: `take(g, k, values)` gets output k of the states
+    /// from g `Tape::LANES` on. `states`: q, dq, ddq, n numbers each, one state after the other. Lanes past the end repeat
+    /// the last state.
+    ///
+    /// Where the loops do not close, the outputs are NaN.
+    pub(crate) fn lanes(&self, states: &[f64], n: usize, mut take: impl FnMut(usize, usize, [f64; Tape::LANES])) {
+        if self.arguments == [Argument::Q, Argument::Dq, Argument::Ddq] {
+            let count = states.len() / (3 * n);
+            return self.tapes.with(|tapes, work, _| tapes[0].evaluate_lanes(states, count, &mut work[0], &mut take));
+        }
+        let states = states.chunks_exact(3 * n).map(|s| [&s[..n], &s[n..2 * n], &s[2 * n..]]);
+        self.with_inputs(states, &[], &[], |tape, work, Inputs { inputs, count, open }| {
+            tape.evaluate_lanes(inputs, count, work, &mut |g, k, mut values| {
+                let of_block = open.iter().filter(|r| *r / Tape::LANES == g);
+                of_block.for_each(|r| values[r % Tape::LANES] = f64::NAN);
+                take(g, k, values);
+            });
+        });
+    }
+
+    /// Runs with the tape, its memory, and the inputs at each state.
+    fn with_inputs<'a>(
+        &self,
+        states: impl Iterator<Item = [&'a [f64]; 3]>,
+        parameters: &[f64],
+        others: &[&[f64]],
+        run: impl FnOnce(&Tape, &mut Workspace, Inputs),
+    ) {
         let mut closure = self.closure.as_ref().map(|c| c.lock().unwrap_or_else(PoisonError::into_inner));
         let (mut count, mut open) = (0, Vec::new());
-        // The inputs of all states; a loop that does not close is remembered, and gets zeros for now.
         self.tapes.with(|tapes, work, inputs| {
             for [q, dq, ddq] in states {
                 let mut others = others.iter();
@@ -95,9 +129,17 @@ impl StateTape {
                 }
                 count += 1;
             }
-            tapes[0].evaluate_many(inputs, &mut work[0], outputs);
+            run(&tapes[0], &mut work[0], Inputs { inputs, count, open: &open });
         });
-        let size = outputs.len() / count.max(1);
-        open.into_iter().for_each(|k| outputs[k * size..][..size].fill(f64::NAN));
     }
+}
+
+/// The inputs of a function at many states.
+struct Inputs<'a> {
+    /// State by state.
+    inputs: &'a [f64],
+    /// Number of states.
+    count: usize,
+    /// States where loops do not close; their passive joints are zeros.
+    open: &'a [usize],
 }

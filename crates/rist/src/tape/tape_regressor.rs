@@ -2,7 +2,7 @@
 
 use expr::Function;
 use linear_model::parameter::BaseParameter;
-use linear_model::regressor::{Coordinate, Regressor};
+use linear_model::regressor::{Coordinate, Eight, Regressor};
 use modeling::Closure;
 
 use crate::tape::state_tape::StateTape;
@@ -14,6 +14,8 @@ pub(crate) struct TapeRegressor {
     prismatic: Vec<bool>,
     parameters: Vec<BaseParameter>,
     non_zeros: Vec<(usize, usize)>,
+    /// Where each entry of Y stands among those that are not zero.
+    places: Vec<Option<usize>>,
 }
 
 impl TapeRegressor {
@@ -24,12 +26,16 @@ impl TapeRegressor {
         coordinates: Vec<Coordinate>,
         parameters: Vec<BaseParameter>,
     ) -> TapeRegressor {
+        let (non_zeros, p) = (base.non_zeros(0), parameters.len());
+        let mut places = vec![None; coordinates.len() * p];
+        non_zeros.iter().enumerate().for_each(|(e, (i, c))| places[i * p + c] = Some(e));
         TapeRegressor {
             tape: StateTape::new(base, closure),
             prismatic: coordinates.iter().map(|c| c.is_prismatic).collect(),
             coordinates: coordinates.into_iter().map(|c| c.name).collect(),
             parameters,
-            non_zeros: base.non_zeros(0),
+            non_zeros,
+            places,
         }
     }
 }
@@ -60,6 +66,18 @@ impl Regressor for TapeRegressor {
         if !y.is_empty() {
             self.tape.fill(states.chunks_exact(3 * n).map(|s| [&s[..n], &s[n..2 * n], &s[2 * n..]]), &[], &[], y);
         }
+    }
+
+    fn fill_blocks(&self, states: &[f64], stride: usize, blocks: &mut [Eight]) {
+        let n = self.coordinates.len();
+        if self.non_zeros.is_empty() {
+            return;
+        }
+        self.tape.lanes(states, n, |g, k, values| {
+            if let Some(e) = self.places[k] {
+                blocks[g * stride + e] = Eight(values);
+            }
+        });
     }
 }
 
@@ -92,6 +110,18 @@ mod tests {
                     let mut one = vec![0.0; size];
                     arm.fill(&s[..n], &s[n..2 * n], &s[2 * n..], &mut one);
                     assert!(one.iter().zip(many).all(|(a, b)| a.to_bits() == b.to_bits()), "{name}");
+                }
+                // Eight side by side, behind each other with a gap.
+                let (entries, eights) = (arm.non_zeros(), count / 8);
+                let stride = entries.len() + 1;
+                let mut blocks = vec![Eight([f64::INFINITY; 8]); eights * stride];
+                arm.fill_blocks(&states[..eights * 8 * 3 * n], stride, &mut blocks);
+                for (r, many) in many.chunks_exact(size).take(8 * eights).enumerate() {
+                    for (eight, (i, c)) in blocks[r / 8 * stride..].iter().zip(&entries) {
+                        let expected = many[i * arm.parameters.len() + c];
+                        assert_eq!(eight.0[r % 8].to_bits(), expected.to_bits(), "{name}");
+                    }
+                    assert!(blocks[r / 8 * stride + entries.len()].0[0].is_infinite(), "the gap stays");
                 }
             }
         }

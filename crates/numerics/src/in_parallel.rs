@@ -3,7 +3,7 @@
 use std::sync::Mutex;
 
 /// What `of` makes of each item, in their order, by so many threads.
-pub(crate) fn in_parallel<T: Send, R: Send>(items: Vec<T>, threads: usize, of: impl Fn(T) -> R + Sync) -> Vec<R> {
+pub fn in_parallel<T: Send, R: Send>(items: Vec<T>, threads: usize, of: impl Fn(T) -> R + Sync) -> Vec<R> {
     if threads <= 1 || items.len() <= 1 {
         return items.into_iter().map(of).collect();
     }
