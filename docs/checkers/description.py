@@ -14,6 +14,7 @@ import xml.etree.ElementTree as xml
 import numpy as np
 
 import collada
+import pieces
 
 
 class Fault(Exception):
@@ -191,6 +192,7 @@ class Robot:
         self.links, self.coordinates, self.gravity, self.has_dynamics = [], [], np.array([0.0, 0.0, -9.81]), False
         self.limits, self.friction = {}, {}  # by coordinate
         self.bodies = {}  # by name: (link or None for the base, [(vertices in that link's frame, radius)])
+        self.shapes = {}  # by name: [(path of the description, element, what puts points into that link's frame)]
         self.unread = []  # shapes that are not read, in sentences
 
     def chain(self, link):
@@ -340,9 +342,23 @@ def take_parts(robot, path, part, name, carrier, turn, shift, pose):
         if isinstance(found, str):
             robot.unread.append(f"{name}: {found}")
             continue
+        put = lambda x, shift=shift + turn @ place, turn=(turn @ own).T: shift + x @ turn
         vertices, radius = found
-        vertices = (shift + turn @ place) + vertices @ (turn @ own).T
-        robot.bodies.setdefault(name, (carrier, []))[1].append((vertices, radius))
+        robot.bodies.setdefault(name, (carrier, []))[1].append((put(vertices), radius))
+        robot.shapes.setdefault(name, []).append((path, shape, put))
+
+
+def in_pieces(robot, name):
+    """The solids of a body, its meshes in pieces where their triangles are read."""
+    found = []
+    for (path, shape, put), whole in zip(robot.shapes[name], robot.bodies[name][1]):
+        given = pieces.triangles(mesh_file(path, shape.get("filename"))) if shape.tag == "mesh" else None
+        if given is None or not len(given):
+            found.append(whole)
+        else:
+            sized = put(given * numbers(shape.get("scale"), (1, 1, 1)))
+            found += pieces.pieces(sized)
+    return found
 
 
 SIDES = 64  # of the prism about a cylinder
@@ -370,7 +386,8 @@ def solid(path, shape):
     return f"shapes of kind {shape.tag} are not read"
 
 
-def mesh(path, name):
+def mesh_file(path, name):
+    """The file of a mesh; None where it is not there."""
     folder = pathlib.Path(path).absolute().parent
     if name.startswith("file://"):
         places = [pathlib.Path(name[7:])]
@@ -380,7 +397,11 @@ def mesh(path, name):
         places = [p for a in above for p in ([a / rest] if a.name == package else []) + [a / package / rest]]
     else:
         places = [folder / name]
-    file = next((p for p in places if p.is_file()), None)
+    return next((p for p in places if p.is_file()), None)
+
+
+def mesh(path, name):
+    file = mesh_file(path, name)
     if file is None:
         return f"mesh {name}: it is not there"
     data = file.read_bytes()

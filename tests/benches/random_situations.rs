@@ -10,6 +10,7 @@
 //! | as logged > 5 % | the same in the units of the torques as logged, where they have a wrong scale |
 //! | bodies > 5 % | the same of the torque of bodies and rotors |
 //! | > 5 sigma | of "yes", those with a parameter beyond five of its printed deviations |
+//! | as logged > 5 sigma | the same in the units of the torques as logged, where all have one wrong scale |
 //! | good | torque within 2 %, all parameters within four deviations, both logs of one machine |
 //! | no, with care | what is said of the good |
 

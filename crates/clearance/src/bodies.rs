@@ -47,7 +47,7 @@ pub struct Body {
 }
 
 impl Shape {
-    fn new(solid: Solid, pose: Pose) -> Shape {
+    pub(crate) fn new(solid: Solid, pose: Pose) -> Shape {
         let (centre, ball) = solid.ball();
         let centre = pose.compose(&Pose { position: centre, ..Pose::IDENTITY }).position;
         let reach = solid.reach_from_z(&pose);
@@ -108,7 +108,8 @@ fn carried(
 /// Largest coordinate of a vertex in its link's frame, m.
 const FARTHEST_POINT_M: f64 = 100.0;
 
-fn solid(collision: &Collision, directory: &Path) -> Result<Solid, String> {
+/// The solid of a shape; the error says why there is none.
+pub(crate) fn solid(collision: &Collision, directory: &Path) -> Result<Solid, String> {
     match &collision.shape {
         CollisionShape::Unread { reason } => Err(reason.clone()),
         CollisionShape::Mesh { file, scale } => {

@@ -74,6 +74,8 @@ pub struct Clearance {
     pub(crate) told_ranges: Vec<f64>,
     pub(crate) floor: Option<f64>,
     pub(crate) left_out: Vec<LeftOut>,
+    /// Bodies whose meshes are cut, and into how many shapes.
+    pub(crate) cut_bodies: Vec<(String, usize)>,
 }
 
 /// Allowance for the rounding of places a few metres from the base and of distances between them, m, with room to
@@ -104,6 +106,11 @@ impl Clearance {
             body.shapes.iter().map(height).map(|z| (z, body.name.as_str()))
         });
         heights.min_by(|a, b| a.0.total_cmp(&b.0))
+    }
+
+    /// The bodies that little room made cut, by name, and how many convex shapes each has.
+    pub fn cut_bodies(&self) -> &[(String, usize)] {
+        &self.cut_bodies
     }
 
     /// How much larger a body may be than the hull of its mesh, m, and whose it is: the largest; `None` where there is no mesh.

@@ -1,7 +1,8 @@
 //! The gaps that a robot must keep, by rules and by its own shape.
 //!
 //! Every two links that joints move against each other have a gap, neighbours too. Left out are those that touch in
-//! nearly every pose ([`crate::sampled_room`]), those that a rule accepts, and those whose shape is not known. The floor
+//! nearly every pose ([`crate::sampled_room`]), those that a rule accepts, and those whose shape is not known. Where two have little
+//! room, their meshes are cut into convex pieces ([`crate::crowded`]). The floor
 //! is the one that is asked for, or the plane of the base where no body that moves is below it at rest.
 
 use std::path::Path;
@@ -11,6 +12,7 @@ use robot::{JointKind, Pose, Robot};
 use crate::bodies::{Body, bodies};
 use crate::body_errors::BodyErrors;
 use crate::clearance::{Against, Clearance, Gap};
+use crate::crowded::Crowded;
 use crate::half_space::HalfSpace;
 use crate::kinematic_tree::KinematicTree;
 use crate::left_out::{LeftOut, Matter};
@@ -93,6 +95,7 @@ impl Clearance {
             told_ranges,
             floor: None,
             left_out: vec![],
+            cut_bodies: vec![],
         };
         clearance.check_names(rules)?;
         clearance.check_accepted(rules)?;
@@ -101,7 +104,13 @@ impl Clearance {
             true => {
                 clearance.leave_out_unknown_links();
                 let sampled: Vec<Vec<Pose>> = situation.poses.iter().map(|q| clearance.tree.poses(q)).collect();
-                clearance.add_pairs(rules, situation, &sampled);
+                let others = clearance.left_out.len();
+                let crowded = clearance.add_pairs(rules, situation, &sampled);
+                if clearance.cut_meshes_of(robot, directory, &crowded, &sampled) {
+                    clearance.gaps.clear();
+                    clearance.left_out.truncate(others);
+                    clearance.add_pairs(rules, situation, &sampled);
+                }
             }
             false => clearance.left_out.push(LeftOut::assumed(
                 Matter::Distance,
@@ -132,32 +141,12 @@ impl Clearance {
         let tree = KinematicTree::none();
         let (bodies, half_spaces) = (vec![], vec![]);
         let (gaps, rates, told_ranges) = (vec![], vec![], vec![]);
-        Clearance { tree, bodies, half_spaces, gaps, rates, told_ranges, floor: None, left_out }
+        Clearance { tree, bodies, half_spaces, gaps, rates, told_ranges, floor: None, left_out, cut_bodies: vec![] }
     }
 
-    fn leave_out_unknown_links(&mut self) {
-        let unread = self.bodies.iter().filter(|b| !b.missing.is_empty());
-        let unread = unread.map(|b| {
-            let would_tell = "a mesh that can be read";
-            LeftOut::not_looked_at(Matter::Distance, vec![b.name.clone()], b.missing.join("; "), would_tell)
-        });
-        let bare = self.bodies.iter().filter(|b| b.link.is_some() && !b.has_geometry);
-        let bare: Vec<String> = bare.map(|b| b.name.clone()).collect();
-        let moving = self.bodies.iter().filter(|b| b.link.is_some()).count();
-        let of = if bare.len() == moving { vec![] } else { bare.clone() };
-        let why = match of.is_empty() {
-            true => "the description has no collision geometry",
-            false => "the description has no collision geometry of them",
-        };
-        let bare = (!bare.is_empty())
-            .then(|| LeftOut::not_looked_at(Matter::Distance, of, why, "collision geometry in the description"));
-        let found: Vec<LeftOut> = unread.chain(bare).collect();
-        self.left_out.extend(found);
-    }
-
-    /// Every two bodies with a shape that move against each other.
-    fn add_pairs(&mut self, rules: &Rules, situation: &Situation, sampled: &[Vec<Pose>]) {
-        let (mut touching, mut near) = (Vec::new(), Vec::new());
+    /// Every two bodies with a shape that move against each other. Gives those with little room.
+    fn add_pairs(&mut self, rules: &Rules, situation: &Situation, sampled: &[Vec<Pose>]) -> Vec<Crowded> {
+        let (mut touching, mut near, mut crowded) = (Vec::new(), Vec::new(), Vec::new());
         for a in 0..self.bodies.len() {
             for b in 0..a {
                 let (body, other) = (&self.bodies[a], &self.bodies[b]);
@@ -195,7 +184,9 @@ impl Clearance {
                     Some(distance) => distance + RESERVE_M / RESERVE_SHARE,
                     None => DEFAULT_DISTANCE_M / DEFAULT_SHARE_OF_ROOM,
                 };
-                match self.sampled_room(&gap, sampled, enough) {
+                let found = self.sampled_room(&gap, sampled, enough);
+                crowded.extend(Crowded::of(&gap, found, enough));
+                match found {
                     SampledRoom::AlwaysTouching => touching.push(gap.subject),
                     SampledRoom::AlwaysNear => near.push(gap.subject),
                     SampledRoom::Room(room) => {
@@ -209,6 +200,7 @@ impl Clearance {
         }
         let assumed = [touching, near].into_iter().zip(always(sampled.len())).filter(|(pairs, _)| !pairs.is_empty());
         self.left_out.extend(assumed.map(|(pairs, what)| LeftOut::assumed(Matter::Distance, pairs, what, "default")));
+        crowded
     }
 
     /// Whether any coordinate that moves turns (slides) a joint.

@@ -11,6 +11,7 @@
 pub mod bodies;
 pub mod body_errors;
 pub mod clearance;
+mod crowded;
 pub mod gaps;
 pub mod half_space;
 pub mod hull;
@@ -20,8 +21,10 @@ pub mod mesh;
 mod named_links;
 pub mod nearby;
 pub mod outside;
+mod pieces;
 pub mod sampled_room;
 pub mod separation;
 pub mod shown_length;
 pub mod solid;
+mod unknown_links;
 mod walls;

@@ -1,7 +1,7 @@
 //! The vertices of a mesh file, and where it is looked for.
 //!
-//! Only the convex hull counts, so faces are not read. A vertex that no face uses counts too. A mesh is looked for in
-//! these places:
+//! Of a convex hull faces do not count, and a vertex that no face uses does. Faces are read where a mesh is to be cut. A mesh is
+//! looked for in these places:
 //!
 //! | name | place |
 //! |---|---|
@@ -54,14 +54,24 @@ pub(crate) fn mesh_path(name: &str, directory: &Path) -> Result<PathBuf, String>
 ///
 /// Fails where the file cannot be read or does not have its format.
 pub fn vertices(path: &Path) -> Result<Vec<Vector3>, String> {
+    parse_vertices(&content(path)?, path)
+}
+
+/// The triangles of a file, in its own units; as [`vertices`].
+///
+/// Fails where its format has none that are read too.
+pub(crate) fn triangles(path: &Path) -> Result<Vec<[Vector3; 3]>, String> {
+    mesh::triangles(&content(path)?, path)
+}
+
+fn content(path: &Path) -> Result<Vec<u8>, String> {
     let fail = |what: String| format!("{}: {what}", path.display());
     // A file of an unknown format is not opened.
     mesh::check_format(path)?;
-    let bytes = source::read(path, MAX_MESH_BYTES).map_err(|e| match e.kind() {
+    source::read(path, MAX_MESH_BYTES).map_err(|e| match e.kind() {
         ErrorKind::FileTooLarge => fail("the mesh is larger than 256 MiB".into()),
         _ => fail(format!("the mesh cannot be read: {e}")),
-    })?;
-    parse_vertices(&bytes, path)
+    })
 }
 
 /// As [`vertices`], from the content of a file. `path` tells the format and stands in messages; no file is opened.

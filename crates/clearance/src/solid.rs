@@ -91,7 +91,7 @@ impl Solid {
     /// The outermost points along many directions are its core, and those along the directions in which others stand out of it. The
     /// radius is the largest distance of any point from the hull of those.
     pub fn around(points: &[Vector3]) -> Option<Solid> {
-        let mut kept: Vec<usize> = directions().filter_map(|along| farthest(points, along)).collect();
+        let mut kept: Vec<usize> = directions(KEPT_DIRECTIONS).filter_map(|along| farthest(points, along)).collect();
         kept.sort_unstable();
         kept.dedup();
         if kept.is_empty() {
@@ -201,8 +201,8 @@ impl SupportMap for Core {
     }
 }
 
-/// The axes, and directions spread evenly over the ball by the golden angle.
-fn directions() -> impl Iterator<Item = Vector3> {
+/// The axes, and so many directions spread evenly over the ball by the golden angle.
+pub(crate) fn directions(count: usize) -> impl Iterator<Item = Vector3> {
     let axes = [0, 1, 2].into_iter().flat_map(|k| {
         [1.0, -1.0].map(|sign| {
             let mut axis = [0.0; 3];
@@ -211,8 +211,8 @@ fn directions() -> impl Iterator<Item = Vector3> {
         })
     });
     let golden = std::f64::consts::PI * (3.0 - 5.0_f64.sqrt());
-    let spiral = (0..KEPT_DIRECTIONS).map(move |k| {
-        let z = 1.0 - (2 * k + 1) as f64 / KEPT_DIRECTIONS as f64;
+    let spiral = (0..count).map(move |k| {
+        let z = 1.0 - (2 * k + 1) as f64 / count as f64;
         let (across, angle) = ((1.0 - z * z).sqrt(), golden * k as f64);
         [across * angle.cos(), across * angle.sin(), z]
     });

@@ -289,9 +289,10 @@ mod tests {
         let (exact, many) = counted(4.9, of(100_000, 100_000));
         assert!(is_exact(exact) && many > 2 * few, "{many} {few}");
         assert!(is_exact(counted(4.8, of(100_000, 100_000)).0));
-        // What leaves it is not divided by what was meant for proofs that it stays within.
+        // What leaves it is not divided by what was meant for proofs that it stays within: nine instants and eight parts to begin
+        // with, and eight enclosures.
         let (beyond, fewest) = counted(4.8, of(8, 100_000));
-        assert!(beyond.least.proved <= -4.814469889 && !is_exact(beyond) && fewest < few, "{fewest}");
+        assert!(beyond.least.proved <= -4.814469889 && !is_exact(beyond) && fewest <= 25, "{fewest}");
     }
 
     #[test]

@@ -109,7 +109,7 @@ pub fn excite(model: &Model, request: &ExciteRequest, progress: &ExciteProgress)
         Obligations { limits: &limits, names: &names, torque: torque.as_ref(), surroundings: surroundings.some() };
     let proved = proved(request, &problem, &obligations, shape, found);
     let proved = proved.ok_or_else(|| refused(model, &names, &surroundings, &limits, NoMotion::NothingToTell))?;
-    notes.extend(cost_note(&proved, request.criterion));
+    notes.extend(surroundings.note().into_iter().chain(cost_note(&proved, request.criterion)));
     let ProvedMotion { motion, certificate, kept_share, .. } = proved;
     Interruption::check()?;
     let noise = joint_noise(model, request, &known, &motion, noise);

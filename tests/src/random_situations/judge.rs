@@ -35,6 +35,8 @@ pub struct Judgement {
     pub worst_joint: Worst,
     /// The parameter that is most deviations off.
     pub worst_sigma: Worst,
+    /// The same in the units of the torques as logged: where all have one wrong scale, of the true parameters times that scale.
+    pub worst_sigma_as_logged: Worst,
     /// Of each parameter: name, value, deviation, truth.
     pub parameters: Vec<(String, f64, f64, f64)>,
     /// What the true bodies leave of the torque in the columns of the model: a rounding.
@@ -80,6 +82,11 @@ impl Outcome {
     /// Whether a parameter is beyond five of its deviations.
     pub fn is_oversure(&self) -> bool {
         self.judgement.as_ref().is_some_and(|j| beyond(j.worst_sigma.1, 5.0))
+    }
+
+    /// Whether it is so even in the units of the torques as logged.
+    pub fn is_oversure_as_logged(&self) -> bool {
+        self.judgement.as_ref().is_some_and(|j| beyond(j.worst_sigma_as_logged.1, 5.0))
     }
 
     /// Torque within 2 %, and all within four deviations.
@@ -148,7 +155,8 @@ impl Situation {
         let joints = self.machine.chain.len();
         let errors = |units: &[f64]| self.torque_errors(&linear, &chain, &x, &options.friction_load, units);
         let (torque, rigid, worst_joint) = errors(&vec![1.0; joints]);
-        let (as_logged, ..) = errors(&(0..joints).map(|k| self.logged_scale(k)).collect::<Vec<f64>>());
+        let scales: Vec<f64> = (0..joints).map(|k| self.logged_scale(k)).collect();
+        let (as_logged, ..) = errors(&scales);
         let upright = Chain { gravity: self.machine.chain.gravity, ..chain };
         let true_base = truth(&upright, model.regressor(), within);
         let true_value = |id: &ParameterId| self.true_value(id, model, &true_base, &options.friction);
@@ -156,15 +164,21 @@ impl Situation {
             Some((p.id.to_string(), p.value?, p.sigma?, true_value(&p.id)?))
         };
         let parameters: Vec<(String, f64, f64, f64)> = estimate.parameters.iter().filter_map(one).collect();
-        let off = |(_, value, sigma, exact): &(String, f64, f64, f64)| (value - exact).abs() / sigma;
-        let worst = parameters.iter().max_by(|a, b| off(a).total_cmp(&off(b)));
-        let worst_sigma = worst.map_or((String::new(), 0.0), |p| (p.0.clone(), off(p)));
+        let worst = |scale: f64| {
+            let off = |(_, value, sigma, exact): &(String, f64, f64, f64)| (value - scale * exact).abs() / sigma;
+            let worst = parameters.iter().max_by(|a, b| off(a).total_cmp(&off(b)));
+            worst.map_or((String::new(), 0.0), |p| (p.0.clone(), off(p)))
+        };
+        // One factor of all torques is one of all parameters.
+        let of_all = if scales.iter().all(|scale| *scale == scales[0]) { scales[0] } else { 1.0 };
+        let (worst_sigma, worst_sigma_as_logged) = (worst(1.0), worst(of_all));
         Judgement {
             torque,
             as_logged,
             rigid,
             worst_joint,
             worst_sigma,
+            worst_sigma_as_logged,
             parameters,
             left: true_base.left,
             unsaid: true_base.unsaid.len(),

@@ -25,6 +25,8 @@ pub struct Counts {
     pub yes_bodies: usize,
     /// Of "yes": a parameter beyond 5 deviations.
     pub yes_sigma: usize,
+    /// Of "yes": it is so even in the units of the torques as logged.
+    pub yes_sigma_as_logged: usize,
     /// Torque within 2 %, all within 4 deviations, and both logs of one machine.
     pub good: usize,
     pub good_no: usize,
@@ -45,6 +47,7 @@ impl Counts {
             self.yes_as_logged += usize::from(outcome.predicts_wrong_as_logged());
             self.yes_bodies += usize::from(outcome.bodies_wrong());
             self.yes_sigma += usize::from(outcome.is_oversure());
+            self.yes_sigma_as_logged += usize::from(outcome.is_oversure_as_logged());
         }
         if outcome.is_good() && !situation.changes() {
             self.good += 1;
@@ -98,11 +101,12 @@ pub fn line(situation: &Situation, outcome: &Outcome) -> String {
         let (joint, of_joint) = &j.worst_joint;
         let (parameter, sigma) = &j.worst_sigma;
         format!(
-            "torque {:.2} % ({:.2} % as logged; {joint} {:.1} %), bodies {:.2} %, {parameter} {sigma:.1} sigma{}",
+            "torque {:.2} % ({:.2} % as logged; {joint} {:.1} %), bodies {:.2} %, {parameter} {sigma:.1} sigma ({:.1} as logged){}",
             100.0 * j.torque,
             100.0 * j.as_logged,
             100.0 * of_joint,
             100.0 * j.rigid,
+            j.worst_sigma_as_logged.1,
             if j.unsaid > 0 { " (rotors left out)" } else { "" }
         )
     });
@@ -115,16 +119,16 @@ impl fmt::Display for Tally {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         writeln!(
             f,
-            "| situations | n | yes, care, no, error | yes: torque > 5 % | as logged > 5 % | bodies > 5 % | > 5 sigma | good | no | with care |"
+            "| situations | n | yes, care, no, error | yes: torque > 5 % | as logged > 5 % | bodies > 5 % | > 5 sigma | as logged > 5 sigma | good | no | with care |"
         )?;
-        writeln!(f, "|---|---|---|---|---|---|---|---|---|---|")?;
+        writeln!(f, "|---|---|---|---|---|---|---|---|---|---|---|")?;
         let share = |k: usize, of: usize| {
             if of == 0 { "-".into() } else { format!("{k} ({:.0} %)", 100.0 * k as f64 / of as f64) }
         };
         for ((_, name), c) in &self.groups {
             writeln!(
                 f,
-                "| {name} | {} | {} {} {} {} | {} | {} | {} | {} | {} | {} | {} |",
+                "| {name} | {} | {} {} {} {} | {} | {} | {} | {} | {} | {} | {} | {} |",
                 c.situations,
                 c.yes,
                 c.with_care,
@@ -134,6 +138,7 @@ impl fmt::Display for Tally {
                 share(c.yes_as_logged, c.yes),
                 share(c.yes_bodies, c.yes),
                 share(c.yes_sigma, c.yes),
+                share(c.yes_sigma_as_logged, c.yes),
                 c.good,
                 share(c.good_no, c.good),
                 share(c.good_with_care, c.good),

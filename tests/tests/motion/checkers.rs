@@ -120,6 +120,60 @@ fn the_checker_makes_meshes_hardly_larger() {
     assert!(kept < 1000.0 && radius < 1e-4 && outside <= radius, "{kept} {radius} {outside}");
 }
 
+/// A rod that moves between the posts of a fork, which the hull of the fork holds.
+const FORK: &str = r#"<robot name="fork">
+  <link name="fork"><collision><geometry><mesh filename="fork.obj"/></geometry></collision></link>
+  <joint name="out" type="prismatic"><parent link="fork"/><child link="slide"/><axis xyz="0 1 0"/>
+    <limit lower="-0.05" upper="0.05" velocity="0.5" effort="100"/></joint>
+  <link name="slide"><inertial><mass value="1"/><inertia ixx="0.01" ixy="0" ixz="0" iyy="0.01" iyz="0" izz="0.01"/></inertial>
+    <collision><origin xyz="0.25 0.05 0.6"/><geometry><sphere radius="0.01"/></geometry></collision></link>
+  <joint name="along" type="prismatic"><parent link="slide"/><child link="rod"/><axis xyz="1 0 0"/>
+    <limit lower="-0.08" upper="0.08" velocity="0.5" effort="100"/></joint>
+  <link name="rod"><inertial><mass value="1"/><inertia ixx="0.01" ixy="0" ixz="0" iyy="0.01" iyz="0" izz="0.01"/></inertial>
+    <collision><origin xyz="0.25 0.05 0.2"/><geometry><box size="0.1 0.02 0.1"/></geometry></collision></link>
+</robot>"#;
+
+/// Boxes as an OBJ: a plate with a post at either end.
+fn fork() -> String {
+    let boxes = [
+        ([0.0, 0.0, 0.0], [0.5, 0.1, 0.06]),
+        ([0.0, 0.0, 0.06], [0.06, 0.1, 0.3]),
+        ([0.44, 0.0, 0.06], [0.5, 0.1, 0.3]),
+    ];
+    let corner = |low: [f64; 3], high: [f64; 3], k: usize| {
+        let [x, y, z] = [0, 1, 2].map(|i| if k >> i & 1 == 1 { high[i] } else { low[i] });
+        format!("v {x} {y} {z}\n")
+    };
+    let of_box = |(low, high): ([f64; 3], [f64; 3])| (0..8).map(|k| corner(low, high, k)).collect::<String>();
+    let sides = "f -8 -7 -5 -6\nf -4 -3 -1 -2\nf -8 -7 -3 -4\nf -6 -5 -1 -2\nf -8 -6 -2 -4\nf -7 -5 -1 -3\n";
+    boxes.map(|one| of_box(one) + sides).concat()
+}
+
+/// What rist proves with a mesh in pieces, the checker proves with its own pieces; where the posts come nearer both refuse.
+#[test]
+fn a_rod_in_a_fork_is_proven_by_both() {
+    let folder = folder("checkers_fork");
+    std::fs::write(folder.join("fork.urdf"), FORK).unwrap();
+    std::fs::write(folder.join("fork.obj"), fork()).unwrap();
+    let note = "fork into 3";
+    excite(&folder, &["fork.urdf", "--out", "motion.yaml"]);
+    let motion = std::fs::read_to_string(folder.join("motion.yaml")).unwrap();
+    assert!(motion.contains("rod and fork") && motion.contains(note), "{motion}");
+    let said = rist(&folder, &["check", "fork.urdf", "motion.yaml"]);
+    assert_eq!(said.code, Some(0), "{}{}", said.out, said.err);
+    let narrow = fork().replace("0.44", "0.33");
+    for (mesh, code, says) in [(fork(), 0, "distance"), (narrow, 1, "BROKEN: distance of rod and fork")] {
+        std::fs::write(folder.join("fork.obj"), mesh).unwrap();
+        if has_python() {
+            let found = checker(&folder, "check_motion.py", &["fork.urdf", "motion.yaml"]);
+            assert_eq!(found.code, Some(code), "{}{}", found.out, found.err);
+            assert!(found.out.contains(says), "{}", found.out);
+        }
+    }
+    let said = rist(&folder, &["check", "fork.urdf", "motion.yaml"]);
+    assert_eq!(said.code, Some(1), "{}{}", said.out, said.err);
+}
+
 /// Runs the checker on files that a defect was put into, and holds what it says.
 fn found_out(folder: &Path, defect: &Defect, motion: &str) {
     let Defect { file, from, to, code, says } = *defect;

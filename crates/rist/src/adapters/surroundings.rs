@@ -88,6 +88,18 @@ impl RobotSurroundings {
         &self.left_out
     }
 
+    /// What is to be said of meshes that are cut, where any is.
+    pub(crate) fn note(&self) -> Option<String> {
+        let of = |(link, shapes): &(String, usize)| format!("{link} into {shapes}");
+        let all: Vec<String> = self.clearance.cut_bodies().iter().map(of).collect();
+        (!all.is_empty()).then(|| {
+            format!(
+                "meshes are cut into convex pieces, since their hulls leave other links little room: {}",
+                all.join(", ")
+            )
+        })
+    }
+
     /// How much larger a body may be than the hull of its mesh, m, and whose it is.
     pub(crate) fn mesh_error(&self) -> Option<(f64, String)> {
         self.clearance.mesh_error().map(|(error, link)| (error, link.to_string()))

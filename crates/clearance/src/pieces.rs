@@ -1,0 +1,201 @@
+//! A mesh that is bent or hollow, cut into pieces of which each is held to its hull.
+//!
+//! A plane cuts the triangles that it meets. A half has the surface on its side with the rim of the cut, so that its hull holds all
+//! of the solid there, the face of the cut too. So the hulls of all pieces hold the solid, however it is cut. It is cut where
+//! the hulls of the halves have the least volume, the piece first that gains most, while that is much.
+//!
+//! Not here: which meshes are cut ([`crate::crowded`]).
+
+use parry3d_f64::math::Vector;
+use parry3d_f64::transformation::try_convex_hull;
+use robot::vector::{Vector3, cross, dot, minus};
+
+use crate::hull::farthest;
+use crate::solid::directions;
+
+/// A triangle of a mesh.
+pub(crate) type Triangle = [Vector3; 3];
+
+/// Most pieces of a mesh.
+const MOST_PIECES: usize = 4;
+/// What a cut must save of the volume of the hull of all.
+const LEAST_SAVED_SHARE: f64 = 0.08;
+/// Places of vertices along an axis that are too many to try all.
+const MANY_PLACES: usize = 16;
+/// Where along an axis a piece is cut then, as shares of its extent.
+const CUT_AT: [f64; 7] = [0.125, 0.25, 0.375, 0.5, 0.625, 0.75, 0.875];
+/// Directions whose outermost vertices tell the volume of a hull, roughly.
+const DIRECTIONS_FOR_VOLUME: usize = 100;
+
+/// The best cut of a piece: what it saves, m^3, and the halves with their volumes.
+struct Cut {
+    saved: f64,
+    halves: [(Vec<Triangle>, f64); 2],
+}
+
+/// The pieces of a mesh; one where no cut makes it much smaller.
+pub(crate) fn pieces(mesh: Vec<Triangle>) -> Vec<Vec<Triangle>> {
+    let whole = volume(&mesh);
+    let with_cut = |(piece, volume): (Vec<Triangle>, f64)| {
+        let cut = best_cut(&piece, volume);
+        (piece, cut)
+    };
+    let mut found = vec![with_cut((mesh, whole))];
+    while found.len() < MOST_PIECES {
+        let saved = |k: usize| found[k].1.as_ref().map_or(0.0, |cut| cut.saved);
+        let best = (0..found.len()).reduce(|a, b| if saved(b) > saved(a) { b } else { a });
+        let Some(best) = best.filter(|&k| saved(k) > LEAST_SAVED_SHARE * whole) else { break };
+        let (_, cut) = found.remove(best);
+        found.extend(cut.into_iter().flat_map(|cut| cut.halves).map(with_cut));
+    }
+    found.into_iter().map(|(piece, _)| piece).collect()
+}
+
+fn best_cut(piece: &[Triangle], volume_of_piece: f64) -> Option<Cut> {
+    let mut best: Option<Cut> = None;
+    for axis in 0..3 {
+        for at in places(piece, axis) {
+            let halves = [1.0, -1.0].map(|side| {
+                let half: Vec<Triangle> = piece.iter().flat_map(|t| clipped(t, axis, at, side)).collect();
+                let volume = volume(&half);
+                (half, volume)
+            });
+            let saved = volume_of_piece - halves[0].1 - halves[1].1;
+            if halves.iter().all(|(half, _)| !half.is_empty()) && best.as_ref().is_none_or(|cut| saved > cut.saved) {
+                best = Some(Cut { saved, halves });
+            }
+        }
+    }
+    best
+}
+
+/// Where a piece may be cut along an axis: where it has vertices, or evenly where those are many.
+fn places(piece: &[Triangle], axis: usize) -> Vec<f64> {
+    let mut along: Vec<f64> = piece.iter().flatten().map(|p| p[axis]).collect();
+    along.sort_by(f64::total_cmp);
+    along.dedup();
+    match along[..] {
+        [low, .., high] if along.len() > MANY_PLACES => CUT_AT.map(|share| low + share * (high - low)).to_vec(),
+        [_, ref inside @ .., _] => inside.to_vec(),
+        _ => vec![],
+    }
+}
+
+/// The part of a triangle where `side` times a coordinate is at most `side` times `at`, as a fan of triangles.
+fn clipped(triangle: &Triangle, axis: usize, at: f64, side: f64) -> Vec<Triangle> {
+    let beyond = |p: &Vector3| side * (p[axis] - at);
+    // A face in the plane belongs to one half: the rim of the other are the ends of other faces.
+    if side < 0.0 && triangle.iter().all(|p| beyond(p) == 0.0) {
+        return vec![];
+    }
+    let mut corners = Vec::with_capacity(4);
+    for k in 0..3 {
+        let (from, to) = (triangle[k], triangle[(k + 1) % 3]);
+        let (a, b) = (beyond(&from), beyond(&to));
+        if a <= 0.0 {
+            corners.push(from);
+        }
+        if (a < 0.0 && b > 0.0) || (a > 0.0 && b < 0.0) {
+            // Rounded by far less than the allowance for places.
+            let share = a / (a - b);
+            let mut on_plane = [0, 1, 2].map(|i| from[i] + share * (to[i] - from[i]));
+            on_plane[axis] = at;
+            corners.push(on_plane);
+        }
+    }
+    corners.get(1..).map_or(vec![], |rest| rest.windows(2).map(|pair| [corners[0], pair[0], pair[1]]).collect())
+}
+
+/// The volume of the hull of some outermost vertices, m^3; zero where they are in a plane.
+fn volume(triangles: &[Triangle]) -> f64 {
+    let points: Vec<Vector3> = triangles.iter().flatten().copied().collect();
+    let mut kept: Vec<usize> = directions(DIRECTIONS_FOR_VOLUME).filter_map(|along| farthest(&points, along)).collect();
+    kept.sort_unstable();
+    kept.dedup();
+    let outermost: Vec<Vector> = kept.iter().map(|&k| Vector::from_array(points[k])).collect();
+    let Ok((vertices, faces)) = try_convex_hull(&outermost) else { return 0.0 };
+    let vertex = |k: u32| vertices[k as usize].to_array();
+    let origin = vertices.first().map_or([0.0; 3], |v| v.to_array());
+    let tetrahedron = |face: &[u32; 3]| {
+        let [a, b, c] = face.map(|k| minus(vertex(k), origin));
+        dot(a, cross(b, c)) / 6.0
+    };
+    faces.iter().map(tetrahedron).sum()
+}
+
+#[cfg(test)]
+pub(crate) mod tests {
+    use super::*;
+    use crate::solid::Solid;
+
+    /// The triangles of a box from `low` to `high`.
+    fn cuboid(low: Vector3, high: Vector3) -> Vec<Triangle> {
+        let corner = |k: usize| [0, 1, 2].map(|i| if k >> i & 1 == 1 { high[i] } else { low[i] });
+        let faces = [[0, 1, 3, 2], [4, 5, 7, 6], [0, 1, 5, 4], [2, 3, 7, 6], [0, 2, 6, 4], [1, 3, 7, 5]];
+        faces.iter().flat_map(|[a, b, c, d]| [[*a, *b, *c], [*a, *c, *d]]).map(|face| face.map(corner)).collect()
+    }
+
+    /// A plate with a post at either end.
+    pub(crate) fn fork() -> Vec<Triangle> {
+        let parts = [
+            ([0.0, 0.0, 0.0], [0.5, 0.1, 0.06]),
+            ([0.0, 0.0, 0.06], [0.06, 0.1, 0.3]),
+            ([0.44, 0.0, 0.06], [0.5, 0.1, 0.3]),
+        ];
+        parts.into_iter().flat_map(|(low, high)| cuboid(low, high)).collect()
+    }
+
+    /// Whether a hull holds a point, to a micrometre.
+    fn holds(solid: &Solid, point: Vector3) -> bool {
+        directions(400).all(|along| dot(minus(point, solid.core.support(along)), along) <= solid.radius + 1e-6)
+    }
+
+    fn solids(pieces: &[Vec<Triangle>]) -> Vec<Solid> {
+        pieces.iter().map(|piece| Solid::around(piece.as_flattened()).unwrap()).collect()
+    }
+
+    #[test]
+    fn a_fork_is_cut_and_held_whole() {
+        let found = solids(&pieces(fork()));
+        assert_eq!(found.len(), 3);
+        // What is inside of the fork is inside of a piece, also where it is cut.
+        let grid = |k: usize, low: f64, high: f64| low + (high - low) * (k as f64 / 12.0);
+        for (low, high) in [([0.0, 0.0, 0.0], [0.5, 0.1, 0.06]), ([0.44, 0.0, 0.06], [0.5, 0.1, 0.3])] {
+            for k in 0..13 * 13 * 13 {
+                let at = [k % 13, k / 13 % 13, k / 169];
+                let point = [0, 1, 2].map(|i| grid(at[i], low[i], high[i]));
+                assert!(found.iter().any(|solid| holds(solid, point)), "{point:?}");
+            }
+        }
+        // Between the posts there is room now.
+        assert!(!found.iter().any(|solid| holds(solid, [0.25, 0.05, 0.2])));
+        assert!(holds(&Solid::around(fork().as_flattened()).unwrap(), [0.25, 0.05, 0.2]));
+    }
+
+    #[test]
+    fn what_is_convex_or_flat_stays_whole() {
+        assert_eq!(pieces(cuboid([0.0; 3], [1.0, 0.2, 0.3])).len(), 1);
+        assert_eq!(pieces(vec![[[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]]]).len(), 1);
+        assert_eq!(pieces(vec![[[0.0; 3]; 3]]).len(), 1);
+        assert_eq!(pieces(vec![]).len(), 1);
+    }
+
+    /// A triangle is cut into what is on either side, with nothing lost.
+    #[test]
+    fn a_cut_loses_nothing() {
+        let triangle = [[0.0, 0.0, 0.0], [1.0, 0.3, 0.0], [0.2, 0.9, 0.4]];
+        let area = |t: &Triangle| {
+            let n = cross(minus(t[1], t[0]), minus(t[2], t[0]));
+            0.5 * dot(n, n).sqrt()
+        };
+        for (axis, at) in [(0, 0.4), (1, 0.3), (2, 0.2), (0, 0.0), (0, 2.0), (0, 0.2)] {
+            let halves = [1.0, -1.0].map(|side| clipped(&triangle, axis, at, side));
+            let sum: f64 = halves.iter().flatten().map(area).sum();
+            // Lengths below 2 m, rounded a few times.
+            assert!((sum - area(&triangle)).abs() < 1e-15, "{axis} {at}");
+            assert!(
+                halves[0].iter().flatten().all(|p| p[axis] <= at) && halves[1].iter().flatten().all(|p| p[axis] >= at)
+            );
+        }
+    }
+}
