@@ -2,7 +2,7 @@
 //!
 //! Every two links that joints move against each other have a gap, neighbours too. Left out are those that touch in
 //! nearly every pose ([`crate::sampled_room`]), those that a rule accepts, and those whose shape is not known. Where two have little
-//! room, their meshes are cut into convex pieces ([`crate::crowded`]). The floor
+//! room, their meshes are cut into convex pieces (crowded.rs). The floor
 //! is the one that is asked for, or the plane of the base where no body that moves is below it at rest.
 
 use std::path::Path;
