@@ -216,3 +216,14 @@ fn a_frame_on_the_frame_of_a_loop_stands_on_its_link() {
     let message = format::read_par(&oblique, "t.par").unwrap_err().to_string();
     assert!(message.contains("(* Value ") && message.contains("or place frame 12 from link 6"), "{message}");
 }
+
+/// Degrees in the place of radians are said: as YAML such a file would not be read.
+#[test]
+fn an_angle_is_at_most_a_turn() {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../tests/data/robots/two_loops_on_one_frame.par");
+    let text = std::fs::read_to_string(path).unwrap();
+    let degrees = text.replace("pi/2, 0, 0, 0, 0, 0}", "90, 0, 0, 0, 0, 0}");
+    assert_ne!(degrees, text);
+    let message = format::read_par(&degrees, "t.par").unwrap_err().to_string();
+    assert!(message.contains("is 90.0000 rad, more than a whole turn: angles of a .par are in rad"), "{message}");
+}

@@ -72,6 +72,23 @@ impl Value {
     /// The number 0.
     pub const ZERO: Value = Value::Number(0.0);
 
+    /// An angle of more than a whole turn, rad; `None` where it is less, and where a symbol gives it, which may be the user's own.
+    pub(crate) fn beyond_a_turn(&self, symbols: &[Symbol]) -> Option<f64> {
+        let angle = self.number(symbols);
+        (angle.abs() > 2.0 * PI && !self.has_symbol()).then_some(angle)
+    }
+
+    fn has_symbol(&self) -> bool {
+        match self {
+            Value::Symbol(_) => true,
+            Value::Number(_) | Value::Pi | Value::Coordinate(_) => false,
+            Value::Neg(a) | Value::Sqrt(a) | Value::Sin(a) | Value::Cos(a) => a.has_symbol(),
+            Value::Add(a, b) | Value::Sub(a, b) | Value::Mul(a, b) | Value::Div(a, b) | Value::Atan2(a, b) => {
+                a.has_symbol() || b.has_symbol()
+            }
+        }
+    }
+
     /// The f64 of the value; coordinates count as zero.
     pub fn number(&self, symbols: &[Symbol]) -> f64 {
         let n = |v: &Value| v.number(symbols);

@@ -1,5 +1,6 @@
 //! SYMORO's .par files.
 
+mod angles;
 mod carried;
 mod generic;
 mod parameters;

@@ -148,11 +148,7 @@ impl Convention {
 
     /// What speaks against an angle: no robot is turned by more than once around.
     pub(super) fn refused_angle(self, angle: &Value, symbols: &[Symbol]) -> Option<String> {
-        let x = angle.number(symbols);
-        // One that a symbol gives may be the user's own.
-        if x.abs() <= 2.0 * PI || has_symbol(angle) {
-            return None;
-        }
+        let x = angle.beyond_a_turn(symbols)?;
         let advice = if self.degrees { "write it within one turn" } else { "degrees are read with `angles: deg`" };
         Some(format!("is {x:.4} rad, more than a whole turn: {advice}"))
     }
@@ -207,15 +203,4 @@ impl Convention {
 fn computed_angle_of_any_turn(degrees: f64) -> Value {
     let angle = degrees * PI / 180.0;
     if angle.abs() <= PI { computed_angle(angle) } else { Value::Number(angle) }
-}
-
-fn has_symbol(value: &Value) -> bool {
-    match value {
-        Value::Symbol(_) => true,
-        Value::Number(_) | Value::Pi | Value::Coordinate(_) => false,
-        Value::Neg(a) | Value::Sqrt(a) | Value::Sin(a) | Value::Cos(a) => has_symbol(a),
-        Value::Add(a, b) | Value::Sub(a, b) | Value::Mul(a, b) | Value::Div(a, b) | Value::Atan2(a, b) => {
-            has_symbol(a) || has_symbol(b)
-        }
-    }
 }
