@@ -22,24 +22,28 @@ const LEAST_SAVED_SHARE: f64 = 0.08;
 const MANY_PLACES: usize = 16;
 /// Where along an axis a piece is cut then, as shares of its extent.
 const CUT_AT: [f64; 7] = [0.125, 0.25, 0.375, 0.5, 0.625, 0.75, 0.875];
+/// Triangles by which cuts are ranked, at most: a mesh may have millions.
+const MOST_RANKING: usize = 4000;
+/// Below a plane and above it.
+const SIDES: [f64; 2] = [1.0, -1.0];
 /// Directions whose outermost vertices tell the volume of a hull, and cells of a grid along each axis.
 const DIRECTIONS_FOR_VOLUME: usize = 100;
 const GRID: usize = 16;
 
-/// The best cut of a piece: what it saves, m^3, and the halves with their volumes.
+/// The best cut of a piece: what it saves, m^3, by some of its triangles, and the halves.
 struct Cut {
     saved: f64,
-    halves: [(Vec<Triangle>, f64); 2],
+    halves: [Vec<Triangle>; 2],
 }
 
 /// The pieces of a mesh; one where no cut makes it much smaller.
 pub(crate) fn pieces(mesh: Vec<Triangle>) -> Vec<Vec<Triangle>> {
-    let whole = volume(&mesh);
-    let with_cut = |(piece, volume): (Vec<Triangle>, f64)| {
-        let cut = best_cut(&piece, volume);
+    let whole = volume(&some_of(&mesh));
+    let with_cut = |piece: Vec<Triangle>| {
+        let cut = best_cut(&piece);
         (piece, cut)
     };
-    let mut found = vec![with_cut((mesh, whole))];
+    let mut found = vec![with_cut(mesh)];
     while found.len() < MOST_PIECES {
         let saved = |k: usize| found[k].1.as_ref().map_or(0.0, |cut| cut.saved);
         let best = (0..found.len()).reduce(|a, b| if saved(b) > saved(a) { b } else { a });
@@ -50,22 +54,22 @@ pub(crate) fn pieces(mesh: Vec<Triangle>) -> Vec<Vec<Triangle>> {
     found.into_iter().map(|(piece, _)| piece).collect()
 }
 
-fn best_cut(piece: &[Triangle], volume_of_piece: f64) -> Option<Cut> {
-    let mut best: Option<Cut> = None;
-    for axis in 0..3 {
-        for at in places(piece, axis) {
-            let halves = [1.0, -1.0].map(|side| {
-                let half: Vec<Triangle> = piece.iter().flat_map(|t| clipped(t, axis, at, side)).collect();
-                let volume = volume(&half);
-                (half, volume)
-            });
-            let saved = volume_of_piece - halves[0].1 - halves[1].1;
-            if halves.iter().all(|(half, _)| !half.is_empty()) && best.as_ref().is_none_or(|cut| saved > cut.saved) {
-                best = Some(Cut { saved, halves });
-            }
-        }
-    }
-    best
+/// The triangles that rank cuts: all, or some of many, evenly in their order.
+fn some_of(piece: &[Triangle]) -> Vec<Triangle> {
+    piece.iter().step_by(piece.len().div_ceil(MOST_RANKING).max(1)).copied().collect()
+}
+
+fn best_cut(piece: &[Triangle]) -> Option<Cut> {
+    let some = some_of(piece);
+    let volume_of_piece = volume(&some);
+    let half = |of: &[Triangle], (axis, at): (usize, f64), side: f64| -> Vec<Triangle> {
+        of.iter().flat_map(|t| clipped(t, axis, at, side)).collect()
+    };
+    let planes = (0..3).flat_map(|axis| places(&some, axis).into_iter().map(move |at| (axis, at)));
+    let saved = |plane| volume_of_piece - SIDES.map(|side| volume(&half(&some, plane, side))).iter().sum::<f64>();
+    let (saved, plane) = planes.map(|plane| (saved(plane), plane)).reduce(|a, b| if b.0 > a.0 { b } else { a })?;
+    let halves = SIDES.map(|side| half(piece, plane, side));
+    halves.iter().all(|half| !half.is_empty()).then_some(Cut { saved, halves })
 }
 
 /// Where a piece may be cut along an axis: where it has vertices, or evenly where those are many.
@@ -173,6 +177,24 @@ pub(crate) mod tests {
         // Between the posts there is room now.
         assert!(!found.iter().any(|solid| holds(solid, [0.25, 0.05, 0.2])));
         assert!(holds(&Solid::around(fork().as_flattened()).unwrap(), [0.25, 0.05, 0.2]));
+    }
+
+    /// A fork of many triangles is cut where that of few is, with all of its triangles.
+    #[test]
+    fn a_fine_mesh_is_ranked_by_some_of_its_triangles() {
+        let quarters = |t: Triangle| {
+            let middle = |a: usize, b: usize| [0, 1, 2].map(|i| 0.5 * (t[a][i] + t[b][i]));
+            let (ab, bc, ca) = (middle(0, 1), middle(1, 2), middle(2, 0));
+            [[t[0], ab, ca], [ab, t[1], bc], [ca, bc, t[2]], [ab, bc, ca]]
+        };
+        let fine = (0..6).fold(fork(), |mesh, _| mesh.into_iter().flat_map(quarters).collect());
+        assert!(fine.len() > 10 * MOST_RANKING && some_of(&fine).len() <= MOST_RANKING);
+        let found = solids(&pieces(fine.clone()));
+        assert!(found.len() > 1 && !found.iter().any(|solid| holds(solid, [0.25, 0.05, 0.2])), "{}", found.len());
+        let middles = fine.iter().step_by(97).map(|t| [0, 1, 2].map(|i| (t[0][i] + t[1][i] + t[2][i]) / 3.0));
+        for point in middles {
+            assert!(found.iter().any(|solid| holds(solid, point)), "{point:?}");
+        }
     }
 
     #[test]

@@ -232,6 +232,23 @@ pub(crate) mod tests {
         }
     }
 
+    /// Joints that threads share give the bits of one thread.
+    #[test]
+    fn threads_change_no_bit() {
+        let one = barrier();
+        let joints: Vec<JointRows> = one.joints.iter().cycle().take(MIN_JOINTS_FOR_THREADS + 1).cloned().collect();
+        let many = Barrier { joints, ..one };
+        let x: Vec<f64> = (0..many.m * many.joints.len()).map(|k| 0.1 * (1.7 * k as f64).sin()).collect();
+        let of = |threads: usize| {
+            let mut gradient = vec![0.0; x.len()];
+            let value = many.value(&x, 0.3, &mut gradient, threads).unwrap();
+            let mut solved = gradient.clone();
+            many.curvature(&x, 0.3, 0.1, threads).unwrap().solve(&mut solved);
+            (value, gradient, solved)
+        };
+        assert_eq!((of(1), many.shared_by(3)), (of(3), 3));
+    }
+
     #[test]
     fn the_wall_is_where_the_limits_are() {
         let barrier = barrier();

@@ -12,11 +12,11 @@ use crate::value::{Symbol, Value};
 pub(super) fn within_a_turn(
     source: Source,
     names: &Names,
-    what: &str,
+    (key, what): (&str, &str),
     node: &Node,
     value: Value,
 ) -> Result<Value, Error> {
-    let is_angle = ["gamma", "alpha", "theta"].iter().any(|key| what.starts_with(key));
+    let is_angle = ["gamma", "alpha", "theta"].contains(&key);
     match value.beyond_a_turn(&names.symbols).filter(|_| is_angle) {
         Some(x) => {
             let why =

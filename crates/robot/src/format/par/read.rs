@@ -330,7 +330,7 @@ impl Frames {
         for (k, (key, node)) in GEOMETRY_KEYS.into_iter().zip(&self.geometry[j]).enumerate() {
             let what = format!("{key} of frame {}", j + 1);
             if k != moving {
-                values.push(within_a_turn(source, names, &what, node, names.constant(source, &what, node)?)?);
+                values.push(within_a_turn(source, names, (key, &what), node, names.constant(source, &what, node)?)?);
                 continue;
             }
             // The variable: its linear part moves the joint, its constant part goes into the geometry.
@@ -343,7 +343,7 @@ impl Frames {
                 names.finite(source, &what, node, *coefficient)?;
             }
             variable.terms = affine.terms;
-            values.push(within_a_turn(source, names, &what, node, affine.offset)?);
+            values.push(within_a_turn(source, names, (key, &what), node, affine.offset)?);
         }
         let drive = match (&variable.terms[..], owners.is_coordinate[j]) {
             ([], _) => Drive::Locked,
@@ -368,7 +368,7 @@ impl Frames {
             let mut values = Vec::with_capacity(6);
             for (key, node) in GEOMETRY_KEYS.into_iter().zip(&self.geometry[twin]) {
                 let what = format!("{key} of frame {}", twin + 1);
-                values.push(within_a_turn(source, names, &what, node, names.constant(source, &what, node)?)?);
+                values.push(within_a_turn(source, names, (key, &what), node, names.constant(source, &what, node)?)?);
             }
             let [gamma, b, alpha, d, theta, r]: [Value; 6] = values.try_into().unwrap_or([const { Value::ZERO }; 6]);
             let twin_placement = ModifiedDh { gamma, b, alpha, d, theta, r };
