@@ -10,7 +10,7 @@ use identification::estimate::joint_terms::JointTerms;
 use identification::estimate::ledger::hypotheses::{Hypothesis, Tested, hypotheses};
 use identification::estimate::ledger::torque_error::{MotionRange, TorqueError, torque_errors};
 use identification::estimate::ledger::unknowns::Step;
-use identification::estimate::ledger::{widen_by_faults, widen_by_rotors, widen_by_unknowns};
+use identification::estimate::ledger::{widen_by_faults, widen_by_unknowns, widen_by_what_may_be_there};
 use identification::estimate::options::Options;
 use identification::estimate::passport::Passport;
 use identification::estimate::passport::finding::Fault;
@@ -215,7 +215,7 @@ fn identify_kept(
     }
     widen_by_faults(&mut estimate, &faults);
     let torque_errors = errors_of_torques(model, &options, &estimate, &inverse, &range);
-    widen_by_rotors(&mut estimate, &faults);
+    widen_by_what_may_be_there(&mut estimate, &faults);
     estimate.remarks.splice(..0, chosen.sentences.into_iter().chain(sentence));
     estimate.remarks.extend(found.outgrown.into_iter().filter(|_| !is_own_scale));
     let found = Identification {

@@ -19,9 +19,9 @@
 //! The deviation is the scatter of u while tenths of the record are left out (jackknife), at least that of white noise.
 //!
 //! A fault that is told by its deviations, and explains too little to be named, moves the parameters all the same. By how
-//! much is part of their deviation (`widening`). Late torques and friction that grows with the load are looked for elsewhere
-//! (the passport, `friction: auto`); cross talk has many columns, one of which explains a little of anything. These three are
-//! part of the deviations and never more.
+//! much is part of their deviation, and so is what the data do not exclude (`widening`). Late torques and friction that
+//! grows with the load are looked for elsewhere (the passport, `friction: auto`); cross talk has many columns, one of which
+//! explains a little of anything. These three are part of the deviations and never more.
 //!
 //! A rotor whose column the others contain is told by nothing: the parameters that contain it are named ([`Tested::within`]).
 //! Not told: a common scale of all torques, and the zero of a joint whose bodies may lie as they like.

@@ -6,7 +6,7 @@
 //! | `claims_of_columns` | whether velocities and accelerations are the slopes they should be |
 //! | `claims_of_fit` | what the fit leaves open, and what it predicts |
 //! | `claims_of_faults` | what unknowns more explain ([`hypotheses`], by their `hypothesis_columns`) |
-//! | `widening` | by how much those that explain too little to be named widen deviations |
+//! | `widening` | by how much those that are not named, or not excluded, widen deviations |
 //! | `unknowns` | the same unknowns all at once, where they are asked for |
 //! | `torque_error` | how wrong torques may be, by the covariance |
 //! | `purposes` | what each use needs of all these |
@@ -30,4 +30,4 @@ pub(crate) use claims_of_fit::{LACKING_MODEL_CHI_SQUARE, NOISE_CHI_SQUARE, claim
 pub(crate) use claims_of_log::units_of_logs;
 pub use claims_of_log::{FreeFit, claims_of_log};
 pub use unknowns::widen_by_unknowns;
-pub use widening::{widen_by_faults, widen_by_rotors};
+pub use widening::{widen_by_faults, widen_by_what_may_be_there};

@@ -1,17 +1,21 @@
-//! Deviations that allow for faults which are told and explain too little to be named, and for rotors that are not told.
+//! Deviations that allow for faults which are told and explain too little to be named, and for faults and rotors that the
+//! data do not exclude.
 //!
 //! With x the fit and u one unknown more (`hypotheses`), of those beyond `WIDENING_FAULT_SIGMAS` of their deviations,
 //!
 //! ```text
 //! sigma_i^2 + max_u (x_i with u - x_i without)^2
 //! ```
-//! The largest counts and not the sum: faults of one log explain each other. Rotors that nobody spoke of are no fault. Each
-//! may be there as large as its value and deviation say, and they are taken together:
+//! The largest counts and not the sum: faults of one log explain each other. Of all the others, told or not, each may be
+//! there as large as its value and deviation say, s(u) = value sqrt(1 + (deviation/value)^2), and moves the parameters by
+//! d_i(u) = (x_i with u - x_i without) s(u)/value:
 //!
 //! ```text
-//! sigma_i^2 + sum_u (x_i with u - x_i without)^2 (1 + (deviation of u / u)^2)
+//! sigma_i^2 + sum_rotors d_i^2 + max_faults d_i^2
 //! ```
-//! Torques of such motions as were logged hardly change with them.
+//! Rotors that nobody spoke of are no fault, and are taken together. A spring that bodies nearly explain in the range of
+//! the log is an example: the log cannot tell it from their weight, so the weight is as unsure as the spring. Torques of
+//! such motions as were logged hardly change with what is not told, so these count in no error of torques.
 
 use crate::estimate::artefact::Estimate;
 use crate::estimate::identified::Identified;
@@ -46,12 +50,13 @@ pub fn widen_by_faults(estimate: &mut Estimate, faults: &[Tested]) {
     estimate.remarks.extend(remark);
 }
 
-/// Widens deviations and covariance by rotors that may be there, as [`widen_by_faults`] does by faults.
-pub fn widen_by_rotors(estimate: &mut Estimate, faults: &[Tested]) {
-    let of_these = |f: &&Tested| f.effect.len() == estimate.parameters.len() && is_rotor(f) && f.value != 0.0;
-    let rotors: Vec<&Tested> = faults.iter().filter(of_these).collect();
+/// Widens deviations and covariance by rotors and faults that the data do not exclude, told or not.
+pub fn widen_by_what_may_be_there(estimate: &mut Estimate, tested: &[Tested]) {
+    let counts = |f: &&Tested| f.effect.len() == estimate.parameters.len() && f.value != 0.0;
+    let (rotors, faults): (Vec<&Tested>, Vec<&Tested>) = tested.iter().filter(counts).partition(|f| is_rotor(f));
     let square = |f: &&Tested, c: usize| (f.effect[c] * (f.deviation / f.value).hypot(1.0)).powi(2);
-    estimate.widen(|c| rotors.iter().map(|f| square(f, c)).sum::<f64>().sqrt());
+    let widest = |c: usize| faults.iter().map(|f| square(f, c)).fold(0.0, f64::max);
+    estimate.widen(|c| (rotors.iter().map(|f| square(f, c)).sum::<f64>() + widest(c)).sqrt());
 }
 
 #[cfg(test)]
@@ -101,20 +106,25 @@ mod tests {
         assert!(wide.remarks.len() == 1 && wide.remarks[0].contains("q1") && wide.remarks[0].contains("allow for it"));
     }
 
-    /// A rotor widens what it moves by its value and its deviation, be it told or not.
+    /// A rotor and a fault widen what they move by value and deviation, be they told or not: of faults the widest.
     #[test]
-    fn a_rotor_that_may_be_there_is_part_of_the_deviation() {
-        let mut wide = estimate();
+    fn what_may_be_there_is_part_of_the_deviation() {
         let rotor = Tested { of: Hypothesis::Rotor(0), deviation: 0.02, ..scale(0.01, 0.04) };
+        let mut wide = estimate();
         widen_by_faults(&mut wide, std::slice::from_ref(&rotor));
         assert_eq!(wide, estimate());
-        widen_by_rotors(&mut wide, &[rotor]);
+        widen_by_what_may_be_there(&mut wide, std::slice::from_ref(&rotor));
         // sqrt(0.03^2 + 0.04^2 (1 + 2^2))
         assert!((wide.parameters[0].sigma.unwrap() - 0.0089f64.sqrt()).abs() < 1e-15, "{:?}", wide.parameters[0]);
         assert!(wide.parameters[1].sigma == Some(0.01) && wide.remarks.is_empty());
+        let spring = Tested { of: Hypothesis::Spring(0), deviation: 0.03, ..scale(0.01, 0.01) };
+        let mut wide = estimate();
+        widen_by_what_may_be_there(&mut wide, &[rotor, spring.clone(), Tested { effect: vec![0.005, 0.0], ..spring }]);
+        // and 0.01^2 (1 + 3^2); the lesser spring counts no more.
+        assert!((wide.parameters[0].sigma.unwrap() - 0.0099f64.sqrt()).abs() < 1e-15, "{:?}", wide.parameters[0]);
     }
 
-    /// A fault that is not told widens nothing and says nothing, and neither does one of another fit.
+    /// As a fault that is told, one that is not widens nothing and says nothing, and neither does one of another fit.
     #[test]
     fn what_is_not_told_widens_nothing() {
         for faults in [vec![], vec![scale(0.0039, 0.04)], vec![Tested { effect: vec![0.1], ..scale(0.02, 0.0) }]] {
