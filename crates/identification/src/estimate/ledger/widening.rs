@@ -6,16 +6,16 @@
 //! ```text
 //! sigma_i^2 + max_u (x_i with u - x_i without)^2
 //! ```
-//! The largest counts and not the sum: faults of one log explain each other. Of all the others, told or not, each may be
-//! there as large as its value and deviation say, s(u) = value sqrt(1 + (deviation/value)^2), and moves the parameters by
-//! d_i(u) = (x_i with u - x_i without) s(u)/value:
+//! The largest counts and not the sum: faults of one log explain each other. A zero, a spring or a drift may be there, told
+//! or not, as large as its value and deviation say, s(u) = value sqrt(1 + (deviation/value)^2), and moves the parameters by
+//! d_i(u) = (x_i with u - x_i without) s(u)/value. So may rotors, which nobody spoke of and which are no fault:
 //!
 //! ```text
 //! sigma_i^2 + sum_rotors d_i^2 + max_faults d_i^2
 //! ```
-//! Rotors that nobody spoke of are no fault, and are taken together. A spring that bodies nearly explain in the range of
-//! the log is an example: the log cannot tell it from their weight, so the weight is as unsure as the spring. Torques of
-//! such motions as were logged hardly change with what is not told, so these count in no error of torques.
+//! A spring that bodies nearly explain in the range of the log is an example: the log cannot tell it from their weight, so
+//! the weight is as unsure as the spring. The scale of a joint is not among them: parameters are in the units of the log.
+//! Torques of such motions as were logged hardly change with what is not told, so these count in no error of torques.
 
 use crate::estimate::artefact::Estimate;
 use crate::estimate::identified::Identified;
@@ -50,12 +50,13 @@ pub fn widen_by_faults(estimate: &mut Estimate, faults: &[Tested]) {
     estimate.remarks.extend(remark);
 }
 
-/// Widens deviations and covariance by rotors and faults that the data do not exclude, told or not.
+/// Widens deviations and covariance by the rotors, zeros, springs and drifts that the data do not exclude, told or not.
 pub fn widen_by_what_may_be_there(estimate: &mut Estimate, tested: &[Tested]) {
+    let may_be = |of: &Hypothesis| matches!(of, Hypothesis::Zero(_) | Hypothesis::Spring(_) | Hypothesis::Drift(_));
     let counts = |f: &&Tested| f.effect.len() == estimate.parameters.len() && f.value != 0.0;
     let (rotors, faults): (Vec<&Tested>, Vec<&Tested>) = tested.iter().filter(counts).partition(|f| is_rotor(f));
     let square = |f: &&Tested, c: usize| (f.effect[c] * (f.deviation / f.value).hypot(1.0)).powi(2);
-    let widest = |c: usize| faults.iter().map(|f| square(f, c)).fold(0.0, f64::max);
+    let widest = |c: usize| faults.iter().filter(|f| may_be(&f.of)).map(|f| square(f, c)).fold(0.0, f64::max);
     estimate.widen(|c| (rotors.iter().map(|f| square(f, c)).sum::<f64>() + widest(c)).sqrt());
 }
 
@@ -119,8 +120,9 @@ mod tests {
         assert!(wide.parameters[1].sigma == Some(0.01) && wide.remarks.is_empty());
         let spring = Tested { of: Hypothesis::Spring(0), deviation: 0.03, ..scale(0.01, 0.01) };
         let mut wide = estimate();
-        widen_by_what_may_be_there(&mut wide, &[rotor, spring.clone(), Tested { effect: vec![0.005, 0.0], ..spring }]);
-        // and 0.01^2 (1 + 3^2); the lesser spring counts no more.
+        let lesser = Tested { effect: vec![0.005, 0.0], ..spring.clone() };
+        widen_by_what_may_be_there(&mut wide, &[rotor, spring, lesser, scale(0.01, 0.02)]);
+        // and 0.01^2 (1 + 3^2); neither the lesser spring counts nor the scale.
         assert!((wide.parameters[0].sigma.unwrap() - 0.0099f64.sqrt()).abs() < 1e-15, "{:?}", wide.parameters[0]);
     }
 
