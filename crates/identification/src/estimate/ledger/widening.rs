@@ -6,9 +6,9 @@
 //! ```text
 //! sigma_i^2 + max_u (x_i with u - x_i without)^2
 //! ```
-//! The largest counts and not the sum: faults of one log explain each other. A zero, a spring or a drift may be there, told
-//! or not, as large as its value and deviation say, s(u) = value sqrt(1 + (deviation/value)^2), and moves the parameters by
-//! d_i(u) = (x_i with u - x_i without) s(u)/value. So may rotors, which nobody spoke of and which are no fault:
+//! The largest counts and not the sum: faults of one log explain each other. A zero, a spring or a drift of fewer deviations
+//! may be there, as large as its value and deviation say, s(u) = value sqrt(1 + (deviation/value)^2), and moves the
+//! parameters by d_i(u) = (x_i with u - x_i without) s(u)/value. So may any rotor: nobody spoke of it, and it is no fault.
 //!
 //! ```text
 //! sigma_i^2 + sum_rotors d_i^2 + max_faults d_i^2
@@ -26,6 +26,10 @@ use crate::estimate::ledger::hypotheses::{Hypothesis, Tested};
 /// are not there are, by t of the nine freedoms of the jackknife.
 const WIDENING_FAULT_SIGMAS: f64 = 4.0;
 
+fn is_likely(tested: &Tested) -> bool {
+    tested.value.abs() > WIDENING_FAULT_SIGMAS * tested.deviation
+}
+
 fn is_rotor(tested: &Tested) -> bool {
     matches!(tested.of, Hypothesis::Rotor(_))
 }
@@ -34,8 +38,7 @@ fn is_rotor(tested: &Tested) -> bool {
 /// than the faults were tested with stays as it is.
 pub fn widen_by_faults(estimate: &mut Estimate, faults: &[Tested]) {
     let of_these = |f: &&Tested| f.effect.len() == estimate.parameters.len() && !is_rotor(f);
-    let counts = |f: &&Tested| f.value.abs() > WIDENING_FAULT_SIGMAS * f.deviation;
-    let faults: Vec<&Tested> = faults.iter().filter(of_these).filter(counts).collect();
+    let faults: Vec<&Tested> = faults.iter().filter(of_these).filter(|f| is_likely(f)).collect();
     let strength = |f: &Tested| {
         let ratio = |(effect, p): (&f64, &Identified)| effect.abs() / p.sigma_or_infinity();
         f.effect.iter().zip(&estimate.parameters).map(ratio).fold(0.0, f64::max)
@@ -50,13 +53,16 @@ pub fn widen_by_faults(estimate: &mut Estimate, faults: &[Tested]) {
     estimate.remarks.extend(remark);
 }
 
-/// Widens deviations and covariance by the rotors, zeros, springs and drifts that the data do not exclude, told or not.
+/// Widens deviations and covariance by rotors, and by the zeros, springs and drifts that the data do not exclude; those for
+/// which [`widen_by_faults`] does it already do not count twice.
 pub fn widen_by_what_may_be_there(estimate: &mut Estimate, tested: &[Tested]) {
-    let may_be = |of: &Hypothesis| matches!(of, Hypothesis::Zero(_) | Hypothesis::Spring(_) | Hypothesis::Drift(_));
+    let is_held = |f: &&&Tested| {
+        !is_likely(f) && matches!(f.of, Hypothesis::Zero(_) | Hypothesis::Spring(_) | Hypothesis::Drift(_))
+    };
     let counts = |f: &&Tested| f.effect.len() == estimate.parameters.len() && f.value != 0.0;
     let (rotors, faults): (Vec<&Tested>, Vec<&Tested>) = tested.iter().filter(counts).partition(|f| is_rotor(f));
     let square = |f: &&Tested, c: usize| (f.effect[c] * (f.deviation / f.value).hypot(1.0)).powi(2);
-    let widest = |c: usize| faults.iter().filter(|f| may_be(&f.of)).map(|f| square(f, c)).fold(0.0, f64::max);
+    let widest = |c: usize| faults.iter().filter(is_held).map(|f| square(f, c)).fold(0.0, f64::max);
     estimate.widen(|c| (rotors.iter().map(|f| square(f, c)).sum::<f64>() + widest(c)).sqrt());
 }
 
@@ -107,7 +113,7 @@ mod tests {
         assert!(wide.remarks.len() == 1 && wide.remarks[0].contains("q1") && wide.remarks[0].contains("allow for it"));
     }
 
-    /// A rotor and a fault widen what they move by value and deviation, be they told or not: of faults the widest.
+    /// A rotor and a fault that is not told widen what they move by value and deviation: of faults the widest.
     #[test]
     fn what_may_be_there_is_part_of_the_deviation() {
         let rotor = Tested { of: Hypothesis::Rotor(0), deviation: 0.02, ..scale(0.01, 0.04) };
@@ -121,8 +127,10 @@ mod tests {
         let spring = Tested { of: Hypothesis::Spring(0), deviation: 0.03, ..scale(0.01, 0.01) };
         let mut wide = estimate();
         let lesser = Tested { effect: vec![0.005, 0.0], ..spring.clone() };
-        widen_by_what_may_be_there(&mut wide, &[rotor, spring, lesser, scale(0.01, 0.02)]);
-        // and 0.01^2 (1 + 3^2); neither the lesser spring counts nor the scale.
+        let told = Tested { of: Hypothesis::Spring(0), ..scale(0.02, 0.2) };
+        let scale = Tested { deviation: 0.03, ..scale(0.01, 0.02) };
+        widen_by_what_may_be_there(&mut wide, &[rotor, spring, lesser, told, scale]);
+        // and 0.01^2 (1 + 3^2); neither the lesser spring counts, nor one that is told, nor the scale.
         assert!((wide.parameters[0].sigma.unwrap() - 0.0099f64.sqrt()).abs() < 1e-15, "{:?}", wide.parameters[0]);
     }
 
