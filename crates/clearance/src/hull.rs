@@ -6,8 +6,8 @@
 
 use robot::vector::{Vector3, dot};
 
-/// Cells along the edge of a face.
-const EDGE: usize = 8;
+/// Cells along the edge of a face, a power of two.
+const EDGE: usize = 16;
 /// Hulls of so few points have no cells.
 const FEW_POINTS: usize = 16;
 /// A point is left out of a cell where another is farther by this share of the size of the hull: far more than rounding.
@@ -17,39 +17,84 @@ const FARTHER_SHARE: f64 = 1e-9;
 #[derive(Clone, Debug, PartialEq)]
 pub struct Hull {
     points: Vec<Vector3>,
-    /// By face and cell: the points that may be farthest, in their order. Empty where there are few points.
-    cells: Vec<Vec<u32>>,
+    /// Those that may be farthest, cell by cell of the faces, in their order. Empty where there are few points.
+    candidates: Vec<Vector3>,
+    /// Where each cell begins among them, and where the last one ends.
+    starts: Vec<usize>,
 }
 
-/// A direction of a face, in the square from -1 to 1.
-fn on_face(face: usize, u: f64, v: f64) -> Vector3 {
-    let (axis, sign) = (face / 2, if face.is_multiple_of(2) { 1.0 } else { -1.0 });
-    let mut along = [0.0; 3];
-    (along[axis], along[(axis + 1) % 3], along[(axis + 2) % 3]) = (sign, u, v);
-    along
+/// A square of cells on a face.
+#[derive(Clone, Copy)]
+struct Square {
+    face: usize,
+    i: usize,
+    j: usize,
+    width: usize,
+}
+
+impl Square {
+    /// A direction of the face, at shares 0 to 1 of the square.
+    fn direction(&self, u: f64, v: f64) -> Vector3 {
+        let at = |from: usize, share: f64| 2.0 * (from as f64 + share * self.width as f64) / EDGE as f64 - 1.0;
+        let (axis, sign) = (self.face / 2, if self.face.is_multiple_of(2) { 1.0 } else { -1.0 });
+        let mut along = [0.0; 3];
+        (along[axis], along[(axis + 1) % 3], along[(axis + 2) % 3]) = (sign, at(self.i, u), at(self.j, v));
+        along
+    }
+
+    fn quarters(&self) -> [Square; 4] {
+        let width = self.width / 2;
+        [(0, 0), (0, width), (width, 0), (width, width)].map(|(i, j)| Square {
+            i: self.i + i,
+            j: self.j + j,
+            width,
+            ..*self
+        })
+    }
+
+    /// The points that may be farthest along a direction of the square; `farther`: how much counts as farther.
+    fn candidates(&self, points: &[Vector3], farther: f64) -> Vec<Vector3> {
+        let corners = [(0.0, 0.0), (1.0, 0.0), (0.0, 1.0), (1.0, 1.0)].map(|(u, v)| self.direction(u, v));
+        let middle = self.direction(0.5, 0.5);
+        let best = corners.iter().chain([&middle]).filter_map(|along| farthest(points, *along));
+        let best: Vec<[f64; 4]> = best.map(|k| corners.map(|along| dot(points[k], along))).collect();
+        let is_beaten = |p: &&Vector3| {
+            let heights = corners.map(|along| dot(**p, along));
+            best.iter().any(|best| best.iter().zip(heights).all(|(best, height)| best - height > farther))
+        };
+        points.iter().filter(|p| !is_beaten(p)).copied().collect()
+    }
+
+    /// Puts the candidates of each cell of the square in its place.
+    fn fill(&self, points: &[Vector3], farther: f64, cells: &mut [Vec<Vector3>]) {
+        let candidates = self.candidates(points, farther);
+        match self.width {
+            1 => cells[cell(self.face, self.i, self.j)] = candidates,
+            _ => self.quarters().iter().for_each(|quarter| quarter.fill(&candidates, farther, cells)),
+        }
+    }
+}
+
+fn cell(face: usize, i: usize, j: usize) -> usize {
+    (face * EDGE + i) * EDGE + j
 }
 
 impl Hull {
     /// The hull of these points.
     pub fn new(points: Vec<Vector3>) -> Hull {
-        let size = points.iter().flatten().fold(0.0_f64, |m, x| m.max(x.abs()));
-        let at = |i: usize| 2.0 * i as f64 / EDGE as f64 - 1.0;
-        let cell = |(face, i, j): (usize, usize, usize)| -> Vec<u32> {
-            let corners = [(i, j), (i + 1, j), (i, j + 1), (i + 1, j + 1)].map(|(i, j)| on_face(face, at(i), at(j)));
-            let middle = on_face(face, 0.5 * (at(i) + at(i + 1)), 0.5 * (at(j) + at(j + 1)));
-            let best: Vec<usize> =
-                corners.iter().chain([&middle]).filter_map(|along| farthest(&points, *along)).collect();
-            let is_beaten = |p: &Vector3| {
-                best.iter().any(|&q| {
-                    let beats = |along: &Vector3| dot(points[q], *along) - dot(*p, *along) > FARTHER_SHARE * size;
-                    corners.iter().all(beats)
-                })
-            };
-            (0_u32..).zip(&points).filter(|(_, p)| !is_beaten(p)).map(|(k, _)| k).collect()
-        };
-        let places = (0..6).flat_map(|face| (0..EDGE).flat_map(move |i| (0..EDGE).map(move |j| (face, i, j))));
-        let cells = if points.len() <= FEW_POINTS { vec![] } else { places.map(cell).collect() };
-        Hull { points, cells }
+        let mut hull = Hull { points, candidates: Vec::new(), starts: Vec::new() };
+        if hull.points.len() > FEW_POINTS {
+            let size = hull.points.iter().flatten().fold(0.0_f64, |m, x| m.max(x.abs()));
+            let mut cells = vec![Vec::new(); 6 * EDGE * EDGE];
+            let faces = (0..6).map(|face| Square { face, i: 0, j: 0, width: EDGE });
+            faces.for_each(|square| square.fill(&hull.points, FARTHER_SHARE * size, &mut cells));
+            hull.starts.push(0);
+            for cell in cells {
+                hull.candidates.extend(cell);
+                hull.starts.push(hull.candidates.len());
+            }
+        }
+        hull
     }
 
     /// The points.
@@ -62,21 +107,16 @@ impl Hull {
         let size = along.map(f64::abs);
         let axis = if size[0] >= size[1] && size[0] >= size[2] { 0 } else { 1 + usize::from(size[2] > size[1]) };
         let most = size[axis];
-        if self.cells.is_empty() || most.is_nan() || most <= 0.0 {
-            return farthest(&self.points, along).map_or([0.0; 3], |k| self.points[k]);
-        }
-        let face = 2 * axis + usize::from(along[axis] < 0.0);
-        let place = |x: f64| ((0.5 * (x / most + 1.0) * EDGE as f64) as usize).min(EDGE - 1);
-        let cell = (face * EDGE + place(along[(axis + 1) % 3])) * EDGE + place(along[(axis + 2) % 3]);
-        let mut best = (f64::NEG_INFINITY, [0.0; 3]);
-        for &k in &self.cells[cell] {
-            let point = self.points[k as usize];
-            let height = dot(point, along);
-            if height > best.0 {
-                best = (height, point);
-            }
-        }
-        best.1
+        let is_told = !self.candidates.is_empty() && most > 0.0;
+        let candidates = if is_told {
+            let place = |x: f64| ((0.5 * (x / most + 1.0) * EDGE as f64) as usize).min(EDGE - 1);
+            let face = 2 * axis + usize::from(along[axis] < 0.0);
+            let cell = cell(face, place(along[(axis + 1) % 3]), place(along[(axis + 2) % 3]));
+            &self.candidates[self.starts[cell]..self.starts[cell + 1]]
+        } else {
+            &self.points
+        };
+        farthest(candidates, along).map_or([0.0; 3], |k| candidates[k])
     }
 }
 
@@ -104,7 +144,9 @@ mod tests {
             let points: Vec<Vector3> =
                 (0..count).map(|k| [wave(k, 1.3), 0.4 * wave(k, 2.7) + 0.2, flat * wave(k, 0.7)]).collect();
             let hull = Hull::new(points.clone());
-            assert!(hull.cells.iter().any(|cell| cell.len() < points.len()) && hull.cells.len() == 6 * EDGE * EDGE);
+            let cells = 6 * EDGE * EDGE;
+            // Even a flat hull leaves half of its points out of a cell.
+            assert!(hull.starts.len() == cells + 1 && hull.candidates.len() < cells * points.len() / 2, "{count}");
             let grid = |k: u32| f64::from(k % 9) / 4.0 - 1.0;
             let even = (0..729).map(|k| [grid(k), grid(k / 9), grid(k / 81)]);
             let odd = (0..3000).map(|k| [wave(k, 0.9), wave(k, 1.7), wave(k, 3.1)]);

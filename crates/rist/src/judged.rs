@@ -27,7 +27,7 @@ impl Identification {
     ///
     /// Fails where a log cannot be read.
     pub fn judged(&mut self, model: &Model, others: &[LogSource], anyway: bool) -> Result<Judged, Error> {
-        let predicted = predictions(self.used(model), &self.estimate, others)?;
+        let predicted = predictions(self.used(model), &self.estimate, self.covariance.as_deref(), others)?;
         let verdict = self.judge(self.prediction(&predicted));
         let predictions: Vec<(String, Residuals)> = predicted.into_iter().map(|p| (p.log, p.residuals)).collect();
         if let Some(bodies) = self.bodies.as_mut().filter(|_| anyway) {
@@ -51,6 +51,7 @@ impl Identification {
             others: worst.map(|p| p.residuals.total),
             others_repeat: !counted.iter().any(|p| p.visited.is_other_than(&self.passport.visited)),
             others_described: worst.and_then(|p| p.described),
+            others_unsure: worst.and_then(|p| p.unsure),
             ..Prediction::default()
         }
     }

@@ -62,6 +62,8 @@ pub struct Identification {
     pub bodies_evidence: Option<BodiesEvidence>,
     /// How unsure torques are, by use.
     pub torque_errors: Vec<TorqueError>,
+    /// The covariance that they follow from; `None` where a parameter is open, of which no covariance tells.
+    pub covariance: Option<Vec<Vec<f64>>>,
     /// Faults of the logs, each tested as one unknown more.
     pub faults: Vec<Tested>,
     /// The last step of the unknowns that were asked for; what they are stands in the options and the description.
@@ -214,7 +216,9 @@ fn identify_kept(
         widen(&mut estimate, &found);
     }
     widen_by_faults(&mut estimate, &faults);
-    let torque_errors = errors_of_torques(model, &options, &estimate, &inverse, &range);
+    let covariance = covariance(&estimate, &inverse);
+    let of_covariance = |c: &Vec<Vec<f64>>| errors_of_torques(model, &options, &estimate, c, &range);
+    let torque_errors = covariance.as_ref().map(of_covariance).unwrap_or_default();
     widen_by_what_may_be_there(&mut estimate, &faults);
     estimate.remarks.splice(..0, chosen.sentences.into_iter().chain(sentence));
     estimate.remarks.extend(found.outgrown.into_iter().filter(|_| !is_own_scale));
@@ -231,6 +235,7 @@ fn identify_kept(
         held_out,
         bodies_evidence: found.evidence,
         torque_errors,
+        covariance,
         faults,
         unknowns: Vec::new(),
         described_parameters,
@@ -319,27 +324,23 @@ fn faults(model: &Model, options: &Options, records: &SourceRecords<'_>, fit: &F
     with_open(model, |open| Ok(hypotheses(&linear, records, &fit.solution.x, &fit.weights, open)?))
 }
 
-/// How unsure torques are, by use; nothing where a parameter is open, of which no covariance tells. `inverse`: any multiple
-/// of the covariance for white noise.
+/// The covariance of what was found; `None` where a parameter is open. `inverse`: any multiple of that for white noise.
+fn covariance(estimate: &Estimate, inverse: &DMatrix<f64>) -> Option<Vec<Vec<f64>>> {
+    let is_open = estimate.parameters.iter().any(|p| p.status == Status::NotIdentifiable);
+    let sigma: Vec<f64> = estimate.parameters.iter().map(|p| p.sigma.unwrap_or(0.0)).collect();
+    (!is_open).then(|| with_deviations(inverse, &sigma))
+}
+
+/// How unsure torques are, by use.
 fn errors_of_torques(
     model: &Model,
     options: &Options,
     estimate: &Estimate,
-    inverse: &DMatrix<f64>,
+    covariance: &[Vec<f64>],
     range: &MotionRange,
 ) -> Vec<TorqueError> {
-    if estimate.parameters.iter().any(|p| p.status == Status::NotIdentifiable) {
-        return Vec::new();
-    }
-    let sigma: Vec<f64> = estimate.parameters.iter().map(|p| p.sigma.unwrap_or(0.0)).collect();
     let values: Vec<f64> = estimate.parameters.iter().map(Identified::prediction).collect();
-    torque_errors(
-        &options.linear_model(model.regressor()),
-        &values,
-        &with_deviations(inverse, &sigma),
-        range,
-        &allowed(model, range),
-    )
+    torque_errors(&options.linear_model(model.regressor()), &values, covariance, range, &allowed(model, range))
 }
 
 /// |tau - W X| / |tau| with these base parameters, and friction fitted to the remainder.

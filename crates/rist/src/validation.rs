@@ -38,15 +38,22 @@ pub struct Predicted {
     pub residuals: Residuals,
     /// |tau - W X| / |tau| of the description with fitted friction; `None` where it has no inertials.
     pub described: Option<f64>,
+    /// The error that the deviations of the estimate explain; `None` where no covariance is known.
+    pub unsure: Option<f64>,
     /// Where the robot was.
     pub visited: Visited,
 }
 
 /// Predicts logs one by one, with the signal options and the friction of the estimate's fit.
 ///
-/// Empty for an estimate of experiments, which [`validate_experiments`] predicts. Fails where a log cannot be read, and
-/// where the estimate lacks a parameter.
-pub fn predictions(model: &Model, estimate: &Estimate, logs: &[LogSource]) -> Result<Vec<Predicted>, Error> {
+/// Empty for an estimate of experiments, which [`validate_experiments`] predicts. `covariance` of its parameters, where it is
+/// known. Fails where a log cannot be read, and where the estimate lacks a parameter.
+pub fn predictions(
+    model: &Model,
+    estimate: &Estimate,
+    covariance: Option<&[Vec<f64>]>,
+    logs: &[LogSource],
+) -> Result<Vec<Predicted>, Error> {
     let Some(options) = &estimate.options else { return Ok(Vec::new()) };
     let linear = options.linear_model(model.regressor());
     let x = values_of(&linear, estimate)?;
@@ -59,6 +66,7 @@ pub fn predictions(model: &Model, estimate: &Estimate, logs: &[LogSource]) -> Re
             log: log.name(),
             residuals: held_out::residuals(&linear, &joints, &x),
             described: described.as_ref().map(of_description),
+            unsure: covariance.map(|covariance| held_out::unsure(&linear, &joints, covariance)),
             visited: Visited::of_records(&records, model.regressor().coordinates().len())?,
         })
     };
@@ -124,7 +132,7 @@ fn is_copy(a: &Path, b: &Path) -> std::io::Result<bool> {
 ///
 /// Fails where a log cannot be read or does not fit the robot.
 pub fn validate(model: &Model, estimate: &Estimate, logs: &[LogSource]) -> Result<Validation, Error> {
-    let found = predictions(model, estimate, logs)?.into_iter().map(|p| (p.log, p.residuals)).collect::<Vec<_>>();
+    let found = predictions(model, estimate, None, logs)?.into_iter().map(|p| (p.log, p.residuals)).collect::<Vec<_>>();
     let (reference, method) = (model.reference.clone(), &estimate.method);
     Ok(Validation::of_logs(reference, method, estimate.cutoff, model.regressor(), &found))
 }

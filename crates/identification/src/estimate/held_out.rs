@@ -3,6 +3,9 @@
 //! relative_j = |tau_j - W_j X| / |tau_j| on states that were not used, or on each part of the record with X from all
 //! other parts. This is blocked cross-validation: neighbours in time are alike, so parts are contiguous. The parts
 //! beside a hole may be left out too.
+//!
+//! With C the covariance of X and W_j the rows of joint j, an error of X moves the square of what is left of tau_j by
+//! trace(W_j C W_j') in the mean. So deviations tell how much worse than the truth an estimate predicts.
 
 use linear_model::linear_model::Model;
 use logs::Error;
@@ -112,12 +115,44 @@ pub fn residuals(model: &Model, joints: &[Triangle], x: &[f64]) -> Residuals {
     Residuals::new(model.regressor, squares.collect())
 }
 
+/// The error of the torques behind triangles by joint that `covariance` of the parameters explains, beside |tau| as the
+/// error of a prediction is.
+pub fn unsure(model: &Model, joints: &[Triangle], covariance: &[Vec<f64>]) -> f64 {
+    let p = model.p();
+    let of_row = |t: &Triangle, i: usize| -> f64 {
+        let row: Vec<f64> = (i..p).map(|c| t.at(i, c)).collect();
+        let along = |(a, x): (usize, &f64)| -> f64 {
+            x * row.iter().zip(&covariance[i + a][i..]).map(|(y, c)| y * c).sum::<f64>()
+        };
+        row.iter().enumerate().map(along).sum()
+    };
+    let squares = joints.iter().map(|t| Squares {
+        torque: (0..=p).map(|i| t.at(i, p).powi(2)).sum(),
+        left: (0..p).map(|i| of_row(t, i)).sum::<f64>().max(0.0),
+        rows: t.rows,
+    });
+    Residuals::new(model.regressor, squares.collect()).total
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::test_arm::Pendulum;
     use linear_model::states::States;
     use random::Random;
+
+    /// An error of the parameters along one direction, and its covariance, leave the same of the torques.
+    #[test]
+    fn what_deviations_explain_is_what_such_an_error_leaves() {
+        let arm = Pendulum::new();
+        let model = Model::new(&arm, &[], &[]);
+        let joints = Observation::of(&model, &arm.states(200), 4).joints(|_| true);
+        let error = [0.02, -0.05, 0.01];
+        let wrong: Vec<f64> = arm.truth.iter().zip(error).map(|(x, e)| x + e).collect();
+        let covariance: Vec<Vec<f64>> = error.iter().map(|a| error.iter().map(|b| a * b).collect()).collect();
+        let (explained, left) = (unsure(&model, &joints, &covariance), residuals(&model, &joints, &wrong).total);
+        assert!(left > 1e-3 && (explained / left - 1.0).abs() < 1e-9, "{explained} {left}");
+    }
 
     /// Only one tenth of the record turns far enough to tell MX from MY. Without it their difference is open, and the
     /// error on it is that of the noise and not of a guess.

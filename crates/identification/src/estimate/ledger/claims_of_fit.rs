@@ -29,6 +29,8 @@ const USELESS_PREDICTION_ERROR: f64 = 0.5;
 const WORSE_ERROR_RATIO: f64 = 1.05;
 /// The same above which the estimate is wrong.
 const FAR_WORSE_ERROR_RATIO: f64 = 2.0;
+/// What the deviations of the parameters explain of an error is up to so many times their root mean square.
+const EXPLAINED_DEVIATIONS: f64 = 2.0;
 /// Share of the torque that may stay unexplained.
 const LARGE_RESIDUAL: f64 = 0.25;
 
@@ -56,6 +58,8 @@ pub struct Prediction {
     pub others_repeat: bool,
     /// Error of the description on those logs, friction fitted.
     pub others_described: Option<f64>,
+    /// Error on those logs that the deviations of the parameters explain, where the covariance is known.
+    pub others_unsure: Option<f64>,
     /// Error on parts of the fitted logs, each predicted from the others.
     pub held_out: Option<f64>,
     /// Whether each such part is a motion that the others do not repeat.
@@ -153,13 +157,16 @@ fn other_motion(estimate: &Estimate, prediction: &Prediction) -> Claim {
             },
         );
     }
-    // The description is a rival: where it predicts better, the fit holds for its own log only.
+    // The description is a rival: where it predicts far better, or better than noise explains, the fit holds for its own log
+    // only.
     if let (Some(error), Some(described)) = (of_logs, prediction.others_described)
         && error > WORSE_ERROR_RATIO * described
         && error > SMALL_HELD_OUT_ERROR
     {
+        let unsure =
+            prediction.others_unsure.map_or(String::new(), |e| format!(", which are unsure by {}", percent(e)));
         let why = format!(
-            "the description predicts the other log better ({}) than these parameters do ({})",
+            "the description predicts the other log better ({}) than these parameters do ({}){unsure}",
             percent(described),
             percent(error)
         );
@@ -169,7 +176,9 @@ fn other_motion(estimate: &Estimate, prediction: &Prediction) -> Claim {
             let trial = Trial::NotTried { why: "nothing is known of the cause".into() };
             return Claim::new(subject, Outcome::Contradicted { fault: why, remedy, trial });
         }
-        return cannot_tell(subject, why, "a longer and richer motion (rist plan)");
+        if error > described.hypot(EXPLAINED_DEVIATIONS * prediction.others_unsure.unwrap_or(0.0)) {
+            return cannot_tell(subject, why, "a longer and richer motion (rist plan)");
+        }
     }
     let Some(error) = of_logs.or(of_parts) else {
         let why = match prediction.others.is_some() {
@@ -271,5 +280,37 @@ fn named(estimate: &Estimate, status: Status) -> String {
     match all.len() {
         0..=3 => all.join(", "),
         n => format!("{} and {} more", all[..3].join(", "), n - 3),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A description that predicts better counts where the deviations of the parameters do not explain it.
+    #[test]
+    fn a_better_description_counts_beyond_the_deviations() {
+        let of = |error: f64, described: f64, unsure: Option<f64>| {
+            let prediction = Prediction {
+                others: Some(error),
+                others_described: Some(described),
+                others_unsure: unsure,
+                ..Prediction::default()
+            };
+            other_motion(&Estimate::default(), &prediction).outcome().clone()
+        };
+        let why = |outcome: Outcome| match outcome {
+            Outcome::CannotTell { why, .. } => why,
+            other => panic!("{other:?}"),
+        };
+        // sqrt(0.03^2 - 0.02^2) = 0.0224
+        assert!(matches!(of(0.03, 0.02, Some(0.0113)), Outcome::Agrees { .. }));
+        let beyond = "the description predicts the other log better (2.00 %) than these parameters do (3.00 %)";
+        assert_eq!(why(of(0.03, 0.02, Some(0.0111))), format!("{beyond}, which are unsure by 1.11 %"));
+        assert_eq!(why(of(0.03, 0.02, None)), beyond);
+        assert!(matches!(of(0.0205, 0.02, None), Outcome::Agrees { .. }));
+        // Much worse, and more than a use may be off, whatever explains it.
+        assert!(matches!(of(0.06, 0.02, Some(0.1)), Outcome::Contradicted { .. }));
+        assert!(why(of(0.06, 0.04, Some(0.1))).starts_with("another motion is predicted with an error"));
     }
 }
