@@ -185,7 +185,6 @@ fn identify_kept(
     let is_own_scale = is_own_scale(model, logs, &request.gain, &request.options())?;
     let Prepared { mut options, gains, chosen, delay, friction } = Prepared::of(model, logs, request, kept)?;
     let model = chosen.model.as_ref().unwrap_or(model);
-    let regressor = model.regressor();
     let is_open = request.leaves_friction_open();
     let Fitted { passport, mut fit, faults, sentence } = fitted(model, logs, chosen.looked, is_open, &mut options)?;
     if let Some((rotating, sentence)) = told_rotors(model, &fit, &faults)? {
@@ -199,7 +198,7 @@ fn identify_kept(
     let described_parameters = model.described_parameters();
     let described = described_parameters.as_ref().map(|x| described_error(model, &fit, &options, x));
     if kept == Kept::Essential {
-        keep_essential(regressor, &mut fit, &options);
+        keep_essential(model.regressor(), &mut fit, &options);
     }
     let held_out = fit.estimate.cross_validation;
     let found = match kept {
@@ -208,17 +207,15 @@ fn identify_kept(
     };
 
     // The remarks, and the gains that the estimate stands on.
-    let mut estimate = found.estimate;
-    estimate.fingerprint = Some(model.reference.fingerprint.clone());
-    estimate.description = model.description.clone();
+    let fingerprint = Some(model.reference.fingerprint.clone());
+    let mut estimate = Estimate { fingerprint, description: model.description.clone(), ..found.estimate };
     if let Some(found) = gains {
         estimate.remarks.push(gain_remark(model, logs, &request.gain, &found));
         widen(&mut estimate, &found);
     }
     widen_by_faults(&mut estimate, &faults);
     let covariance = covariance(&estimate, &inverse);
-    let of_covariance = |c: &Vec<Vec<f64>>| errors_of_torques(model, &options, &estimate, c, &range);
-    let torque_errors = covariance.as_ref().map(of_covariance).unwrap_or_default();
+    let torque_errors = errors_of_torques(model, &options, &estimate, covariance.as_deref(), &range);
     widen_by_what_may_be_there(&mut estimate, &faults);
     estimate.remarks.splice(..0, chosen.sentences.into_iter().chain(sentence));
     estimate.remarks.extend(found.outgrown.into_iter().filter(|_| !is_own_scale));
@@ -331,14 +328,15 @@ fn covariance(estimate: &Estimate, inverse: &DMatrix<f64>) -> Option<Vec<Vec<f64
     (!is_open).then(|| with_deviations(inverse, &sigma))
 }
 
-/// How unsure torques are, by use.
+/// How unsure torques are, by use; nothing where no covariance tells.
 fn errors_of_torques(
     model: &Model,
     options: &Options,
     estimate: &Estimate,
-    covariance: &[Vec<f64>],
+    covariance: Option<&[Vec<f64>]>,
     range: &MotionRange,
 ) -> Vec<TorqueError> {
+    let Some(covariance) = covariance else { return Vec::new() };
     let values: Vec<f64> = estimate.parameters.iter().map(Identified::prediction).collect();
     torque_errors(&options.linear_model(model.regressor()), &values, covariance, range, &allowed(model, range))
 }
