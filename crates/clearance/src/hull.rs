@@ -2,7 +2,8 @@
 //!
 //! Directions are divided into cells on the faces of a cube, each a square of (1, u, v). A point is kept in a cell unless another is
 //! farther at all four corners: then it is farther in the whole cell, since heights are linear in u and v. So a support looks at
-//! the few points of one cell, and finds what a look at all of them finds.
+//! the few points of one cell, and finds what a look at all of them finds. What is left out of a square is left out of its quarters, so
+//! cells are found from the whole face by quarters.
 
 use robot::vector::{Vector3, dot};
 

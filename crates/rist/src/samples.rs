@@ -62,7 +62,8 @@ pub struct Identification {
     pub bodies_evidence: Option<BodiesEvidence>,
     /// How unsure torques are, by use.
     pub torque_errors: Vec<TorqueError>,
-    /// The covariance that they follow from; `None` where a parameter is open, of which no covariance tells.
+    /// sigma_i sigma_j rho_ij that they follow from, the parameters in their order; `None` where one is open, of which no
+    /// covariance tells.
     pub covariance: Option<Vec<Vec<f64>>>,
     /// Faults of the logs, each tested as one unknown more.
     pub faults: Vec<Tested>,

@@ -1,15 +1,12 @@
 //! Whether to trust an estimate: one of experiments by itself, one of logs by other logs.
 
 use identification::estimate::described::described_residuals;
-use identification::estimate::held_out;
 use identification::estimate::options::Options;
 use identification::estimate::passport::finding::Fault;
 use identification::estimate::verdict::{Evidence, Prediction};
 use identification::rows::observation::Observation;
 use identification::signals::records::SourceRecords;
-use linear_model::linear_model::Model as LinearModel;
 use logs::LogSource;
-use numerics::triangle::Triangle;
 
 pub use identification::estimate::verdict::{Trust, UseVerdict, Verdict, claim_line};
 
@@ -50,29 +47,23 @@ fn evidence(estimate: &Estimate, predicted: Option<f64>) -> Evidence<'_> {
 pub fn fitted_verdict(model: &Model, estimate: &Estimate, logs: &[LogSource]) -> Result<Verdict, Error> {
     let Some(options) = &estimate.options else { return Ok(estimate_verdict(estimate)) };
     let (passport, parameters) = (examine(model, logs, options)?, model.described_parameters());
-    let linear = options.linear_model(model.regressor());
-    let of_description = |x: &Vec<f64>| Ok::<f64, Error>(described(&linear, &rows(model, options, logs)?, x));
-    let described = parameters.as_ref().map(of_description).transpose()?;
     let mut evidence = evidence(estimate, None);
     evidence.prediction.parts_are_new = passport.visited.has_new_parts();
     Ok(Verdict::of(&Evidence {
         passport: Some(&passport),
-        described,
+        described: described(model, options, logs)?,
         described_parameters: parameters.as_deref(),
         ..evidence
     }))
 }
 
-/// The rows of logs, by joint.
-fn rows(model: &Model, options: &Options, logs: &[LogSource]) -> Result<Vec<Triangle>, Error> {
-    let records = SourceRecords::new(model.regressor(), logs, &options.preparation())?;
+/// Error of the description with fitted friction; `None` where it has no inertials.
+fn described(model: &Model, options: &Options, logs: &[LogSource]) -> Result<Option<f64>, Error> {
+    let Some(described) = model.described_parameters() else { return Ok(None) };
     let linear = options.linear_model(model.regressor());
-    Ok(Observation::of_records(&linear, &records, None)?.joints(|_| true))
-}
-
-/// Error of the description with fitted friction.
-fn described(linear: &LinearModel, joints: &[Triangle], parameters: &[f64]) -> f64 {
-    described_residuals(linear, joints, &vec![1.0; joints.len()], parameters).total
+    let records = SourceRecords::new(model.regressor(), logs, &options.preparation())?;
+    let joints = Observation::of_records(&linear, &records, None)?.joints(|_| true);
+    Ok(Some(described_residuals(&linear, &joints, &vec![1.0; joints.len()], &described).total))
 }
 
 /// Whether to trust an estimate, by how well it predicts logs, `total`. For an estimate of experiments `total` is the
@@ -95,11 +86,8 @@ pub fn validation_verdict(
     // A short log is long enough for a prediction.
     passport.findings.retain(|f| !matches!(f.fault, Fault::Short(_)));
     evidence.passport = Some(&passport);
-    let (linear, joints) = (options.linear_model(model.regressor()), rows(model, options, logs)?);
-    evidence.described = parameters.as_deref().map(|x| described(&linear, &joints, x));
+    evidence.described = described(model, options, logs)?;
     evidence.prediction.others_described = evidence.described.filter(|_| are_new);
-    let is_known = estimate.covariance.len() == linear.p();
-    evidence.prediction.others_unsure = is_known.then(|| held_out::unsure(&linear, &joints, &estimate.covariance));
     evidence.described_parameters = parameters.as_deref();
     Ok(Verdict::of(&evidence))
 }

@@ -116,7 +116,7 @@ pub fn residuals(model: &Model, joints: &[Triangle], x: &[f64]) -> Residuals {
 }
 
 /// The error of the torques behind triangles by joint that `covariance` of the parameters explains, beside |tau| as the
-/// error of a prediction is.
+/// error of a prediction is. `covariance`: sigma_i sigma_j rho_ij, p x p, the parameters in the order of the model.
 pub fn unsure(model: &Model, joints: &[Triangle], covariance: &[Vec<f64>]) -> f64 {
     let p = model.p();
     let of_row = |t: &Triangle, i: usize| -> f64 {
@@ -127,7 +127,7 @@ pub fn unsure(model: &Model, joints: &[Triangle], covariance: &[Vec<f64>]) -> f6
         row.iter().enumerate().map(along).sum()
     };
     let squares = joints.iter().map(|t| Squares {
-        torque: (0..=p).map(|i| t.at(i, p).powi(2)).sum(),
+        torque: t.column_norm(p).powi(2),
         left: (0..p).map(|i| of_row(t, i)).sum::<f64>().max(0.0),
         rows: t.rows,
     });
