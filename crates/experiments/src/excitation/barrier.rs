@@ -105,8 +105,8 @@ impl Barrier {
         if self.joints.len() < MIN_JOINTS_FOR_THREADS { 1 } else { threads }
     }
 
-    /// The Cholesky factors of the second derivative of `factor` B plus `ridge` times the metric, joint by joint.
-    pub(crate) fn curvature(&self, x: &[f64], factor: f64, ridge: f64, threads: usize) -> Option<Curvature> {
+    /// The second derivative of `factor` B plus `ridge` times the metric, joint by joint.
+    pub(crate) fn bends(&self, x: &[f64], factor: f64, ridge: f64, threads: usize) -> Vec<DMatrix<f64>> {
         let m = self.m;
         let block = |joint: usize| {
             let JointRows { rows, metric, .. } = &self.joints[joint];
@@ -118,10 +118,9 @@ impl Barrier {
             add_products(&mut lower, m, rows, |r| bends[r]);
             let mut hessian = DMatrix::from_row_slice(m, m, &lower);
             hessian.fill_upper_triangle_with_lower_triangle();
-            Cholesky::new(hessian)
+            hessian
         };
-        let blocks = in_parallel((0..self.joints.len()).collect(), self.shared_by(threads), block);
-        blocks.into_iter().collect::<Option<Vec<_>>>().map(|blocks| Curvature { m, blocks })
+        in_parallel((0..self.joints.len()).collect(), self.shared_by(threads), block)
     }
 
     /// The greatest step along a direction that keeps a hundredth of the room of every row.
@@ -166,6 +165,17 @@ pub struct Curvature {
 }
 
 impl Curvature {
+    /// Of one block a joint; `None` where one is not positive definite.
+    pub(crate) fn of_joints(bends: Vec<DMatrix<f64>>) -> Option<Curvature> {
+        let m = bends.first()?.nrows();
+        bends.into_iter().map(Cholesky::new).collect::<Option<Vec<_>>>().map(|blocks| Curvature { m, blocks })
+    }
+
+    /// Of one block for all joints.
+    pub(crate) fn of_all(factor: Cholesky<f64, Dyn>) -> Curvature {
+        Curvature { m: factor.l_dirty().nrows(), blocks: vec![factor] }
+    }
+
     /// Solves in place.
     pub fn solve(&self, x: &mut [f64]) {
         for (block, x) in self.blocks.iter().zip(x.chunks_exact_mut(self.m)) {
@@ -211,7 +221,7 @@ pub(crate) mod tests {
         let (_, g) = slope(&x);
         let mut along = vec![0.3; 10];
         let direction = along.clone();
-        barrier.curvature(&x, 1.0, 0.0, 1).unwrap().solve(&mut along);
+        Curvature::of_joints(barrier.bends(&x, 1.0, 0.0, 1)).unwrap().solve(&mut along);
         let h = 1e-6;
         let moved = |k: Option<usize>, h: f64| -> Vec<f64> {
             let step = |(i, x): (usize, &f64)| match k {
@@ -243,7 +253,7 @@ pub(crate) mod tests {
             let mut gradient = vec![0.0; x.len()];
             let value = many.value(&x, 0.3, &mut gradient, threads).unwrap();
             let mut solved = gradient.clone();
-            many.curvature(&x, 0.3, 0.1, threads).unwrap().solve(&mut solved);
+            Curvature::of_joints(many.bends(&x, 0.3, 0.1, threads)).unwrap().solve(&mut solved);
             (value, gradient, solved)
         };
         assert_eq!((of(1), many.shared_by(3)), (of(3), 3));

@@ -24,6 +24,7 @@ pub mod limits;
 pub mod margins;
 pub mod motion;
 mod near_drives;
+mod near_gaps;
 pub mod no_motion;
 pub mod polynomial_course;
 pub mod problem;

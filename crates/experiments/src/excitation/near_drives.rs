@@ -143,7 +143,7 @@ mod tests {
     #[test]
     fn the_raised_curvature_is_the_sum() {
         let (near, x) = (near(), [0.1, 0.1, -0.2, 0.05, 0.1, 0.3, -0.1, 0.0, 0.1, 0.02]);
-        let kinematic = barrier().curvature(&x, 1.0, 0.0, 1).unwrap();
+        let kinematic = Curvature::of_joints(barrier().bends(&x, 1.0, 0.0, 1)).unwrap();
         let weight = |relief: f64| 0.3 * relief;
         let mut found: Vec<f64> = (0..10).map(|k| 1.0 - 0.2 * f64::from(k)).collect();
         let right = found.clone();

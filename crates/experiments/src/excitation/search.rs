@@ -75,9 +75,13 @@ const ITERATIONS_BEYOND: usize = 10;
 const MUCH_RELIEF: f64 = 1.01;
 /// Looks at high walls that are there for torques to come back within their bounds.
 const MAX_RETURNING_LOOKS: usize = 12;
-/// With more joints that move, a start takes half of its iterations at the heights above those of the last ones: an iteration
+/// With more joints that move, a start takes half of its iterations at the heights above [`SIFTED_HEIGHT`]: an iteration
 /// costs much, and what is left at one height is won at the next.
 const FEW_JOINTS: usize = 8;
+/// Gain of a step as a share of 1 + |J| that ends a descent among bodies at those heights, where it takes a third of its iterations
+/// at the first and half at the others: two thirds of the evaluations. The best of twelve starts tells as much on the Panda (four
+/// seeds) and 2 % less on the xarm7 (two); a robot of seven joints without bodies would lose 1 %, and takes them all.
+const SMALLEST_GAIN_AMONG_BODIES: f64 = 1e-4;
 /// The height at which starts are compared.
 const SIFTED_HEIGHT: f64 = 2e-3;
 /// A start whose J is behind the best at that height by this much, 3 % of det^(1/p), goes no further: what is left of the
@@ -255,9 +259,15 @@ impl Searched<'_> {
     ) -> Vec<f64> {
         let mut x = from;
         for (prepared, height) in heights {
-            let least = if height == LAST_WALL_HEIGHT { SMALLEST_DESCENT_GAIN.0 } else { SMALLEST_DESCENT_GAIN.1 };
-            let is_hasty = height > SIFTED_HEIGHT && prepared.moving().len() > FEW_JOINTS;
-            let mut left = if is_hasty { self.iterations.div_ceil(2) } else { self.iterations };
+            let (part, least) = match height {
+                LAST_WALL_HEIGHT => (1, SMALLEST_DESCENT_GAIN.0),
+                _ if height <= SIFTED_HEIGHT => (1, SMALLEST_DESCENT_GAIN.1),
+                _ if prepared.space.is_some() => {
+                    (if height == WALL_HEIGHTS[0] { 3 } else { 2 }, SMALLEST_GAIN_AMONG_BODIES)
+                }
+                _ => (if prepared.moving().len() > FEW_JOINTS { 2 } else { 1 }, SMALLEST_DESCENT_GAIN.1),
+            };
+            let mut left = self.iterations.div_ceil(part);
             let mut returning = MAX_RETURNING_LOOKS;
             while left > 0 {
                 let watching = watched.renewed(prepared, &x);

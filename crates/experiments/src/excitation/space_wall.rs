@@ -11,6 +11,7 @@ use std::cell::{RefCell, RefMut};
 
 use crate::excitation::gap_proof::{Known, Surroundings};
 use crate::excitation::motion::Shape;
+use crate::excitation::near_gaps::NearGaps;
 
 /// Room below which bodies feel the wall, m.
 const WALL_REACH_M: f64 = 0.05;
@@ -42,22 +43,24 @@ impl<'a> SpaceWall<'a> {
         SpaceWall { surroundings, instants: shape.rows(0, count, of_blends) }
     }
 
-    /// `height` times S; `None` where a gap is not kept.
+    /// `height` times S; `None` where a gap is not kept, and where it is above `at_most`.
     ///
     /// `positions` gives the coordinates from a row of the basis. `along` takes a row with the slope of `height` S
-    /// along each coordinate at its instant.
-    pub fn value(
+    /// along each coordinate at its instant. What is felt is added to `felt`.
+    pub(crate) fn value(
         &self,
         seen: &Seen,
         positions: &dyn Fn(&[f64]) -> Vec<f64>,
         height: f64,
+        at_most: f64,
+        felt: &mut NearGaps,
         along: &mut dyn FnMut(&[f64], &[f64]),
     ) -> Option<f64> {
         let weight = height / self.instants.len() as f64;
         let mut value = 0.0;
         // S and dS/dq at each instant; where no gap is near, nothing is felt.
         let mut seen = self.seen(seen);
-        for (row, known) in self.instants.iter().zip(seen.iter_mut()) {
+        for (instant, (row, known)) in self.instants.iter().zip(seen.iter_mut()).enumerate() {
             let q = positions(row);
             let (mut total, mut is_near, mut is_kept) = (vec![0.0; q.len()], false, true);
             self.surroundings.near(&q, WALL_REACH_M, known, &mut |gap, room, slope| {
@@ -72,9 +75,11 @@ impl<'a> SpaceWall<'a> {
                     // The derivative of -(log s + (1 - s) + (1 - s)^2 / 2) by the room, times height / N.
                     let rate = weight * (2.0 - s - 1.0 / s) / width;
                     total.iter_mut().zip(slope).for_each(|(t, x)| *t += rate * x);
+                    felt.push(instant, room - reserve, weight * (s.powi(-2) - 1.0) / width.powi(2), slope);
                 }
             });
-            if !is_kept {
+            // No instant lowers it.
+            if !(is_kept && weight * value <= at_most) {
                 return None;
             }
             if is_near {
@@ -82,6 +87,11 @@ impl<'a> SpaceWall<'a> {
             }
         }
         Some(weight * value)
+    }
+
+    /// The row of the basis at each instant.
+    pub(crate) fn rows(&self) -> &[Vec<f64>] {
+        &self.instants
     }
 
     /// The room above its bound that is smallest beside its reserve, with its gap, where any solids come near, m.
@@ -122,21 +132,25 @@ mod tests {
     use super::*;
     use crate::excitation::fourier_series::FourierSeries;
     use crate::excitation::gap_proof::tests::Rod;
+    use crate::excitation::near_gaps::HeldGap;
 
     #[test]
     fn slopes_are_those_of_differences() {
         let rod = Rod::new(0.72);
         let series = FourierSeries { period: 5.0, blend: 1.0, harmonics: 2 };
         let wall = SpaceWall::new(&rod, &Shape::Fourier(series));
-        let at = |x: &[f64]| {
+        let felt_at = |x: &[f64]| {
             let positions = |row: &[f64]| vec![row.iter().zip(x).map(|(b, x)| b * x).sum()];
             let mut gradient = vec![0.0; 5];
             let seen = Seen::default();
-            let value = wall.value(&seen, &positions, 0.1, &mut |row, slope| {
+            let (mut felt, mut slopes) = (NearGaps::default(), vec![]);
+            let value = wall.value(&seen, &positions, 0.1, f64::INFINITY, &mut felt, &mut |row, slope| {
                 gradient.iter_mut().zip(row).for_each(|(g, b)| *g += slope[0] * b);
+                slopes.push(slope[0]);
             });
-            (value, gradient, wall.nearest(&seen, &positions))
+            ((value, gradient, wall.nearest(&seen, &positions)), felt, slopes)
         };
+        let at = |x: &[f64]| felt_at(x).0;
         let x = [0.3, 0.3, -0.2, 0.2, 0.4];
         let (value, gradient, nearest) = at(&x);
         assert!(value.unwrap() > 0.0 && wall.is_inside(nearest), "{value:?} {nearest:?}");
@@ -149,6 +163,19 @@ mod tests {
             let difference = (moved(1e-6) - moved(-1e-6)) / 2e-6;
             // Central differences: 1e-16 over 1e-6, and the curvature of a logarithm near its wall.
             assert!((gradient[k] - difference).abs() < 1e-6, "{k}: {} {difference}", gradient[k]);
+        }
+        // The bend of each room is how the slope of the wall along it changes with it.
+        let moved = |h: f64| {
+            let (_, felt, slopes) = felt_at(&x.map(|x| x * (1.0 + h)));
+            let rate = |((held, slope), along): ((&HeldGap, &[f64]), &f64)| (held.room, along / slope[0], held.bend);
+            felt.rooms().zip(&slopes).map(rate).collect::<Vec<_>>()
+        };
+        let (before, here, after) = (moved(-1e-6), moved(0.0), moved(1e-6));
+
+        assert!(!here.is_empty() && before.len() == here.len() && after.len() == here.len());
+        for ((before, here), after) in before.iter().zip(&here).zip(&after) {
+            let difference = (after.1 - before.1) / (after.0 - before.0);
+            assert!((here.2 - difference).abs() < 1e-5 * here.2.max(1.0), "{here:?} {difference}");
         }
         assert!(at(&[1.5, 0.0, 0.0, 0.0, 0.0]).0.is_none());
         assert!(at(&[0.0; 5]).2.is_none());
