@@ -28,6 +28,9 @@ impl Identification {
     /// Fails where a log cannot be read.
     pub fn judged(&mut self, model: &Model, others: &[LogSource], anyway: bool) -> Result<Judged, Error> {
         let predicted = predictions(self.used(model), &self.estimate, self.covariance.as_deref(), others)?;
+        if let Some(errors) = self.torque_errors_beside(self.used(model), &predicted) {
+            self.torque_errors = errors;
+        }
         let verdict = self.judge(self.prediction(&predicted));
         let predictions: Vec<(String, Residuals)> = predicted.into_iter().map(|p| (p.log, p.residuals)).collect();
         if let Some(bodies) = self.bodies.as_mut().filter(|_| anyway) {
@@ -52,6 +55,7 @@ impl Identification {
             others_repeat: !counted.iter().any(|p| p.visited.is_other_than(&self.passport.visited)),
             others_described: worst.and_then(|p| p.described),
             others_unsure: worst.and_then(|p| p.unsure),
+            others_by_parameters: counted.iter().map(|p| p.by_parameters()).reduce(f64::max),
             ..Prediction::default()
         }
     }

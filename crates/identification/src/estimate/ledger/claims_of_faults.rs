@@ -2,10 +2,10 @@
 
 use claims::{Claim, Figure, Outcome, Remedy, Subject, Topic, Trial};
 
-use crate::estimate::digits::significant;
+use crate::estimate::digits::{percent, significant};
 use crate::estimate::identified::Identified;
 use crate::estimate::ledger::hypotheses::{Hypothesis, Tested};
-use crate::estimate::ledger::topics::{DELAY, DRIFT, FRICTION, MOUNT, RESIDUAL, ROTOR, SCALE, SPRING, ZERO};
+use crate::estimate::ledger::topics::{DELAY, DRIFT, FRICTION, LOG, MOUNT, RESIDUAL, ROTOR, SCALE, SPRING, ZERO};
 use crate::estimate::ledger::topics::{at, cannot_tell};
 use crate::estimate::residuals::JointResidual;
 use linear_model::unit::Unit;
@@ -13,6 +13,10 @@ use linear_model::unit::Unit;
 /// Powers beyond these tell nobody anything: 45 degrees, and half of a torque.
 const USELESS_ANGLE_RAD: f64 = std::f64::consts::FRAC_PI_4;
 const USELESS_SCALE: f64 = 0.5;
+
+/// A fault that explains less of the torque than this leaves torques sure enough for any use, even where it is five times as
+/// large elsewhere: a fifth of `purposes::SURE_TORQUE`.
+const SMALL_FAULT_SHARE: f64 = 0.01;
 
 /// The claims of tested hypotheses; `joints`: one per coordinate, `parameters`: those that they were tested beside.
 pub(crate) fn claims_of_faults(tested: &[Tested], joints: &[JointResidual], parameters: &[Identified]) -> Vec<Claim> {
@@ -139,6 +143,13 @@ pub(super) fn statement(tested: &Tested, joints: &[JointResidual]) -> String {
     }
 }
 
+/// A fault with the errors on parts left out without it and with it.
+fn fault_and_trial(fault: &str, held_out: Option<(f64, f64)>) -> String {
+    held_out.map_or(fault.into(), |(without, with)| {
+        format!("{fault} (error on parts left out {}, with that undone {})", percent(without), percent(with))
+    })
+}
+
 /// The fault, what mends it, and what parts left out say of it; `None` of those that no claim names.
 fn contradicted(tested: &Tested, joints: &[JointResidual]) -> Option<Claim> {
     let Tested { of, value, held_out, .. } = tested;
@@ -171,6 +182,14 @@ fn contradicted(tested: &Tested, joints: &[JointResidual]) -> Option<Claim> {
     // A drive that warms up is no wrong log: it is part of what the fit leaves.
     if let Hypothesis::Drift(k) = *of {
         return Some(cannot_tell(Subject::of(RESIDUAL, [joints[k].coordinate.clone()]), fault, remedy));
+    }
+    // Nor is a log wrong of which a fault explains less than torques may be off: the fault is named and counts.
+    if tested.explained() < SMALL_FAULT_SHARE {
+        return Some(cannot_tell(
+            Subject { topic: LOG, ..subject(of, joints) },
+            fault_and_trial(&fault, *held_out),
+            remedy,
+        ));
     }
     let remedy = Remedy::new("identify", remedy);
     Some(Claim::new(subject(of, joints), Outcome::Contradicted { fault, remedy, trial }))
@@ -215,6 +234,19 @@ mod tests {
             let none = claims(tested(Hypothesis::Drift(0), 0.0, power, Vec::new()));
             assert!(none.len() == 1 && !none[0].to_string().contains("grows"), "{none:?}");
             assert!(!lowers(none));
+        }
+    }
+
+    /// A spring that explains a hundredth of the torque and more is a contradiction; one that explains less is named, and lowers
+    /// the answer to with care.
+    #[test]
+    fn a_fault_that_explains_little_is_no_contradiction() {
+        // sqrt(0.1^2 - 0.08^2) = 0.06, sqrt(0.01^2 - 0.008^2) = 0.006
+        for (held_out, standing) in [((0.1, 0.08), Standing::Refused), ((0.01, 0.008), Standing::Open)] {
+            let spring = Tested { held_out: Some(held_out), ..tested(Hypothesis::Spring(0), 0.5, 0.1, Vec::new()) };
+            let found = claims(spring);
+            assert!(found[0].standing() == standing, "{}", found[0]);
+            assert!(found[0].to_string().contains("a spring of 0.5") && lowers(found));
         }
     }
 

@@ -59,8 +59,7 @@ impl Tested {
     pub(crate) fn is_found(&self) -> bool {
         let is_large = self.value.abs() > self.least();
         let is_worth_naming = |(without, with): (f64, f64)| {
-            let explained = (without * without - with * with).max(0.0).sqrt();
-            with < WORTHWHILE_ERROR_RATIO * without && explained > least_share(&self.of)
+            with < WORTHWHILE_ERROR_RATIO * without && self.explained() > least_share(&self.of)
         };
         self.of.is_claimed() && self.is_told() && is_large && self.held_out.is_some_and(is_worth_naming)
     }
@@ -68,6 +67,11 @@ impl Tested {
     /// Error on parts left out with the fault over that without it; `None` where it is not found.
     pub fn gain(&self) -> Option<f64> {
         self.held_out.filter(|_| self.is_found()).map(|(without, with)| with / without)
+    }
+
+    /// The share of the torque of parts left out that it explains.
+    pub(crate) fn explained(&self) -> f64 {
+        self.held_out.map_or(0.0, |(without, with)| (without * without - with * with).max(0.0).sqrt())
     }
 
     /// Whether it is other than nothing, be it worth naming or not.
