@@ -4,15 +4,13 @@ use identification::estimate::consistent::{bodies, identify_consistent};
 use identification::estimate::delay::Delay;
 use identification::estimate::described::described_residuals;
 use identification::estimate::essential::keep_essential;
-use identification::estimate::identified::{Identified, Status};
-use identification::estimate::identify::{Fit, with_deviations};
+use identification::estimate::identify::Fit;
 use identification::estimate::joint_terms::JointTerms;
 use identification::estimate::ledger::hypotheses::{Hypothesis, Tested, hypotheses};
-use identification::estimate::ledger::torque_error::{MotionRange, TorqueError, shown_rank, torque_errors};
+use identification::estimate::ledger::torque_error::TorqueError;
 use identification::estimate::ledger::unknowns::Step;
 use identification::estimate::ledger::{widen_by_faults, widen_by_unknowns, widen_by_what_may_be_there};
 use identification::estimate::options::Options;
-use identification::estimate::other_logs::mean_square_errors;
 use identification::estimate::passport::Passport;
 use identification::estimate::passport::finding::Fault;
 use identification::estimate::remarks::outgrown;
@@ -22,8 +20,6 @@ use identification::estimators::drive_gains::likelihood::DriveGains;
 use identification::signals::records::SourceRecords;
 use linear_model::pseudo_inertia::Ten;
 use logs::LogSource;
-use nalgebra::DMatrix;
-use numerics::triangle::Triangle;
 use robot::{Inertial, LinkId};
 
 use crate::Estimate;
@@ -33,11 +29,10 @@ use crate::error::Error;
 use crate::friction::{ChosenFriction, Kept, choose_friction, not_looked_for, worthwhile_joint_terms};
 use crate::load::{Load, load};
 use crate::model::Model;
-use crate::motion_range::{allowed, seen};
 use crate::request::Request;
 pub use crate::request::{IdentifyRequest, SamplesRequest};
 use crate::unknowns::Unknowns;
-use crate::validation::Predicted;
+use crate::unsure_torques::{Noise, UnsureTorques};
 
 /// The outcome of an identification.
 pub struct Identification {
@@ -63,15 +58,10 @@ pub struct Identification {
     pub held_out: Option<f64>,
     /// The evidence for and against the bodies.
     pub bodies_evidence: Option<BodiesEvidence>,
-    /// Where the logs moved.
-    pub seen: MotionRange,
-    /// Whether what the logs leave open of the parameters is open in every motion, so that no torque shows it.
-    pub opens_in_any_motion: bool,
     /// How unsure torques are, by use.
     pub torque_errors: Vec<TorqueError>,
-    /// sigma_i sigma_j rho_ij that they follow from, the parameters in their order; `None` where one is open, of which no
-    /// covariance tells.
-    pub covariance: Option<Vec<Vec<f64>>>,
+    /// What they follow from.
+    pub(crate) unsure: UnsureTorques,
     /// Faults of the logs, each tested as one unknown more.
     pub faults: Vec<Tested>,
     /// The last step of the unknowns that were asked for; what they are stands in the options and the description.
@@ -84,22 +74,6 @@ impl Identification {
     /// The model that was used, where `given` was given.
     pub fn used<'a>(&'a self, given: &'a Model) -> &'a Model {
         self.model.as_ref().unwrap_or(given)
-    }
-
-    /// How unsure torques are by use, where logs tell that were not fitted; those that repeat the fitted motion tell nothing.
-    /// `model`: the one that was used.
-    pub(crate) fn torque_errors_beside(&self, model: &Model, others: &[Predicted]) -> Option<Vec<TorqueError>> {
-        let (covariance, estimate) = (self.covariance.as_ref()?, &self.estimate);
-        let options = estimate.options.as_ref()?;
-        let new = others.iter().filter(|log| log.visited.is_other_than(&self.passport.visited));
-        let joints: Vec<&[Triangle]> = new.map(|log| log.joints.as_slice()).collect();
-        if joints.is_empty() {
-            return None;
-        }
-        let linear = options.linear_model(model.regressor());
-        let x: Vec<f64> = estimate.parameters.iter().map(Identified::prediction).collect();
-        let errors = mean_square_errors(&linear, &x, covariance, &joints, options.weights, estimate.discount())?;
-        Some(errors_of_torques(model, options, estimate, Some(&errors), &self.seen))
     }
 
     /// With what was found of unknowns, which deviations and remarks tell from now on.
@@ -137,7 +111,7 @@ impl Identification {
             is_of_fit: true,
             prediction: Prediction { held_out: self.held_out, parts_are_new, ..prediction },
             bodies: self.bodies_evidence.as_ref(),
-            opens_in_any_motion: self.opens_in_any_motion,
+            opens_in_any_motion: self.unsure.opens_in_any_motion,
             torque_errors: &self.torque_errors,
             faults: &self.faults,
         });
@@ -219,7 +193,7 @@ fn identify_kept(
     }
     let link = request.loaded_link.as_deref();
     let load = (!loaded.is_empty()).then(|| load(model, link, &fit, loaded, &options)).transpose()?;
-    let (inverse, deviation, range) = (fit.solution.inverse.clone(), deviations_of_open(&fit), seen(&fit.observation));
+    let noise = Noise::of(&fit);
     let described_parameters = model.described_parameters();
     let described = described_parameters.as_ref().map(|x| described_error(model, &fit, &options, x));
     if kept == Kept::Essential {
@@ -234,14 +208,15 @@ fn identify_kept(
     // The remarks, and the gains that the estimate stands on.
     let fingerprint = Some(model.reference.fingerprint.clone());
     let mut estimate = Estimate { fingerprint, description: model.description.clone(), ..found.estimate };
+    let of_noise = noise.deviations(&estimate);
     if let Some(found) = gains {
         estimate.remarks.push(gain_remark(model, logs, &request.gain, &found));
         widen(&mut estimate, &found);
     }
+    let with_gains = noise.deviations(&estimate);
     widen_by_faults(&mut estimate, &faults);
-    let opens_in_any_motion = opens_in_any_motion(model, &options, &estimate, &range);
-    let covariance = covariance(&estimate, &inverse, &deviation, opens_in_any_motion);
-    let torque_errors = errors_of_torques(model, &options, &estimate, covariance.as_deref(), &range);
+    let unsure = UnsureTorques::of(noise, [&of_noise, &with_gains], &faults, model, &options, &estimate);
+    let torque_errors = unsure.errors(model, &options, &estimate);
     widen_by_what_may_be_there(&mut estimate, &faults);
     estimate.remarks.splice(..0, chosen.sentences.into_iter().chain(sentence));
     estimate.remarks.extend(found.outgrown.into_iter().filter(|_| !is_own_scale));
@@ -258,9 +233,7 @@ fn identify_kept(
         held_out,
         bodies_evidence: found.evidence,
         torque_errors,
-        opens_in_any_motion,
-        seen: range,
-        covariance,
+        unsure,
         faults,
         unknowns: Vec::new(),
         described_parameters,
@@ -347,52 +320,6 @@ fn fitted<'a>(
 fn faults(model: &Model, options: &Options, records: &SourceRecords<'_>, fit: &Fit) -> Result<Vec<Tested>, Error> {
     let linear = options.linear_model(model.regressor());
     with_open(model, |open| Ok(hypotheses(&linear, records, &fit.solution.x, &fit.weights, open)?))
-}
-
-/// Whether parameters are open, and the motion is not to blame: the rows have as many independent columns as those of any
-/// motion within the limits. Then no torque of such a motion shows what is open. A sliding joint that carries its weight is an
-/// example: mass, rotor and offset are one column too few.
-fn opens_in_any_motion(model: &Model, options: &Options, estimate: &Estimate, range: &MotionRange) -> bool {
-    let is_open = estimate.parameters.iter().any(|p| p.status == Status::NotIdentifiable);
-    let linear = options.linear_model(model.regressor());
-    let values: Vec<f64> = estimate.parameters.iter().map(Identified::prediction).collect();
-    is_open
-        && values.len() == linear.p()
-        && estimate.rank >= shown_rank(&linear, &values[..linear.regressor.parameters().len()], &allowed(model, range))
-}
-
-/// Deviations of the solution of least norm, of parameters that are open: those for white noise, as much wider as those of the
-/// others are.
-fn deviations_of_open(fit: &Fit) -> Vec<f64> {
-    let wider = fit.estimate.discount().sqrt();
-    fit.deviation.white.iter().map(|white| wider * white).collect()
-}
-
-/// The covariance of what was found; `None` where a parameter is open that some motion tells. `inverse`: any multiple of that
-/// for white noise; `of_open`: the deviations of what is open.
-fn covariance(
-    estimate: &Estimate,
-    inverse: &DMatrix<f64>,
-    of_open: &[f64],
-    opens_in_any_motion: bool,
-) -> Option<Vec<Vec<f64>>> {
-    let is_open = estimate.parameters.iter().any(|p| p.status == Status::NotIdentifiable);
-    let deviation = |(c, p): (usize, &Identified)| p.sigma.or(of_open.get(c).copied()).unwrap_or(0.0);
-    let sigma: Vec<f64> = estimate.parameters.iter().enumerate().map(deviation).collect();
-    (!is_open || opens_in_any_motion).then(|| with_deviations(inverse, &sigma))
-}
-
-/// How unsure torques are, by use; nothing where no covariance tells.
-fn errors_of_torques(
-    model: &Model,
-    options: &Options,
-    estimate: &Estimate,
-    covariance: Option<&[Vec<f64>]>,
-    range: &MotionRange,
-) -> Vec<TorqueError> {
-    let Some(covariance) = covariance else { return Vec::new() };
-    let values: Vec<f64> = estimate.parameters.iter().map(Identified::prediction).collect();
-    torque_errors(&options.linear_model(model.regressor()), &values, covariance, range, &allowed(model, range))
 }
 
 /// |tau - W X| / |tau| with these base parameters, and friction fitted to the remainder.

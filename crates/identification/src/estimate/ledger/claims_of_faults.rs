@@ -17,6 +17,8 @@ const USELESS_SCALE: f64 = 0.5;
 /// A fault that explains less of the torque than this leaves torques sure enough for any use, even where it is five times as
 /// large elsewhere: a fifth of `purposes::SURE_TORQUE`.
 const SMALL_FAULT_SHARE: f64 = 0.01;
+/// Nor is one small that explains more than this of the torque of its own joint, however little that joint needs.
+const LARGE_JOINT_SHARE: f64 = 0.2;
 
 /// The claims of tested hypotheses; `joints`: one per coordinate, `parameters`: those that they were tested beside.
 pub(crate) fn claims_of_faults(tested: &[Tested], joints: &[JointResidual], parameters: &[Identified]) -> Vec<Claim> {
@@ -184,7 +186,7 @@ fn contradicted(tested: &Tested, joints: &[JointResidual]) -> Option<Claim> {
         return Some(cannot_tell(Subject::of(RESIDUAL, [joints[k].coordinate.clone()]), fault, remedy));
     }
     // Nor is a log wrong of which a fault explains less than torques may be off: the fault is named and counts.
-    if tested.explained() < SMALL_FAULT_SHARE {
+    if tested.explained() < SMALL_FAULT_SHARE && tested.explained_at_joint() <= LARGE_JOINT_SHARE {
         return Some(cannot_tell(
             Subject { topic: LOG, ..subject(of, joints) },
             fault_and_trial(&fault, *held_out),
@@ -214,7 +216,7 @@ mod tests {
 
     fn tested(of: Hypothesis, value: f64, power: f64, within: Vec<usize>) -> Tested {
         let held_out = Some((0.1, 0.08));
-        Tested { of, value, deviation: 0.01, power, held_out, effect: vec![0.1], within }
+        Tested { of, value, deviation: 0.01, power, held_out, torque_share: 1.0, effect: vec![0.1], within }
     }
 
     /// Whether a use of torques is lowered by the claims, beside another motion that is predicted.
@@ -237,13 +239,18 @@ mod tests {
         }
     }
 
-    /// A spring that explains a hundredth of the torque and more is a contradiction; one that explains less is named, and lowers
-    /// the answer to with care.
+    /// A spring that explains a hundredth of the torque and more is a contradiction, and so is one that explains a fifth of that
+    /// of its joint; one that explains less is named, and lowers the answer to with care.
     #[test]
     fn a_fault_that_explains_little_is_no_contradiction() {
         // sqrt(0.1^2 - 0.08^2) = 0.06, sqrt(0.01^2 - 0.008^2) = 0.006
-        for (held_out, standing) in [((0.1, 0.08), Standing::Refused), ((0.01, 0.008), Standing::Open)] {
-            let spring = Tested { held_out: Some(held_out), ..tested(Hypothesis::Spring(0), 0.5, 0.1, Vec::new()) };
+        let (much, little) = (Some((0.1, 0.08)), Some((0.01, 0.008)));
+        let (refused, open) = (Standing::Refused, Standing::Open);
+        for (held_out, torque_share, standing) in
+            [(much, 1.0, refused), (little, 0.029, refused), (little, 0.031, open)]
+        {
+            let of_one = tested(Hypothesis::Spring(0), 0.5, 0.1, Vec::new());
+            let spring = Tested { held_out, torque_share, ..of_one };
             let found = claims(spring);
             assert!(found[0].standing() == standing, "{}", found[0]);
             assert!(found[0].to_string().contains("a spring of 0.5") && lowers(found));

@@ -30,4 +30,4 @@ pub(crate) use claims_of_fit::{Beside, LACKING_MODEL_CHI_SQUARE, NOISE_CHI_SQUAR
 pub(crate) use claims_of_log::units_of_logs;
 pub use claims_of_log::{FreeFit, claims_of_log};
 pub use unknowns::widen_by_unknowns;
-pub use widening::{widen_by_faults, widen_by_what_may_be_there};
+pub use widening::{effects_of_faults, widen_by_faults, widen_by_what_may_be_there};

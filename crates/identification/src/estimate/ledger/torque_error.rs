@@ -104,22 +104,31 @@ impl TorqueError {
     }
 }
 
-/// The error for every use; `covariance` of the parameters `x` of the model, row by row. `seen`: where the logs moved,
-/// `limits`: where the robot may.
+/// How wrong parameters may be.
+#[derive(Clone, Copy, Debug)]
+pub struct Unsure<'a> {
+    /// C, row by row.
+    pub covariance: &'a [Vec<f64>],
+    /// What may change all of them beside that, one change at a time: of each torque the one counts that changes it most.
+    pub changes: &'a [Vec<f64>],
+}
+
+/// The error for every use; `unsure`: the parameters `x` of the model. `seen`: where the logs moved, `limits`: where the
+/// robot may.
 pub fn torque_errors(
     model: &Model,
     x: &[f64],
-    covariance: &[Vec<f64>],
+    unsure: Unsure,
     seen: &MotionRange,
     limits: &MotionRange,
 ) -> Vec<TorqueError> {
     let wide = |rates: &MotionRange| MotionRange { position: limits.position.clone(), ..rates.clone() };
-    let moving = sums(model, x, covariance, &wide(seen), true);
+    let moving = sums(model, x, unsure, &wide(seen), true);
     let of = |of: Use| match of {
         Use::SpeedsSeen => error(model, of, &moving),
-        Use::SpeedLimits => error(model, of, &sums(model, x, covariance, limits, true)),
+        Use::SpeedLimits => error(model, of, &sums(model, x, unsure, limits, true)),
         Use::Gravity => {
-            let mut sums = mean(&sums(model, x, covariance, &wide(seen), false));
+            let mut sums = mean(&sums(model, x, unsure, &wide(seen), false));
             let least = |(at_rest, moving): (&mut (f64, f64), &(f64, f64))| {
                 at_rest.1 = at_rest.1.max(MOVING_SHARE * MOVING_SHARE * moving.1);
             };
@@ -142,7 +151,7 @@ pub fn shown_rank(model: &Model, x: &[f64], range: &MotionRange) -> usize {
 }
 
 /// By motion, e_j^2 and t_j^2 of each joint at its states; `moves`: whether they move, with friction.
-fn sums(model: &Model, x: &[f64], covariance: &[Vec<f64>], range: &MotionRange, moves: bool) -> Vec<Vec<(f64, f64)>> {
+fn sums(model: &Model, x: &[f64], unsure: Unsure, range: &MotionRange, moves: bool) -> Vec<Vec<(f64, f64)>> {
     let (n, p, base) = (model.n(), model.p(), model.regressor.parameters().len());
     let count = (MOST_PRODUCTS / (n * p * p).max(1)).clamp(FEWEST_STATES, MOST_STATES);
     let mut states = random_states(model, range, count, moves);
@@ -156,8 +165,10 @@ fn sums(model: &Model, x: &[f64], covariance: &[Vec<f64>], range: &MotionRange, 
                 row[base..].fill(0.0);
             }
             let used: Vec<usize> = (0..p).filter(|&c| row[c] != 0.0).collect();
-            let of = |&a: &usize| row[a] * used.iter().map(|&b| covariance[a][b] * row[b]).sum::<f64>();
-            sum.0 += used.iter().map(of).sum::<f64>() / count as f64;
+            let of = |&a: &usize| row[a] * used.iter().map(|&b| unsure.covariance[a][b] * row[b]).sum::<f64>();
+            let square = |x: &Vec<f64>| used.iter().map(|&c| row[c] * x[c]).sum::<f64>().powi(2);
+            let changed = unsure.changes.iter().map(square).fold(0.0, f64::max);
+            sum.0 += (used.iter().map(of).sum::<f64>() + changed) / count as f64;
             sum.1 += used.iter().map(|&c| row[c] * x[c]).sum::<f64>().powi(2) / count as f64;
         }
     });
@@ -245,7 +256,8 @@ mod tests {
         let sigma = [0.02, 0.05, 0.04, 0.01, 0.02, 0.03];
         let covariance: Vec<Vec<f64>> =
             (0..6).map(|i| (0..6).map(|j| if i == j { sigma[i] * sigma[i] } else { 0.0 }).collect()).collect();
-        let found = torque_errors(&model, &x, &covariance, &range(1.0), &range(3.0));
+        let unsure = Unsure { covariance: &covariance, changes: &[] };
+        let found = torque_errors(&model, &x, unsure, &range(1.0), &range(3.0));
         let mut random = Random::new(8);
         for (one, (range, moves)) in found[1..].iter().zip([(range(1.0), true), (range(3.0), true)]) {
             let states = random_states(&model, &range, MOST_STATES, moves);
@@ -267,10 +279,25 @@ mod tests {
         // Gravity knows neither inertia nor friction.
         let mut only = vec![vec![0.0; 6]; 6];
         (only[0][0], only[3][3], only[4][4]) = (1.0, 1.0, 1.0);
-        assert_eq!(torque_errors(&model, &x, &only, &range(1.0), &range(3.0))[0].relative, 0.0);
+        let only = Unsure { covariance: &only, changes: &[] };
+        assert_eq!(torque_errors(&model, &x, only, &range(1.0), &range(3.0))[0].relative, 0.0);
         // The faster, the more inertia counts.
-        let found = torque_errors(&model, &x, &only, &range(1.0), &range(3.0));
+        let found = torque_errors(&model, &x, only, &range(1.0), &range(3.0));
         assert!(found[2].joints[0].error > 2.0 * found[1].joints[0].error, "{found:?}");
+    }
+
+    /// A change of all parameters by a tenth is a tenth of any torque, whatever lesser changes are beside it.
+    #[test]
+    fn the_largest_change_counts() {
+        let arm = Pendulum::new();
+        let model = Model::new(&arm, &[], &[]);
+        let (x, p) = (&arm.truth, model.p());
+        let times = |share: f64| x.iter().map(|x| share * x).collect::<Vec<f64>>();
+        let (covariance, changes) = (vec![vec![0.0; p]; p], [times(0.05), times(-0.1)]);
+        let unsure = Unsure { covariance: &covariance, changes: &changes };
+        for one in &torque_errors(&model, x, unsure, &range(1.0), &range(3.0))[1..] {
+            assert!((one.relative - 0.1).abs() < 1e-12, "{one:?}");
+        }
     }
 
     /// A lift with a rotor behind its joint: tau = m (ddq + g) + J ddq.
@@ -339,7 +366,8 @@ mod tests {
         let covariance: Vec<Vec<f64>> =
             (0..3).map(|i| (0..3).map(|j| if i == j { sigma[i] * sigma[i] } else { 0.0 }).collect()).collect();
         let range = MotionRange { position: vec![(-1.0, 1.0); 3], speed: vec![1.0; 3], acceleration: vec![2.0; 3] };
-        let found = &torque_errors(&model, &x, &covariance, &range, &range)[1];
+        let unsure = Unsure { covariance: &covariance, changes: &[] };
+        let found = &torque_errors(&model, &x, unsure, &range, &range)[1];
         let exact = ((0.01f64 + 1e-4) / (1.0 + 1e-4)).sqrt();
         // The joints have random accelerations of their own: a twentieth with 200 states.
         assert!((found.relative / exact - 1.0).abs() < 0.05, "{found:?} {exact}");
