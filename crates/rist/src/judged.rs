@@ -3,6 +3,7 @@
 use identification::estimate::residuals::Residuals;
 use identification::estimate::verdict::{Prediction, Trust, Verdict};
 use logs::LogSource;
+use numerics::triangle::Triangle;
 
 use crate::error::Error;
 use crate::model::Model;
@@ -27,7 +28,12 @@ impl Identification {
     ///
     /// Fails where a log cannot be read.
     pub fn judged(&mut self, model: &Model, others: &[LogSource], anyway: bool) -> Result<Judged, Error> {
-        let predicted = predictions(self.used(model), &self.estimate, self.covariance.as_deref(), others)?;
+        let predicted = predictions(self.used(model), &self.estimate, self.unsure.covariance(), others)?;
+        let new = predicted.iter().filter(|log| self.is_new(log));
+        let new: Vec<&[Triangle]> = new.map(|log| log.joints.as_slice()).collect();
+        if let Some(errors) = self.unsure.errors_beside(self.used(model), &self.estimate, &new) {
+            self.torque_errors = errors;
+        }
         let verdict = self.judge(self.prediction(&predicted));
         let predictions: Vec<(String, Residuals)> = predicted.into_iter().map(|p| (p.log, p.residuals)).collect();
         if let Some(bodies) = self.bodies.as_mut().filter(|_| anyway) {
@@ -42,16 +48,22 @@ impl Identification {
         Ok(Judged { predictions, validation, verdict, is_withheld })
     }
 
+    /// Whether a log is of another motion than those that were fitted.
+    fn is_new(&self, log: &Predicted) -> bool {
+        log.visited.is_other_than(&self.passport.visited)
+    }
+
     /// What the logs that were not fitted say of it: the worst of them.
     fn prediction(&self, logs: &[Predicted]) -> Prediction {
-        let new: Vec<&Predicted> = logs.iter().filter(|p| p.visited.is_other_than(&self.passport.visited)).collect();
+        let new: Vec<&Predicted> = logs.iter().filter(|log| self.is_new(log)).collect();
         let counted: Vec<&Predicted> = if new.is_empty() { logs.iter().collect() } else { new };
         let worst = counted.iter().max_by(|a, b| a.residuals.total.total_cmp(&b.residuals.total));
         Prediction {
             others: worst.map(|p| p.residuals.total),
-            others_repeat: !counted.iter().any(|p| p.visited.is_other_than(&self.passport.visited)),
+            others_repeat: !counted.iter().any(|p| self.is_new(p)),
             others_described: worst.and_then(|p| p.described),
             others_unsure: worst.and_then(|p| p.unsure),
+            others_by_parameters: counted.iter().map(|p| p.by_parameters()).reduce(f64::max),
             ..Prediction::default()
         }
     }

@@ -89,6 +89,7 @@ mod tape;
 pub mod told_by;
 pub mod torque_difference;
 mod unknowns;
+mod unsure_torques;
 pub mod validation;
 pub mod verdict;
 pub mod wrench;

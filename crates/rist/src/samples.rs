@@ -4,11 +4,10 @@ use identification::estimate::consistent::{bodies, identify_consistent};
 use identification::estimate::delay::Delay;
 use identification::estimate::described::described_residuals;
 use identification::estimate::essential::keep_essential;
-use identification::estimate::identified::{Identified, Status};
-use identification::estimate::identify::{Fit, with_deviations};
+use identification::estimate::identify::Fit;
 use identification::estimate::joint_terms::JointTerms;
 use identification::estimate::ledger::hypotheses::{Hypothesis, Tested, hypotheses};
-use identification::estimate::ledger::torque_error::{MotionRange, TorqueError, torque_errors};
+use identification::estimate::ledger::torque_error::TorqueError;
 use identification::estimate::ledger::unknowns::Step;
 use identification::estimate::ledger::{widen_by_faults, widen_by_unknowns, widen_by_what_may_be_there};
 use identification::estimate::options::Options;
@@ -21,7 +20,6 @@ use identification::estimators::drive_gains::likelihood::DriveGains;
 use identification::signals::records::SourceRecords;
 use linear_model::pseudo_inertia::Ten;
 use logs::LogSource;
-use nalgebra::DMatrix;
 use robot::{Inertial, LinkId};
 
 use crate::Estimate;
@@ -31,10 +29,10 @@ use crate::error::Error;
 use crate::friction::{ChosenFriction, Kept, choose_friction, not_looked_for, worthwhile_joint_terms};
 use crate::load::{Load, load};
 use crate::model::Model;
-use crate::motion_range::{allowed, seen};
 use crate::request::Request;
 pub use crate::request::{IdentifyRequest, SamplesRequest};
 use crate::unknowns::Unknowns;
+use crate::unsure_torques::{Noise, UnsureTorques};
 
 /// The outcome of an identification.
 pub struct Identification {
@@ -62,9 +60,8 @@ pub struct Identification {
     pub bodies_evidence: Option<BodiesEvidence>,
     /// How unsure torques are, by use.
     pub torque_errors: Vec<TorqueError>,
-    /// sigma_i sigma_j rho_ij that they follow from, the parameters in their order; `None` where one is open, of which no
-    /// covariance tells.
-    pub covariance: Option<Vec<Vec<f64>>>,
+    /// What they follow from.
+    pub(crate) unsure: UnsureTorques,
     /// Faults of the logs, each tested as one unknown more.
     pub faults: Vec<Tested>,
     /// The last step of the unknowns that were asked for; what they are stands in the options and the description.
@@ -114,6 +111,7 @@ impl Identification {
             is_of_fit: true,
             prediction: Prediction { held_out: self.held_out, parts_are_new, ..prediction },
             bodies: self.bodies_evidence.as_ref(),
+            opens_in_any_motion: self.unsure.opens_in_any_motion,
             torque_errors: &self.torque_errors,
             faults: &self.faults,
         });
@@ -195,7 +193,7 @@ fn identify_kept(
     }
     let link = request.loaded_link.as_deref();
     let load = (!loaded.is_empty()).then(|| load(model, link, &fit, loaded, &options)).transpose()?;
-    let (inverse, range) = (fit.solution.inverse.clone(), seen(&fit.observation));
+    let noise = Noise::of(&fit);
     let described_parameters = model.described_parameters();
     let described = described_parameters.as_ref().map(|x| described_error(model, &fit, &options, x));
     if kept == Kept::Essential {
@@ -210,13 +208,15 @@ fn identify_kept(
     // The remarks, and the gains that the estimate stands on.
     let fingerprint = Some(model.reference.fingerprint.clone());
     let mut estimate = Estimate { fingerprint, description: model.description.clone(), ..found.estimate };
+    let of_noise = noise.deviations(&estimate);
     if let Some(found) = gains {
         estimate.remarks.push(gain_remark(model, logs, &request.gain, &found));
         widen(&mut estimate, &found);
     }
+    let with_gains = noise.deviations(&estimate);
     widen_by_faults(&mut estimate, &faults);
-    let covariance = covariance(&estimate, &inverse);
-    let torque_errors = errors_of_torques(model, &options, &estimate, covariance.as_deref(), &range);
+    let unsure = UnsureTorques::of(noise, [&of_noise, &with_gains], &faults, model, &options, &estimate);
+    let torque_errors = unsure.errors(model, &options, &estimate);
     widen_by_what_may_be_there(&mut estimate, &faults);
     estimate.remarks.splice(..0, chosen.sentences.into_iter().chain(sentence));
     estimate.remarks.extend(found.outgrown.into_iter().filter(|_| !is_own_scale));
@@ -233,7 +233,7 @@ fn identify_kept(
         held_out,
         bodies_evidence: found.evidence,
         torque_errors,
-        covariance,
+        unsure,
         faults,
         unknowns: Vec::new(),
         described_parameters,
@@ -320,26 +320,6 @@ fn fitted<'a>(
 fn faults(model: &Model, options: &Options, records: &SourceRecords<'_>, fit: &Fit) -> Result<Vec<Tested>, Error> {
     let linear = options.linear_model(model.regressor());
     with_open(model, |open| Ok(hypotheses(&linear, records, &fit.solution.x, &fit.weights, open)?))
-}
-
-/// The covariance of what was found; `None` where a parameter is open. `inverse`: any multiple of that for white noise.
-fn covariance(estimate: &Estimate, inverse: &DMatrix<f64>) -> Option<Vec<Vec<f64>>> {
-    let is_open = estimate.parameters.iter().any(|p| p.status == Status::NotIdentifiable);
-    let sigma: Vec<f64> = estimate.parameters.iter().map(|p| p.sigma.unwrap_or(0.0)).collect();
-    (!is_open).then(|| with_deviations(inverse, &sigma))
-}
-
-/// How unsure torques are, by use; nothing where no covariance tells.
-fn errors_of_torques(
-    model: &Model,
-    options: &Options,
-    estimate: &Estimate,
-    covariance: Option<&[Vec<f64>]>,
-    range: &MotionRange,
-) -> Vec<TorqueError> {
-    let Some(covariance) = covariance else { return Vec::new() };
-    let values: Vec<f64> = estimate.parameters.iter().map(Identified::prediction).collect();
-    torque_errors(&options.linear_model(model.regressor()), &values, covariance, range, &allowed(model, range))
 }
 
 /// |tau - W X| / |tau| with these base parameters, and friction fitted to the remainder.

@@ -9,12 +9,14 @@ use identification::estimate::described::described_residuals;
 use identification::estimate::held_out;
 use identification::estimate::passport::visited::Visited;
 use identification::estimate::residuals::Residuals;
+use identification::estimators::weighted::{Weights, fit};
 use identification::portrait::series::series;
 use identification::rows::observation::Observation;
 use identification::signals::records::SourceRecords;
 use identification::spectrum::validate::validate_motions;
 use linear_model::linear_model::Model as LinearModel;
 use logs::{ColumnNames, Log, LogSource};
+use numerics::triangle::Triangle;
 
 pub use identification::estimate::validation::Validation;
 pub use identification::portrait::Portrait;
@@ -40,8 +42,19 @@ pub struct Predicted {
     pub described: Option<f64>,
     /// The error that the deviations of the estimate explain; `None` where no covariance is known.
     pub unsure: Option<f64>,
+    /// |tau - W X| / |tau| of parameters that are fitted to this log alone.
+    pub least: f64,
+    /// Its rows as triangles, one per joint.
+    pub joints: Vec<Triangle>,
     /// Where the robot was.
     pub visited: Visited,
+}
+
+impl Predicted {
+    /// What of the error no other parameters would leave.
+    pub(crate) fn by_parameters(&self) -> f64 {
+        (self.residuals.total.powi(2) - self.least.powi(2)).max(0.0).sqrt()
+    }
 }
 
 /// Predicts logs one by one, with the signal options and the friction of the estimate's fit.
@@ -66,8 +79,10 @@ pub fn predictions(
             log: log.name(),
             residuals: held_out::residuals(&linear, &joints, &x),
             described: described.as_ref().map(of_description),
+            least: held_out::residuals(&linear, &joints, &fit(&joints, Weights::None).0.x).total,
             unsure: covariance.map(|covariance| held_out::unsure(&linear, &joints, covariance)),
             visited: Visited::of_records(&records, model.regressor().coordinates().len())?,
+            joints,
         })
     };
     logs.iter().map(predict).collect()

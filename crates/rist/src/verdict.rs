@@ -36,6 +36,7 @@ fn evidence(estimate: &Estimate, predicted: Option<f64>) -> Evidence<'_> {
         is_of_fit: true,
         prediction: Prediction { others: predicted, held_out: estimate.cross_validation, ..Prediction::default() },
         bodies: None,
+        opens_in_any_motion: false,
         torque_errors: &[],
         faults: &[],
     }

@@ -18,6 +18,7 @@ pub mod identify;
 pub mod joint_terms;
 pub mod ledger;
 pub mod options;
+pub mod other_logs;
 pub mod passport;
 pub mod remarks;
 pub mod residuals;

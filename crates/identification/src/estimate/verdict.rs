@@ -17,7 +17,9 @@ use crate::estimate::ledger::topics::{
     BODIES, COMMON_SCALE, GRAVITY_TORQUE, LOG, OTHER_MOTION, TORQUE_AT_LIMITS, TORQUE_SEEN,
 };
 use crate::estimate::ledger::torque_error::{TorqueError, Use};
-use crate::estimate::ledger::{FreeFit, claims_of_faults, claims_of_fit, claims_of_log, not_noise, units_of_logs};
+use crate::estimate::ledger::{
+    Beside, FreeFit, claims_of_faults, claims_of_fit, claims_of_log, not_noise, units_of_logs,
+};
 use crate::estimate::passport::Passport;
 
 pub use claims::Trust;
@@ -80,6 +82,8 @@ pub struct Evidence<'a> {
     pub prediction: Prediction,
     /// The bodies, where only bodies that can exist were asked for.
     pub bodies: Option<&'a BodiesEvidence>,
+    /// Whether what the logs leave open of the parameters is open in every motion.
+    pub opens_in_any_motion: bool,
     /// How unsure torques are, by use; empty where that is not known.
     pub torque_errors: &'a [TorqueError],
     /// What unknowns more explain.
@@ -158,7 +162,11 @@ impl Verdict {
 fn claims(evidence: &Evidence) -> Vec<Claim> {
     let estimate = evidence.estimate;
     let faults = claims_of_faults(evidence.faults, &estimate.joints, &estimate.parameters);
-    let fit = evidence.prediction.held_out.map(|error| FreeFit { error, faults: evidence.faults });
+    let fit = evidence.prediction.held_out.map(|error| FreeFit {
+        error,
+        described: evidence.described,
+        faults: evidence.faults,
+    });
     let of_log = evidence.passport.map(|passport| claims_of_log(passport, fit)).unwrap_or_default();
     let coarse: Vec<Claim> = of_log.into_iter().filter_map(|claim| untold_yet(claim, &faults)).collect();
     let is_open = |claim: &Claim| claim.standing() == Standing::Open;
@@ -166,7 +174,9 @@ fn claims(evidence: &Evidence) -> Vec<Claim> {
     let fine: Vec<Claim> = fine.collect();
     let mut claims = [coarse, fine].concat();
     claims.extend(claims_of_bodies(evidence));
-    claims.extend(claims_of_fit(estimate, evidence.total, &evidence.prediction));
+    let (opens_in_any_motion, tells_torques) = (evidence.opens_in_any_motion, !evidence.torque_errors.is_empty());
+    let beside = Beside { opens_in_any_motion, tells_torques };
+    claims.extend(claims_of_fit(estimate, evidence.total, &evidence.prediction, beside));
     claims.extend(evidence.torque_errors.iter().map(claim_of_torque));
     let strength = |claim: &Claim| claim.standing();
     claims.sort_by_key(strength);

@@ -157,10 +157,18 @@ fn jumps(t: &[f64], q: &[f64]) -> usize {
 /// The share of the samples at which a torque stands at its largest or smallest value, where that is no accident.
 fn saturated(effort: &[f64]) -> Option<f64> {
     let (low, high) = extremes(effort);
-    let at = |bound: f64| effort.iter().filter(|x| **x == bound).count();
-    let share = (at(low) + at(high)) as f64 / effort.len() as f64;
+    let at = |value: f64| effort.iter().filter(|x| **x == value).count();
+    // A torque of few digits comes back to each of its values, and to those at its turning points more often.
+    let above = effort.iter().copied().filter(|x| *x > low).fold(f64::INFINITY, f64::min);
+    let below = effort.iter().copied().filter(|x| *x < high).fold(f64::NEG_INFINITY, f64::max);
+    let held = |bound: f64, next: f64| at(bound).saturating_sub(TURNING_POINT_RATIO * at(next));
+    let share = (held(low, above) + held(high, below)) as f64 / effort.len() as f64;
     (low < high && share > SATURATED_SAMPLES_SHARE).then_some(share)
 }
+
+/// Most samples of a turning point at its last value over those at the value before. A parabola that ends in the middle between
+/// two values has 1 / (sqrt 2 - 1) = 2.4 of them.
+const TURNING_POINT_RATIO: usize = 3;
 
 /// A larger share of the samples at the limits is no accident.
 const SATURATED_SAMPLES_SHARE: f64 = 0.01;
@@ -186,5 +194,11 @@ mod tests {
         // 2/pi acos 0.8 of a sine is beyond 0.8.
         assert!((saturated(&clipped).unwrap() - 0.41).abs() < 0.02);
         assert_eq!(saturated(&[0.0; 50]), None);
+        // Values of few digits come back, the last ones most often; clipped ones stay there all the same.
+        for step in [0.3, 0.11, 0.05] {
+            let coarse = |x: &f64| (x / step).round() * step;
+            assert_eq!(saturated(&torque.iter().map(coarse).collect::<Vec<f64>>()), None, "{step}");
+            assert!(saturated(&clipped.iter().map(|x| coarse(&x.clamp(-0.5, 0.5))).collect::<Vec<f64>>()).is_some());
+        }
     }
 }

@@ -2,10 +2,10 @@
 
 use claims::{Claim, Figure, Outcome, Remedy, Subject, Topic, Trial};
 
-use crate::estimate::digits::significant;
+use crate::estimate::digits::{percent, significant};
 use crate::estimate::identified::Identified;
 use crate::estimate::ledger::hypotheses::{Hypothesis, Tested};
-use crate::estimate::ledger::topics::{DELAY, DRIFT, FRICTION, MOUNT, RESIDUAL, ROTOR, SCALE, SPRING, ZERO};
+use crate::estimate::ledger::topics::{DELAY, DRIFT, FRICTION, LOG, MOUNT, RESIDUAL, ROTOR, SCALE, SPRING, ZERO};
 use crate::estimate::ledger::topics::{at, cannot_tell};
 use crate::estimate::residuals::JointResidual;
 use linear_model::unit::Unit;
@@ -13,6 +13,12 @@ use linear_model::unit::Unit;
 /// Powers beyond these tell nobody anything: 45 degrees, and half of a torque.
 const USELESS_ANGLE_RAD: f64 = std::f64::consts::FRAC_PI_4;
 const USELESS_SCALE: f64 = 0.5;
+
+/// A fault that explains less of the torque than this leaves torques sure enough for any use, even where it is five times as
+/// large elsewhere: a fifth of `purposes::SURE_TORQUE`.
+const SMALL_FAULT_SHARE: f64 = 0.01;
+/// Nor is one small that explains more than this of the torque of its own joint, however little that joint needs.
+const LARGE_JOINT_SHARE: f64 = 0.2;
 
 /// The claims of tested hypotheses; `joints`: one per coordinate, `parameters`: those that they were tested beside.
 pub(crate) fn claims_of_faults(tested: &[Tested], joints: &[JointResidual], parameters: &[Identified]) -> Vec<Claim> {
@@ -139,6 +145,21 @@ pub(super) fn statement(tested: &Tested, joints: &[JointResidual]) -> String {
     }
 }
 
+/// A fault with the errors on parts left out without it and with it.
+fn fault_and_trial(fault: &str, held_out: Option<(f64, f64)>) -> String {
+    held_out.map_or(fault.into(), |(without, with)| {
+        format!("{fault} (error on parts left out {}, with that undone {})", percent(without), percent(with))
+    })
+}
+
+/// Whether a fault leaves torques as they are, but for less than a use asks for. A zero or a mount never does: positions are as
+/// wrong as they say, whatever torque that costs in this log.
+fn is_small(tested: &Tested) -> bool {
+    let is_of_positions = matches!(tested.of, Hypothesis::Zero(_) | Hypothesis::Mount(_));
+    let is_small_at_joint = tested.explained_at_joint() <= LARGE_JOINT_SHARE;
+    !is_of_positions && is_small_at_joint && tested.explained() < SMALL_FAULT_SHARE
+}
+
 /// The fault, what mends it, and what parts left out say of it; `None` of those that no claim names.
 fn contradicted(tested: &Tested, joints: &[JointResidual]) -> Option<Claim> {
     let Tested { of, value, held_out, .. } = tested;
@@ -172,6 +193,14 @@ fn contradicted(tested: &Tested, joints: &[JointResidual]) -> Option<Claim> {
     if let Hypothesis::Drift(k) = *of {
         return Some(cannot_tell(Subject::of(RESIDUAL, [joints[k].coordinate.clone()]), fault, remedy));
     }
+    // Nor is a log wrong of which a fault explains less than torques may be off: the fault is named and counts.
+    if is_small(tested) {
+        return Some(cannot_tell(
+            Subject { topic: LOG, ..subject(of, joints) },
+            fault_and_trial(&fault, *held_out),
+            remedy,
+        ));
+    }
     let remedy = Remedy::new("identify", remedy);
     Some(Claim::new(subject(of, joints), Outcome::Contradicted { fault, remedy, trial }))
 }
@@ -195,7 +224,7 @@ mod tests {
 
     fn tested(of: Hypothesis, value: f64, power: f64, within: Vec<usize>) -> Tested {
         let held_out = Some((0.1, 0.08));
-        Tested { of, value, deviation: 0.01, power, held_out, effect: vec![0.1], within }
+        Tested { of, value, deviation: 0.01, power, held_out, torque_share: 1.0, effect: vec![0.1], within }
     }
 
     /// Whether a use of torques is lowered by the claims, beside another motion that is predicted.
@@ -215,6 +244,26 @@ mod tests {
             let none = claims(tested(Hypothesis::Drift(0), 0.0, power, Vec::new()));
             assert!(none.len() == 1 && !none[0].to_string().contains("grows"), "{none:?}");
             assert!(!lowers(none));
+        }
+    }
+
+    /// A spring that explains a hundredth of the torque and more is a contradiction, and so is one that explains a fifth of that
+    /// of its joint; one that explains less is named, and lowers the answer to with care. A zero is a contradiction always.
+    #[test]
+    fn a_fault_that_explains_little_is_no_contradiction() {
+        // sqrt(0.1^2 - 0.08^2) = 0.06, sqrt(0.01^2 - 0.008^2) = 0.006
+        let (much, little) = (Some((0.1, 0.08)), Some((0.01, 0.008)));
+        let (spring, zero) = (Hypothesis::Spring(0), Hypothesis::Zero(0));
+        let (refused, open) = (Standing::Refused, Standing::Open);
+        for (of, held_out, torque_share, standing) in [
+            (&spring, much, 1.0, refused),
+            (&spring, little, 0.029, refused),
+            (&spring, little, 0.031, open),
+            (&zero, little, 1.0, refused),
+        ] {
+            let found = claims(Tested { held_out, torque_share, ..tested(of.clone(), 0.5, 0.1, Vec::new()) });
+            assert!(found[0].standing() == standing, "{}", found[0]);
+            assert!(lowers(found));
         }
     }
 

@@ -8,7 +8,7 @@ use crate::estimate::artefact::Estimate;
 use crate::estimate::autocorrelation::NOISE_MEMORY_PERIODS;
 use crate::estimate::digits::{percent, significant};
 use crate::estimate::identified::{Identified, Status};
-use crate::estimate::ledger::topics::{FRICTION, LOG, OTHER_MOTION, PARAMETERS, RESIDUAL, cannot_tell};
+use crate::estimate::ledger::topics::{BODIES, FRICTION, LOG, OTHER_MOTION, PARAMETERS, RESIDUAL, cannot_tell};
 use crate::estimate::residuals::JointResidual;
 
 /// Chi^2 per degree of freedom above which the model lacks something. Simulations whose model is right have 1.5 to 2.0,
@@ -60,14 +60,31 @@ pub struct Prediction {
     pub others_described: Option<f64>,
     /// Error on those logs that the deviations of the parameters explain, where the covariance is known.
     pub others_unsure: Option<f64>,
+    /// What of the error p on other logs is that of the parameters: sqrt(p^2 - f^2), with f the error that the model leaves of
+    /// such a log where it is fitted to that log alone: noise, and what the model lacks. The largest of all logs.
+    pub others_by_parameters: Option<f64>,
     /// Error on parts of the fitted logs, each predicted from the others.
     pub held_out: Option<f64>,
     /// Whether each such part is a motion that the others do not repeat.
     pub parts_are_new: bool,
 }
 
+/// What is known of the torques beside the fit.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Beside {
+    /// Whether what the log leaves open is open in every motion, so that no torque shows it.
+    pub opens_in_any_motion: bool,
+    /// Whether the covariance says how unsure torques are: then that says what the weakest direction does to them.
+    pub tells_torques: bool,
+}
+
 /// The claims of a fit, contradictions first. `total`: the error on the logs that are looked at.
-pub(crate) fn claims_of_fit(estimate: &Estimate, total: Option<f64>, prediction: &Prediction) -> Vec<Claim> {
+pub(crate) fn claims_of_fit(
+    estimate: &Estimate,
+    total: Option<f64>,
+    prediction: &Prediction,
+    beside: Beside,
+) -> Vec<Claim> {
     let mut claims = vec![other_motion(estimate, prediction)];
     claims.extend(estimate.refusal.iter().map(|why| earlier(why)));
     claims.extend(friction(estimate));
@@ -111,13 +128,20 @@ pub(crate) fn claims_of_fit(estimate: &Estimate, total: Option<f64>, prediction:
     let moved = "a motion of the joints that the remarks name, or bodies to hold them ([consistent=true])";
     let open = named(estimate, Status::NotIdentifiable);
     if !open.is_empty() {
-        claims.push(cannot_tell(whole(PARAMETERS), format!("the log leaves open {open}"), moved));
+        claims.push(match beside.opens_in_any_motion {
+            true => cannot_tell(
+                whole(BODIES),
+                format!("no motion tells {open} apart: only their sum shows in a torque"),
+                "bodies to hold them ([consistent=true])",
+            ),
+            false => cannot_tell(whole(PARAMETERS), format!("the log leaves open {open}"), moved),
+        });
     }
     let weak = named(estimate, Status::Weak);
     if !weak.is_empty() {
         claims.push(cannot_tell(whole(PARAMETERS), format!("little motion decides {weak}"), moved));
     }
-    let is_deciding = |x: &f64| x.is_finite() && *x > DECIDING_CONDITION_NUMBER;
+    let is_deciding = |x: &f64| x.is_finite() && *x > DECIDING_CONDITION_NUMBER && !beside.tells_torques;
     if let Some(condition) = estimate.condition_number.filter(is_deciding) {
         let why = format!("the condition number is {condition:.0}");
         claims.push(cannot_tell(
@@ -170,13 +194,15 @@ fn other_motion(estimate: &Estimate, prediction: &Prediction) -> Claim {
             percent(described),
             percent(error)
         );
-        if error > FAR_WORSE_ERROR_RATIO * described && error > GOOD_PREDICTION_ERROR {
+        let is_explained = error <= described.hypot(EXPLAINED_DEVIATIONS * prediction.others_unsure.unwrap_or(0.0));
+        let is_far_worse = error > FAR_WORSE_ERROR_RATIO * described && error > GOOD_PREDICTION_ERROR;
+        if is_far_worse && !is_explained {
             let remedy =
                 Remedy::new("identify", "identify again from logs of this robot as it is now, or keep the description");
             let trial = Trial::NotTried { why: "nothing is known of the cause".into() };
             return Claim::new(subject, Outcome::Contradicted { fault: why, remedy, trial });
         }
-        if error > described.hypot(EXPLAINED_DEVIATIONS * prediction.others_unsure.unwrap_or(0.0)) {
+        if is_far_worse || !is_explained {
             return cannot_tell(subject, why, "a longer and richer motion (rist plan)");
         }
     }
@@ -189,7 +215,10 @@ fn other_motion(estimate: &Estimate, prediction: &Prediction) -> Claim {
     };
     // Noise cannot be predicted: where what is left looks like it, more error is allowed.
     let is_noise = is_noise(estimate) && estimate.total.is_some_and(|x| error < OVERFITTED_ERROR_RATIO * x);
-    let most = if is_noise { GOOD_NOISY_PREDICTION_ERROR } else { GOOD_PREDICTION_ERROR };
+    // Nor can parameters be blamed for what those of that log itself leave.
+    let by_parameters = of_logs.and(prediction.others_by_parameters).unwrap_or(error);
+    let is_least = by_parameters <= GOOD_PREDICTION_ERROR;
+    let most = if is_noise || is_least { GOOD_NOISY_PREDICTION_ERROR } else { GOOD_PREDICTION_ERROR };
     match error <= most {
         true => Claim::new(subject, Outcome::Agrees { smallest: Figure::new(100.0 * error, "% of the torque") }),
         false => cannot_tell(
@@ -228,7 +257,7 @@ pub(crate) fn not_noise(estimate: &Estimate) -> Option<String> {
 }
 
 fn overfitted(estimate: &Estimate, prediction: &Prediction) -> Option<String> {
-    let error = prediction.others.or(prediction.held_out)?;
+    let error = prediction.others_by_parameters.or(prediction.others).or(prediction.held_out)?;
     let total = estimate.total?;
     (error > GOOD_PREDICTION_ERROR && error > OVERFITTED_ERROR_RATIO * total).then(|| {
         format!(
@@ -309,8 +338,51 @@ mod tests {
         assert_eq!(why(of(0.03, 0.02, Some(0.0111))), format!("{beyond}, which are unsure by 1.11 %"));
         assert_eq!(why(of(0.03, 0.02, None)), beyond);
         assert!(matches!(of(0.0205, 0.02, None), Outcome::Agrees { .. }));
-        // Much worse, and more than a use may be off, whatever explains it.
-        assert!(matches!(of(0.06, 0.02, Some(0.1)), Outcome::Contradicted { .. }));
+        // Much worse, and more than a use may be off: a contradiction where the deviations do not explain it.
+        assert!(matches!(of(0.06, 0.02, Some(0.028)), Outcome::Contradicted { .. }));
+        assert!(why(of(0.06, 0.02, Some(0.029))).ends_with("which are unsure by 2.90 %"));
         assert!(why(of(0.06, 0.04, Some(0.1))).starts_with("another motion is predicted with an error"));
+    }
+
+    /// What the parameters of another log itself leave of it is not held against those that predict it.
+    #[test]
+    fn the_noise_of_another_log_is_its_own() {
+        let of = |error: f64, by_parameters: Option<f64>| {
+            let prediction =
+                Prediction { others: Some(error), others_by_parameters: by_parameters, ..Prediction::default() };
+            let estimate = Estimate { total: Some(0.01), ..Estimate::default() };
+            let agrees = matches!(other_motion(&estimate, &prediction).outcome(), Outcome::Agrees { .. });
+            (agrees, overfitted(&estimate, &prediction).is_some())
+        };
+        // sqrt(0.12^2 - 0.115^2) = 0.034
+        assert_eq!(of(0.12, Some(0.034)), (true, false));
+        assert_eq!(of(0.12, Some(0.06)), (false, true));
+        assert_eq!(of(0.12, None), (false, true));
+        // A log of noise tells nothing of the parameters.
+        assert_eq!(of(0.25, Some(0.034)), (false, false));
+    }
+
+    /// Where the covariance tells how unsure torques are, the condition number says no more.
+    #[test]
+    fn the_condition_number_counts_where_no_covariance_does() {
+        let estimate = Estimate { condition_number: Some(1e4), ..Estimate::default() };
+        for tells_torques in [false, true] {
+            let beside = Beside { opens_in_any_motion: false, tells_torques };
+            let claims = claims_of_fit(&estimate, None, &Prediction::default(), beside);
+            assert_eq!(claims.iter().any(|claim| claim.subject().topic == PARAMETERS), !tells_torques);
+        }
+    }
+
+    /// What no motion tells apart lowers the bodies and no torque.
+    #[test]
+    fn what_no_motion_tells_is_open_for_bodies_alone() {
+        let open = Identified::unidentifiable("MX3".parse().unwrap(), linear_model::unit::Unit::FIRST_MOMENT, 1.0);
+        let estimate = Estimate { parameters: vec![open], ..Estimate::default() };
+        for in_any_motion in [false, true] {
+            let beside = Beside { opens_in_any_motion: in_any_motion, tells_torques: false };
+            let claims = claims_of_fit(&estimate, None, &Prediction::default(), beside);
+            let about = |topic| claims.iter().filter(|claim| claim.subject().topic == topic).count();
+            assert_eq!((about(PARAMETERS), about(BODIES)), if in_any_motion { (0, 1) } else { (1, 0) });
+        }
     }
 }

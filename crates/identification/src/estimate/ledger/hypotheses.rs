@@ -48,6 +48,8 @@ pub struct Tested {
     pub power: f64,
     /// Error on tenths left out without and with it, where it was looked at.
     pub held_out: Option<(f64, f64)>,
+    /// The weighted torque of its coordinate over that of all; 1 where it is of no coordinate.
+    pub torque_share: f64,
     /// By how much the parameters change with it; empty where nothing tells it.
     pub effect: Vec<f64>,
     /// The parameters that explain it as well, where nothing tells it.
@@ -55,12 +57,18 @@ pub struct Tested {
 }
 
 impl Tested {
+    /// One that nothing tells.
+    fn untold(of: &Hypothesis) -> Tested {
+        let (none, of, torque_share) = (f64::INFINITY, of.clone(), 1.0);
+        let (effect, within) = (Vec::new(), Vec::new());
+        Tested { of, value: 0.0, deviation: none, power: none, held_out: None, torque_share, effect, within }
+    }
+
     /// Whether the fault is there.
     pub(crate) fn is_found(&self) -> bool {
         let is_large = self.value.abs() > self.least();
         let is_worth_naming = |(without, with): (f64, f64)| {
-            let explained = (without * without - with * with).max(0.0).sqrt();
-            with < WORTHWHILE_ERROR_RATIO * without && explained > least_share(&self.of)
+            with < WORTHWHILE_ERROR_RATIO * without && self.explained() > least_share(&self.of)
         };
         self.of.is_claimed() && self.is_told() && is_large && self.held_out.is_some_and(is_worth_naming)
     }
@@ -68,6 +76,16 @@ impl Tested {
     /// Error on parts left out with the fault over that without it; `None` where it is not found.
     pub fn gain(&self) -> Option<f64> {
         self.held_out.filter(|_| self.is_found()).map(|(without, with)| with / without)
+    }
+
+    /// The share of the torque of parts left out that it explains.
+    pub(crate) fn explained(&self) -> f64 {
+        self.held_out.map_or(0.0, |(without, with)| (without * without - with * with).max(0.0).sqrt())
+    }
+
+    /// The share of the torque of its own coordinate that it explains: all of it, as if it explained nothing elsewhere.
+    pub(crate) fn explained_at_joint(&self) -> f64 {
+        if self.torque_share > 0.0 { self.explained() / self.torque_share } else { 0.0 }
     }
 
     /// Whether it is other than nothing, be it worth naming or not.
@@ -134,11 +152,13 @@ pub fn hypotheses<R: Records + ?Sized>(
         return Ok(Vec::new());
     }
     let all = all(model, open);
-    let parts = triangles(model, records, x, weights, open, &all)?;
-    Ok(tested(&parts, x, &all))
+    let (parts, torques) = triangles(model, records, x, weights, open, &all)?;
+    let share = |of: &Hypothesis| of.joint().map_or(1.0, |k| (torques[k] / torques.iter().sum::<f64>()).sqrt());
+    let found = tested(&parts, x, &all).into_iter();
+    Ok(found.map(|one| Tested { torque_share: share(&one.of), ..one }).collect())
 }
 
-/// One triangle per tenth of the records, of the rows [W | h] and tau, weighted by joint.
+/// One triangle per tenth of the records, of the rows [W | h] and tau, weighted by joint; and the squares of these tau by joint.
 ///
 /// Fails when a record cannot be read.
 pub(super) fn triangles<R: Records + ?Sized>(
@@ -148,13 +168,14 @@ pub(super) fn triangles<R: Records + ?Sized>(
     weights: &[f64],
     open: Open,
     all: &[Hypothesis],
-) -> Result<Vec<Triangle>, Error> {
+) -> Result<(Vec<Triangle>, Vec<f64>), Error> {
     let n = model.n();
     // Every m-th sample only: each sample costs several calls of the regressor.
     let thinned = records.thinned(MOST_THINNED_SAMPLES)?;
     let (count, every) = (thinned.count, thinned.every);
     let (p, width) = (model.p(), model.p() + all.len());
     let mut parts: Vec<TriangleBuilder> = (0..LEFT_OUT_PARTS).map(|_| TriangleBuilder::new(width)).collect();
+    let mut torques = vec![0.0; n];
     for (first, kept) in &thinned.records {
         let columns = columns(model, kept, x, all, open.tilts);
         let mut row = vec![0.0; width];
@@ -168,11 +189,13 @@ pub(super) fn triangles<R: Records + ?Sized>(
                 for (out, column) in row[p..].iter_mut().zip(&columns) {
                     *out = weight * column[r * n + j];
                 }
-                parts[part.min(LEFT_OUT_PARTS - 1)].push(&row, weight * kept.tau[r * n + j]);
+                let torque = weight * kept.tau[r * n + j];
+                torques[j] += torque * torque;
+                parts[part.min(LEFT_OUT_PARTS - 1)].push(&row, torque);
             }
         });
     }
-    Ok(parts.into_iter().map(TriangleBuilder::finish).collect())
+    Ok((parts.into_iter().map(TriangleBuilder::finish).collect(), torques))
 }
 
 /// The hypotheses by the triangles of parts of the record.
@@ -199,17 +222,14 @@ fn tested(parts: &[Triangle], x: &[f64], all: &[Hypothesis]) -> Vec<Tested> {
         let (value, norm) = all_in.unknown(e);
         let is_told = norm > EXPLAINED_COLUMN_SHARE * whole.column_norm(p + e) && norm > 0.0;
         if !is_told {
-            let (of, none) = (hypothesis.clone(), f64::INFINITY);
-            let within = explaining(&all_rows, p, p + e);
-            return Tested { of, value: 0.0, deviation: none, power: none, held_out: None, effect: Vec::new(), within };
+            return Tested { within: explaining(&all_rows, p, p + e), ..Tested::untold(hypothesis) };
         }
         // The jackknife over the tenths, and at least the deviation of white noise.
         let others: Vec<f64> = leaving.iter().map(|left| left.unknown(e).0).collect();
         let deviation = jackknife(&others).max(noise / norm);
         let with = select(&all_rows, &columns(e)).solution();
         let effect = with.iter().zip(&without).map(|(with, without)| with - without).take(p).collect();
-        let (of, power, within) = (hypothesis.clone(), f64::INFINITY, Vec::new());
-        let mut one = Tested { of, value, deviation, power, held_out: None, effect, within };
+        let mut one = Tested { value, deviation, effect, ..Tested::untold(hypothesis) };
         // The least u that would be found: it lowers the error enough, and is beyond its deviation.
         let by_ratio = (1.0 / (WORTHWHILE_ERROR_RATIO * WORTHWHILE_ERROR_RATIO) - 1.0).sqrt() * all_in.square().sqrt();
         let by_error = by_ratio.max(least_share(hypothesis) * whole.column_norm(whole.columns())) / norm;

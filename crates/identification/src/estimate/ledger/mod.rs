@@ -26,8 +26,8 @@ mod widening;
 
 pub(crate) use claims_of_faults::claims_of_faults;
 pub use claims_of_fit::Prediction;
-pub(crate) use claims_of_fit::{LACKING_MODEL_CHI_SQUARE, NOISE_CHI_SQUARE, claims_of_fit, not_noise};
+pub(crate) use claims_of_fit::{Beside, LACKING_MODEL_CHI_SQUARE, NOISE_CHI_SQUARE, claims_of_fit, not_noise};
 pub(crate) use claims_of_log::units_of_logs;
 pub use claims_of_log::{FreeFit, claims_of_log};
 pub use unknowns::widen_by_unknowns;
-pub use widening::{widen_by_faults, widen_by_what_may_be_there};
+pub use widening::{effects_of_faults, widen_by_faults, widen_by_what_may_be_there};

@@ -7,6 +7,10 @@
 //! ```
 //! N m and N are not added: of a robot that turns and slides, e is the larger of both.
 //!
+//! A use is one motion and not all of them: where a motion happens to need little torque, the same error is a larger share of
+//! it. So the states of a motion lie within half of each joint's range, somewhere in it, e is that of each of some twenty
+//! motions, and what nine of ten motions do not exceed counts.
+//!
 //! Gravity compensation asks for gravity alone, at rest; friction is left out of it. Its error is compared with the
 //! larger of that torque and `MOVING_SHARE` of the torque of motion, since a vertical axis has none to be compared with.
 //!
@@ -15,6 +19,8 @@
 use linear_model::linear_model::Model;
 use linear_model::regressor::predict_load;
 use linear_model::states::States;
+use numerics::least_squares::solve;
+use numerics::triangle::TriangleBuilder;
 use random::Random;
 
 /// What predicted torques are used for.
@@ -71,7 +77,7 @@ pub struct TorqueError {
     pub of: Use,
     /// One per coordinate.
     pub joints: Vec<JointTorqueError>,
-    /// Over all joints, relative; the larger one of those that turn and those that slide.
+    /// Over all joints, relative; the larger one of those that turn and those that slide. Nine of ten motions have no more.
     pub relative: f64,
 }
 
@@ -82,6 +88,12 @@ const MOVING_SHARE: f64 = 0.3;
 const MOST_STATES: usize = 200;
 const MOST_PRODUCTS: usize = 20_000_000;
 const FEWEST_STATES: usize = 30;
+/// Of which so many are of one motion.
+const MOTION_STATES: usize = 10;
+/// Share of each joint's range that a motion goes through.
+const MOTION_RANGE_SHARE: f64 = 0.5;
+/// Share of the motions whose torque is as sure as is said.
+const COUNTED_MOTIONS_SHARE: f64 = 0.9;
 
 impl TorqueError {
     /// The joint whose torque is least sure, relative to itself, and how unsure that is.
@@ -92,78 +104,120 @@ impl TorqueError {
     }
 }
 
-/// The error for every use; `covariance` of the parameters `x` of the model, row by row. `seen`: where the logs moved,
-/// `limits`: where the robot may.
+/// How wrong parameters may be.
+#[derive(Clone, Copy, Debug)]
+pub struct Unsure<'a> {
+    /// C, row by row.
+    pub covariance: &'a [Vec<f64>],
+    /// What may change all of them beside that, one change at a time: of each torque the one counts that changes it most.
+    pub changes: &'a [Vec<f64>],
+}
+
+/// The error for every use; `unsure`: the parameters `x` of the model. `seen`: where the logs moved, `limits`: where the
+/// robot may.
 pub fn torque_errors(
     model: &Model,
     x: &[f64],
-    covariance: &[Vec<f64>],
+    unsure: Unsure,
     seen: &MotionRange,
     limits: &MotionRange,
 ) -> Vec<TorqueError> {
     let wide = |rates: &MotionRange| MotionRange { position: limits.position.clone(), ..rates.clone() };
-    let moving = sums(model, x, covariance, &wide(seen), true);
+    let moving = sums(model, x, unsure, &wide(seen), true);
     let of = |of: Use| match of {
         Use::SpeedsSeen => error(model, of, &moving),
-        Use::SpeedLimits => error(model, of, &sums(model, x, covariance, limits, true)),
+        Use::SpeedLimits => error(model, of, &sums(model, x, unsure, limits, true)),
         Use::Gravity => {
-            let mut sums = sums(model, x, covariance, &wide(seen), false);
+            let mut sums = mean(&sums(model, x, unsure, &wide(seen), false));
             let least = |(at_rest, moving): (&mut (f64, f64), &(f64, f64))| {
                 at_rest.1 = at_rest.1.max(MOVING_SHARE * MOVING_SHARE * moving.1);
             };
-            sums.iter_mut().zip(&moving).for_each(least);
-            error(model, of, &sums)
+            sums.iter_mut().zip(&mean(&moving)).for_each(least);
+            error(model, of, &[sums])
         }
     };
     Use::ALL.into_iter().map(of).collect()
 }
 
-/// e_j^2 and t_j^2 of each joint at random states; `moves`: whether they move, with friction.
-fn sums(model: &Model, x: &[f64], covariance: &[Vec<f64>], range: &MotionRange, moves: bool) -> Vec<(f64, f64)> {
+/// How many independent columns of the model show in torques at states anywhere in this range: the rank that no log exceeds.
+/// `x`: the base parameters that predict the load.
+pub fn shown_rank(model: &Model, x: &[f64], range: &MotionRange) -> usize {
+    let p = model.p();
+    let mut states = random_states(model, range, MOST_STATES.max(p), true);
+    predict_load(model.regressor, &mut states, x);
+    let mut rows = TriangleBuilder::new(p);
+    model.rows(&states, 0..states.len(), |_, all| all.chunks_exact(p).for_each(|row| rows.push(row, 0.0)));
+    solve(&rows.finish()).rank
+}
+
+/// By motion, e_j^2 and t_j^2 of each joint at its states; `moves`: whether they move, with friction.
+fn sums(model: &Model, x: &[f64], unsure: Unsure, range: &MotionRange, moves: bool) -> Vec<Vec<(f64, f64)>> {
     let (n, p, base) = (model.n(), model.p(), model.regressor.parameters().len());
     let count = (MOST_PRODUCTS / (n * p * p).max(1)).clamp(FEWEST_STATES, MOST_STATES);
     let mut states = random_states(model, range, count, moves);
     predict_load(model.regressor, &mut states, &x[..base]);
-    let mut sums = vec![(0.0, 0.0); n];
-    model.rows(&states, 0..count, |_, rows| {
-        for (row, sum) in rows.chunks_exact_mut(p).zip(&mut sums) {
+    let mut sums = vec![vec![(0.0, 0.0); n]; count.div_ceil(MOTION_STATES)];
+    model.rows(&states, 0..count, |r, rows| {
+        let first = r / MOTION_STATES * MOTION_STATES;
+        let count = MOTION_STATES.min(count - first);
+        for (row, sum) in rows.chunks_exact_mut(p).zip(&mut sums[r / MOTION_STATES]) {
             if !moves {
                 row[base..].fill(0.0);
             }
             let used: Vec<usize> = (0..p).filter(|&c| row[c] != 0.0).collect();
-            let of = |&a: &usize| row[a] * used.iter().map(|&b| covariance[a][b] * row[b]).sum::<f64>();
-            sum.0 += used.iter().map(of).sum::<f64>() / count as f64;
+            let of = |&a: &usize| row[a] * used.iter().map(|&b| unsure.covariance[a][b] * row[b]).sum::<f64>();
+            let square = |x: &Vec<f64>| used.iter().map(|&c| row[c] * x[c]).sum::<f64>().powi(2);
+            let changed = unsure.changes.iter().map(square).fold(0.0, f64::max);
+            sum.0 += (used.iter().map(of).sum::<f64>() + changed) / count as f64;
             sum.1 += used.iter().map(|&c| row[c] * x[c]).sum::<f64>().powi(2) / count as f64;
         }
     });
     sums
 }
 
-fn error(model: &Model, of: Use, sums: &[(f64, f64)]) -> TorqueError {
-    let named = model.regressor.coordinates().iter().zip(sums);
+/// The mean over motions.
+fn mean(motions: &[Vec<(f64, f64)>]) -> Vec<(f64, f64)> {
+    let count = motions.len() as f64;
+    let of = |k: usize| motions.iter().fold((0.0, 0.0), |sum, m| (sum.0 + m[k].0 / count, sum.1 + m[k].1 / count));
+    (0..motions.first().map_or(0, Vec::len)).map(of).collect()
+}
+
+/// The error of a use by its motions.
+fn error(model: &Model, of: Use, motions: &[Vec<(f64, f64)>]) -> TorqueError {
+    let all = mean(motions);
+    let named = model.regressor.coordinates().iter().zip(&all);
     let joint = |(coordinate, &(error, torque)): (&String, &(f64, f64))| JointTorqueError {
         coordinate: coordinate.clone(),
         error: error.max(0.0).sqrt(),
         torque: torque.sqrt(),
     };
-    let over = |slides: bool| {
+    let over = |sums: &[(f64, f64)], slides: bool| {
         let alike = (0..sums.len()).filter(|k| model.regressor.is_prismatic(*k) == slides);
         let (error, torque) = alike.fold((0.0, 0.0), |sum, k| (sum.0 + sums[k].0, sum.1 + sums[k].1));
         // Joints that have no torque have none to be wrong by.
         if error > 0.0 { (error / torque).sqrt() } else { 0.0 }
     };
-    TorqueError { of, joints: named.map(joint).collect(), relative: over(false).max(over(true)) }
+    let mut relative: Vec<f64> = motions.iter().map(|sums| over(sums, false).max(over(sums, true))).collect();
+    relative.sort_by(f64::total_cmp);
+    let at = (COUNTED_MOTIONS_SHARE * relative.len() as f64) as usize;
+    let relative = relative.get(at.min(relative.len().saturating_sub(1))).copied().unwrap_or(0.0);
+    TorqueError { of, joints: named.map(joint).collect(), relative }
 }
 
 fn random_states(model: &Model, range: &MotionRange, count: usize, moves: bool) -> States {
     let n = model.n();
     let mut random = Random::new(1995);
     let mut states = States { n, ..States::default() };
+    let mut middle = vec![0.0; n];
     for r in 0..count {
         states.t.push(r as f64);
         for k in 0..n {
             let (low, high) = range.position[k];
-            states.q.push(random.between(low, high));
+            let half = 0.5 * MOTION_RANGE_SHARE * (high - low);
+            if r % MOTION_STATES == 0 {
+                middle[k] = random.between(low + half, high - half);
+            }
+            states.q.push(middle[k] + random.between(-half, half));
             let (speed, acceleration) = (random.between(-1.0, 1.0), random.between(-1.0, 1.0));
             let moving = f64::from(u8::from(moves));
             states.dq.push(moving * range.speed[k] * speed);
@@ -202,7 +256,8 @@ mod tests {
         let sigma = [0.02, 0.05, 0.04, 0.01, 0.02, 0.03];
         let covariance: Vec<Vec<f64>> =
             (0..6).map(|i| (0..6).map(|j| if i == j { sigma[i] * sigma[i] } else { 0.0 }).collect()).collect();
-        let found = torque_errors(&model, &x, &covariance, &range(1.0), &range(3.0));
+        let unsure = Unsure { covariance: &covariance, changes: &[] };
+        let found = torque_errors(&model, &x, unsure, &range(1.0), &range(3.0));
         let mut random = Random::new(8);
         for (one, (range, moves)) in found[1..].iter().zip([(range(1.0), true), (range(3.0), true)]) {
             let states = random_states(&model, &range, MOST_STATES, moves);
@@ -217,15 +272,65 @@ mod tests {
             let drawn = (sum / count).sqrt();
             // Four hundred draws of a few parameters: the variance scatters by a tenth.
             assert!((one.joints[0].error / drawn - 1.0).abs() < 0.15, "{one:?} {drawn}");
-            assert!((one.relative - one.joints[0].error / one.joints[0].torque).abs() < 1e-12);
+            // One motion in ten has less torque for the same error.
+            let mean = one.joints[0].error / one.joints[0].torque;
+            assert!((mean..3.0 * mean).contains(&one.relative), "{one:?}");
         }
         // Gravity knows neither inertia nor friction.
         let mut only = vec![vec![0.0; 6]; 6];
         (only[0][0], only[3][3], only[4][4]) = (1.0, 1.0, 1.0);
-        assert_eq!(torque_errors(&model, &x, &only, &range(1.0), &range(3.0))[0].relative, 0.0);
+        let only = Unsure { covariance: &only, changes: &[] };
+        assert_eq!(torque_errors(&model, &x, only, &range(1.0), &range(3.0))[0].relative, 0.0);
         // The faster, the more inertia counts.
-        let found = torque_errors(&model, &x, &only, &range(1.0), &range(3.0));
+        let found = torque_errors(&model, &x, only, &range(1.0), &range(3.0));
         assert!(found[2].joints[0].error > 2.0 * found[1].joints[0].error, "{found:?}");
+    }
+
+    /// A change of all parameters by a tenth is a tenth of any torque, whatever lesser changes are beside it.
+    #[test]
+    fn the_largest_change_counts() {
+        let arm = Pendulum::new();
+        let model = Model::new(&arm, &[], &[]);
+        let (x, p) = (&arm.truth, model.p());
+        let times = |share: f64| x.iter().map(|x| share * x).collect::<Vec<f64>>();
+        let (covariance, changes) = (vec![vec![0.0; p]; p], [times(0.05), times(-0.1)]);
+        let unsure = Unsure { covariance: &covariance, changes: &changes };
+        for one in &torque_errors(&model, x, unsure, &range(1.0), &range(3.0))[1..] {
+            assert!((one.relative - 0.1).abs() < 1e-12, "{one:?}");
+        }
+    }
+
+    /// A lift with a rotor behind its joint: tau = m (ddq + g) + J ddq.
+    struct Lift;
+
+    impl Regressor for Lift {
+        fn coordinates(&self) -> &[String] {
+            static NAMES: OnceLock<Vec<String>> = OnceLock::new();
+            NAMES.get_or_init(|| vec!["lift".into()])
+        }
+
+        fn parameters(&self) -> &[BaseParameter] {
+            static PARAMETERS: OnceLock<Vec<BaseParameter>> = OnceLock::new();
+            PARAMETERS.get_or_init(|| Pendulum::new().parameters()[..2].to_vec())
+        }
+
+        fn is_prismatic(&self, _: usize) -> bool {
+            true
+        }
+
+        fn fill(&self, _: &[f64], _: &[f64], ddq: &[f64], y: &mut [f64]) {
+            y.copy_from_slice(&[ddq[0] + 9.81, ddq[0]]);
+        }
+    }
+
+    /// Mass, rotor and offset of a lift are one column too few in any motion; mass and rotor alone are not.
+    #[test]
+    fn no_motion_shows_more_than_the_rank() {
+        let range = range(1.0);
+        assert_eq!(shown_rank(&Model::new(&Lift, &[], &[]), &[1.0, 0.1], &range), 2);
+        let terms = FrictionTerm::STANDARD;
+        let model = Model::new(&Lift, &terms, &[]);
+        assert_eq!((model.p(), shown_rank(&model, &[1.0, 0.1], &range)), (5, 4));
     }
 
     /// A joint that turns and a light one, and a heavy one that slides: tau_k = x_k ddq_k.
@@ -261,7 +366,8 @@ mod tests {
         let covariance: Vec<Vec<f64>> =
             (0..3).map(|i| (0..3).map(|j| if i == j { sigma[i] * sigma[i] } else { 0.0 }).collect()).collect();
         let range = MotionRange { position: vec![(-1.0, 1.0); 3], speed: vec![1.0; 3], acceleration: vec![2.0; 3] };
-        let found = &torque_errors(&model, &x, &covariance, &range, &range)[1];
+        let unsure = Unsure { covariance: &covariance, changes: &[] };
+        let found = &torque_errors(&model, &x, unsure, &range, &range)[1];
         let exact = ((0.01f64 + 1e-4) / (1.0 + 1e-4)).sqrt();
         // The joints have random accelerations of their own: a twentieth with 200 states.
         assert!((found.relative / exact - 1.0).abs() < 0.05, "{found:?} {exact}");

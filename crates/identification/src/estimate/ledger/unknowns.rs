@@ -64,7 +64,7 @@ pub fn step<R: Records + ?Sized>(
         return Err(Error::new(message));
     }
     let wanted: Vec<Hypothesis> = all(model, open).into_iter().filter(is_wanted).collect();
-    let parts = triangles(model, records, x, weights, open, &wanted)?;
+    let (parts, _) = triangles(model, records, x, weights, open, &wanted)?;
     let ids: Vec<ParameterId> = model.parameters.iter().map(|p| p.id.clone()).collect();
     Ok(solved(&parts, x, &wanted, &ids, zeros))
 }

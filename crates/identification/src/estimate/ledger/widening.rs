@@ -34,11 +34,21 @@ fn is_rotor(tested: &Tested) -> bool {
     matches!(tested.of, Hypothesis::Rotor(_))
 }
 
+/// The faults that widen the deviations of these parameters.
+fn likely<'a>(faults: &'a [Tested], estimate: &Estimate) -> Vec<&'a Tested> {
+    let of_these = |f: &&Tested| f.effect.len() == estimate.parameters.len() && !is_rotor(f);
+    faults.iter().filter(of_these).filter(|f| is_likely(f)).collect()
+}
+
+/// By how much each of the faults by which [`widen_by_faults`] widens moves the parameters.
+pub fn effects_of_faults(estimate: &Estimate, faults: &[Tested]) -> Vec<Vec<f64>> {
+    likely(faults, estimate).into_iter().map(|f| f.effect.clone()).collect()
+}
+
 /// Widens deviations and covariance by faults, and says it of the one that changes most. An estimate of other parameters
 /// than the faults were tested with stays as it is.
 pub fn widen_by_faults(estimate: &mut Estimate, faults: &[Tested]) {
-    let of_these = |f: &&Tested| f.effect.len() == estimate.parameters.len() && !is_rotor(f);
-    let faults: Vec<&Tested> = faults.iter().filter(of_these).filter(|f| is_likely(f)).collect();
+    let faults = likely(faults, estimate);
     let strength = |f: &Tested| {
         let ratio = |(effect, p): (&f64, &Identified)| effect.abs() / p.sigma_or_infinity();
         f.effect.iter().zip(&estimate.parameters).map(ratio).fold(0.0, f64::max)
@@ -95,6 +105,7 @@ mod tests {
             deviation: 0.001,
             power: 0.1,
             held_out: Some((0.1, 0.099)),
+            torque_share: 1.0,
             effect: vec![effect, 0.0],
             within: Vec::new(),
         }

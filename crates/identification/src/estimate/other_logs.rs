@@ -1,0 +1,95 @@
+//! How wrong parameters may be, where logs tell that were not fitted.
+//!
+//! With x and C the parameters and their covariance, T_j and z_j the rows and torques of joint j in another log, s_j what the
+//! parameters of that log itself leave there, and m how many correlated rows are worth one,
+//!
+//! ```text
+//! H = sum_j T_j'T_j / (m s_j^2)     g = sum_j T_j'(z_j - T_j x) / (m s_j^2)
+//! P = C (1 + H C)^-1                d = P g                     E = P + d d'
+//! ```
+//! x + d are the parameters that both logs tell, with the covariance P. So E is the mean square of the error of x: what both
+//! logs leave unsure, and by how much the other log contradicts. A log that needs no more than x gives makes E smaller than C,
+//! and one that x predicts worse than C explains makes it larger.
+
+use linear_model::linear_model::Model;
+use nalgebra::{DMatrix, DVector};
+use numerics::triangle::Triangle;
+
+use crate::estimators::weighted::{Weights, fit};
+
+/// E, p x p row by row; `logs`: by log, the triangles of its joints. `discount`: m. `None` where it has no solution.
+pub fn mean_square_errors(
+    model: &Model,
+    x: &[f64],
+    covariance: &[Vec<f64>],
+    logs: &[&[Triangle]],
+    weights: Weights,
+    discount: f64,
+) -> Option<Vec<Vec<f64>>> {
+    let p = model.p();
+    // In deviations of the parameters, which have different units.
+    let scale: Vec<f64> = (0..p).map(|c| covariance[c][c].max(0.0).sqrt()).collect();
+    let over = |c: usize| if scale[c] > 0.0 { 1.0 / scale[c] } else { 0.0 };
+    let correlation = DMatrix::from_fn(p, p, |i, j| over(i) * covariance[i][j] * over(j));
+    let (mut information, mut slope) = (DMatrix::zeros(p, p), DVector::zeros(p));
+    for joints in logs {
+        let own = fit(joints, weights).0.x;
+        for joint in joints.iter().filter(|joint| joint.rows > 0) {
+            let (torque, left) = joint.squares(&own);
+            // What is left is no less than rounding.
+            let variance = discount * left.max(1e-18 * torque) / joint.rows as f64;
+            if variance <= 0.0 {
+                continue;
+            }
+            let entry = |i: usize, c: usize| if i <= c { joint.at(i, c) } else { 0.0 };
+            let rows = DMatrix::from_fn(p + 1, p, |i, c| entry(i, c) * scale[c]);
+            let miss = |i: usize| entry(i, p) - (0..p).map(|c| entry(i, c) * x[c]).sum::<f64>();
+            let miss = DVector::from_fn(p + 1, |i, _| miss(i));
+            information += rows.transpose() * &rows / variance;
+            slope += rows.transpose() * miss / variance;
+        }
+    }
+    let left = (DMatrix::identity(p, p) + information * &correlation).lu().try_inverse()?;
+    let told = correlation * left;
+    let moved = &told * slope;
+    let entry = |i: usize, j: usize| 0.5 * (told[(i, j)] + told[(j, i)]) + moved[i] * moved[j];
+    let error = |i: usize| (0..p).map(|j| scale[i] * entry(i, j) * scale[j]).collect::<Vec<f64>>();
+    let errors: Vec<Vec<f64>> = (0..p).map(error).collect();
+    errors.iter().flatten().all(|e| e.is_finite()).then_some(errors)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::rows::observation::Observation;
+    use crate::test_arm::Pendulum;
+    use random::Random;
+
+    /// The errors of parameters that are two deviations off, and of ones that are right, by another log of little noise: those
+    /// that they have. Without another log E is C.
+    #[test]
+    fn another_log_tells_the_error() {
+        let arm = Pendulum::new();
+        let model = Model::new(&arm, &[], &[]);
+        let mut states = arm.states(500);
+        let mut random = Random::new(3);
+        states.tau.iter_mut().for_each(|tau| *tau += 1e-3 * random.normal());
+        let log = Observation::of(&model, &states, 4).joints(|_| true);
+        let (p, sigma) = (model.p(), 0.05);
+        let covariance: Vec<Vec<f64>> =
+            (0..p).map(|i| (0..p).map(|j| if i == j { sigma * sigma } else { 0.0 }).collect()).collect();
+        let of = |x: &[f64], logs: &[&[Triangle]]| {
+            mean_square_errors(&model, x, &covariance, logs, Weights::Joint, 1.0).unwrap()
+        };
+        for off in [0.0, 2.0] {
+            let x: Vec<f64> = arm.truth.iter().map(|x| x + off * sigma).collect();
+            let found = of(&x, &[&log]);
+            for c in 0..p {
+                // A thousandth of noise on some hundred rows tells each parameter to a thousandth.
+                assert!((found[c][c].sqrt() - off * sigma).abs() < 2e-3, "{off} {found:?}");
+            }
+        }
+        let none = of(&arm.truth, &[]);
+        assert!((0..p).all(|i| (0..p).all(|j| (none[i][j] - covariance[i][j]).abs() < 1e-15)));
+    }
+}
