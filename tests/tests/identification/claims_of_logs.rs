@@ -108,6 +108,19 @@ fn a_fault_above_the_power_is_named_with_its_joint() {
     }
 }
 
+/// A scale that explains less than a hundredth of the torque is named with its joint all the same, and earns no yes.
+#[test]
+fn a_small_scale_is_named_and_is_no_yes() {
+    let model = Model::read(model_path("ur5.urdf")).unwrap();
+    let good = swinging(&model.robot, &unlike(&model.robot, 3), AMPLITUDE, 0.0);
+    let log = changed(&good, |l| each(&mut l.tau[2..3], |x| 1.12 * x));
+    let found = verdict("small_scale", &model, &log);
+    let joint = &model.regressor().coordinates()[2];
+    let is_of_joint = |claim: &&Claim| claim.subject().of.contains(joint) && claim.to_string().contains("scale");
+    assert!(found.claims.iter().any(|claim| is_of_joint(&claim)), "{found}");
+    assert_eq!(found.trust, Trust::WithCare, "{found}");
+}
+
 /// An arm on a wall or a ceiling whose description stands upright: the mount is named first, and with it in the description
 /// nothing is contradicted. A zero that is far off stays a zero.
 #[test]
