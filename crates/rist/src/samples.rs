@@ -193,8 +193,7 @@ fn identify_kept(
     }
     let link = request.loaded_link.as_deref();
     let load = (!loaded.is_empty()).then(|| load(model, link, &fit, loaded, &options)).transpose()?;
-    let noise = Noise::of(&fit);
-    let described_parameters = model.described_parameters();
+    let (noise, described_parameters) = (Noise::of(&fit), model.described_parameters());
     let described = described_parameters.as_ref().map(|x| described_error(model, &fit, &options, x));
     if kept == Kept::Essential {
         keep_essential(model.regressor(), &mut fit, &options);
@@ -216,11 +215,11 @@ fn identify_kept(
     let with_gains = noise.deviations(&estimate);
     widen_by_faults(&mut estimate, &faults);
     let unsure = UnsureTorques::of(noise, [&of_noise, &with_gains], &faults, model, &options, &estimate);
-    let torque_errors = unsure.errors(model, &options, &estimate);
     widen_by_what_may_be_there(&mut estimate, &faults);
     estimate.remarks.splice(..0, chosen.sentences.into_iter().chain(sentence));
     estimate.remarks.extend(found.outgrown.into_iter().filter(|_| !is_own_scale));
     let found = Identification {
+        torque_errors: unsure.errors(model, &options, &estimate),
         model: chosen.model,
         estimate,
         delay,
@@ -232,7 +231,6 @@ fn identify_kept(
         described,
         held_out,
         bodies_evidence: found.evidence,
-        torque_errors,
         unsure,
         faults,
         unknowns: Vec::new(),

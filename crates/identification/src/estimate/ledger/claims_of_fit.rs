@@ -125,22 +125,7 @@ pub(crate) fn claims_of_fit(
     if let Some(why) = overfitted(estimate, prediction) {
         claims.push(cannot_tell(whole(PARAMETERS), why, "a longer and richer motion (rist plan)"));
     }
-    let moved = "a motion of the joints that the remarks name, or bodies to hold them ([consistent=true])";
-    let open = named(estimate, Status::NotIdentifiable);
-    if !open.is_empty() {
-        claims.push(match beside.opens_in_any_motion {
-            true => cannot_tell(
-                whole(BODIES),
-                format!("no motion tells {open} apart: only their sum shows in a torque"),
-                "bodies to hold them ([consistent=true])",
-            ),
-            false => cannot_tell(whole(PARAMETERS), format!("the log leaves open {open}"), moved),
-        });
-    }
-    let weak = named(estimate, Status::Weak);
-    if !weak.is_empty() {
-        claims.push(cannot_tell(whole(PARAMETERS), format!("little motion decides {weak}"), moved));
-    }
+    claims.extend(undecided(estimate, beside));
     let is_deciding = |x: &f64| x.is_finite() && *x > DECIDING_CONDITION_NUMBER && !beside.tells_torques;
     if let Some(condition) = estimate.condition_number.filter(is_deciding) {
         let why = format!("the condition number is {condition:.0}");
@@ -158,6 +143,28 @@ fn earlier(why: &str) -> Claim {
     let remedy = Remedy::new("identify", "identify again with what mends it");
     let trial = Trial::NotTried { why: "the file says no more".into() };
     Claim::new(Subject::whole(LOG), Outcome::Contradicted { fault: why.into(), remedy, trial })
+}
+
+/// What the log leaves open or hardly decides.
+fn undecided(estimate: &Estimate, beside: Beside) -> Vec<Claim> {
+    let mut claims = Vec::new();
+    let moved = "a motion of the joints that the remarks name, or bodies to hold them ([consistent=true])";
+    let open = named(estimate, Status::NotIdentifiable);
+    if !open.is_empty() {
+        claims.push(match beside.opens_in_any_motion {
+            true => cannot_tell(
+                Subject::whole(BODIES),
+                format!("no motion tells {open} apart: only their sum shows in a torque"),
+                "bodies to hold them ([consistent=true])",
+            ),
+            false => cannot_tell(Subject::whole(PARAMETERS), format!("the log leaves open {open}"), moved),
+        });
+    }
+    let weak = named(estimate, Status::Weak);
+    if !weak.is_empty() {
+        claims.push(cannot_tell(Subject::whole(PARAMETERS), format!("little motion decides {weak}"), moved));
+    }
+    claims
 }
 
 fn other_motion(estimate: &Estimate, prediction: &Prediction) -> Claim {
@@ -216,8 +223,7 @@ fn other_motion(estimate: &Estimate, prediction: &Prediction) -> Claim {
     // Noise cannot be predicted: where what is left looks like it, more error is allowed.
     let is_noise = is_noise(estimate) && estimate.total.is_some_and(|x| error < OVERFITTED_ERROR_RATIO * x);
     // Nor can parameters be blamed for what those of that log itself leave.
-    let by_parameters = of_logs.and(prediction.others_by_parameters).unwrap_or(error);
-    let is_least = by_parameters <= GOOD_PREDICTION_ERROR;
+    let is_least = of_logs.and(prediction.others_by_parameters).unwrap_or(error) <= GOOD_PREDICTION_ERROR;
     let most = if is_noise || is_least { GOOD_NOISY_PREDICTION_ERROR } else { GOOD_PREDICTION_ERROR };
     match error <= most {
         true => Claim::new(subject, Outcome::Agrees { smallest: Figure::new(100.0 * error, "% of the torque") }),
