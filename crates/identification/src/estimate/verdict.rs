@@ -162,11 +162,7 @@ impl Verdict {
 fn claims(evidence: &Evidence) -> Vec<Claim> {
     let estimate = evidence.estimate;
     let faults = claims_of_faults(evidence.faults, &estimate.joints, &estimate.parameters);
-    let fit = evidence.prediction.held_out.map(|error| FreeFit {
-        error,
-        described: evidence.described,
-        faults: evidence.faults,
-    });
+    let fit = evidence.prediction.held_out.map(|error| FreeFit { error, faults: evidence.faults });
     let of_log = evidence.passport.map(|passport| claims_of_log(passport, fit)).unwrap_or_default();
     let coarse: Vec<Claim> = of_log.into_iter().filter_map(|claim| untold_yet(claim, &faults)).collect();
     let is_open = |claim: &Claim| claim.standing() == Standing::Open;

@@ -12,25 +12,20 @@ use crate::estimate::ledger::hypotheses::{Hypothesis, Tested};
 use crate::estimate::ledger::topics::{COMMON_SCALE, DELAY, LOG, MOUNT, SIGN, ZERO};
 use crate::estimate::ledger::topics::{at, cannot_tell};
 use crate::estimate::passport::Passport;
-use crate::estimate::passport::finding::{Fault, Finding};
-use crate::estimate::passport::{COUNTED_SLOPE_SHARE, JointPassport, Turned};
+use crate::estimate::passport::finding::{Fault, Finding, NOMINAL_INERTIAL_SLOPES};
+use crate::estimate::passport::{COMMON_FACTORS, COUNTED_SLOPE_SHARE, JointPassport, Turned};
 
 /// What a fit with free parameters says of the findings of a description.
 #[derive(Clone, Copy, Debug)]
 pub struct FreeFit<'a> {
     /// Error on parts left out.
     pub error: f64,
-    /// Error of the description, where it has bodies.
-    pub described: Option<f64>,
     /// What unknowns more explain.
     pub faults: &'a [Tested],
 }
 
 /// Error of a fit with free parameters up to which it explains a log.
 const EXPLAINED_ERROR: f64 = 0.02;
-
-/// Error of a description over that of free parameters on parts left out, up to which it predicts as well.
-const AS_WELL_ERROR_RATIO: f64 = 1.1;
 
 /// The claims of a passport, contradictions first. With a fit, an offset or a sign of a joint that the fit does not need is
 /// no contradiction: other bodies explain the log as well.
@@ -106,9 +101,6 @@ fn common_scale(passport: &Passport) -> Vec<Claim> {
 
 /// Common factors below this are errors of nominal masses.
 const SMALLEST_COMMON_FACTOR: f64 = 1.05;
-/// Those above this are none of masses and centres that are 15 % off each: (1.15)^2 = 1.32. A description that is worse, or a gain:
-/// a yes would say too much, however the slopes scatter.
-const LARGEST_COMMON_FACTOR: f64 = 1.3;
 /// How often joints whose slopes scatter about 1 have a mean this far from it.
 const COMMON_FACTOR_CHANCE: f64 = 0.01;
 
@@ -121,16 +113,17 @@ const SHARED_ERROR_RATIO: f64 = 5.0;
 /// `exp(d max(t / sqrt m, SHARED_ERROR_RATIO))`, t of m - 1 degrees of freedom. Where a description is near, so are its
 /// slopes to each other.
 fn common_power(slopes: &[f64]) -> f64 {
+    let widest = if slopes.len() > 1 { COMMON_FACTORS.end } else { NOMINAL_INERTIAL_SLOPES.end };
     // Two joints may carry one body, whose mass moves both slopes alike.
     if slopes.len() < 3 || slopes.iter().any(|s| *s <= 0.0) {
-        return LARGEST_COMMON_FACTOR;
+        return widest;
     }
     let m = slopes.len() as f64;
     let mean = slopes.iter().map(|s| s.ln()).sum::<f64>() / m;
     let square = slopes.iter().map(|s| (s.ln() - mean).powi(2)).sum::<f64>() / (m - 1.0);
     let independent = student::reach(COMMON_FACTOR_CHANCE, m - 1.0) / m.sqrt();
     let reached = independent.max(SHARED_ERROR_RATIO) * square.sqrt();
-    reached.exp().clamp(SMALLEST_COMMON_FACTOR, LARGEST_COMMON_FACTOR)
+    reached.exp().clamp(SMALLEST_COMMON_FACTOR, widest)
 }
 
 /// In which units an answer is, where a factor of all torques that counts would not have shown.
@@ -182,9 +175,7 @@ fn turned_zero(turned: &Turned, name: &String) -> Claim {
 fn is_needed(finding: &Finding, passport: &Passport, fit: FreeFit) -> bool {
     let is_explained = fit.error <= EXPLAINED_ERROR && !fit.faults.is_empty();
     if matches!(finding.fault, Fault::SwappedJoints | Fault::SwappedMotions | Fault::SwappedTorques) {
-        // Where the description predicts as well as free parameters do, nothing is swapped: what it leaves is noise.
-        let is_described = fit.described.is_some_and(|error| error <= AS_WELL_ERROR_RATIO * fit.error);
-        return !is_explained && !is_described;
+        return !is_explained;
     }
     let [name] = finding.joints.as_slice() else { return true };
     let Some(k) = passport.joints.iter().position(|j| j.coordinate == *name) else { return true };
@@ -236,12 +227,12 @@ mod tests {
     /// Slopes that agree tell a small factor, slopes that scatter a large one; one alone tells little, and so do two.
     #[test]
     fn the_factor_that_would_be_found_follows_the_scatter() {
-        assert_eq!(common_power(&[1.25]), LARGEST_COMMON_FACTOR);
-        assert_eq!(common_power(&[1.25, 1.25]), LARGEST_COMMON_FACTOR);
+        assert_eq!(common_power(&[1.25]), NOMINAL_INERTIAL_SLOPES.end);
+        assert_eq!(common_power(&[1.25, 1.25]), COMMON_FACTORS.end);
         assert_eq!(common_power(&[1.25, 1.25, 1.251]), SMALLEST_COMMON_FACTOR);
         // d = 0.0158.
         let scattered = [-0.02f64, -0.01, 0.0, 0.01, 0.02].map(f64::exp);
         assert!((common_power(&scattered) - 1.0823).abs() < 1e-3, "{}", common_power(&scattered));
-        assert_eq!(common_power(&[1.0, -1.0, 1.1]), LARGEST_COMMON_FACTOR);
+        assert_eq!(common_power(&[1.0, -1.0, 1.1]), COMMON_FACTORS.end);
     }
 }

@@ -32,6 +32,7 @@ pub mod visited;
 use logs::{Error, Suspect};
 
 use crate::estimate::passport::change::{Description, MIN_SAMPLES_PER_JOINT, column, used};
+pub(crate) use crate::estimate::passport::finding::COMMON_FACTORS;
 use crate::estimate::passport::friction::own_friction;
 pub use crate::estimate::passport::power::Turned;
 use crate::estimate::passport::power::{turned, zero_power};
