@@ -43,9 +43,9 @@ pub struct Predicted {
     /// The error that the deviations of the estimate explain; `None` where no covariance is known.
     pub unsure: Option<f64>,
     /// |tau - W X| / |tau| of parameters that are fitted to this log alone.
-    pub least: f64,
+    pub(crate) least: f64,
     /// Its rows as triangles, one per joint.
-    pub joints: Vec<Triangle>,
+    pub(crate) joints: Vec<Triangle>,
     /// Where the robot was.
     pub visited: Visited,
 }

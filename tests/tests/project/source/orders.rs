@@ -223,6 +223,7 @@ pub(crate) const ORDERS: [(&str, &[&str]); 19] = [
             "load",
             "wrench",
             "motion_range",
+            "unsure_torques",
             "chosen",
             "friction",
             "unknowns",
