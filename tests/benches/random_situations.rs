@@ -1,6 +1,7 @@
 //! Whether a "yes" of `rist identify` can be believed: random robots, motions, noise, defects and gross faults.
 //!
-//! `cargo bench --profile dev -p tests --bench random_situations -- [COUNT] [from SEED] [each]`: counts; `each` prints every one.
+//! `cargo bench --profile dev -p tests --bench random_situations -- [COUNT] [from SEED] [each] [predicted]`: counts; `each` prints every one
+//! with its reasons; `predicted` fits the first log alone, which predicts the other (`--validate`).
 //! `cargo bench --profile dev -p tests --bench random_situations -- seed SEED`: one, with all that the program says.
 //!
 //! | column | is |
@@ -25,21 +26,25 @@ fn main() {
         let number = words.get(place + 1).and_then(|w| w.parse::<u64>().ok());
         Some(number.unwrap_or_else(|| panic!("`{word}` has no number behind it; `{word} 123` is expected")))
     };
+    let has = |word: &str| words.iter().any(|w| w == word);
+    let fits_all = !has("predicted");
     if let Some(seed) = behind("seed") {
         let situation = Situation::of(seed);
-        show(&situation, &situation.outcome());
+        show(&situation, &situation.outcome(fits_all));
         return;
     }
     let count: u64 = words.first().and_then(|w| w.parse().ok()).unwrap_or(600);
     let first = behind("from").unwrap_or(1);
-    let each = words.iter().any(|w| w == "each");
+    let each = has("each");
     let mut tally = Tally::default();
     for seed in first..first + count {
         let start = std::time::Instant::now();
         let situation = Situation::of(seed);
-        let outcome = situation.outcome();
+        let outcome = situation.outcome(fits_all);
         if each {
             println!("{}", line(&situation, &outcome));
+            let reasons = outcome.verdict.iter().flat_map(|verdict| &verdict.reasons);
+            reasons.for_each(|reason| println!("    {reason}"));
         }
         eprintln!("{seed}: {:.1} s", start.elapsed().as_secs_f64());
         tally.add(&situation, &outcome);

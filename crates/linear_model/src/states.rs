@@ -16,6 +16,8 @@ pub struct FilteredFriction {
 pub struct States {
     /// Number of coordinates.
     pub n: usize,
+    /// Which of the logs the record is of, from 0.
+    pub log: usize,
     /// s, one per instant.
     pub t: Vec<f64>,
     /// rad (m); sample by sample, n each, as the series below.

@@ -1,5 +1,6 @@
 //! Predicts, judges and withholds: what the program and Python do with an identification before they show it.
 
+use identification::estimate::logs_left_out::LeftOut;
 use identification::estimate::residuals::Residuals;
 use identification::estimate::verdict::{Prediction, Trust, Verdict};
 use logs::LogSource;
@@ -53,8 +54,14 @@ impl Identification {
         log.visited.is_other_than(&self.passport.visited)
     }
 
-    /// What the logs that were not fitted say of it: the worst of them.
+    /// What the logs that were not fitted say of it: the worst of them. Where there are none, each log of the fit is predicted
+    /// from the others, and the one counts that is predicted best: the rests of others tell less.
     fn prediction(&self, logs: &[Predicted]) -> Prediction {
+        let apart = self.logs_left_out.iter().max_by(|a, b| a.apart.total_cmp(&b.apart));
+        let prediction = Prediction { most_apart: apart.map(|left| (left.log, left.apart)), ..Prediction::default() };
+        if logs.is_empty() {
+            return self.of_the_fit(prediction);
+        }
         let new: Vec<&Predicted> = logs.iter().filter(|log| self.is_new(log)).collect();
         let counted: Vec<&Predicted> = if new.is_empty() { logs.iter().collect() } else { new };
         let worst = counted.iter().max_by(|a, b| a.residuals.total.total_cmp(&b.residuals.total));
@@ -64,7 +71,24 @@ impl Identification {
             others_described: worst.and_then(|p| p.described),
             others_unsure: worst.and_then(|p| p.unsure),
             others_by_parameters: counted.iter().map(|p| p.by_parameters()).reduce(f64::max),
-            ..Prediction::default()
+            ..prediction
+        }
+    }
+
+    /// With what the logs of the fit say of each other.
+    fn of_the_fit(&self, prediction: Prediction) -> Prediction {
+        let is_new = |left: &LeftOut| self.passport.visited.is_new_log(left.log);
+        let has_new = self.logs_left_out.iter().any(is_new);
+        let counted = self.logs_left_out.iter().filter(|left| is_new(left) == has_new);
+        let best = counted.min_by(|a, b| a.by_parameters.total_cmp(&b.by_parameters));
+        Prediction {
+            others: best.map(|left| left.error),
+            others_repeat: !has_new,
+            others_described: best.and_then(|left| left.described),
+            others_unsure: best.map(|left| left.unsure),
+            others_by_parameters: best.map(|left| left.by_parameters),
+            others_are_of_the_fit: true,
+            ..prediction
         }
     }
 }

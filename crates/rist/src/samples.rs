@@ -10,6 +10,7 @@ use identification::estimate::ledger::hypotheses::{Hypothesis, Tested, hypothese
 use identification::estimate::ledger::torque_error::TorqueError;
 use identification::estimate::ledger::unknowns::Step;
 use identification::estimate::ledger::{widen_by_faults, widen_by_unknowns, widen_by_what_may_be_there};
+use identification::estimate::logs_left_out::{LeftOut, logs_left_out};
 use identification::estimate::options::Options;
 use identification::estimate::passport::Passport;
 use identification::estimate::passport::finding::Fault;
@@ -56,6 +57,8 @@ pub struct Identification {
     pub described: Option<f64>,
     /// |tau - W X| / |tau| of least squares on parts of the logs, each predicted from the others.
     pub held_out: Option<f64>,
+    /// Each of several logs, predicted by parameters from the others.
+    pub logs_left_out: Vec<LeftOut>,
     /// The evidence for and against the bodies.
     pub bodies_evidence: Option<BodiesEvidence>,
     /// How unsure torques are, by use.
@@ -199,6 +202,8 @@ fn identify_kept(
         keep_essential(model.regressor(), &mut fit, &options);
     }
     let held_out = fit.estimate.cross_validation;
+    let linear = options.linear_model(model.regressor());
+    let logs_left_out = logs_left_out(&linear, &fit, described_parameters.as_deref());
     let found = match kept {
         Kept::Consistent => existing_bodies(model, fit, &options)?,
         Kept::All | Kept::Essential => FoundBodies::none(fit.estimate),
@@ -230,6 +235,7 @@ fn identify_kept(
         passport,
         described,
         held_out,
+        logs_left_out,
         bodies_evidence: found.evidence,
         unsure,
         faults,

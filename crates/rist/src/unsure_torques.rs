@@ -25,6 +25,10 @@ pub(crate) struct Noise {
     /// Deviations of the solution of least norm, of parameters that are open: those for white noise, as much wider as those
     /// of the others are.
     of_open: Vec<f64>,
+    /// Of each deviation, the share that stays where what changes from log to log does not count.
+    within_logs: Vec<f64>,
+    /// By how much the error of each of several logs moves the parameters.
+    moved_by_logs: Vec<Vec<f64>>,
     /// How many correlated rows are worth one.
     discount: f64,
     /// Where the logs moved.
@@ -35,7 +39,15 @@ impl Noise {
     pub(crate) fn of(fit: &Fit) -> Noise {
         let discount = fit.estimate.discount();
         let of_open = fit.deviation.white.iter().map(|white| discount.sqrt() * white).collect();
-        Noise { inverse: fit.solution.inverse.clone(), of_open, discount, seen: seen(&fit.observation) }
+        let within = fit.deviation.within_logs().into_iter().zip(fit.deviation.sigma());
+        Noise {
+            inverse: fit.solution.inverse.clone(),
+            of_open,
+            within_logs: within.map(|(within, sigma)| if sigma > 0.0 { within / sigma } else { 1.0 }).collect(),
+            moved_by_logs: fit.deviation.moved_by_logs.clone(),
+            discount,
+            seen: seen(&fit.observation),
+        }
     }
 
     /// The deviations of an estimate, as far as they are given there.
@@ -59,6 +71,8 @@ pub(crate) struct UnsureTorques {
 /// sigma_i sigma_j rho_ij, the parameters in their order.
 struct Covariance {
     of_noise: Vec<Vec<f64>>,
+    /// By how much the error of each of several logs moves the parameters.
+    of_logs: Vec<Vec<f64>>,
     /// By parameter, what gains add to its variance.
     of_gains: Vec<f64>,
     /// By fault, by how much it moves the parameters.
@@ -80,8 +94,11 @@ impl UnsureTorques {
         let is_open = estimate.parameters.iter().any(|p| p.status == Status::NotIdentifiable);
         let opens_in_any_motion = is_open && is_all_that_shows(model, options, estimate, &noise.seen);
         let variance = |(with, of_noise): (&f64, &f64)| (with * with - of_noise * of_noise).max(0.0);
+        let within_logs: Vec<f64> =
+            of_noise.iter().zip(&noise.within_logs).map(|(sigma, share)| sigma * share).collect();
         let covariance = (!is_open || opens_in_any_motion).then(|| Covariance {
-            of_noise: with_deviations(&noise.inverse, of_noise),
+            of_noise: with_deviations(&noise.inverse, &within_logs),
+            of_logs: noise.moved_by_logs.clone(),
             of_gains: with_gains.iter().zip(of_noise).map(variance).collect(),
             of_faults: effects_of_faults(estimate, faults),
             whole: with_deviations(&noise.inverse, &noise.deviations(estimate)),
@@ -96,8 +113,8 @@ impl UnsureTorques {
 
     /// By use; nothing where no covariance tells.
     pub(crate) fn errors(&self, model: &Model, options: &Options, estimate: &Estimate) -> Vec<TorqueError> {
-        let by = |covariance| self.errors_by(Unsure { covariance, changes: &[] }, model, options, estimate);
-        self.covariance().map_or(Vec::new(), by)
+        let Some(covariance) = &self.covariance else { return Vec::new() };
+        self.errors_by(&covariance.of_noise, covariance, model, options, estimate)
     }
 
     /// By use, where logs of another motion tell too; `logs`: by log, the triangles of its joints. `None` where they tell nothing.
@@ -113,12 +130,20 @@ impl UnsureTorques {
         }
         let (linear, x) = (options.linear_model(model.regressor()), values(estimate));
         let both = mean_square_errors(&linear, &x, &covariance.of_noise, logs, options.weights, self.discount)?;
-        let both = widened(&both, &covariance.of_gains);
-        let unsure = Unsure { covariance: &both, changes: &covariance.of_faults };
-        Some(self.errors_by(unsure, model, options, estimate))
+        Some(self.errors_by(&both, covariance, model, options, estimate))
     }
 
-    fn errors_by(&self, unsure: Unsure, model: &Model, options: &Options, estimate: &Estimate) -> Vec<TorqueError> {
+    /// With the covariance that noise leaves, and the rest that makes the parameters unsure.
+    fn errors_by(
+        &self,
+        noise: &[Vec<f64>],
+        rest: &Covariance,
+        model: &Model,
+        options: &Options,
+        estimate: &Estimate,
+    ) -> Vec<TorqueError> {
+        let noise = widened(noise, &rest.of_gains);
+        let unsure = Unsure { covariance: &noise, changes: &rest.of_faults, logs: &rest.of_logs };
         let linear = options.linear_model(model.regressor());
         torque_errors(&linear, &values(estimate), unsure, &self.seen, &allowed(model, &self.seen))
     }

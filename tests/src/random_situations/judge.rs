@@ -111,16 +111,17 @@ fn said_within(verdict: &Verdict, n: usize) -> Vec<usize> {
 }
 
 impl Situation {
-    /// What the program says of the situation, by its defaults, and what the truth is.
-    pub fn outcome(&self) -> Outcome {
+    /// What the program says of the situation, by its defaults, and what the truth is. `fits_all`: all logs are fitted;
+    /// otherwise the first is, which then predicts the other.
+    pub fn outcome(&self, fits_all: bool) -> Outcome {
         let model = self.model();
-        match self.identified(&model) {
+        match self.identified(&model, fits_all) {
             Ok(outcome) => outcome,
             Err(error) => Outcome { trust: None, verdict: None, said: format!("{error}\n"), judgement: None },
         }
     }
 
-    fn identified(&self, model: &Model) -> Result<Outcome, Error> {
+    fn identified(&self, model: &Model, fits_all: bool) -> Result<Outcome, Error> {
         let mut sources = Vec::new();
         let mut said = String::new();
         for i in 0..self.motions.len() {
@@ -128,7 +129,8 @@ impl Situation {
             said += &format!("{columns}\n{}\n", log.report());
             sources.push(log);
         }
-        let (fitted, others): (&[LogSource], &[LogSource]) = sources.split_at(1);
+        let fitted = if fits_all { sources.len() } else { 1 };
+        let (fitted, others): (&[LogSource], &[LogSource]) = sources.split_at(fitted);
         let mut found = rist::identify(model, fitted, &IdentifyRequest::default())?;
         let judged = found.judged(model, others, false)?;
         said += &found.estimate.to_string();

@@ -130,7 +130,7 @@ fn a_clean_log_gives_the_parameters_back() {
             motions: vec![motion],
             ..Situation::with(seed, machine, Vec::new())
         };
-        let outcome = situation.outcome();
+        let outcome = situation.outcome(true);
         let judgement = outcome.judgement.unwrap_or_else(|| panic!("seed {seed}: {}", outcome.said));
         // The jump of Coulomb friction at reversals is smeared by the filter, and differences have an error of second order.
         assert!(judgement.torque < 2e-3, "seed {seed}: {}", judgement.torque);
@@ -192,12 +192,12 @@ fn a_flexible_joint_keeps_energy() {
 #[test]
 fn five_situations_have_a_verdict() {
     for seed in SEEDS {
-        let outcome = Situation::of(seed).outcome();
+        let outcome = Situation::of(seed).outcome(true);
         assert!(outcome.trust.is_some(), "seed {seed}: {}", outcome.said);
         let judgement = outcome.judgement.as_ref();
         assert!(judgement.is_some_and(|j| j.torque.is_finite() && j.parameters.len() > 4), "seed {seed}");
         if seed == 1 {
-            assert_eq!(Situation::of(seed).outcome().said, outcome.said);
+            assert_eq!(Situation::of(seed).outcome(true).said, outcome.said);
         }
     }
 }
@@ -216,7 +216,7 @@ fn what_free_bodies_explain_is_said_where_the_description_differs() {
             let size = if kind == Kind::Zero { 8f64.to_radians() } else { 1.2f64.ln() };
             let defect = Defect { kind, joint, other: 0, size, more: 0.3 };
             let situation = Situation::with(seed, robot(), if is_wrong { vec![defect] } else { Vec::new() });
-            let said = situation.outcome();
+            let said = situation.outcome(true);
             let verdict = said.verdict.unwrap_or_else(|| panic!("seed {seed}: {}", said.said));
             let text = verdict.to_string();
             assert_eq!(text.contains(sentence), is_wrong, "seed {seed}: {text}");

@@ -135,6 +135,36 @@ fn a_good_log_is_trusted() {
     assert!(verdict(&refused)[1].contains("wrong sign"), "{}", refused.out);
 }
 
+/// Logs that are fitted together predict each other, and that is a reason of a yes. It is none where there is one log, or where
+/// the logs repeat one motion; and logs of two robots contradict each other.
+#[test]
+fn logs_of_one_fit_predict_each_other() {
+    let here = folder("together");
+    let model = Model::read(model_path("ur5.urdf")).unwrap();
+    let (ur5, names) = (model_path("ur5.urdf").display().to_string(), model.regressor().coordinates());
+    let own = unlike(&model.robot, 5);
+    let heavy: Vec<f64> = own.iter().map(|x| 1.4 * x).collect();
+    let files = [
+        ("a.csv", swinging(&model.robot, &own, 1.2, 0.0)),
+        ("b.csv", swinging(&model.robot, &own, 0.8, 0.0)),
+        ("heavy.csv", swinging(&model.robot, &heavy, 0.8, 0.0)),
+        ("again.csv", changed(&swinging(&model.robot, &own, 1.2, 0.0), |l| each(&mut l.tau, |x| x + 1e-3))),
+    ];
+    files.iter().for_each(|(name, log)| log.write(&here.join(name), names));
+    let trust = |logs: &[&str]| verdict(&rist(&here, &[&["identify", &ur5], logs].concat()))[1].clone();
+    let predicted = "a log is predicted by parameters from the others with";
+    let alone = trust(&["a.csv"]);
+    assert!(!alone.contains(predicted), "{alone}");
+    let together = trust(&["a.csv", "b.csv"]);
+    assert!(together.starts_with("trust: yes") && together.contains(predicted), "{together}");
+    let repeated = trust(&["a.csv", "again.csv"]);
+    assert!(!repeated.contains(predicted) && !repeated.contains("contradict"), "{repeated}");
+    assert!(!together.contains("contradict"), "{together}");
+    let apart = trust(&["a.csv", "heavy.csv"]);
+    assert!(!apart.starts_with("trust: yes"), "{apart}");
+    assert!(apart.contains("the logs contradict each other") && apart.contains("of the torque of "), "{apart}");
+}
+
 /// The power of the common scale and the sentence on units go together: bodies that are wrong by 15 % leave a factor of all
 /// torques open, a description without bodies any factor, and an exact one none that counts.
 #[test]

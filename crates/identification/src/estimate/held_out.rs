@@ -51,10 +51,26 @@ pub(crate) fn cross_validate_by_part(
 
 /// The squares of each tenth, one per joint, under parameters from all others.
 fn left_out(model: &Model, observation: &Observation, weights: Weights) -> Vec<Vec<Squares>> {
-    // The weights by joint are those of the whole record, because a tenth of it does not change them.
-    let (whole, weights) = fit(&observation.joints(|_| true), weights);
     let tenths: Vec<Vec<Triangle>> = observation.parts.chunks(2).map(merged).collect();
-    let parts: Vec<Triangle> = tenths.iter().map(|joints| weighted(joints, &weights)).collect();
+    let joints = observation.joints(|_| true);
+    let (whole, weights) = fit(&joints, weights);
+    let of_part = |(part, mut rest): (&Vec<Triangle>, Triangle)| {
+        rest.merge(&held(&rest, &whole.x), 1.0);
+        let x = rest.solution();
+        let squares = |triangle: &Triangle| {
+            let (torque, left) = triangle.squares(&x);
+            Squares { torque, left, rows: triangle.rows }
+        };
+        part.iter().map(squares).collect()
+    };
+    let rests = without_each(model, &tenths, &weights);
+    tenths.iter().zip(rests).map(of_part).collect()
+}
+
+/// Of each part the weighted rows of all others; `parts`: by part, the triangles of its joints. The weights by joint are those of
+/// the whole record, because a part of it hardly changes them.
+pub(crate) fn without_each(model: &Model, parts: &[Vec<Triangle>], weights: &[f64]) -> Vec<Triangle> {
+    let parts: Vec<Triangle> = parts.iter().map(|joints| weighted(joints, weights)).collect();
     // The rest of the record is the sum of the parts before and that of the parts behind.
     let sums = |parts: &mut dyn Iterator<Item = &Triangle>| -> Vec<Triangle> {
         let mut sum = Triangle::new(model.p());
@@ -67,18 +83,12 @@ fn left_out(model: &Model, observation: &Observation, weights: Weights) -> Vec<V
     };
     let before = sums(&mut parts.iter());
     let behind = sums(&mut parts.iter().rev());
-    let mut left_out = Vec::new();
-    for ((mut rest, behind), part) in before.into_iter().zip(behind.iter().rev()).zip(&tenths) {
+    let mut rests = Vec::new();
+    for (mut rest, behind) in before.into_iter().zip(behind.iter().rev()) {
         rest.merge(behind, 1.0);
-        rest.merge(&held(&rest, &whole.x), 1.0);
-        let x = rest.solution();
-        let squares = |triangle: &Triangle| {
-            let (torque, left) = triangle.squares(&x);
-            Squares { torque, left, rows: triangle.rows }
-        };
-        left_out.push(part.iter().map(squares).collect());
+        rests.push(rest);
     }
-    left_out
+    rests
 }
 
 /// Several parts merged into one.

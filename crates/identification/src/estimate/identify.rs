@@ -26,7 +26,7 @@ use crate::estimators::weighted::fit;
 use crate::rows::observation::Observation;
 use crate::rows::residual_sums::residual_sums;
 use crate::signals::preparation::states;
-use crate::signals::records::Records;
+use crate::signals::records::{Records, of_log};
 
 /// Identifies a robot from one log.
 ///
@@ -65,8 +65,8 @@ impl Fit {
     pub fn of(regressor: &dyn Regressor, logs: &[Log], options: &Options) -> Result<Fit, Error> {
         let preparation = options.preparation().for_logs(logs)?;
         let mut records = Vec::new();
-        for log in logs {
-            records.extend(states(regressor, log, &preparation)?);
+        for (number, log) in logs.iter().enumerate() {
+            records.extend(of_log(number, states(regressor, log, &preparation)?));
         }
         let names = logs.iter().map(|l| l.name.clone()).collect();
         Fit::of_records(regressor, records.as_slice(), names, options)

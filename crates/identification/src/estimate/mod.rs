@@ -17,6 +17,7 @@ pub mod identified;
 pub mod identify;
 pub mod joint_terms;
 pub mod ledger;
+pub mod logs_left_out;
 pub mod options;
 pub mod other_logs;
 pub mod passport;

@@ -281,7 +281,11 @@ fn favours(evidence: &Evidence) -> Vec<String> {
     let (estimate, prediction) = (evidence.estimate, &evidence.prediction);
     let mut reasons = Vec::new();
     if let Some(error) = prediction.others.filter(|_| !prediction.others_repeat) {
-        reasons.push(format!("logs that were not fitted are predicted with {}", percent(error)));
+        let what = match prediction.others_are_of_the_fit {
+            true => "a log is predicted by parameters from the others",
+            false => "logs that were not fitted are predicted",
+        };
+        reasons.push(format!("{what} with {}", percent(error)));
     } else if let Some(error) = prediction.held_out {
         let fitted = estimate.total.map_or(String::new(), |x| format!(", those fitted with {}", percent(x)));
         reasons

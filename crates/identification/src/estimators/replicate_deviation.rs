@@ -13,6 +13,7 @@
 //! |---|---|---|
 //! | the parts of the record, a twentieth of it each | noise that stays the same for a while, and drift | 19/20, (G - 1)/G |
 //! | rows of a joint whose speed is of one octave, below 1/16 to 1 of its largest | friction of another law, hysteresis where a joint turns, play: they are the same at every pass | 1/2, 1 |
+//! | the logs, where there are several | what changes from log to log, or from motion to motion | 1/2, 1 |
 //! | rows of a joint whose position is of one eighth of its range | ripple, friction that grows with the load, cross talk, a base that yields: they are the same at every pass of a position | 1/2, 1 |
 //!
 //! Drifts outlast the parts, so that k is near one there and the estimate is on the wide side. A twentieth of a part
@@ -24,7 +25,8 @@
 //! larger is right. The median over the parameters of the one variance over the other tells which case it is
 //! (`ALIKE_OCTAVES`, `APART_OCTAVES`, `MIN_TELLING_PARAMETERS`): first for speed and position, then for what both give
 //! and the parts. No sigma is below that of white noise.
-//! `tests/benches/coverage.rs` measures the result.
+//! `tests/benches/coverage.rs` measures the result. Logs are too few to say what they agree with: theirs is a lower bound, without
+//! the quantile of Student's t, which for two logs would be 6 times that.
 //!
 //! An error that looks like a column of W cannot be seen here. Examples are a wrong gain, a wrong gravity, and friction
 //! that grows with the speed in another way over the whole range.
@@ -71,6 +73,8 @@ pub struct ReplicateDeviation {
     pub by_speed: Vec<f64>,
     /// The bands of position of each joint as replicates.
     pub by_position: Vec<f64>,
+    /// By how much the error of each log moves the parameters; empty where there is one log.
+    pub moved_by_logs: Vec<Vec<f64>>,
     /// How many correlated samples are worth one.
     ///
     /// It is computed with k = 0, because the share that the fit has absorbed says how few the parts are, and not how
@@ -79,13 +83,23 @@ pub struct ReplicateDeviation {
 }
 
 impl ReplicateDeviation {
-    /// The deviation to believe, one per parameter.
+    /// The deviation to believe, one per parameter: the one within logs, and at least that by logs.
+    pub fn sigma(&self) -> Vec<f64> {
+        self.within_logs().into_iter().enumerate().map(|(c, sigma)| sigma.max(self.by_log(c))).collect()
+    }
+
+    /// The deviation to believe where what changes from log to log does not count.
     ///
     /// It is the largest of the three where they disagree, their mean where they do not, and at least that of white noise.
-    pub fn sigma(&self) -> Vec<f64> {
+    pub fn within_logs(&self) -> Vec<f64> {
         let by_state = together(&self.by_position, &self.by_speed);
         let believed = together(&by_state, &self.by_part);
         believed.into_iter().zip(&self.white).map(|(believed, white)| believed.max(*white)).collect()
+    }
+
+    /// What the deviations to believe are at least, where there are several logs: those by logs.
+    fn by_log(&self, c: usize) -> f64 {
+        self.moved_by_logs.iter().map(|moved| moved[c] * moved[c]).sum::<f64>().sqrt()
     }
 }
 
@@ -140,7 +154,16 @@ pub fn replicate_deviation(
     let parts: Vec<Cluster> = parts.map(|part| Cluster::of(&weighted(part, weights), &solution.x)).collect();
     // psi(u) s = slope w e: what a residual counts in the scores of a robust fit.
     let slope = reweighted.map_or(1.0, |found| found.slope);
-    of_clusters(&whole, &parts, bands.clusters(model), slope, white_deviation(solution))
+    let logs = observation.logs();
+    let logs: Vec<Cluster> =
+        logs.iter().map(|(_, joints)| Cluster::of(&weighted(joints, weights), &solution.x)).collect();
+    let moved = |log: &Cluster| {
+        let moved = whole.moved(log, BAND_LEVERAGE_EXPONENT, REMAINDER_ROUNDING_SHARE)?;
+        Some(moved.into_iter().map(|s| slope * s).collect::<Vec<f64>>())
+    };
+    let moved_by_logs = if logs.len() > 1 { logs.iter().filter_map(moved).collect() } else { Vec::new() };
+    let found = of_clusters(&whole, &parts, bands.clusters(model), slope, white_deviation(solution));
+    ReplicateDeviation { moved_by_logs, ..found }
 }
 
 /// From all rows, those of the parts, those of the bands of speed and of position, the factor of the scores, and the deviations of white noise.
@@ -170,7 +193,7 @@ pub(crate) fn of_clusters(
     );
     let (by_speed, by_position) = (by_band(whole, &speed, slope * wider), by_band(whole, &position, slope * wider));
     let correlated = median_ratio(&sums, &white).unwrap_or(1.0).max(1.0);
-    ReplicateDeviation { white, by_part, by_speed, by_position, correlated }
+    ReplicateDeviation { white, by_part, by_speed, by_position, moved_by_logs: Vec::new(), correlated }
 }
 
 /// The deviation by bands of speed or of position, times `wider`.
@@ -241,7 +264,9 @@ mod tests {
         let sigma = |by_part: [f64; 3], by_speed: [f64; 3], times: usize| {
             let (white, by_part, by_speed) = (vec![0.5; 3 * times], by_part.repeat(times), by_speed.repeat(times));
             let by_position = by_speed.clone();
-            ReplicateDeviation { white, by_part, by_speed, by_position, correlated: 1.0 }.sigma()[..3].to_vec()
+            ReplicateDeviation { white, by_part, by_speed, by_position, moved_by_logs: Vec::new(), correlated: 1.0 }
+                .sigma()[..3]
+                .to_vec()
         };
         // The median ratio is one, so the mean of the variances counts, whatever a single parameter has.
         assert_eq!(sigma([1.0, 1.0, 7.0], [1.0, 7.0, 1.0], 7), [1.0, 5.0, 5.0]);
@@ -287,6 +312,39 @@ mod tests {
             assert!(found.by_speed[c] < 2.0 * error, "{error} {found:?}");
         }
         assert!(at(32_000).1.by_part[c] < 0.5 * at(4000).1.by_part[c]);
+    }
+
+    /// A torque that is another in each of two logs is no noise of either; where both have one, the logs widen little.
+    #[test]
+    fn what_changes_from_log_to_log_is_held() {
+        let arm = Pendulum::new();
+        let model = Model::new(&arm, &[], &[]);
+        let mut random = Random::new(7);
+        let mut of = |share: f64| {
+            let mut logs = [0, 1].map(|log| States { log, ..arm.states(1200) });
+            for (states, sign) in logs.iter_mut().zip([1.0, -1.0]) {
+                // A gain of the first moment that is larger in one log, and smaller in the other.
+                states.tau.iter_mut().for_each(|tau| *tau = *tau * (1.0 + sign * share) + 0.01 * random.normal());
+            }
+            let observation = Observation::of_records(&model, logs.as_slice(), None).unwrap();
+            let (solution, weights) = fit(&observation.joints(|_| true), Weights::Joint);
+            let bands = state_bands(&model, &observation, &weights, None);
+            let bands = residual_sums(&model, logs.as_slice(), &solution.x, bands).unwrap();
+            replicate_deviation(&model, &observation, &solution, &weights, None, bands)
+        };
+        let (alike, apart) = (of(0.0), of(0.05));
+        for (c, x) in arm.truth.iter().enumerate() {
+            // Either log alone is off by 0.05 x, and what two such logs say is as unsure.
+            assert!((0.6..1.6).contains(&(apart.by_log(c) / (0.05 * x.abs()))), "{c}: {apart:?}");
+            assert!(apart.sigma()[c] >= apart.by_log(c), "{c}: {apart:?}");
+            assert!(alike.by_log(c) < 3.0 * alike.within_logs()[c], "{c}: {alike:?}");
+        }
+        let states = [arm.states(1200)];
+        let observation = Observation::of_records(&model, states.as_slice(), None).unwrap();
+        let (solution, weights) = fit(&observation.joints(|_| true), Weights::Joint);
+        let bands = state_bands(&model, &observation, &weights, None);
+        let alone = replicate_deviation(&model, &observation, &solution, &weights, None, bands);
+        assert!(alone.moved_by_logs.is_empty() && alone.sigma() == alone.within_logs());
     }
 
     /// A ripple of seven periods a turn returns at every pass of a position: the bands of position hold it.

@@ -69,6 +69,8 @@ fn part_of_rows(model: &Model, states: &States, range: Range<usize>, weight: Opt
 pub struct Observation {
     /// `parts[k][j]`: part k, joint j.
     pub parts: Vec<Vec<Triangle>>,
+    /// Of each part, the number of its log.
+    pub log_of: Vec<usize>,
     /// Smallest and largest position of each coordinate, rad (m).
     pub range: Vec<(f64, f64)>,
     /// Largest speed of each coordinate, rad/s.
@@ -184,20 +186,25 @@ impl Observation {
         let (speed, effort) = (largest(&states.dq), largest(&states.tau));
         let range = low.into_iter().zip(high).collect();
         let still = (0..n).map(|j| states.used.iter().skip(j).step_by(n).filter(|used| !**used).count()).collect();
-        Observation { parts: triangles, range, speed, effort, f95: states.f95.clone(), still, cutoff: states.cutoff }
+        let log_of = vec![states.log; parts];
+        Observation {
+            parts: triangles,
+            log_of,
+            range,
+            speed,
+            effort,
+            f95: states.f95.clone(),
+            still,
+            cutoff: states.cutoff,
+        }
     }
 
     /// Appends the parts of another record.
     pub fn append(&mut self, other: Observation) {
         self.parts.extend(other.parts);
+        self.log_of.extend(other.log_of);
         while self.parts.len() > MAX_PARTS {
-            let mut parts = std::mem::take(&mut self.parts).into_iter();
-            while let Some(mut first) = parts.next() {
-                for (a, b) in first.iter_mut().zip(parts.next().into_iter().flatten()) {
-                    a.merge(&b, 1.0);
-                }
-                self.parts.push(first);
-            }
+            self.merge_pairs();
         }
         for (a, b) in self.range.iter_mut().zip(other.range) {
             *a = (a.0.min(b.0), a.1.max(b.1));
@@ -206,6 +213,31 @@ impl Observation {
         largest.for_each(|(a, b)| *a = a.max(b));
         self.f95.iter_mut().zip(other.f95).for_each(|(a, b)| *a = a.max(b));
         self.still.iter_mut().zip(other.still).for_each(|(a, b)| *a += b);
+    }
+
+    /// Merges each part with the next one of its log; where there is no such pair, with the next one.
+    fn merge_pairs(&mut self) {
+        let has_pairs = self.log_of.windows(2).any(|pair| pair[0] == pair[1]);
+        let all = std::mem::take(&mut self.parts).into_iter().zip(std::mem::take(&mut self.log_of));
+        let mut is_single = false;
+        for (part, log) in all {
+            let is_of_last = is_single && (!has_pairs || self.log_of.last() == Some(&log));
+            match self.parts.last_mut().filter(|_| is_of_last) {
+                Some(last) => last.iter_mut().zip(&part).for_each(|(a, b)| a.merge(b, 1.0)),
+                None => {
+                    self.parts.push(part);
+                    self.log_of.push(log);
+                }
+            }
+            is_single = !is_of_last;
+        }
+    }
+
+    /// The numbers of the logs, each with the triangles of its joints.
+    pub fn logs(&self) -> Vec<(usize, Vec<Triangle>)> {
+        let mut numbers = self.log_of.clone();
+        numbers.dedup();
+        numbers.into_iter().map(|log| (log, self.joints(|k| self.log_of[k] == log))).collect()
     }
 
     /// The same rows with some of their columns.
@@ -218,6 +250,7 @@ impl Observation {
     fn seen(&self) -> Observation {
         Observation {
             parts: Vec::new(),
+            log_of: self.log_of.clone(),
             range: self.range.clone(),
             speed: self.speed.clone(),
             effort: self.effort.clone(),
@@ -272,6 +305,26 @@ mod tests {
             assert_eq!(*part, part_of_rows(&model, &states, range, None));
         }
         assert_eq!(threaded.joints(|_| true)[0].rows, states.len());
+    }
+
+    /// However many parts are merged, those of one log stay its own, and all rows are there.
+    #[test]
+    fn parts_are_merged_within_their_log() {
+        let arm = Pendulum::new();
+        let model = Model::new(&arm, &[], &[]);
+        // 3, 7, 5 and 60 logs of 20, 6 or 1 parts: beside more than 64 logs even parts of two logs are one.
+        for (logs, parts) in [(3, 20), (7, 20), (15, 6), (60, 1), (100, 1)] {
+            let one = |log: usize| Observation::of(&model, &States { log, ..arm.states(40 + log) }, parts);
+            let mut all = one(0);
+            (1..logs).for_each(|log| all.append(one(log)));
+            assert!(all.parts.len() <= MAX_PARTS && all.parts.len() == all.log_of.len(), "{logs} {}", all.parts.len());
+            let rows: usize = all.logs().iter().map(|(_, joints)| joints[0].rows).sum();
+            assert_eq!(rows, (0..logs).map(|log| 40 + log).sum::<usize>());
+            if logs <= MAX_PARTS {
+                let of = all.logs().iter().map(|(log, joints)| (*log, joints[0].rows)).collect::<Vec<_>>();
+                assert_eq!(of, (0..logs).map(|log| (log, 40 + log)).collect::<Vec<_>>());
+            }
+        }
     }
 
     /// The pendulum's columns on a joint that slides.

@@ -51,6 +51,8 @@ pub struct SourceRecords<'a> {
 
 struct Stream<'a> {
     log: &'a LogStream,
+    /// Which of the logs it is, from 0.
+    number: usize,
     preparation: Box<Preparation>,
     /// Time of the neighbouring blocks that a block also holds, s.
     overlap: f64,
@@ -86,10 +88,10 @@ impl<'a> SourceRecords<'a> {
         };
         let raw: usize = logs.iter().map(LogSource::held_bytes).sum();
         let mut left = held.saturating_sub(raw);
-        let source = |log: &'a LogSource| match log {
-            LogSource::Held(log) => states(regressor, log, &preparation).map(Source::Held),
+        let source = |(number, log): (usize, &'a LogSource)| match log {
+            LogSource::Held(log) => Ok(Source::Held(of_log(number, states(regressor, log, &preparation)?))),
             LogSource::Streamed(stream) => {
-                let stream = Stream::new(stream, &preparation);
+                let stream = Stream::new(stream, number, &preparation);
                 let (mut records, mut blocks, mut is_whole) = (Vec::new(), 0, left > 0);
                 if left > 0 {
                     stream.each(regressor, 0, &mut |of_block| {
@@ -107,9 +109,15 @@ impl<'a> SourceRecords<'a> {
                 Ok(if is_whole { Source::Held(records) } else { Source::Streamed(records, blocks, stream) })
             }
         };
-        let sources = logs.iter().map(source).collect::<Result<_, _>>()?;
+        let sources = logs.iter().enumerate().map(source).collect::<Result<_, _>>()?;
         Ok(SourceRecords { regressor, sources, beside: Beside::default() })
     }
+}
+
+/// Records of the log of that number.
+pub(crate) fn of_log(number: usize, mut records: Vec<States>) -> Vec<States> {
+    records.iter_mut().for_each(|states| states.log = number);
+    records
 }
 
 /// Bytes up to which the numbers of long logs and their states are held: with what the work takes, 700 MiB.
@@ -139,14 +147,14 @@ pub fn add_motion(log: &LogSource, preparation: &Preparation, energy: &mut Motio
 
 impl<'a> Stream<'a> {
     /// Fixes the decimation, which is then the same in all blocks.
-    fn new(log: &'a LogStream, preparation: &Preparation) -> Stream<'a> {
+    fn new(log: &'a LogStream, number: usize, preparation: &Preparation) -> Stream<'a> {
         let mut preparation = Box::new(preparation.clone());
         let signal = &mut preparation.signal;
         let period = sample_period(log.report(), signal);
         let cutoff = if signal.order > 0 { signal.cutoff.unwrap_or(0.0) } else { 0.0 };
         signal.decimate = Some(signal.decimation(cutoff, period));
         let overlap = signal.memory(cutoff, period);
-        Stream { log, preparation, overlap }
+        Stream { log, number, preparation, overlap }
     }
 
     /// Makes the states of the blocks from `first` on, block by block, until `take` wants no more.
@@ -159,7 +167,7 @@ impl<'a> Stream<'a> {
         let mut any = first > 0;
         self.log.blocks(self.overlap, first, &mut |block: Log| {
             Interruption::check().map_err(|e| Error::new(e.message()))?;
-            let records = states_or_none(regressor, block, &self.preparation)?;
+            let records = of_log(self.number, states_or_none(regressor, block, &self.preparation)?);
             any |= !records.is_empty();
             Ok(take(records))
         })?;

@@ -73,7 +73,7 @@ impl Solved {
         let bands = cells.clusters(&self.solution.x, &self.weights);
         let [by_speed, by_position] = bands.map(|bands| by_band(&whole, &bands, wider));
         let white = white_deviation(&self.solution);
-        ReplicateDeviation { white, by_part, by_speed, by_position, correlated: 1.0 }.sigma()
+        ReplicateDeviation { white, by_part, by_speed, by_position, moved_by_logs: Vec::new(), correlated: 1.0 }.sigma()
     }
 
     /// Degrees of freedom of the deviation by blocks.

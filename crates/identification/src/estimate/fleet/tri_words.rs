@@ -92,7 +92,7 @@ impl Words<'_> {
         let blocks = self.count(MAX_BLOCKS_PER_LOG).filter(|&blocks| blocks > 0)?;
         let part = |words: &mut Self| (0..n).map(|_| words.triangle(p)).collect::<Option<Vec<Triangle>>>();
         let parts = (0..blocks).map(|_| part(self)).collect::<Option<_>>()?;
-        let mut observation = Observation { parts, ..Observation::default() };
+        let mut observation = Observation { parts, log_of: vec![0; blocks], ..Observation::default() };
         for _ in 0..n {
             observation.range.push((self.number()?, self.number()?));
             observation.speed.push(self.number()?);

@@ -4,7 +4,8 @@
 //! |---|---|
 //! | `claims_of_log` | what the passport found, and what it would have found |
 //! | `claims_of_columns` | whether velocities and accelerations are the slopes they should be |
-//! | `claims_of_fit` | what the fit leaves open, and what it predicts |
+//! | `claims_of_fit` | what the fit leaves open |
+//! | `claims_of_prediction` | what it predicts, and whether several logs have one set of parameters |
 //! | `claims_of_faults` | what unknowns more explain ([`hypotheses`], by their `hypothesis_columns`) |
 //! | `widening` | by how much those that are not named, or not excluded, widen deviations |
 //! | `unknowns` | the same unknowns all at once, where they are asked for |
@@ -15,6 +16,7 @@ mod claims_of_columns;
 mod claims_of_faults;
 mod claims_of_fit;
 mod claims_of_log;
+mod claims_of_prediction;
 pub mod hypotheses;
 mod hypothesis;
 mod hypothesis_columns;
@@ -25,9 +27,9 @@ pub mod unknowns;
 mod widening;
 
 pub(crate) use claims_of_faults::claims_of_faults;
-pub use claims_of_fit::Prediction;
 pub(crate) use claims_of_fit::{Beside, LACKING_MODEL_CHI_SQUARE, NOISE_CHI_SQUARE, claims_of_fit, not_noise};
 pub(crate) use claims_of_log::units_of_logs;
 pub use claims_of_log::{FreeFit, claims_of_log};
+pub use claims_of_prediction::Prediction;
 pub use unknowns::widen_by_unknowns;
 pub use widening::{effects_of_faults, widen_by_faults, widen_by_what_may_be_there};

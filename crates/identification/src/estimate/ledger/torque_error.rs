@@ -111,6 +111,8 @@ pub struct Unsure<'a> {
     pub covariance: &'a [Vec<f64>],
     /// What may change all of them beside that, one change at a time: of each torque the one counts that changes it most.
     pub changes: &'a [Vec<f64>],
+    /// By how much each of several logs moves all of them: what they say together of a torque counts where it is more than C says.
+    pub logs: &'a [Vec<f64>],
 }
 
 /// The error for every use; `unsure`: the parameters `x` of the model. `seen`: where the logs moved, `limits`: where the
@@ -168,7 +170,8 @@ fn sums(model: &Model, x: &[f64], unsure: Unsure, range: &MotionRange, moves: bo
             let of = |&a: &usize| row[a] * used.iter().map(|&b| unsure.covariance[a][b] * row[b]).sum::<f64>();
             let square = |x: &Vec<f64>| used.iter().map(|&c| row[c] * x[c]).sum::<f64>().powi(2);
             let changed = unsure.changes.iter().map(square).fold(0.0, f64::max);
-            sum.0 += (used.iter().map(of).sum::<f64>() + changed) / count as f64;
+            let by_logs = unsure.logs.iter().map(square).sum::<f64>();
+            sum.0 += (used.iter().map(of).sum::<f64>().max(by_logs) + changed) / count as f64;
             sum.1 += used.iter().map(|&c| row[c] * x[c]).sum::<f64>().powi(2) / count as f64;
         }
     });
@@ -256,7 +259,7 @@ mod tests {
         let sigma = [0.02, 0.05, 0.04, 0.01, 0.02, 0.03];
         let covariance: Vec<Vec<f64>> =
             (0..6).map(|i| (0..6).map(|j| if i == j { sigma[i] * sigma[i] } else { 0.0 }).collect()).collect();
-        let unsure = Unsure { covariance: &covariance, changes: &[] };
+        let unsure = Unsure { covariance: &covariance, changes: &[], logs: &[] };
         let found = torque_errors(&model, &x, unsure, &range(1.0), &range(3.0));
         let mut random = Random::new(8);
         for (one, (range, moves)) in found[1..].iter().zip([(range(1.0), true), (range(3.0), true)]) {
@@ -279,7 +282,7 @@ mod tests {
         // Gravity knows neither inertia nor friction.
         let mut only = vec![vec![0.0; 6]; 6];
         (only[0][0], only[3][3], only[4][4]) = (1.0, 1.0, 1.0);
-        let only = Unsure { covariance: &only, changes: &[] };
+        let only = Unsure { covariance: &only, changes: &[], logs: &[] };
         assert_eq!(torque_errors(&model, &x, only, &range(1.0), &range(3.0))[0].relative, 0.0);
         // The faster, the more inertia counts.
         let found = torque_errors(&model, &x, only, &range(1.0), &range(3.0));
@@ -294,10 +297,27 @@ mod tests {
         let (x, p) = (&arm.truth, model.p());
         let times = |share: f64| x.iter().map(|x| share * x).collect::<Vec<f64>>();
         let (covariance, changes) = (vec![vec![0.0; p]; p], [times(0.05), times(-0.1)]);
-        let unsure = Unsure { covariance: &covariance, changes: &changes };
+        let unsure = Unsure { covariance: &covariance, changes: &changes, logs: &[] };
         for one in &torque_errors(&model, x, unsure, &range(1.0), &range(3.0))[1..] {
             assert!((one.relative - 0.1).abs() < 1e-12, "{one:?}");
         }
+    }
+
+    /// What logs say of a torque counts together, and only where it is more than the covariance says.
+    #[test]
+    fn the_larger_of_noise_and_logs_counts() {
+        let arm = Pendulum::new();
+        let model = Model::new(&arm, &[], &[]);
+        let (x, p) = (&arm.truth, model.p());
+        let times = |share: f64| x.iter().map(|x| share * x).collect::<Vec<f64>>();
+        let by = |share: f64, logs: &[Vec<f64>]| {
+            let row = |i: usize| (0..p).map(|j| share * share * x[i] * x[j]).collect::<Vec<f64>>();
+            let covariance: Vec<Vec<f64>> = (0..p).map(row).collect();
+            let unsure = Unsure { covariance: &covariance, changes: &[], logs };
+            torque_errors(&model, x, unsure, &range(1.0), &range(3.0))[1].relative
+        };
+        let logs = [times(0.03), times(-0.04)];
+        assert!((by(0.02, &logs) - 0.05).abs() < 1e-12 && (by(0.06, &logs) - 0.06).abs() < 1e-12);
     }
 
     /// A lift with a rotor behind its joint: tau = m (ddq + g) + J ddq.
@@ -366,7 +386,7 @@ mod tests {
         let covariance: Vec<Vec<f64>> =
             (0..3).map(|i| (0..3).map(|j| if i == j { sigma[i] * sigma[i] } else { 0.0 }).collect()).collect();
         let range = MotionRange { position: vec![(-1.0, 1.0); 3], speed: vec![1.0; 3], acceleration: vec![2.0; 3] };
-        let unsure = Unsure { covariance: &covariance, changes: &[] };
+        let unsure = Unsure { covariance: &covariance, changes: &[], logs: &[] };
         let found = &torque_errors(&model, &x, unsure, &range, &range)[1];
         let exact = ((0.01f64 + 1e-4) / (1.0 + 1e-4)).sqrt();
         // The joints have random accelerations of their own: a twentieth with 200 states.

@@ -36,6 +36,8 @@ pub(crate) struct Samples {
     pub before: States,
     pub after: States,
     pub span: Vec<f64>,
+    /// Which of the logs each is of.
+    pub log: Vec<usize>,
     /// rad (m): smallest and largest position of each coordinate.
     pub range: Vec<(f64, f64)>,
     /// The length of the way that each coordinate goes, there and back, rad (m).
@@ -141,6 +143,7 @@ impl Samples {
             part.used.extend_from_slice(&states.used[at]);
         }
         self.span.push(states.t[r + 1] - states.t[r - 1]);
+        self.log.push(states.log);
     }
 
     /// Keeps every second sample.
@@ -154,6 +157,7 @@ impl Samples {
             part.t = part.t.iter().step_by(2).copied().collect();
         }
         self.span = self.span.iter().step_by(2).copied().collect();
+        self.log = self.log.iter().step_by(2).copied().collect();
     }
 
     /// The places of every `step`-th kept sample.

@@ -15,6 +15,8 @@ pub struct Visited {
     n: usize,
     /// q and dq of each state, in the order of time.
     states: Vec<f64>,
+    /// Of each state, the number of its log.
+    logs: Vec<usize>,
 }
 
 /// States that are kept.
@@ -34,7 +36,8 @@ impl Visited {
         let count = samples.kept.len();
         let every = count.div_ceil(MOST_STATES).max(1);
         let state = |r: usize| [&q[r * n..(r + 1) * n], &dq[r * n..(r + 1) * n]].concat();
-        Visited { n: *n, states: (0..count).step_by(every).flat_map(state).collect() }
+        let states = (0..count).step_by(every).flat_map(state).collect();
+        Visited { n: *n, states, logs: samples.log.iter().step_by(every).copied().collect() }
     }
 
     /// Of n coordinates.
@@ -48,22 +51,30 @@ impl Visited {
     pub fn has_new_parts(&self) -> bool {
         let count = self.len();
         let part = |i: usize| i * RECORD_PARTS / count.max(1);
-        self.is_new(self, |i, j| part(i) != part(j))
+        self.is_new(self, |_| true, |i, j| part(i) != part(j))
+    }
+
+    /// Whether a log is of another motion than all other logs.
+    pub fn is_new_log(&self, log: usize) -> bool {
+        let has_others = self.logs.iter().any(|other| *other != log);
+        has_others && self.is_new(self, |i| self.logs[i] == log, |_, j| self.logs[j] != log)
     }
 
     /// Whether this is another motion than those.
     pub fn is_other_than(&self, before: &Visited) -> bool {
-        before.is_new(self, |_, _| true)
+        before.is_new(self, |_| true, |_, _| true)
     }
 
     fn len(&self) -> usize {
         self.states.len() / (2 * self.n).max(1)
     }
 
-    /// Whether most states of `other` are far from all of these that `counts` tells to be held against them.
-    fn is_new(&self, other: &Visited, counts: impl Fn(usize, usize) -> bool) -> bool {
+    /// Whether most states of `other` that `is_meant` chooses are far from all of these that `counts` tells to be held against
+    /// them.
+    fn is_new(&self, other: &Visited, is_meant: impl Fn(usize) -> bool, counts: impl Fn(usize, usize) -> bool) -> bool {
         let width = 2 * self.n;
-        if self.len() < RECORD_PARTS || other.len() < RECORD_PARTS || other.n != self.n {
+        let meant: Vec<usize> = (0..other.len()).filter(|i| is_meant(*i)).collect();
+        if self.len() < RECORD_PARTS || meant.len() < RECORD_PARTS || other.n != self.n {
             return false;
         }
         let scale = self.deviations();
@@ -72,9 +83,10 @@ impl Visited {
             let one = |c: usize| if scale[c] > 0.0 { ((a[c] - b[c]) / scale[c]).powi(2) } else { 0.0 };
             (0..width).map(one).sum::<f64>() / moves
         };
-        let every = other.len().div_ceil(TRIED_STATES);
-        let tried = other.states.chunks_exact(width).enumerate().step_by(every);
-        let nearest = |(i, a): (usize, &[f64])| {
+        let every = meant.len().div_ceil(TRIED_STATES);
+        let tried = meant.iter().step_by(every);
+        let nearest = |&i: &usize| {
+            let a = &other.states[i * width..(i + 1) * width];
             let others = self.states.chunks_exact(width).enumerate().filter(|(j, _)| counts(i, *j));
             others.map(|(_, b)| distance(a, b)).fold(f64::INFINITY, f64::min)
         };
@@ -106,7 +118,7 @@ mod tests {
             let (here, next) = (q(t), q(t + h));
             [here[0], here[1], (next[0] - here[0]) / h, (next[1] - here[1]) / h]
         };
-        Visited { n: 2, states: (0..count).flat_map(state).collect() }
+        Visited { n: 2, states: (0..count).flat_map(state).collect(), logs: vec![0; count] }
     }
 
     #[test]
@@ -117,6 +129,17 @@ mod tests {
         let wandering = motion(1500, |t| [(0.5 * t + 0.07 * t * t).sin(), (0.3 * t + 0.05 * t * t).cos()]);
         assert!(wandering.has_new_parts());
         assert!(wandering.is_other_than(&periodic));
-        assert!(!motion(400, |t| one(t + 0.7)).is_other_than(&periodic));
+        let later = motion(400, |t| one(t + 0.7));
+        assert!(!later.is_other_than(&periodic));
+
+        // The same, where the motions are logs of one fit.
+        let together = |logs: &[&Visited]| {
+            let of = |(log, visited): (usize, &&Visited)| vec![log; visited.len()];
+            let states = logs.iter().flat_map(|visited| visited.states.clone()).collect();
+            Visited { n: 2, states, logs: logs.iter().enumerate().flat_map(of).collect() }
+        };
+        let all = together(&[&periodic, &wandering, &later]);
+        assert_eq!([0, 1, 2].map(|log| all.is_new_log(log)), [false, true, false]);
+        assert!(!together(&[&wandering]).is_new_log(0));
     }
 }

@@ -1,0 +1,277 @@
+//! What an estimate predicts that it was not fitted to, as claims.
+
+use claims::{Claim, Figure, Outcome, Remedy, Subject, Trial};
+
+use crate::estimate::artefact::Estimate;
+use crate::estimate::digits::percent;
+use crate::estimate::ledger::claims_of_fit::is_noise;
+use crate::estimate::ledger::topics::{OTHER_MOTION, cannot_tell};
+
+/// Error on another motion up to which an estimate predicts well.
+const GOOD_PREDICTION_ERROR: f64 = 0.05;
+/// The same where what is left is noise, which no parameter can predict.
+const GOOD_NOISY_PREDICTION_ERROR: f64 = 0.2;
+/// Error on data that were not fitted above which parameters predict nothing.
+const USELESS_PREDICTION_ERROR: f64 = 0.5;
+/// Error of an estimate over that of the description on another motion, above which the description is the better one; noise
+/// moves the ratio by some hundredths.
+const WORSE_ERROR_RATIO: f64 = 1.05;
+/// The same above which the estimate is wrong.
+const FAR_WORSE_ERROR_RATIO: f64 = 2.0;
+/// What the deviations of the parameters explain of an error is up to so many times their root mean square.
+const EXPLAINED_DEVIATIONS: f64 = 2.0;
+/// Error on data that were not fitted over that of the fit above which the fit holds for its own log only.
+const OVERFITTED_ERROR_RATIO: f64 = 2.0;
+/// Errors on data that were not fitted below this are small enough, even where the description predicts better.
+const SMALL_HELD_OUT_ERROR: f64 = 0.02;
+
+/// How well motion was predicted that was not fitted.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Prediction {
+    /// Error on other logs.
+    pub others: Option<f64>,
+    /// Whether those repeat the motion that was fitted.
+    pub others_repeat: bool,
+    /// Error of the description on those logs, friction fitted.
+    pub others_described: Option<f64>,
+    /// Error on those logs that the deviations of the parameters explain, where the covariance is known.
+    pub others_unsure: Option<f64>,
+    /// What of the error p on other logs is that of the parameters: sqrt(p^2 - f^2), with f the error that the model leaves of
+    /// such a log where it is fitted to that log alone: noise, and what the model lacks. The largest of all logs.
+    pub others_by_parameters: Option<f64>,
+    /// Whether these are logs of the fit, each predicted by parameters from the others.
+    pub others_are_of_the_fit: bool,
+    /// Of several logs of the fit, the one that is most apart: its number, and what parameters from all logs leave of its torque
+    /// and those that are fitted to it alone do not.
+    pub most_apart: Option<(usize, f64)>,
+    /// Error on parts of the fitted logs, each predicted from the others.
+    pub held_out: Option<f64>,
+    /// Whether each such part is a motion that the others do not repeat.
+    pub parts_are_new: bool,
+}
+
+impl Prediction {
+    /// Whether logs of the fit say nothing against the parameters from all of them, though others of them alone predict one
+    /// badly: the deviations of those explain the error, or one set of parameters explains all logs as well as each has its own.
+    fn is_of_poor_logs(&self) -> bool {
+        let is_in_reach = self.others.is_some_and(|error| error <= GOOD_NOISY_PREDICTION_ERROR);
+        let both = self.others_by_parameters.zip(self.others_unsure);
+        let is_explained =
+            both.is_some_and(|(error, unsure)| unsure.is_finite() && error <= EXPLAINED_DEVIATIONS * unsure);
+        let is_one = self.most_apart.is_some_and(|(_, apart)| apart <= SMALL_HELD_OUT_ERROR);
+        self.others_are_of_the_fit && is_in_reach && (is_explained || is_one)
+    }
+}
+
+/// The claims of a prediction. Of logs of the fit that contradict each other nothing else is said.
+pub(super) fn claims_of_prediction(estimate: &Estimate, prediction: &Prediction) -> Vec<Claim> {
+    let apart = prediction.most_apart.filter(|(_, apart)| *apart > GOOD_PREDICTION_ERROR);
+    let says_more = apart.is_none() || !prediction.others_are_of_the_fit;
+    let more = says_more.then(|| other_motion(estimate, prediction));
+    apart.map(|(log, apart)| contradiction(estimate, log, apart)).into_iter().chain(more).collect()
+}
+
+/// That logs of the fit have no parameters in common.
+fn contradiction(estimate: &Estimate, log: usize, apart: f64) -> Claim {
+    let subject = Subject::whole(OTHER_MOTION);
+    let name = estimate.logs.get(log).map_or("one", String::as_str);
+    let why = format!(
+        "the logs contradict each other: parameters from all leave {} of the torque of {name} that its own do not",
+        percent(apart)
+    );
+    if apart <= GOOD_NOISY_PREDICTION_ERROR {
+        return cannot_tell(subject, why, "logs of the robot as it is now");
+    }
+    let remedy = Remedy::new("identify", "identify from logs of one robot in one state; rist doctor looks at each log");
+    let trial = Trial::NotTried { why: "nothing is known of the cause".into() };
+    Claim::new(subject, Outcome::Contradicted { fault: why, remedy, trial })
+}
+
+/// Whether motion is predicted that was not fitted.
+fn other_motion(estimate: &Estimate, prediction: &Prediction) -> Claim {
+    let subject = Subject::whole(OTHER_MOTION);
+    let would_tell = "a log of another motion, fitted beside this one (rist identify MODEL LOG LOG) or predicted (rist validate \
+                      MODEL ESTIMATE LOG, or [validate])";
+    // A log of the fit that parameters from the others do not predict at all says how little the others tell, and no more.
+    let others = prediction.others.filter(|e| !prediction.others_are_of_the_fit || *e < USELESS_PREDICTION_ERROR);
+    // Only a motion that was not fitted counts; a bad prediction of any motion is bad all the same.
+    let of_logs = others.filter(|_| !prediction.others_repeat);
+    let of_parts = prediction.held_out.filter(|_| prediction.parts_are_new);
+    let worst = others.into_iter().chain(prediction.held_out).fold(0.0, f64::max);
+    if worst >= USELESS_PREDICTION_ERROR {
+        let (what, error) = match others.filter(|e| *e >= USELESS_PREDICTION_ERROR) {
+            Some(error) => ("logs that were not fitted are", error),
+            None => ("parts of the log left out are", worst),
+        };
+        return Claim::new(
+            subject,
+            Outcome::Contradicted {
+                fault: format!("{what} predicted with an error of {}", percent(error)),
+                remedy: Remedy::new("doctor", "look what log and description have to do with each other"),
+                trial: Trial::NotTried { why: "nothing is known of the cause".into() },
+            },
+        );
+    }
+    if let Some(error) = of_logs.filter(|_| prediction.is_of_poor_logs()) {
+        return Claim::new(subject, Outcome::Agrees { smallest: Figure::new(100.0 * error, "% of the torque") });
+    }
+    // The description is a rival: where it predicts far better, or better than noise explains, the fit holds for its own log
+    // only.
+    if let (Some(error), Some(described)) = (of_logs, prediction.others_described)
+        && error > WORSE_ERROR_RATIO * described
+        && error > SMALL_HELD_OUT_ERROR
+    {
+        let unsure =
+            prediction.others_unsure.map_or(String::new(), |e| format!(", which are unsure by {}", percent(e)));
+        let why = format!(
+            "the description predicts the other log better ({}) than these parameters do ({}){unsure}",
+            percent(described),
+            percent(error)
+        );
+        let is_explained = error <= described.hypot(EXPLAINED_DEVIATIONS * prediction.others_unsure.unwrap_or(0.0));
+        let is_far_worse = error > FAR_WORSE_ERROR_RATIO * described && error > GOOD_PREDICTION_ERROR;
+        if is_far_worse && !is_explained {
+            let remedy =
+                Remedy::new("identify", "identify again from logs of this robot as it is now, or keep the description");
+            let trial = Trial::NotTried { why: "nothing is known of the cause".into() };
+            return Claim::new(subject, Outcome::Contradicted { fault: why, remedy, trial });
+        }
+        if is_far_worse || !is_explained {
+            return cannot_tell(subject, why, "a longer and richer motion (rist plan)");
+        }
+    }
+    let Some(error) = of_logs.or(of_parts) else {
+        let why = match (prediction.others.is_some(), others.is_some(), prediction.others_are_of_the_fit) {
+            (true, false, _) => "no log is predicted by parameters from the others: these tell too little alone",
+            (true, true, true) => "the logs repeat one motion",
+            (true, true, false) => "the logs that were not fitted repeat the motion of those that were",
+            (false, ..) => "no motion was predicted but the one that was fitted",
+        };
+        return Claim::new(subject, Outcome::NotLookedAt { why: why.into(), would_tell: would_tell.into() });
+    };
+    // Noise cannot be predicted: where what is left looks like it, more error is allowed.
+    let is_noise = is_noise(estimate) && estimate.total.is_some_and(|x| error < OVERFITTED_ERROR_RATIO * x);
+    // Nor can parameters be blamed for what those of that log itself leave.
+    let is_least = of_logs.and(prediction.others_by_parameters).unwrap_or(error) <= GOOD_PREDICTION_ERROR;
+    let most = if is_noise || is_least { GOOD_NOISY_PREDICTION_ERROR } else { GOOD_PREDICTION_ERROR };
+    match error <= most {
+        true => Claim::new(subject, Outcome::Agrees { smallest: Figure::new(100.0 * error, "% of the torque") }),
+        false => cannot_tell(
+            subject,
+            format!("another motion is predicted with an error of {}", percent(error)),
+            "what is missing in the model: rist doctor, [friction=auto]",
+        ),
+    }
+}
+
+/// Why parameters hold for their own log only.
+pub(super) fn overfitted(estimate: &Estimate, prediction: &Prediction) -> Option<String> {
+    if prediction.is_of_poor_logs() {
+        return None;
+    }
+    let error = prediction.others_by_parameters.or(prediction.others).or(prediction.held_out)?;
+    let total = estimate.total?;
+    (error > GOOD_PREDICTION_ERROR && error > OVERFITTED_ERROR_RATIO * total).then(|| {
+        format!(
+            "data that were not fitted are predicted with {}, those that were with {}: the log is too short or too poor \
+             for so many parameters",
+            percent(error),
+            percent(total)
+        )
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use claims::Standing;
+
+    /// A description that predicts better counts where the deviations of the parameters do not explain it.
+    #[test]
+    fn a_better_description_counts_beyond_the_deviations() {
+        let of = |error: f64, described: f64, unsure: Option<f64>| {
+            let prediction = Prediction {
+                others: Some(error),
+                others_described: Some(described),
+                others_unsure: unsure,
+                ..Prediction::default()
+            };
+            other_motion(&Estimate::default(), &prediction).outcome().clone()
+        };
+        let why = |outcome: Outcome| match outcome {
+            Outcome::CannotTell { why, .. } => why,
+            other => panic!("{other:?}"),
+        };
+        // sqrt(0.03^2 - 0.02^2) = 0.0224
+        assert!(matches!(of(0.03, 0.02, Some(0.0113)), Outcome::Agrees { .. }));
+        let beyond = "the description predicts the other log better (2.00 %) than these parameters do (3.00 %)";
+        assert_eq!(why(of(0.03, 0.02, Some(0.0111))), format!("{beyond}, which are unsure by 1.11 %"));
+        assert_eq!(why(of(0.03, 0.02, None)), beyond);
+        assert!(matches!(of(0.0205, 0.02, None), Outcome::Agrees { .. }));
+        // Much worse, and more than a use may be off: a contradiction where the deviations do not explain it.
+        assert!(matches!(of(0.06, 0.02, Some(0.028)), Outcome::Contradicted { .. }));
+        assert!(why(of(0.06, 0.02, Some(0.029))).ends_with("which are unsure by 2.90 %"));
+        assert!(why(of(0.06, 0.04, Some(0.1))).starts_with("another motion is predicted with an error"));
+    }
+
+    /// What the parameters of another log itself leave of it is not held against those that predict it.
+    #[test]
+    fn the_noise_of_another_log_is_its_own() {
+        let of = |error: f64, by_parameters: Option<f64>| {
+            let prediction =
+                Prediction { others: Some(error), others_by_parameters: by_parameters, ..Prediction::default() };
+            let estimate = Estimate { total: Some(0.01), ..Estimate::default() };
+            let agrees = matches!(other_motion(&estimate, &prediction).outcome(), Outcome::Agrees { .. });
+            (agrees, overfitted(&estimate, &prediction).is_some())
+        };
+        // sqrt(0.12^2 - 0.115^2) = 0.034
+        assert_eq!(of(0.12, Some(0.034)), (true, false));
+        assert_eq!(of(0.12, Some(0.06)), (false, true));
+        assert_eq!(of(0.12, None), (false, true));
+        // A log of noise tells nothing of the parameters.
+        assert_eq!(of(0.25, Some(0.034)), (false, false));
+    }
+
+    /// A log that the others alone predict badly says nothing against parameters from all, where deviations explain the error or
+    /// all logs have one set of parameters; it does where neither is so, and where it was not fitted.
+    #[test]
+    fn a_log_that_tells_little_is_no_contradiction() {
+        let of = |error: f64, unsure: f64, apart: f64, others_are_of_the_fit: bool| {
+            let prediction = Prediction {
+                others: Some(error),
+                others_described: Some(0.01),
+                others_unsure: Some(unsure),
+                others_by_parameters: Some(error),
+                others_are_of_the_fit,
+                most_apart: Some((1, apart)),
+                ..Prediction::default()
+            };
+            let estimate = Estimate {
+                total: Some(0.01),
+                logs: ["a.csv", "b.csv"].map(String::from).to_vec(),
+                ..Estimate::default()
+            };
+            let claims = claims_of_prediction(&estimate, &prediction);
+            let agrees = claims.iter().any(|claim| matches!(claim.outcome(), Outcome::Agrees { .. }));
+            let standing = claims.iter().map(Claim::standing).collect::<Vec<_>>();
+            let apart = claims.iter().map(ToString::to_string).find(|claim| claim.contains("contradict each other"));
+            (agrees, standing, apart.unwrap_or_default())
+        };
+        let agrees = |error, unsure, apart, of_the_fit| of(error, unsure, apart, of_the_fit).0;
+        assert!(agrees(0.12, 0.07, 0.03, true) && !agrees(0.12, 0.05, 0.03, true) && agrees(0.12, 0.05, 0.01, true));
+        assert!(!agrees(0.12, f64::INFINITY, 0.03, true) && agrees(0.12, f64::INFINITY, 0.01, true));
+        assert!(!agrees(0.25, 0.2, 0.01, true) && !agrees(0.12, 0.07, 0.01, false));
+        for (apart, of_the_fit, expected) in [
+            (0.03, true, vec![Standing::Agreed]),
+            (0.06, true, vec![Standing::Open]),
+            (0.06, false, vec![Standing::Open, Standing::Open]),
+            (0.21, true, vec![Standing::Refused]),
+        ] {
+            let (_, standing, said) = of(0.12, 0.07, apart, of_the_fit);
+            assert_eq!(standing, expected, "{apart}");
+            let sentence =
+                format!("parameters from all leave {} of the torque of b.csv that its own do not", percent(apart));
+            assert_eq!(said.contains(&sentence), apart > 0.05, "{said}");
+        }
+    }
+}

@@ -1,0 +1,131 @@
+//! Each of several logs, predicted by parameters from all others.
+//!
+//! The deviations of those parameters are as much wider than those of white noise as those of all logs are: they say what error
+//! of the prediction is no contradiction.
+
+use linear_model::linear_model::Model;
+use numerics::least_squares::solve;
+use numerics::triangle::Triangle;
+
+use crate::estimate::described::described_residuals;
+use crate::estimate::held_out::{residuals, unsure, without_each};
+use crate::estimate::identify::{Fit, with_deviations};
+use crate::estimators::replicate_deviation::white_deviation;
+use crate::estimators::weighted::{Weights, fit};
+
+/// Errors |tau - W X| / |tau| on a log under parameters that were not found from it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct LeftOut {
+    /// The number of the log, from 0.
+    pub log: usize,
+    /// Of parameters from all other logs.
+    pub error: f64,
+    /// What their deviations explain of it; infinite where the others leave open what all logs together tell.
+    pub unsure: f64,
+    /// What of it no parameters would leave.
+    pub by_parameters: f64,
+    /// What parameters from all logs leave of it and those that are fitted to this log alone do not.
+    pub apart: f64,
+    /// Of the description with fitted friction; `None` where it has no inertials.
+    pub described: Option<f64>,
+}
+
+impl LeftOut {
+    /// What of an error `least` parameters that are fitted to that very data do not leave.
+    pub fn of_parameters(error: f64, least: f64) -> f64 {
+        (error * error - least * least).max(0.0).sqrt()
+    }
+}
+
+/// Each log of a fit left out; empty where there is one. `described`: the base parameters of the description.
+pub fn logs_left_out(model: &Model, fitted: &Fit, described: Option<&[f64]>) -> Vec<LeftOut> {
+    let logs = fitted.observation.logs();
+    if logs.len() < 2 {
+        return Vec::new();
+    }
+    let (numbers, parts): (Vec<usize>, Vec<Vec<Triangle>>) = logs.into_iter().unzip();
+    let wider: Vec<f64> = fitted.deviation.sigma().iter().zip(&fitted.deviation.white).map(|(s, w)| s / w).collect();
+    let rests = without_each(model, &parts, &fitted.weights);
+    let one = |((log, joints), rest): ((usize, &Vec<Triangle>), Triangle)| {
+        let solution = solve(&rest);
+        let deviations = white_deviation(&solution).into_iter().zip(&wider);
+        let deviations: Vec<f64> =
+            deviations.map(|(white, wider)| if white > 0.0 { wider * white } else { 0.0 }).collect();
+        let covariance = with_deviations(&solution.inverse, &deviations);
+        let is_told = solution.rank >= fitted.solution.rank;
+        let error = residuals(model, joints, &solution.x).total;
+        let least = residuals(model, joints, &fit(joints, Weights::None).0.x).total;
+        let of_description = |x| described_residuals(model, joints, &vec![1.0; joints.len()], x).total;
+        LeftOut {
+            log,
+            error,
+            unsure: if is_told { unsure(model, joints, &covariance) } else { f64::INFINITY },
+            by_parameters: LeftOut::of_parameters(error, least),
+            apart: LeftOut::of_parameters(residuals(model, joints, &fitted.solution.x).total, least),
+            described: described.map(of_description),
+        }
+    };
+    numbers.into_iter().zip(&parts).zip(rests).map(one).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::estimate::options::Options;
+    use crate::test_arm::Pendulum;
+    use linear_model::states::States;
+    use random::Random;
+
+    /// Two logs of the pendulum with noise, as `change` leaves the second.
+    fn left_out(change: impl Fn(&mut States)) -> Vec<LeftOut> {
+        let arm = Pendulum::new();
+        let options = Options { friction: Vec::new(), ..Options::default() };
+        let mut random = Random::new(3);
+        let mut logs = [0, 1].map(|log| States { log, ..arm.states(1000) });
+        for states in &mut logs {
+            states.tau.iter_mut().for_each(|tau| *tau += 0.01 * random.normal());
+        }
+        change(&mut logs[1]);
+        let fit = Fit::of_records(&arm, logs.as_slice(), Vec::new(), &options).unwrap();
+        logs_left_out(&options.linear_model(&arm), &fit, Some(&arm.truth))
+    }
+
+    #[test]
+    fn logs_of_one_robot_predict_each_other() {
+        let found = left_out(|_| ());
+        assert_eq!(found.iter().map(|left| left.log).collect::<Vec<_>>(), [0, 1]);
+        for left in &found {
+            // 0.01 N m of noise beside some 5 N m, and three parameters from a thousand rows of it.
+            assert!(left.error < 0.01 && left.by_parameters < 1e-3 && left.apart < 1e-3, "{left:?}");
+            assert!(left.unsure < 1e-3 && (left.described.unwrap() / left.error - 1.0).abs() < 0.01, "{left:?}");
+        }
+    }
+
+    /// Torques that are a tenth larger: each log is predicted a tenth wrong, and half of that is left by parameters from both.
+    #[test]
+    fn logs_of_two_robots_are_apart() {
+        for left in left_out(|states| states.tau.iter_mut().for_each(|tau| *tau *= 1.1)) {
+            assert!((0.08..0.11).contains(&left.error) && (0.04..0.06).contains(&left.apart), "{left:?}");
+        }
+    }
+
+    /// A log of a robot at one place tells one column: what it leaves open makes no contradiction.
+    #[test]
+    fn what_the_others_leave_open_is_infinitely_unsure() {
+        let rest = |states: &mut States| {
+            let (q, tau) = (states.q[0], states.tau[0]);
+            let arm = Pendulum::new();
+            states.q.fill(q);
+            states.dq.fill(0.0);
+            states.ddq.fill(0.0);
+            states.tau.fill(tau);
+            let mut y = [0.0; 3];
+            linear_model::regressor::Regressor::fill(&arm, &[q], &[0.0], &[0.0], &mut y);
+            let exact: f64 = y.iter().zip(arm.truth).map(|(y, x)| y * x).sum();
+            states.tau.fill(exact);
+        };
+        let found = left_out(rest);
+        assert!(found[0].unsure.is_infinite() && found[1].unsure < 0.01, "{found:?}");
+        assert!(found[1].error < 0.01 && found.iter().all(|left| left.apart < 0.01), "{found:?}");
+    }
+}
