@@ -1,6 +1,6 @@
 //! Predicts, judges and withholds: what the program and Python do with an identification before they show it.
 
-use identification::estimate::logs_left_out::LeftOut;
+use identification::estimate::logs_left_out::LogLeftOut;
 use identification::estimate::residuals::Residuals;
 use identification::estimate::verdict::{Prediction, Trust, Verdict};
 use logs::LogSource;
@@ -77,7 +77,7 @@ impl Identification {
 
     /// With what the logs of the fit say of each other.
     fn of_the_fit(&self, prediction: Prediction) -> Prediction {
-        let is_new = |left: &LeftOut| self.passport.visited.is_new_log(left.log);
+        let is_new = |left: &LogLeftOut| self.passport.visited.is_new_log(left.log);
         let has_new = self.logs_left_out.iter().any(is_new);
         let counted = self.logs_left_out.iter().filter(|left| is_new(left) == has_new);
         let best = counted.min_by(|a, b| a.by_parameters.total_cmp(&b.by_parameters));

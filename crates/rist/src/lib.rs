@@ -160,6 +160,7 @@ pub use identification::estimate::joint_terms::JointTerms;
 pub use identification::estimate::ledger::hypotheses::{Hypothesis, Tested};
 pub use identification::estimate::ledger::torque_error::TorqueError;
 pub use identification::estimate::ledger::unknowns::Step as UnknownStep;
+pub use identification::estimate::logs_left_out::LogLeftOut;
 pub use identification::estimate::options::Options;
 pub use identification::estimate::passport::finding::Finding;
 pub use identification::estimate::passport::visited::Visited;

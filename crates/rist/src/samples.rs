@@ -10,7 +10,7 @@ use identification::estimate::ledger::hypotheses::{Hypothesis, Tested, hypothese
 use identification::estimate::ledger::torque_error::TorqueError;
 use identification::estimate::ledger::unknowns::Step;
 use identification::estimate::ledger::{widen_by_faults, widen_by_unknowns, widen_by_what_may_be_there};
-use identification::estimate::logs_left_out::{LeftOut, logs_left_out};
+use identification::estimate::logs_left_out::{LogLeftOut, logs_left_out, sentence as of_left_out};
 use identification::estimate::options::Options;
 use identification::estimate::passport::Passport;
 use identification::estimate::passport::finding::Fault;
@@ -58,7 +58,7 @@ pub struct Identification {
     /// |tau - W X| / |tau| of least squares on parts of the logs, each predicted from the others.
     pub held_out: Option<f64>,
     /// Each of several logs, predicted by parameters from the others.
-    pub logs_left_out: Vec<LeftOut>,
+    pub logs_left_out: Vec<LogLeftOut>,
     /// The evidence for and against the bodies.
     pub bodies_evidence: Option<BodiesEvidence>,
     /// How unsure torques are, by use.
@@ -222,6 +222,7 @@ fn identify_kept(
     let unsure = UnsureTorques::of(noise, [&of_noise, &with_gains], &faults, model, &options, &estimate);
     widen_by_what_may_be_there(&mut estimate, &faults);
     estimate.remarks.splice(..0, chosen.sentences.into_iter().chain(sentence));
+    estimate.remarks.extend(of_left_out(&logs_left_out, &estimate.logs));
     estimate.remarks.extend(found.outgrown.into_iter().filter(|_| !is_own_scale));
     let found = Identification {
         torque_errors: unsure.errors(model, &options, &estimate),

@@ -53,7 +53,7 @@ pub struct Predicted {
 impl Predicted {
     /// What of the error no other parameters would leave.
     pub(crate) fn by_parameters(&self) -> f64 {
-        (self.residuals.total.powi(2) - self.least.powi(2)).max(0.0).sqrt()
+        held_out::of_parameters(self.residuals.total, self.least)
     }
 }
 

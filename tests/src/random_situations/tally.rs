@@ -72,6 +72,12 @@ impl Tally {
         let logs = situation.motions.len();
         let mut groups = vec![(0, "all".to_string()), (1, if logs == 1 { "one log" } else { "two logs" }.to_string())];
         groups.push((2, format!("description {}", situation.machine.description)));
+        // A yes that names units says that a factor of all torques would not have shown.
+        let names_units = |reason: &String| reason.starts_with("in the units of the torques as logged");
+        if let Some(verdict) = outcome.verdict.as_ref().filter(|_| outcome.is_yes()) {
+            let told = if verdict.reasons.iter().any(names_units) { "up to units" } else { "of units too" };
+            groups.push((1, format!("yes, {told}")));
+        }
         groups.push((3, if situation.defects.is_empty() { "clean" } else { "with a defect" }.to_string()));
         groups.extend(situation.defects.iter().map(|d| (4, format!("{:?}", d.kind))));
         for group in groups {

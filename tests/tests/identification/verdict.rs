@@ -160,6 +160,9 @@ fn logs_of_one_fit_predict_each_other() {
     let repeated = trust(&["a.csv", "again.csv"]);
     assert!(!repeated.contains(predicted) && !repeated.contains("contradict"), "{repeated}");
     assert!(!together.contains("contradict"), "{together}");
+    let each = "each log is predicted by parameters from the others";
+    let printed = |logs: &[&str]| rist(&here, &[&["identify", &ur5], logs].concat()).out.contains(each);
+    assert!(printed(&["a.csv", "b.csv"]) && !printed(&["a.csv"]));
     let apart = trust(&["a.csv", "heavy.csv"]);
     assert!(!apart.starts_with("trust: yes"), "{apart}");
     assert!(apart.contains("the logs contradict each other") && apart.contains("of the torque of "), "{apart}");

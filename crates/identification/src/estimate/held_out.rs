@@ -116,6 +116,12 @@ fn held(rows: &Triangle, x: &[f64]) -> Triangle {
     block.finish()
 }
 
+/// What of an error the parameters are to blame for: sqrt(error^2 - least^2), with `least` the error of those that are fitted to
+/// that very data.
+pub fn of_parameters(error: f64, least: f64) -> f64 {
+    (error * error - least * least).max(0.0).sqrt()
+}
+
 /// The residual that `x` leaves in triangles by joint.
 pub fn residuals(model: &Model, joints: &[Triangle], x: &[f64]) -> Residuals {
     let squares = joints.iter().map(|t| {

@@ -25,8 +25,8 @@ use crate::estimators::replicate_deviation::{ReplicateDeviation, replicate_devia
 use crate::estimators::weighted::fit;
 use crate::rows::observation::Observation;
 use crate::rows::residual_sums::residual_sums;
-use crate::signals::preparation::states;
-use crate::signals::records::{Records, of_log};
+use crate::signals::preparation::{of_log, states};
+use crate::signals::records::Records;
 
 /// Identifies a robot from one log.
 ///

@@ -8,14 +8,15 @@ use numerics::least_squares::solve;
 use numerics::triangle::Triangle;
 
 use crate::estimate::described::described_residuals;
-use crate::estimate::held_out::{residuals, unsure, without_each};
+use crate::estimate::digits::percent;
+use crate::estimate::held_out::{of_parameters, residuals, unsure, without_each};
 use crate::estimate::identify::{Fit, with_deviations};
 use crate::estimators::replicate_deviation::white_deviation;
 use crate::estimators::weighted::{Weights, fit};
 
 /// Errors |tau - W X| / |tau| on a log under parameters that were not found from it.
 #[derive(Clone, Debug, PartialEq)]
-pub struct LeftOut {
+pub struct LogLeftOut {
     /// The number of the log, from 0.
     pub log: usize,
     /// Of parameters from all other logs.
@@ -30,15 +31,8 @@ pub struct LeftOut {
     pub described: Option<f64>,
 }
 
-impl LeftOut {
-    /// What of an error `least` parameters that are fitted to that very data do not leave.
-    pub fn of_parameters(error: f64, least: f64) -> f64 {
-        (error * error - least * least).max(0.0).sqrt()
-    }
-}
-
 /// Each log of a fit left out; empty where there is one. `described`: the base parameters of the description.
-pub fn logs_left_out(model: &Model, fitted: &Fit, described: Option<&[f64]>) -> Vec<LeftOut> {
+pub fn logs_left_out(model: &Model, fitted: &Fit, described: Option<&[f64]>) -> Vec<LogLeftOut> {
     let logs = fitted.observation.logs();
     if logs.len() < 2 {
         return Vec::new();
@@ -56,16 +50,35 @@ pub fn logs_left_out(model: &Model, fitted: &Fit, described: Option<&[f64]>) -> 
         let error = residuals(model, joints, &solution.x).total;
         let least = residuals(model, joints, &fit(joints, Weights::None).0.x).total;
         let of_description = |x| described_residuals(model, joints, &vec![1.0; joints.len()], x).total;
-        LeftOut {
+        LogLeftOut {
             log,
             error,
             unsure: if is_told { unsure(model, joints, &covariance) } else { f64::INFINITY },
-            by_parameters: LeftOut::of_parameters(error, least),
-            apart: LeftOut::of_parameters(residuals(model, joints, &fitted.solution.x).total, least),
+            by_parameters: of_parameters(error, least),
+            apart: of_parameters(residuals(model, joints, &fitted.solution.x).total, least),
             described: described.map(of_description),
         }
     };
     numbers.into_iter().zip(&parts).zip(rests).map(one).collect()
+}
+
+/// Logs that a sentence names at most.
+const MOST_NAMED_LOGS: usize = 8;
+
+/// How well each log is predicted, worst first where not all are named; `logs`: their names. `None` where there is one log.
+pub fn sentence(left_out: &[LogLeftOut], logs: &[String]) -> Option<String> {
+    let mut named: Vec<&LogLeftOut> = left_out.iter().collect();
+    let which = match named.len() {
+        0 => return None,
+        1..=MOST_NAMED_LOGS => "",
+        _ => {
+            named.sort_by(|a, b| b.error.total_cmp(&a.error));
+            "; the worst"
+        }
+    };
+    let one = |left: &&LogLeftOut| Some(format!("{} {}", logs.get(left.log)?, percent(left.error)));
+    let each: Vec<String> = named.iter().take(MOST_NAMED_LOGS).filter_map(one).collect();
+    Some(format!("each log is predicted by parameters from the others{which}: {}", each.join(", ")))
 }
 
 #[cfg(test)]
@@ -77,7 +90,7 @@ mod tests {
     use random::Random;
 
     /// Two logs of the pendulum with noise, as `change` leaves the second.
-    fn left_out(change: impl Fn(&mut States)) -> Vec<LeftOut> {
+    fn left_out(change: impl Fn(&mut States)) -> Vec<LogLeftOut> {
         let arm = Pendulum::new();
         let options = Options { friction: Vec::new(), ..Options::default() };
         let mut random = Random::new(3);
@@ -99,6 +112,19 @@ mod tests {
             assert!(left.error < 0.01 && left.by_parameters < 1e-3 && left.apart < 1e-3, "{left:?}");
             assert!(left.unsure < 1e-3 && (left.described.unwrap() / left.error - 1.0).abs() < 0.01, "{left:?}");
         }
+    }
+
+    /// Each log by its name, the worst of many; nothing of one.
+    #[test]
+    fn each_log_is_named() {
+        let left = |log: usize| LogLeftOut { error: 0.01 * (log + 1) as f64, log, ..left_out(|_| ()).swap_remove(0) };
+        let names: Vec<String> = (0..9).map(|log| format!("{log}.csv")).collect();
+        let of = |count: usize| sentence(&(0..count).map(left).collect::<Vec<_>>(), &names);
+        assert_eq!(of(0), None);
+        let two = "each log is predicted by parameters from the others: 0.csv 1.00 %, 1.csv 2.00 %";
+        assert_eq!(of(2).as_deref(), Some(two));
+        let many = of(9).unwrap();
+        assert!(many.contains("; the worst: 8.csv 9.00 %, 7.csv 8.00 %") && !many.contains(" 0.csv"), "{many}");
     }
 
     /// Torques that are a tenth larger: each log is predicted a tenth wrong, and half of that is left by parameters from both.

@@ -220,11 +220,14 @@ mod tests {
     use random::Random;
 
     fn of(model: &Model, states: States) -> (Solution, ReplicateDeviation) {
-        let observation = Observation::of(model, &states, 20);
+        of_logs(model, &[states])
+    }
+
+    fn of_logs(model: &Model, logs: &[States]) -> (Solution, ReplicateDeviation) {
+        let observation = Observation::of_records(model, logs, None).unwrap();
         let (solution, weights) = fit(&observation.joints(|_| true), Weights::Joint);
-        let records = [states];
         let bands = state_bands(model, &observation, &weights, None);
-        let bands = residual_sums(model, records.as_slice(), &solution.x, bands).unwrap();
+        let bands = residual_sums(model, logs, &solution.x, bands).unwrap();
         let found = replicate_deviation(model, &observation, &solution, &weights, None, bands);
         (solution, found)
     }
@@ -320,30 +323,22 @@ mod tests {
         let arm = Pendulum::new();
         let model = Model::new(&arm, &[], &[]);
         let mut random = Random::new(7);
-        let mut of = |share: f64| {
+        let mut changed = |share: f64| {
             let mut logs = [0, 1].map(|log| States { log, ..arm.states(1200) });
             for (states, sign) in logs.iter_mut().zip([1.0, -1.0]) {
                 // A gain of the first moment that is larger in one log, and smaller in the other.
                 states.tau.iter_mut().for_each(|tau| *tau = *tau * (1.0 + sign * share) + 0.01 * random.normal());
             }
-            let observation = Observation::of_records(&model, logs.as_slice(), None).unwrap();
-            let (solution, weights) = fit(&observation.joints(|_| true), Weights::Joint);
-            let bands = state_bands(&model, &observation, &weights, None);
-            let bands = residual_sums(&model, logs.as_slice(), &solution.x, bands).unwrap();
-            replicate_deviation(&model, &observation, &solution, &weights, None, bands)
+            of_logs(&model, &logs).1
         };
-        let (alike, apart) = (of(0.0), of(0.05));
+        let (alike, apart) = (changed(0.0), changed(0.05));
         for (c, x) in arm.truth.iter().enumerate() {
             // Either log alone is off by 0.05 x, and what two such logs say is as unsure.
             assert!((0.6..1.6).contains(&(apart.by_log(c) / (0.05 * x.abs()))), "{c}: {apart:?}");
             assert!(apart.sigma()[c] >= apart.by_log(c), "{c}: {apart:?}");
             assert!(alike.by_log(c) < 3.0 * alike.within_logs()[c], "{c}: {alike:?}");
         }
-        let states = [arm.states(1200)];
-        let observation = Observation::of_records(&model, states.as_slice(), None).unwrap();
-        let (solution, weights) = fit(&observation.joints(|_| true), Weights::Joint);
-        let bands = state_bands(&model, &observation, &weights, None);
-        let alone = replicate_deviation(&model, &observation, &solution, &weights, None, bands);
+        let (_, alone) = of(&model, arm.states(1200));
         assert!(alone.moved_by_logs.is_empty() && alone.sigma() == alone.within_logs());
     }
 

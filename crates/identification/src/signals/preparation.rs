@@ -162,3 +162,9 @@ fn states_of(regressor: &dyn Regressor, log: Log, preparation: &Preparation) -> 
     }
     Ok(states)
 }
+
+/// Records, of the log of that number.
+pub(crate) fn of_log(number: usize, mut records: Vec<States>) -> Vec<States> {
+    records.iter_mut().for_each(|states| states.log = number);
+    records
+}

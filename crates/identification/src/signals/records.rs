@@ -11,7 +11,7 @@ use logs::{Error, Log, LogSource, LogStream};
 use numerics::interruption::Interruption;
 
 use crate::signals::cutoff::MotionEnergy;
-use crate::signals::preparation::{Preparation, states, states_or_none};
+use crate::signals::preparation::{Preparation, of_log, states, states_or_none};
 use crate::signals::seldom::sample_period;
 use crate::signals::thinned::{Beside, Thinned};
 
@@ -112,12 +112,6 @@ impl<'a> SourceRecords<'a> {
         let sources = logs.iter().enumerate().map(source).collect::<Result<_, _>>()?;
         Ok(SourceRecords { regressor, sources, beside: Beside::default() })
     }
-}
-
-/// Records of the log of that number.
-pub(crate) fn of_log(number: usize, mut records: Vec<States>) -> Vec<States> {
-    records.iter_mut().for_each(|states| states.log = number);
-    records
 }
 
 /// Bytes up to which the numbers of long logs and their states are held: with what the work takes, 700 MiB.

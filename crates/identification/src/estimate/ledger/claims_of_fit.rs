@@ -5,12 +5,10 @@ use linear_model::label::Label;
 use linear_model::parameter::{FrictionParameter, ParameterId};
 
 use crate::estimate::artefact::Estimate;
-use crate::estimate::autocorrelation::NOISE_MEMORY_PERIODS;
 use crate::estimate::digits::{percent, significant};
 use crate::estimate::identified::{Identified, Status};
 use crate::estimate::ledger::claims_of_prediction::{Prediction, claims_of_prediction, overfitted};
 use crate::estimate::ledger::topics::{BODIES, FRICTION, LOG, PARAMETERS, RESIDUAL, cannot_tell};
-use crate::estimate::residuals::JointResidual;
 
 /// Chi^2 per degree of freedom above which the model lacks something. Simulations whose model is right have 1.5 to 2.0,
 /// because what a controller does on its encoder repeats in part from period to period. A ripple of 2 % gives 22, joints
@@ -25,9 +23,6 @@ const LARGE_RESIDUAL: f64 = 0.25;
 /// Scaled condition number above which errors of the model decide the weakest direction. Estimates of the bench
 /// `random_situations` that are right have up to 2831.
 const DECIDING_CONDITION_NUMBER: f64 = 3000.0;
-
-/// A residual whose memory is more than this many times that of noise is none.
-const LONG_MEMORY_RATIO: f64 = 2.0;
 
 /// Friction that is negative by so many deviations drives.
 const DRIVING_SIGMAS: f64 = 3.0;
@@ -128,33 +123,6 @@ fn undecided(estimate: &Estimate, beside: Beside) -> Vec<Claim> {
         claims.push(cannot_tell(Subject::whole(PARAMETERS), format!("little motion decides {weak}"), moved));
     }
     claims
-}
-
-/// Whether what is left at every joint has no longer memory than noise.
-pub(super) fn is_noise(estimate: &Estimate) -> bool {
-    let memory = |j: &JointResidual| Some(times(estimate.cutoff?, j.memory?));
-    let known: Vec<f64> = estimate.joints.iter().filter_map(memory).collect();
-    !known.is_empty() && known.iter().all(|times| *times <= LONG_MEMORY_RATIO)
-}
-
-/// The memory of a residual over that of noise below the cut-off.
-fn times(cutoff: f64, memory: f64) -> f64 {
-    memory * cutoff / NOISE_MEMORY_PERIODS
-}
-
-/// What the autocorrelation of the residual says, for the joint with the longest memory.
-pub(crate) fn not_noise(estimate: &Estimate) -> Option<String> {
-    let known = estimate.joints.iter().filter_map(|joint| Some((joint, joint.memory?)));
-    let (joint, memory) = known.max_by(|a, b| a.1.total_cmp(&b.1))?;
-    let (name, times) = (&joint.coordinate, times(estimate.cutoff?, memory));
-    Some(match times > LONG_MEMORY_RATIO {
-        true => format!(
-            "what is left at {name} is not noise alone: it stays alike for {} s, {times:.0} times as long as noise does, so friction or \
-             flexibility is missing",
-            significant(memory),
-        ),
-        false => "what is left looks like noise".into(),
-    })
 }
 
 /// Friction that drives, of joints with no term beyond the customary ones: beside another law each part may be negative.

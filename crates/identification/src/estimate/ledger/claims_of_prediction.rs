@@ -4,7 +4,7 @@ use claims::{Claim, Figure, Outcome, Remedy, Subject, Trial};
 
 use crate::estimate::artefact::Estimate;
 use crate::estimate::digits::percent;
-use crate::estimate::ledger::claims_of_fit::is_noise;
+use crate::estimate::ledger::noise::is_noise;
 use crate::estimate::ledger::topics::{OTHER_MOTION, cannot_tell};
 
 /// Error on another motion up to which an estimate predicts well.

@@ -5,6 +5,7 @@
 //! | `claims_of_log` | what the passport found, and what it would have found |
 //! | `claims_of_columns` | whether velocities and accelerations are the slopes they should be |
 //! | `claims_of_fit` | what the fit leaves open |
+//! | `noise` | whether what is left looks like noise |
 //! | `claims_of_prediction` | what it predicts, and whether several logs have one set of parameters |
 //! | `claims_of_faults` | what unknowns more explain ([`hypotheses`], by their `hypothesis_columns`) |
 //! | `widening` | by how much those that are not named, or not excluded, widen deviations |
@@ -20,6 +21,7 @@ mod claims_of_prediction;
 pub mod hypotheses;
 mod hypothesis;
 mod hypothesis_columns;
+mod noise;
 pub mod purposes;
 pub mod topics;
 pub mod torque_error;
@@ -27,9 +29,10 @@ pub mod unknowns;
 mod widening;
 
 pub(crate) use claims_of_faults::claims_of_faults;
-pub(crate) use claims_of_fit::{Beside, LACKING_MODEL_CHI_SQUARE, NOISE_CHI_SQUARE, claims_of_fit, not_noise};
+pub(crate) use claims_of_fit::{Beside, LACKING_MODEL_CHI_SQUARE, NOISE_CHI_SQUARE, claims_of_fit};
 pub(crate) use claims_of_log::units_of_logs;
 pub use claims_of_log::{FreeFit, claims_of_log};
 pub use claims_of_prediction::Prediction;
+pub(crate) use noise::not_noise;
 pub use unknowns::widen_by_unknowns;
 pub use widening::{effects_of_faults, widen_by_faults, widen_by_what_may_be_there};
