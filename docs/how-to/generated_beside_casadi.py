@@ -3,14 +3,14 @@ a call, the best of 60 turns.
 
     cargo build --release -p cli
     pip install casadi pin numpy
-    python docs/how-to/generated_beside_casadi.py ROBOT.urdf
+    python docs/how-to/generated_beside_casadi.py ROBOT.urdf [--ways]
 
 casadi's functions are in its own symbols, base parameters as inputs and all others structurally zero, with common
 subexpressions taken out: the regressor row by row, from the wrench of each body per unit of a parameter and how each joint
 moves the body; the torques by a Newton-Euler recursion; the inertia matrix by composite bodies, upper triangle. Only non-zeros
 are written, by either side. Each compiler that is there, gcc and the newest clang, compiles in several ways, of which the best
-counts; once with the library's sine and once with that of rist's C. Rust is `rist generate` with -C opt-level=3 -C
-target-cpu=native. Pinocchio's functions are those of its headers, with all standard columns and dense results, which is what it
+counts; once with the library's sine and once with that of rist's C. Rust is `rist generate` with -C target-cpu=native, compiled
+in several ways too. Pinocchio's functions are those of its headers, with all standard columns and dense results, which is what it
 has: computeJointTorqueRegressor, rnea, crba and computeRNEADerivatives, by g++ and by clang++. Revolute and prismatic joints
 alone; needs gcc, objcopy and rustc; Pinocchio by a compiler takes it a minute, and is left out where there is no g++.
 """
@@ -286,30 +286,34 @@ for k, (name, compiler) in enumerate(by.items()):
 source = (here / "arm.rs").read_text()
 p = int(re.search(r"PARAMETERS: \[&str; (\d+)\]", source)[1])
 entries = int(re.search(r"NON_ZEROS: \[\(usize, usize\); (\d+)\]", source)[1])
-(here / "library.rs").write_text(f"""
+rust = [f"rust{k}" for k in range(3)]
+library = f"""
 #[allow(dead_code)]
 mod arm;
 type V = [f64; {n}];
 #[unsafe(no_mangle)]
-pub extern "C" fn rust_base_regressor(q: &V, dq: &V, ddq: &V, y: &mut [f64; {entries}]) {{
+pub extern "C" fn WAY_base_regressor(q: &V, dq: &V, ddq: &V, y: &mut [f64; {entries}]) {{
     arm::base_regressor_non_zeros(q, dq, ddq, y)
 }}
 #[unsafe(no_mangle)]
-pub extern "C" fn rust_inverse_dynamics(q: &V, dq: &V, ddq: &V, x: &[f64; {p}], tau: &mut V) {{
+pub extern "C" fn WAY_inverse_dynamics(q: &V, dq: &V, ddq: &V, x: &[f64; {p}], tau: &mut V) {{
     arm::inverse_dynamics(q, dq, ddq, x, tau)
 }}
 #[unsafe(no_mangle)]
-pub extern "C" fn rust_inertia_matrix(q: &V, x: &[f64; {p}], a: &mut [f64; arm::INERTIA_MATRIX_PLACES.len()]) {{
+pub extern "C" fn WAY_inertia_matrix(q: &V, x: &[f64; {p}], a: &mut [f64; arm::INERTIA_MATRIX_PLACES.len()]) {{
     arm::inertia_matrix_non_zeros(q, x, a)
 }}
 #[unsafe(no_mangle)]
-pub extern "C" fn rust_derivatives(q: &V, dq: &V, ddq: &V, x: &[f64; {p}], y: &mut [[V; {n}]; 2]) {{
+pub extern "C" fn WAY_derivatives(q: &V, dq: &V, ddq: &V, x: &[f64; {p}], y: &mut [[V; {n}]; 2]) {{
     let [by_q, by_dq] = y;
     arm::inverse_dynamics_derivatives(q, dq, ddq, x, by_q, by_dq)
 }}
-""")
-optimised = ["-Copt-level=3", "-Ctarget-cpu=native", "-Ccodegen-units=1", "--edition=2024"]
-run("rustc", "--crate-type=staticlib", *optimised, "-o", "librist.a", "library.rs")
+"""
+flags = ["-Copt-level=3", "-Copt-level=3 -Cno-vectorize-slp", "-Copt-level=2 -Cno-vectorize-slp"]
+for way, how in zip(rust, flags):
+    (here / f"{way}.rs").write_text(library.replace("WAY_", f"{way}_"))
+    native = ["-Ctarget-cpu=native", "-Ccodegen-units=1", "--edition=2024"]
+    run("rustc", "--crate-type=staticlib", *how.split(), *native, "-o", f"lib{way}.a", f"{way}.rs")
 
 # How each way computes each function.
 arguments = {
@@ -318,7 +322,7 @@ arguments = {
     "inertia_matrix": "q[s], x, y",
     "derivatives": f"q[s], v[s], a[s], x, y{{}}",
 }
-ways = ours_too + generated_c + peers + ["rust"]
+ways = ours_too + generated_c + peers + rust
 calls, declared = [], []
 for name in functions:
     for way in ways:
@@ -382,7 +386,9 @@ int main(void) {{
 }}
 """)
 objects = [f"{way}.o" for way in ours_too + generated_c]
-run("gcc", "-O2", "-w", "main.c", *objects, "librist.a", "-lm", "-lpthread", "-ldl", "-o", "main")
+# Each library of Rust brings the same standard library along.
+libraries = [*(f"lib{way}.a" for way in rust), "-Wl,-z,muldefs", "-lm", "-lpthread", "-ldl"]
+run("gcc", "-O2", "-w", "main.c", *objects, *libraries, "-o", "main")
 timed = [float(x) for x in subprocess.run([here / "main"], capture_output=True, text=True, check=True).stdout.split()]
 print(f"{urdf.stem}: {n} joints, {len(base)} base parameters (rist: {p}); casadi against pinocchio: {difference:.0e}")
 print(f"compilers: gcc{', ' + newest if newest else ''}; ns, and in brackets how many times rist's Rust takes it")
@@ -392,5 +398,8 @@ for k, (name, function) in enumerate(functions.items()):
     of = dict(zip(ways, timed[k * len(ways) : (k + 1) * len(ways)]))
     groups = [with_library, with_ours, generated_c, *([peer] for peer in peers)]
     fastest = [min(of[way] for way in group) for group in groups]
-    beside = "".join(f" {ns:>13.0f} ({ns / of['rust']:.2f})" for ns in fastest)
-    print(f"{name:<18} {function.n_instructions():>10} {of['rust']:>10.0f}{beside}")
+    of_rust = min(of[way] for way in rust)
+    beside = "".join(f" {ns:>13.0f} ({ns / of_rust:.2f})" for ns in fastest)
+    print(f"{name:<18} {function.n_instructions():>10} {of_rust:>10.0f}{beside}")
+    if "--ways" in sys.argv:
+        print("    Rust: " + ", ".join(f"{how} {of[way]:.0f}" for way, how in zip(rust, flags)))

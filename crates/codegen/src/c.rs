@@ -240,8 +240,9 @@ fn body(function: &Function) -> String {
     let mut steps = steps(function).into_iter().peekable();
     // Sines that are taken first read their angles where they are: nothing is stored yet.
     let first = steps.next_if(|step| matches!(step, Step::SinCos(_)));
-    let takes_sines_first = first.is_some();
+    let mut taken = Vec::new();
     if let Some(Step::SinCos(angles)) = first {
+        taken.extend(angles.iter().map(|angle| angle.angle));
         let of: Vec<String> = angles.iter().map(|angle| in_place(function, &places[angle.angle])).collect();
         text += &c_sine::statements(&angles, &of, &names, in_a_row(function, &places, &angles));
     }
@@ -250,7 +251,8 @@ fn body(function: &Function) -> String {
         if read.is_empty() {
             text += &format!("    (void){};\n", input.name);
         }
-        let is_read_later = |i: &usize| !takes_sines_first || is_read_beside_sines(function, k, *i);
+        let is_read_later =
+            |i: &usize| !taken.contains(&input.entries[*i].node()) || is_read_beside_sines(function, k, *i);
         for i in read.into_iter().filter(|_| may_be_an_output(function, k)).filter(is_read_later) {
             text += &format!("    const real {} = {}[{i}];\n", local(&input.name, i), input.name);
         }

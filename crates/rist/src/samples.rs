@@ -202,12 +202,8 @@ fn identify_kept(
         keep_essential(model.regressor(), &mut fit, &options);
     }
     let held_out = fit.estimate.cross_validation;
-    let linear = options.linear_model(model.regressor());
-    let logs_left_out = logs_left_out(&linear, &fit, described_parameters.as_deref());
-    let found = match kept {
-        Kept::Consistent => existing_bodies(model, fit, &options)?,
-        Kept::All | Kept::Essential => FoundBodies::none(fit.estimate),
-    };
+    let logs_left_out = left_out(model, &fit, &options, described_parameters.as_deref());
+    let found = found_bodies(model, fit, kept, &options)?;
 
     // The remarks, and the gains that the estimate stands on.
     let fingerprint = Some(model.reference.fingerprint.clone());
@@ -222,8 +218,8 @@ fn identify_kept(
     let unsure = UnsureTorques::of(noise, [&of_noise, &with_gains], &faults, model, &options, &estimate);
     widen_by_what_may_be_there(&mut estimate, &faults);
     estimate.remarks.splice(..0, chosen.sentences.into_iter().chain(sentence));
-    estimate.remarks.extend(of_left_out(&logs_left_out, &estimate.logs));
-    estimate.remarks.extend(found.outgrown.into_iter().filter(|_| !is_own_scale));
+    let outgrown = found.outgrown.into_iter().filter(|_| !is_own_scale);
+    estimate.remarks.extend(of_left_out(&logs_left_out, &estimate.logs).into_iter().chain(outgrown));
     let found = Identification {
         torque_errors: unsure.errors(model, &options, &estimate),
         model: chosen.model,
@@ -244,6 +240,11 @@ fn identify_kept(
         described_parameters,
     };
     Ok(if is_own_scale { found.in_own_scale() } else { found })
+}
+
+/// Each log predicted by parameters from the others, where there are several. `described`: the base parameters of the description.
+fn left_out(model: &Model, fit: &Fit, options: &Options, described: Option<&[f64]>) -> Vec<LogLeftOut> {
+    logs_left_out(&options.linear_model(model.regressor()), fit, described)
 }
 
 /// What is decided before the fit.
@@ -342,14 +343,11 @@ struct FoundBodies {
     outgrown: Vec<String>,
 }
 
-impl FoundBodies {
-    fn none(estimate: Estimate) -> FoundBodies {
-        FoundBodies { estimate, bodies: None, evidence: None, outgrown: Vec::new() }
+/// The estimate whose bodies can exist, where only such were asked for. Where the logs do not determine them, the description does.
+fn found_bodies(model: &Model, fit: Fit, kept: Kept, options: &Options) -> Result<FoundBodies, Error> {
+    if kept != Kept::Consistent {
+        return Ok(FoundBodies { estimate: fit.estimate, bodies: None, evidence: None, outgrown: Vec::new() });
     }
-}
-
-/// The estimate whose bodies can exist. Where the logs do not determine them, the description does.
-fn existing_bodies(model: &Model, fit: Fit, options: &Options) -> Result<FoundBodies, Error> {
     let (map, known) = (model.standard_map(), model.reference_bodies());
     let found = identify_consistent(model.regressor(), &map, &known, fit, options, &Default::default())?;
     let named: Vec<(&str, Ten)> = bodies(&map, &found.consistent.phi).collect();

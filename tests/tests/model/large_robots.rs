@@ -167,6 +167,55 @@ fn two_arms_on_a_floating_base() {
     has_its_rank(&text, true, None);
 }
 
+/// Each function of a robot, in C: of more than eight angles the sines are taken four at a time, where they are needed. It
+/// compiles without a warning, and its torque is that of the recursion.
+#[test]
+fn every_function_of_ten_joints_compiles_in_c() {
+    let found = |cc: &&str| Command::new(cc).arg("--version").output().is_ok_and(|o| o.status.success());
+    let Some(cc) = ["cc", "gcc", "clang"].into_iter().find(found) else {
+        println!("skipped: no C compiler");
+        return;
+    };
+    for (n, axes) in [(9, Axes::Right), (10, Axes::Oblique)] {
+        let robot = read(&urdf(n, axes, 1, None), false);
+        let base = regrouped(&robot);
+        let of_robot = RobotFunction::words().filter_map(|(word, _)| RobotFunction::of_robot(word));
+        let words: Vec<RobotFunction> = of_robot.filter(|word| word.check(&robot).is_ok()).collect();
+        assert!(words.len() > 10, "{}", words.len());
+        let module = modeling::module(&robot, &words).unwrap_or_else(|e| panic!("{e}"));
+        let files = codegen::c_files(&module, "this test", "many.h");
+        let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("ten_{n}"));
+        std::fs::create_dir_all(&folder).unwrap();
+        std::fs::write(folder.join("many.h"), files.header).unwrap();
+        std::fs::write(folder.join("many.c"), files.source).unwrap();
+        let (state, x) = (Random(3).state(&robot), Random(4).parameters(&robot));
+        let list = |v: &[f64]| v.iter().map(|x| format!("{x:?}")).collect::<Vec<_>>().join(", ");
+        let main = format!(
+            "#include <stdio.h>\n#include \"many.h\"\n\
+             static const double q[] = {{{}}}, dq[] = {{{}}}, ddq[] = {{{}}}, x[] = {{{}}};\n\
+             static double tau[{n}];\n\
+             int main(void) {{ int i; many_inverse_dynamics(q, dq, ddq, x, tau);\n\
+             for (i = 0; i < {n}; i++) printf(\"%.17g\\n\", tau[i]);\nreturn 0; }}\n",
+            list(&state.q),
+            list(&state.dq),
+            list(&state.ddq),
+            list(&base.values(&x)),
+        );
+        std::fs::write(folder.join("main.c"), main).unwrap();
+        let mut compile = Command::new(cc);
+        compile.args("-std=c99 -Wall -Wextra -pedantic -Werror -o program main.c many.c -lm".split(' '));
+        let made = compile.current_dir(&folder).output().unwrap();
+        assert!(made.status.success(), "{n}: {}", String::from_utf8_lossy(&made.stderr));
+        let ran = Command::new(folder.join("program")).output().unwrap();
+        let tau: Vec<f64> = String::from_utf8(ran.stdout).unwrap().lines().map(|l| l.parse().unwrap()).collect();
+        let expected = recursion::torque(&robot, &state, &x);
+        assert_eq!(tau.len(), n);
+        let size = expected.iter().fold(0.0, |a: f64, b| a.max(b.abs()));
+        // Rounding of thousands of terms.
+        assert!(tau.iter().zip(&expected).all(|(a, b)| (a - b).abs() < 1e-11 * (1.0 + size)), "{tau:?} {expected:?}");
+    }
+}
+
 #[test]
 fn a_generated_regressor_of_sixty_joints_gives_the_torque() {
     let found = |cc: &&str| Command::new(cc).arg("--version").output().is_ok_and(|o| o.status.success());

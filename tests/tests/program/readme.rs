@@ -164,6 +164,7 @@ fn the_figures_of_the_readme_are_those_of_the_pages() {
     holds(format!("we simulated {} situations", all[1]));
     holds(format!("Of {} times \"yes\", {} were more than 5 % off", first(&all[2]), first(&all[3])));
     holds(format!("and {} had a parameter beyond five sigma", first(&all[5])));
+    holds(format!("In the units of the log, which those {} name, {} were off", first(&all[3]), first(&all[4])));
     let held = cells("docs/benchmarks.md", "| 95 % intervals cover");
     holds(format!("{} of the 95 % intervals hold the truth", held[1]));
     // Measured robots: the least and the greatest error of the rows that the picture shows.

@@ -115,30 +115,8 @@ fn other_motion(estimate: &Estimate, prediction: &Prediction) -> Claim {
     if let Some(error) = of_logs.filter(|_| prediction.is_of_poor_logs()) {
         return Claim::new(subject, Outcome::Agrees { smallest: Figure::new(100.0 * error, "% of the torque") });
     }
-    // The description is a rival: where it predicts far better, or better than noise explains, the fit holds for its own log
-    // only.
-    if let (Some(error), Some(described)) = (of_logs, prediction.others_described)
-        && error > WORSE_ERROR_RATIO * described
-        && error > SMALL_HELD_OUT_ERROR
-    {
-        let unsure =
-            prediction.others_unsure.map_or(String::new(), |e| format!(", which are unsure by {}", percent(e)));
-        let why = format!(
-            "the description predicts the other log better ({}) than these parameters do ({}){unsure}",
-            percent(described),
-            percent(error)
-        );
-        let is_explained = error <= described.hypot(EXPLAINED_DEVIATIONS * prediction.others_unsure.unwrap_or(0.0));
-        let is_far_worse = error > FAR_WORSE_ERROR_RATIO * described && error > GOOD_PREDICTION_ERROR;
-        if is_far_worse && !is_explained {
-            let remedy =
-                Remedy::new("identify", "identify again from logs of this robot as it is now, or keep the description");
-            let trial = Trial::NotTried { why: "nothing is known of the cause".into() };
-            return Claim::new(subject, Outcome::Contradicted { fault: why, remedy, trial });
-        }
-        if is_far_worse || !is_explained {
-            return cannot_tell(subject, why, "a longer and richer motion (rist plan)");
-        }
+    if let Some(rival) = of_logs.and_then(|error| rival(error, prediction)) {
+        return rival;
     }
     let Some(error) = of_logs.or(of_parts) else {
         let why = match (prediction.others.is_some(), others.is_some(), prediction.others_are_of_the_fit) {
@@ -162,6 +140,33 @@ fn other_motion(estimate: &Estimate, prediction: &Prediction) -> Claim {
             "what is missing in the model: rist doctor, [friction=auto]",
         ),
     }
+}
+
+/// What speaks for the description where it predicts another log far better than the parameters of that `error`, or better than
+/// noise explains: then these hold for their own log only.
+fn rival(error: f64, prediction: &Prediction) -> Option<Claim> {
+    let described = prediction.others_described?;
+    if error <= WORSE_ERROR_RATIO * described || error <= SMALL_HELD_OUT_ERROR {
+        return None;
+    }
+    let subject = Subject::whole(OTHER_MOTION);
+    let unsure = prediction.others_unsure.filter(|e| e.is_finite());
+    let said = unsure.map_or(String::new(), |e| format!(", which are unsure by {}", percent(e)));
+    let whose = if prediction.others_are_of_the_fit { "those from the other logs" } else { "these parameters" };
+    let why = format!(
+        "the description predicts the other log better ({}) than {whose} do ({}){said}",
+        percent(described),
+        percent(error)
+    );
+    let is_explained = error <= described.hypot(EXPLAINED_DEVIATIONS * prediction.others_unsure.unwrap_or(0.0));
+    let is_far_worse = error > FAR_WORSE_ERROR_RATIO * described && error > GOOD_PREDICTION_ERROR;
+    if is_far_worse && !is_explained {
+        let remedy =
+            Remedy::new("identify", "identify again from logs of this robot as it is now, or keep the description");
+        let trial = Trial::NotTried { why: "nothing is known of the cause".into() };
+        return Some(Claim::new(subject, Outcome::Contradicted { fault: why, remedy, trial }));
+    }
+    (is_far_worse || !is_explained).then(|| cannot_tell(subject, why, "a longer and richer motion (rist plan)"))
 }
 
 /// Why parameters hold for their own log only.
