@@ -167,12 +167,30 @@ fn two_arms_on_a_floating_base() {
     has_its_rank(&text, true, None);
 }
 
+fn compiler_of_c() -> Option<&'static str> {
+    let is_there = |cc: &&str| Command::new(cc).arg("--version").output().is_ok_and(|o| o.status.success());
+    ["cc", "gcc", "clang"].into_iter().find(is_there)
+}
+
+/// What `main` prints, compiled without a warning beside the files `many.h` and `many.c`.
+fn printed_by_c(cc: &str, folder: &str, files: codegen::CFiles, main: &str) -> String {
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join(folder);
+    std::fs::create_dir_all(&folder).unwrap();
+    std::fs::write(folder.join("many.h"), files.header).unwrap();
+    std::fs::write(folder.join("many.c"), files.source).unwrap();
+    std::fs::write(folder.join("main.c"), main).unwrap();
+    let mut compile = Command::new(cc);
+    compile.args("-std=c99 -Wall -Wextra -pedantic -Werror -o program main.c many.c -lm".split(' '));
+    let made = compile.current_dir(&folder).output().unwrap();
+    assert!(made.status.success(), "{}", String::from_utf8_lossy(&made.stderr));
+    String::from_utf8(Command::new(folder.join("program")).output().unwrap().stdout).unwrap()
+}
+
 /// Each function of a robot, in C: of more than eight angles the sines are taken four at a time, where they are needed. It
 /// compiles without a warning, and its torque is that of the recursion.
 #[test]
 fn every_function_of_ten_joints_compiles_in_c() {
-    let found = |cc: &&str| Command::new(cc).arg("--version").output().is_ok_and(|o| o.status.success());
-    let Some(cc) = ["cc", "gcc", "clang"].into_iter().find(found) else {
+    let Some(cc) = compiler_of_c() else {
         println!("skipped: no C compiler");
         return;
     };
@@ -184,10 +202,6 @@ fn every_function_of_ten_joints_compiles_in_c() {
         assert!(words.len() > 10, "{}", words.len());
         let module = modeling::module(&robot, &words).unwrap_or_else(|e| panic!("{e}"));
         let files = codegen::c_files(&module, "this test", "many.h");
-        let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("ten_{n}"));
-        std::fs::create_dir_all(&folder).unwrap();
-        std::fs::write(folder.join("many.h"), files.header).unwrap();
-        std::fs::write(folder.join("many.c"), files.source).unwrap();
         let (state, x) = (Random(3).state(&robot), Random(4).parameters(&robot));
         let list = |v: &[f64]| v.iter().map(|x| format!("{x:?}")).collect::<Vec<_>>().join(", ");
         let main = format!(
@@ -201,13 +215,8 @@ fn every_function_of_ten_joints_compiles_in_c() {
             list(&state.ddq),
             list(&base.values(&x)),
         );
-        std::fs::write(folder.join("main.c"), main).unwrap();
-        let mut compile = Command::new(cc);
-        compile.args("-std=c99 -Wall -Wextra -pedantic -Werror -o program main.c many.c -lm".split(' '));
-        let made = compile.current_dir(&folder).output().unwrap();
-        assert!(made.status.success(), "{n}: {}", String::from_utf8_lossy(&made.stderr));
-        let ran = Command::new(folder.join("program")).output().unwrap();
-        let tau: Vec<f64> = String::from_utf8(ran.stdout).unwrap().lines().map(|l| l.parse().unwrap()).collect();
+        let printed = printed_by_c(cc, &format!("ten_{n}"), files, &main);
+        let tau: Vec<f64> = printed.lines().map(|line| line.parse().unwrap()).collect();
         let expected = recursion::torque(&robot, &state, &x);
         assert_eq!(tau.len(), n);
         let size = expected.iter().fold(0.0, |a: f64, b| a.max(b.abs()));
@@ -218,8 +227,7 @@ fn every_function_of_ten_joints_compiles_in_c() {
 
 #[test]
 fn a_generated_regressor_of_sixty_joints_gives_the_torque() {
-    let found = |cc: &&str| Command::new(cc).arg("--version").output().is_ok_and(|o| o.status.success());
-    let Some(cc) = ["cc", "gcc", "clang"].into_iter().find(found) else {
+    let Some(cc) = compiler_of_c() else {
         println!("skipped: no C compiler");
         return;
     };
@@ -228,10 +236,6 @@ fn a_generated_regressor_of_sixty_joints_gives_the_torque() {
     let word = RobotFunction::of_robot("base-regressor").unwrap();
     let module = modeling::module(&robot, &[word]).unwrap_or_else(|e| panic!("{e}"));
     let files = codegen::c_files(&module, "this test", "many.h");
-    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("sixty");
-    std::fs::create_dir_all(&folder).unwrap();
-    std::fs::write(folder.join("many.h"), files.header).unwrap();
-    std::fs::write(folder.join("many.c"), files.source).unwrap();
 
     let (state, x) = (Random(3).state(&robot), Random(4).parameters(&robot));
     let list = |v: &[f64]| v.iter().map(|x| format!("{x:?}")).collect::<Vec<_>>().join(", ");
@@ -249,13 +253,7 @@ fn a_generated_regressor_of_sixty_joints_gives_the_torque() {
         list(&state.ddq),
         list(&base.values(&x)),
     );
-    std::fs::write(folder.join("main.c"), main).unwrap();
-    let mut compile = Command::new(cc);
-    compile.args("-std=c99 -Wall -Wextra -pedantic -Werror -o program main.c many.c -lm".split(' '));
-    let made = compile.current_dir(&folder).output().unwrap();
-    assert!(made.status.success(), "{}", String::from_utf8_lossy(&made.stderr));
-    let ran = Command::new(folder.join("program")).output().unwrap();
-    let printed = String::from_utf8(ran.stdout).unwrap();
+    let printed = printed_by_c(cc, "sixty", files, &main);
     let expected = recursion::torque(&robot, &state, &x);
     assert_eq!(printed.lines().count(), n);
     for (line, tau) in printed.lines().zip(expected) {

@@ -1,6 +1,13 @@
 //! Each of several logs, predicted by parameters from all others.
 //!
-//! The deviations of those parameters are as much wider than those of white noise as those of all logs are: they say what error
+//! With W_i, tau_i the rows and torques of log i, X the parameters from all logs, X_-i those from all but i, and X_i those that are
+//! fitted to it alone,
+//!
+//! ```text
+//! e(x) = |tau_i - W_i x| / |tau_i|
+//! error = e(X_-i)     by_parameters^2 = e(X_-i)^2 - e(X_i)^2     apart^2 = e(X)^2 - e(X_i)^2
+//! ```
+//! Shares of the torque, without unit. The deviations of those parameters are as much wider than those of white noise as those of all logs are: they say what error
 //! of the prediction is no contradiction.
 
 use linear_model::linear_model::Model;
@@ -34,7 +41,7 @@ pub struct LogLeftOut {
 /// Each log of a fit left out; empty where there is one. `described`: the base parameters of the description.
 pub fn logs_left_out(model: &Model, fitted: &Fit, described: Option<&[f64]>) -> Vec<LogLeftOut> {
     let logs = fitted.observation.logs();
-    if logs.len() < 2 {
+    if logs.is_empty() {
         return Vec::new();
     }
     let (numbers, parts): (Vec<usize>, Vec<Vec<Triangle>>) = logs.into_iter().unzip();

@@ -161,7 +161,7 @@ pub fn replicate_deviation(
         let moved = whole.moved(log, BAND_LEVERAGE_EXPONENT, REMAINDER_ROUNDING_SHARE)?;
         Some(moved.into_iter().map(|s| slope * s).collect::<Vec<f64>>())
     };
-    let moved_by_logs = if logs.len() > 1 { logs.iter().filter_map(moved).collect() } else { Vec::new() };
+    let moved_by_logs = logs.iter().filter_map(moved).collect();
     let found = of_clusters(&whole, &parts, bands.clusters(model), slope, white_deviation(solution));
     ReplicateDeviation { moved_by_logs, ..found }
 }
@@ -326,7 +326,7 @@ mod tests {
         let mut changed = |share: f64| {
             let mut logs = [0, 1].map(|log| States { log, ..arm.states(1200) });
             for (states, sign) in logs.iter_mut().zip([1.0, -1.0]) {
-                // A gain of the first moment that is larger in one log, and smaller in the other.
+                // A gain of the torque that is larger in one log, and smaller in the other.
                 states.tau.iter_mut().for_each(|tau| *tau = *tau * (1.0 + sign * share) + 0.01 * random.normal());
             }
             of_logs(&model, &logs).1

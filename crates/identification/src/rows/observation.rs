@@ -233,10 +233,13 @@ impl Observation {
         }
     }
 
-    /// The numbers of the logs, each with the triangles of its joints.
+    /// The numbers of several logs, each with the triangles of its joints; empty where there is one log.
     pub fn logs(&self) -> Vec<(usize, Vec<Triangle>)> {
         let mut numbers = self.log_of.clone();
         numbers.dedup();
+        if numbers.len() < 2 {
+            return Vec::new();
+        }
         numbers.into_iter().map(|log| (log, self.joints(|k| self.log_of[k] == log))).collect()
     }
 
@@ -312,7 +315,7 @@ mod tests {
     fn parts_are_merged_within_their_log() {
         let arm = Pendulum::new();
         let model = Model::new(&arm, &[], &[]);
-        // 3, 7, 5 and 60 logs of 20, 6 or 1 parts: beside more than 64 logs even parts of two logs are one.
+        // Numbers of logs, and of the parts of each. Of more than 64 logs parts of two are one.
         for (logs, parts) in [(3, 20), (7, 20), (15, 6), (60, 1), (100, 1)] {
             let one = |log: usize| Observation::of(&model, &States { log, ..arm.states(40 + log) }, parts);
             let mut all = one(0);
@@ -320,6 +323,7 @@ mod tests {
             assert!(all.parts.len() <= MAX_PARTS && all.parts.len() == all.log_of.len(), "{logs} {}", all.parts.len());
             let rows: usize = all.logs().iter().map(|(_, joints)| joints[0].rows).sum();
             assert_eq!(rows, (0..logs).map(|log| 40 + log).sum::<usize>());
+            assert!(one(0).logs().is_empty());
             if logs <= MAX_PARTS {
                 let of = all.logs().iter().map(|(log, joints)| (*log, joints[0].rows)).collect::<Vec<_>>();
                 assert_eq!(of, (0..logs).map(|log| (log, 40 + log)).collect::<Vec<_>>());
