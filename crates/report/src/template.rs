@@ -43,6 +43,11 @@ fn environment(escape: AutoEscape) -> Environment<'static> {
             _ => escape_formatter(out, state, value),
         }
     });
+    environment.add_test("none", |value: &Value| value.is_none());
+    environment.add_filter("join", |texts: Vec<String>, between: &str| texts.join(between));
+    environment.add_filter("length", |value: &Value| value.len());
+    environment.add_filter("replace", |text: &str, from: &str, to: &str| text.replace(from, to));
+    environment.add_filter("round", |x: f64, digits: i32| (x * 10f64.powi(digits)).round() / 10f64.powi(digits));
     environment.add_filter("code", |text: String| Value::from_safe_string(shown::markdown_code(&text)));
     environment.add_filter("tex", |text: String| tex(&text));
     environment.add_filter("tex_rule", |text: String| tex_rule(&text));
