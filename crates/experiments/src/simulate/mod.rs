@@ -6,3 +6,4 @@ pub mod dynamics;
 pub mod record_file;
 mod run;
 pub mod setup;
+mod stiff_friction;

@@ -68,6 +68,20 @@ impl FrictionLaw {
         positive * (self.viscous_positive * v + self.coulomb_positive * m)
             + (1.0 - positive) * (self.viscous_negative * v + self.coulomb_negative * m)
     }
+
+    /// dG/dv at velocity `v` under the drive torque `tau`, N m s/rad.
+    pub fn slope(&self, v: f64, tau: f64) -> f64 {
+        let turn = (v / self.smoothing).tanh();
+        let (positive, by_v) = (0.5 * (1.0 + turn), 0.5 * (1.0 - turn * turn) / self.smoothing);
+        let slow =
+            if self.stribeck == 0.0 { 0.0 } else { self.stribeck * (-(v / self.stribeck_velocity).powi(2)).exp() };
+        let m = 1.0 + self.load * tau.abs() + slow;
+        let m_by_v = -2.0 * v / self.stribeck_velocity.powi(2) * slow;
+        by_v * ((self.viscous_positive - self.viscous_negative) * v
+            + (self.coulomb_positive - self.coulomb_negative) * m)
+            + positive * (self.viscous_positive + self.coulomb_positive * m_by_v)
+            + (1.0 - positive) * (self.viscous_negative + self.coulomb_negative * m_by_v)
+    }
 }
 
 #[cfg(test)]
@@ -83,5 +97,17 @@ mod tests {
         let loaded = FrictionLaw { load: 0.05, ..law };
         assert!((loaded.torque(1.0, -2.0) - (0.25 + 0.6 * 1.1)).abs() < 1e-12);
         assert!((law.scaled(2.0).torque(1.0, 0.0) - 1.7).abs() < 1e-12);
+    }
+
+    #[test]
+    fn the_slope_is_that_of_the_torque() {
+        let law = FrictionLaw { load: 0.05, stribeck: 0.4, ..FrictionLaw::asymmetric(0.25, 0.6, 0.18, -0.75) };
+        for (v, tau) in [(0.0, 0.0), (0.002, -3.0), (-0.004, 2.0), (0.03, 1.0), (-0.2, -5.0), (1.5, 4.0)] {
+            let h = 1e-7;
+            let difference = (law.torque(v + h, tau) - law.torque(v - h, tau)) / (2.0 * h);
+            // The third derivative is up to 2 F / s^3 = 1e7: h^2 of it is 1e-7, and rounding 1e-16 / h.
+            assert!((law.slope(v, tau) - difference).abs() < 1e-6 * (1.0 + difference.abs()), "{v}");
+        }
+        assert!((law.slope(0.0, 0.0) - law.slope_at_rest()).abs() < 1e-12);
     }
 }
