@@ -29,7 +29,7 @@ use std::cell::RefCell;
 use experiments::motion::point_to_point::{ValidationMotion, validation_trajectory};
 use experiments::motion::record::Record;
 use experiments::motion::reference_motion::Reference;
-use experiments::simulate::closed_loop::{Sensing, Simulation};
+use experiments::simulate::closed_loop::{Sensing, Simulation, Steps};
 use identification::estimate::consistent::{Consistency, identify_consistent};
 use identification::estimate::identify::Fit;
 use identification::estimate::options::Options;
@@ -315,7 +315,7 @@ fn run(arm: &BenchmarkArm, robot: &TapeRobot, reference: &Reference) -> Record {
         drives: &arm.drives,
         quantum: &[0.0; 3],
         friction: &arm.friction,
-        substeps: 2,
+        steps: Steps::RungeKutta(2),
     };
     simulation.run(reference, None).0
 }

@@ -9,7 +9,7 @@
 use experiments::motion::record::Record;
 use experiments::motion::reference_motion::Reference;
 use experiments::plan::exciting_trajectory::ExcitingTrajectory;
-use experiments::simulate::closed_loop::{Controller, Drives, Sensing, Simulation, Stop};
+use experiments::simulate::closed_loop::{Controller, Drives, Sensing, Simulation, Steps, Stop};
 use experiments::simulate::dynamics::{Dynamics, inverse_dynamics};
 use identification::spectrum::experiment::SpectralExperiment;
 use linear_model::friction::law::FrictionLaw;
@@ -184,7 +184,7 @@ impl Defect {
             drives: &drives,
             quantum: &[arm.sensing.quantum.clone(), zeros].concat(),
             friction: &friction,
-            substeps: 4,
+            steps: Steps::RungeKutta(4),
         };
         let twice = |x: &[Vec<f64>]| x.iter().chain(x).cloned().collect::<Vec<_>>();
         let both = Reference {
@@ -220,7 +220,7 @@ fn rigid(arm: &BenchmarkArm, reference: &Reference, feedforward: &[Vec<f64>]) ->
         drives: &arm.drives,
         quantum: &arm.sensing.quantum,
         friction: &arm.friction,
-        substeps: 2,
+        steps: Steps::RungeKutta(2),
     };
     match simulation.run(reference, Some(feedforward)) {
         (record, Stop::End) => Ok(record),

@@ -22,7 +22,7 @@ use experiments::motion::record::Record;
 use experiments::motion::reference_motion::Reference;
 use experiments::plan::exciting_trajectory::ExcitingTrajectory;
 use experiments::plan::measured_motion::MeasuredMotion;
-use experiments::simulate::closed_loop::{Sensing, Simulation, Stop};
+use experiments::simulate::closed_loop::{Sensing, Simulation, Steps, Stop};
 use experiments::simulate::dynamics::{Dynamics, inverse_dynamics};
 use identification::spectrum::experiment::{NoiseLevels, SpectralExperiment};
 use identification::spectrum::paper::{PaperWeights, paper_estimate, paper_rows};
@@ -182,7 +182,7 @@ impl<'a> Fixture<'a> {
             drives: &self.arm.drives,
             quantum: &self.scenario.sensing.quantum,
             friction,
-            substeps: 2,
+            steps: Steps::RungeKutta(2),
         };
         match simulation.run(reference, feedforward) {
             (record, Stop::End) => Ok(record),

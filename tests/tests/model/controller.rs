@@ -6,7 +6,7 @@ use std::path::Path;
 use std::process::{Child, ChildStdin, ChildStdout, Command, Stdio};
 
 use experiments::motion::reference_motion::Reference;
-use experiments::simulate::closed_loop::{Controller, Drives, Simulation, Stop};
+use experiments::simulate::closed_loop::{Controller, Drives, Simulation, Steps, Stop};
 use experiments::simulate::dynamics::{Dynamics, RegressorDynamics};
 use linear_model::friction::law::FrictionLaw;
 use tests::joint_log::Machine;
@@ -163,7 +163,7 @@ fn computed_torque_from_an_estimate_follows_five_times_as_well_as_its_pd() {
             drives: &Drives { gain: vec![1.0; n], greatest_torque: vec![1e6; n] },
             quantum: &vec![0.0; n],
             friction: &friction,
-            substeps: 4,
+            steps: Steps::RungeKutta(4),
         };
         let (alone, stop) = simulation.run(&reference, None);
         assert_eq!(stop, Stop::End, "{file}: PD alone");

@@ -1,7 +1,7 @@
 //! Simulation of a robot in closed loop: the record that an experiment would have left.
 //!
-//! A(q) ddq + h(q, dq) = kt I - G(dq, kt I), integrated by Runge-Kutta 4 in substeps of the
-//! sample time; by four steps that are implicit in G where that would take 17 or more. Each sample the controller sees q rounded to its encoder quantum,
+//! A(q) ddq + h(q, dq) = kt I - G(dq, kt I), integrated in [`Steps`] of the sample time. Each sample
+//! the controller sees q rounded to its encoder quantum,
 //!
 //! I = (Kp (q_r - q) + Kd (dq_r - v) + feedforward) / kt, limited, held until the next sample,
 //!
@@ -66,8 +66,21 @@ pub struct Sensing {
 
 /// Longest step of Runge-Kutta, as a multiple of the time in which friction decays. It is stable up to 2.78.
 const LONGEST_STEP_PER_DECAY_TIME: f64 = 2.0;
+/// Steps of Runge-Kutta in a sample, above which friction is stiff.
+const MOST_STEPS: usize = 16;
+/// Steps in a sample where it is.
+const STIFF_STEPS: usize = 4;
 /// Poses of a reference at which that time is computed.
 const STIFFNESS_POSES: usize = 20;
+
+/// Steps in a sample.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Steps {
+    /// So many of Runge-Kutta 4.
+    RungeKutta(usize),
+    /// So many that are implicit in friction, where that is stiff.
+    ImplicitFriction(usize),
+}
 
 /// A robot with its drives, controller and friction.
 pub struct Simulation<'a> {
@@ -81,8 +94,8 @@ pub struct Simulation<'a> {
     pub quantum: &'a [f64],
     /// One law a coordinate.
     pub friction: &'a [FrictionLaw],
-    /// Runge-Kutta steps in a sample; from 17 on, friction is integrated implicitly in four steps instead.
-    pub substeps: usize,
+    /// How a sample is integrated.
+    pub steps: Steps,
 }
 
 /// A law of control: instant, positions that the controller sees, their filtered differences, torques to write, N m.
@@ -113,10 +126,15 @@ impl Simulation<'_> {
         })
     }
 
-    /// The same with enough steps in a sample for the friction where it turns its sign.
+    /// The same with steps for the friction where it turns its sign: enough of Runge-Kutta, or implicit ones.
     pub(crate) fn with_short_steps(self, reference: &Reference) -> Self {
         let needed = (reference.sample_time * self.stiffness(reference) / LONGEST_STEP_PER_DECAY_TIME).ceil() as usize;
-        Simulation { substeps: self.substeps.max(needed), ..self }
+        let steps = match self.steps {
+            Steps::RungeKutta(_) if needed > MOST_STEPS => Steps::ImplicitFriction(STIFF_STEPS),
+            Steps::RungeKutta(steps) => Steps::RungeKutta(steps.max(needed)),
+            implicit => implicit,
+        };
+        Simulation { steps, ..self }
     }
 
     /// The greatest rate, 1/s, at which friction decays where it turns its sign.
@@ -198,7 +216,7 @@ mod tests {
             drives: &drives,
             quantum: &[0.0],
             friction: &[FrictionLaw::asymmetric(0.0, 0.0, 0.0, 0.0)],
-            substeps: 2,
+            steps: Steps::RungeKutta(2),
         };
         let feedforward = [reference.ddq[0].iter().map(|a| 2.0 * a).collect::<Vec<f64>>()];
         let (record, stop) = simulation.run(&reference, Some(&feedforward));

@@ -1,20 +1,16 @@
 //! A simulated motion on its way, and several of them abreast: what A(q) and h(q, dq) of all are asked for at once.
 //!
 //! A motion goes from one look at its dynamics to the next, four of them in a step. It depends on no other: its bits are
-//! those of the motion alone. Where Runge-Kutta would need many steps a sample, friction is taken implicitly.
+//! those of the motion alone.
 
 use numerics::positive_definite::solve_positive;
 
 use crate::motion::record::Record;
 use crate::motion::reference_motion::Reference;
-use crate::simulate::closed_loop::{Law, Simulation, Stop, quantised};
+use crate::simulate::closed_loop::{Law, Simulation, Steps, Stop, quantised};
 use crate::simulate::dynamics::Dynamics;
 use crate::simulate::stiff_friction::{Felt, StiffStep};
 
-/// Steps of Runge-Kutta in a sample, from which on friction is stiff.
-const MANY_STEPS: usize = 17;
-/// Steps in a sample where it is.
-const STIFF_STEPS: usize = 4;
 /// Stages of Runge-Kutta 4: the weight of each in the step, and how far ahead, in steps, the next one looks.
 const STAGES: [(f64, f64); 4] = [(1.0, 0.5), (2.0, 0.5), (2.0, 1.0), (1.0, 0.0)];
 
@@ -86,7 +82,10 @@ impl<'a> Run<'a> {
         let first =
             |series: &[Vec<f64>]| -> Vec<f64> { series.iter().map(|x| x.first().copied().unwrap_or(0.0)).collect() };
         let (q, dq, zeros) = (first(&reference.q), first(&reference.dq), || vec![0.0; n]);
-        let is_stiff = simulation.substeps >= MANY_STEPS;
+        let (steps, stiff) = match simulation.steps {
+            Steps::RungeKutta(steps) => (steps, None),
+            Steps::ImplicitFriction(steps) => (steps, Some(StiffStep::new(n))),
+        };
         let mut run = Run {
             simulation,
             reference,
@@ -100,8 +99,8 @@ impl<'a> Run<'a> {
             dq,
             sum_v: zeros(),
             sum_a: zeros(),
-            steps: if is_stiff { STIFF_STEPS } else { simulation.substeps },
-            stiff: is_stiff.then(|| StiffStep::new(n)),
+            steps,
+            stiff,
             tau: zeros(),
             held: zeros(),
             seen: zeros(),
@@ -255,8 +254,8 @@ mod tests {
         both
     }
 
-    /// The record under friction of 1 N m in steps of one kind, the law smoothed as asked.
-    fn record(smoothing: f64, substeps: usize, stiff_steps: Option<usize>) -> Record {
+    /// The record under friction of 1 N m at the flange in steps of one kind, or in those that it asks for; its steps too.
+    fn record(smoothing: f64, steps: Option<Steps>) -> (Record, Steps) {
         let reference = swing();
         let inertia = [2.0, 1e-4];
         let controller = Controller::for_inertia(&inertia, &[8.0; 2], 900.0);
@@ -268,22 +267,17 @@ mod tests {
             drives: &drives,
             quantum: &[0.0; 2],
             friction: &[law(4.0), law(1.0)],
-            substeps,
+            steps: steps.unwrap_or(Steps::RungeKutta(2)),
         };
+        let simulation = if steps.is_none() { simulation.with_short_steps(&reference) } else { simulation };
         let known = |k: usize| {
             let instants = reference.dq[k].iter().zip(&reference.ddq[k]);
             instants.map(|(v, a)| inertia[k] * a + simulation.friction[k].torque(*v, 0.0)).collect()
         };
         let feedforward: Vec<Vec<f64>> = (0..2).map(known).collect();
-        let mut run = Run::new(&simulation, &reference, simulation.law(&reference, Some(&feedforward)));
-        match stiff_steps {
-            Some(steps) => (run.steps, run.stiff) = (steps, Some(StiffStep::new(2))),
-            None => (run.steps, run.stiff) = (substeps, None),
-        }
-        follow(&ArmAndFlange, std::slice::from_mut(&mut run));
-        let (record, stop) = run.ended();
+        let (record, stop) = simulation.run(&reference, Some(&feedforward));
         assert_eq!(stop, Stop::End);
-        record
+        (record, simulation.steps)
     }
 
     fn apart(a: &Record, b: &Record, k: usize) -> f64 {
@@ -293,21 +287,30 @@ mod tests {
     #[test]
     fn steps_through_stiff_friction_are_of_second_order() {
         // Smooth enough for both to be in their asymptotic range, where half the step leaves a quarter of the error.
-        let exact = record(1.0, 64, None);
-        let error = |steps| apart(&record(1.0, 2, Some(steps)), &exact, 0);
+        let (exact, _) = record(1.0, Some(Steps::RungeKutta(64)));
+        let error = |steps| apart(&record(1.0, Some(Steps::ImplicitFriction(steps))).0, &exact, 0);
         let (coarse, fine) = (error(16), error(32));
         assert!(coarse / fine > 3.0 && fine < 1e-7, "{coarse:e} {fine:e}");
     }
 
     #[test]
     fn a_light_flange_takes_few_steps_and_moves_as_in_many() {
-        // 100 N m s of slope over 7.5e-5 kg m^2: 670 steps of Runge-Kutta a sample.
-        let many = record(0.005, 700, None);
+        // 190 N m s of slope over 7.5e-5 kg m^2: 1260 steps of Runge-Kutta a sample.
+        let (many, _) = record(0.005, Some(Steps::RungeKutta(1300)));
+        let (few, steps) = record(0.005, None);
+        assert!(matches!(steps, Steps::ImplicitFriction(1..=4)), "{steps:?}");
         for k in 0..2 {
             let moved = many.q[k].iter().fold(0.0_f64, |most, q| most.max(q.abs()));
-            let off = apart(&record(0.005, 2, Some(STIFF_STEPS)), &many, k);
+            let off = apart(&few, &many, k);
             // What no simulated encoder sees.
             assert!(off < POSITION_QUANTUM && moved > 1000.0 * POSITION_QUANTUM, "{k}: {off:e} of {moved}");
         }
+    }
+
+    #[test]
+    fn friction_that_is_hardly_stiff_stays_with_runge_kutta() {
+        // 1.4 N m s of slope over 7.5e-5 kg m^2: 10 steps a sample.
+        let (_, steps) = record(1.0, None);
+        assert!(matches!(steps, Steps::RungeKutta(9..=11)), "{steps:?}");
     }
 }

@@ -18,7 +18,7 @@ use robot::Robot;
 use crate::motion::record::Record;
 use crate::motion::reference_motion::Reference;
 use crate::plan::candidates::MotionLimits;
-use crate::simulate::closed_loop::{Controller, Drives, Sensing, Simulation, Stop};
+use crate::simulate::closed_loop::{Controller, Drives, Sensing, Simulation, Steps, Stop};
 use crate::simulate::defaults::{CONTROL_BANDWIDTH_HZ, POSITION_QUANTUM};
 use crate::simulate::defaults::{greatest_effort, joint_friction, joint_of, motion_limits};
 use crate::simulate::dynamics::{Dynamics, torques};
@@ -144,7 +144,7 @@ impl SimulationSetup {
                 drives: &self.drives,
                 quantum: &self.sensing.quantum,
                 friction: &self.friction,
-                substeps: 2,
+                steps: Steps::RungeKutta(2),
             }
             .with_short_steps(reference)
         };
@@ -198,7 +198,7 @@ mod tests {
             drives: &Drives { gain: vec![1.0], greatest_torque: vec![1e5] },
             quantum: &[0.0],
             friction: &[FrictionLaw::asymmetric(0.0, 0.0, 0.0, 0.0)],
-            substeps: 2,
+            steps: Steps::RungeKutta(2),
         };
         let count = 1100;
         let step = (0..count).map(|i| if i == 0 { 0.0 } else { 1.0 }).collect();

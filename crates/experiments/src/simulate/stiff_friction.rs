@@ -12,7 +12,7 @@ use numerics::positive_definite::solve_positive;
 const GAMMA: f64 = 1.0 - std::f64::consts::FRAC_1_SQRT_2;
 /// Weight of the first stage in the explicit part, 1 - 1 / (2 gamma).
 const DELTA: f64 = 1.0 - 0.5 / GAMMA;
-/// Newton steps that find a velocity; each halves the distance at least, and ends at once next to it.
+/// Newton steps after which a velocity counts as not found.
 const MOST_STEPS: usize = 100;
 /// Halvings that bring a step of Newton to the kink of a friction.
 const MOST_HALVINGS: usize = 60;
