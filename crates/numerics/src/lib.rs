@@ -4,7 +4,7 @@
 //! [`reflection`] and [`row_block`] feed it; [`least_squares`], [`total_least_squares`] and [`information_matrix`] ask
 //! it. [`interval`], [`range`] and [`jet`] enclose what a function can be between two instants. [`fft`] and [`fourier`]
 //! transform, [`student`] and [`behrens_fisher`] tell chance from difference, and
-//! [`in_order`] and [`interruption`] run long work.
+//! [`interruption`] ends long work.
 //!
 //! It knows the lanes of `generated`: the triangle takes eight samples abreast, as a generated function writes them.
 //!
@@ -17,8 +17,6 @@ pub mod behrens_fisher;
 mod error;
 pub mod fft;
 pub mod fourier;
-pub mod in_order;
-pub mod in_parallel;
 pub mod information_matrix;
 pub mod interruption;
 pub mod interval;

@@ -7,9 +7,9 @@
 //! Where it is enough to know that functions stay within bounds, that is proved first, with more enclosures: the exact
 //! range of what is enclosed widely may take too many.
 
-use crate::in_parallel::in_parallel;
 use crate::interruption::Interruption;
 use crate::interval::Interval;
+use processor::{in_parallel, threads};
 
 /// An end of the range of one function.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -149,8 +149,7 @@ impl Search<'_> {
 
     /// The parts with what holds the functions on them; their middles are reached.
     fn enclosed(&mut self, spans: Vec<Interval>, enclose: &(impl Fn(Interval) -> Enclosed + Sync)) -> Vec<Part> {
-        let threads = std::thread::available_parallelism().map_or(1, usize::from);
-        let all = in_parallel(spans, threads, |span| (span, enclose(span)));
+        let all = in_parallel(spans, threads(), |span| (span, enclose(span)));
         let part = |(span, Enclosed { over, middle }): (Interval, Enclosed)| {
             self.reach(span.middle(), &middle);
             Part { span, held: over }

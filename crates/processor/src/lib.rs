@@ -1,9 +1,13 @@
-//! Work compiled a second time, for the wide registers of a processor that has them.
+//! What a processor has more than one of: threads ([`in_parallel`], [`in_order`]), and numbers in a register ([`widely`]).
 //!
 //! A program for x86-64 may use what each of them has: registers of two numbers, and shifts through one fixed register.
 //! Nearly every one in use has registers of four, and shifts and bit counts of any. What takes long is compiled for both.
 //!
 //! Fused multiplications are not among what is used, and the compiler reorders no sum: both give the same bits.
+
+mod threads;
+
+pub use threads::{in_order, in_parallel, threads};
 
 /// What is compiled for both.
 pub trait Work {

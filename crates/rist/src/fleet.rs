@@ -11,8 +11,8 @@ use identification::signals::cutoff::MotionEnergy;
 use identification::signals::records::{SourceRecords, add_motion};
 use linear_model::friction::terms::{FrictionTerm, JointTerm, check_terms};
 use logs::LogSource;
-use numerics::in_order::on_threads;
 use numerics::interruption::Interruption;
+use processor::in_order;
 
 pub use identification::estimate::fleet::accumulator::Accumulator;
 pub use identification::estimate::fleet::comparison::{Compared, Comparison, compare};
@@ -99,13 +99,12 @@ pub fn accumulate_like(
     let options = all.settings().options.clone();
     // Logs are merged in batches, because each merge goes through all logs that are there.
     let mut batch = Accumulator::new(all.settings().clone());
-    let processors = || std::thread::available_parallelism().map_or(1, usize::from);
-    let threads = request.threads.unwrap_or_else(processors);
+    let threads = request.threads.unwrap_or_else(processor::threads);
     let read = |_: usize, path: &PathBuf| {
         let (log, _) = model.open_log(path, &options.columns)?;
         replicate(model, &options, &log, request.anyway)
     };
-    on_threads(threads, logs, read, |i, found| {
+    in_order(logs, threads, read, |i, found| {
         Interruption::check()?;
         let name = logs[i].display().to_string();
         match found.and_then(|replicate| Ok(batch.add(replicate)?)) {

@@ -104,7 +104,7 @@ pub fn plan(
     let held = CourseCheck::of_plans(model, &of_check)?;
     refuse_what_is_owed(model, &held.left_out())?;
     let Candidates { mut candidates, mut notes, noise } = candidates_of(model, request, &held)?;
-    let threads = std::thread::available_parallelism().map_or(1, usize::from);
+    let threads = processor::threads();
     let search =
         Search { starts: request.starts, threads, seed: request.seed, nodes: request.nodes, ..Search::default() };
     let mut left_out = 0;

@@ -16,8 +16,8 @@ use identification::estimate::identified::Identified;
 use linear_model::artefact::Seal;
 use linear_model::parameter::{BaseParameter, FrictionParameter, Parameter, ParameterId};
 use logs::Effort;
-use numerics::in_order::in_order;
 use numerics::interruption::Interruption;
+use processor::{in_order, threads};
 use random::Random;
 
 use crate::Estimate;
@@ -161,7 +161,7 @@ pub fn simulate<'a>(
         };
         run.records(group, &group.iter().map(reference).collect::<Vec<Reference>>())
     };
-    in_order(&groups, records, |group, records| {
+    in_order(&groups, threads(), records, |group, records| {
         groups[group].iter().zip(records).try_for_each(|(index, (record, stop))| {
             Interruption::check()?;
             let name = &motions[*index].name;

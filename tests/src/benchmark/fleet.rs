@@ -12,7 +12,7 @@ use std::f64::consts::TAU;
 
 use identification::estimate::options::Options;
 use logs::{Effort, Log, LogReport, LogSource};
-use numerics::in_order::in_order;
+use processor::{in_order, threads};
 use random::Random;
 use rist::fleet::{Compared, Comparison, SumsRequest, compare};
 use rist::{Accumulator, Model};
@@ -225,7 +225,7 @@ pub fn simulate(model: &Model, fleet: Fleet, sizes: &[f64], rate: f64) -> Vec<(f
         let one = |_: usize, (k, machine): &(usize, Machine)| {
             shop.sums(machine, &format!("robot-{k:03}"), fleet.logs, fleet.seconds, &mut random(1 + k))
         };
-        let done: Result<(), ()> = in_order(machines, one, |_, sums| {
+        let done: Result<(), ()> = in_order(machines, threads(), one, |_, sums| {
             found.push(sums);
             Ok(())
         });

@@ -9,8 +9,8 @@
 //! [Boyd, Vandenberghe 2004, 11.2]
 
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
-use numerics::in_parallel::in_parallel;
 use numerics::information_matrix::add_products;
+use processor::in_parallel;
 
 use crate::excitation::limits::{CoordinateLimits, LimitKind};
 use crate::excitation::motion::Shape;

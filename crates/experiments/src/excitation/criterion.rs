@@ -10,10 +10,10 @@
 //! its rows in its own columns only: a third of the products. Both are to be made small. Neither depends on the scale of a column but for a
 //! constant.
 
-use numerics::in_parallel::in_parallel;
 use numerics::information_matrix::{add_products as add_row_products, log_det_and_inverse};
 use numerics::reflection::{add_products, combine};
 use numerics::row_block::{BLOCK_ROWS, RowBlock};
+use processor::in_parallel;
 use serde::{Deserialize, Serialize};
 
 /// The aim of a search for a motion.

@@ -14,7 +14,7 @@ use crate::excitation::criterion::JointRows;
 use crate::excitation::problem::Prepared;
 use crate::excitation::torque_wall::HeldDrive;
 use linear_model::friction::terms::columns_of;
-use numerics::in_parallel::in_parallel;
+use processor::in_parallel;
 
 /// States whose functions are computed side by side, and whose slopes are.
 const STATES_PER_GROUP: usize = 8;

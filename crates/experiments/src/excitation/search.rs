@@ -26,7 +26,7 @@ use crate::excitation::problem::{Prepared, Problem};
 use crate::excitation::space_wall::Seen;
 use crate::excitation::walled::{RETURN_HEIGHT, Walled};
 use crate::excitation::watched::Watched;
-use numerics::in_parallel::in_parallel;
+use processor::in_parallel;
 
 /// How much is searched.
 #[derive(Clone, Copy, Debug)]

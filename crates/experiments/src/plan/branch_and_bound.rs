@@ -14,9 +14,9 @@
 use std::collections::BinaryHeap;
 use std::sync::Arc;
 
-use numerics::in_order::in_order;
 use numerics::information_matrix::Rows;
 use numerics::interruption::Interruption;
+use processor::{in_order, threads};
 
 use crate::plan::exchange::{Criterion, scales, value_of};
 use crate::plan::plan_node::{Choice, Look, Open, cuts};
@@ -150,7 +150,7 @@ impl TreeSearch {
         let known = self.known();
         let mut looks = Vec::new();
         let look = |_, open: &Open| self.choice.look(open, known, ASCENT_TOLERANCE_SHARE * self.tolerance);
-        let done: Result<(), std::convert::Infallible> = in_order(&batch, look, |_, look| {
+        let done: Result<(), std::convert::Infallible> = in_order(&batch, threads(), look, |_, look| {
             looks.push(look);
             Ok(())
         });

@@ -20,9 +20,9 @@
 
 use linear_model::regressor::Regressor;
 use logs::Error;
-use numerics::in_order::in_order;
 use numerics::information_matrix::Rows;
 use numerics::interruption::Interruption;
+use processor::{in_order, threads};
 use random::Random;
 
 use crate::motion::profile::Profile;
@@ -174,7 +174,7 @@ pub fn permitted_candidates(
         let permitted = permitted(grid, limits, trajectory, permission)?;
         Some(Candidate::new(permitted, regressor, noise)).filter(|candidate| candidate.information.trace() > 0.0)
     };
-    let done = in_order(&trajectories, rows, |_, candidate| {
+    let done = in_order(&trajectories, threads(), rows, |_, candidate| {
         Interruption::check().map_err(|e| Error::new(e.message()))?;
         found.extend(candidate);
         Ok(())

@@ -17,6 +17,7 @@
 
 use numerics::information_matrix::{InformationFactor, InformationMatrix, Rows};
 use numerics::interruption::Interruption;
+use processor::in_parallel;
 use random::Random;
 
 /// The criterion that a plan maximises.
@@ -82,7 +83,6 @@ pub fn exchange(
     }
     let scaled = equilibrated(blocks, criterion);
     let done = std::sync::Mutex::new((0, f64::NEG_INFINITY));
-    let threads = search.threads.clamp(1, search.starts.max(1));
     let interruption = Interruption::here();
     // A start depends on its number alone, whichever thread it runs on.
     let start = |s: usize| {
@@ -94,21 +94,11 @@ pub fn exchange(
         }
         found
     };
-    // The threads take the starts in turn; their order is restored before the first best is taken.
-    let mut found: Vec<(usize, (Vec<usize>, f64))> = std::thread::scope(|scope| {
-        let (start, interruption) = (&start, &interruption);
-        let share = |w: usize| {
-            move || {
-                let starts = (w..search.starts).step_by(threads).take_while(|_| !interruption.is_raised());
-                starts.map(|s| (s, start(s))).collect::<Vec<_>>()
-            }
-        };
-        let workers: Vec<_> = (0..threads).map(|w| scope.spawn(share(w))).collect();
-        workers.into_iter().flat_map(|w| w.join().unwrap_or_default()).collect()
-    });
-    found.sort_by_key(|f| f.0);
-    let starts: Vec<f64> = found.iter().map(|f| f.1.1).collect();
-    let best = found.into_iter().map(|f| f.1).reduce(|a, b| if b.1 > a.1 { b } else { a });
+    let unless_interrupted = |s| (!interruption.is_raised()).then(|| start(s));
+    let found = in_parallel((0..search.starts).collect(), search.threads, unless_interrupted);
+    let found: Vec<(Vec<usize>, f64)> = found.into_iter().flatten().collect();
+    let starts: Vec<f64> = found.iter().map(|f| f.1).collect();
+    let best = found.into_iter().reduce(|a, b| if b.1 > a.1 { b } else { a });
     let mut chosen = best.map(|b| b.0).unwrap_or_default();
     chosen.sort_unstable();
     let value = value_of(blocks, &chosen, criterion);

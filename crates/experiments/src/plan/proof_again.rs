@@ -6,9 +6,9 @@
 
 use linear_model::regressor::Regressor;
 use logs::Error;
-use numerics::in_order::in_order;
 use numerics::information_matrix::{InformationMatrix, Rows};
 use numerics::interruption::Interruption;
+use processor::{in_order, threads};
 
 use crate::plan::candidates::Candidate;
 use crate::plan::exchange::{Criterion, scales, value_of};
@@ -39,7 +39,7 @@ pub fn efficiency_again(plan: &ExperimentPlan, regressor: &dyn Regressor, file: 
         return Err(fail(format!("torque_noise {noise:?}: expected is a positive number per coordinate")));
     }
     let rows = |_, t: &ExcitingTrajectory| Candidate::new(t.clone(), regressor, noise).information;
-    in_order(&trajectories, rows, |_, rows| {
+    in_order(&trajectories, threads(), rows, |_, rows| {
         Interruption::check().map_err(|e| Error::new(e.message()))?;
         blocks.push(rows);
         Ok::<(), Error>(())

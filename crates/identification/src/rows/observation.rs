@@ -13,6 +13,7 @@ use linear_model::linear_model::Model;
 use linear_model::states::States;
 use logs::Error;
 use numerics::triangle::{ColumnTriangle, Triangle, select};
+use processor::{in_parallel, threads};
 
 use crate::signals::records::Records;
 
@@ -163,21 +164,8 @@ impl Observation {
         let parts = parts.clamp(1, len.max(1));
         let part = |k: usize| part_of_rows(model, states, k * len / parts..(k + 1) * len / parts, weight);
         // Parts are independent: which thread computes one changes no bit of it.
-        let threads = std::thread::available_parallelism().map_or(1, usize::from).min(parts);
-        let triangles = if threads < 2 || len < MIN_SAMPLES_FOR_THREADS {
-            (0..parts).map(part).collect()
-        } else {
-            std::thread::scope(|scope| {
-                let share = |t: usize| (t * parts / threads..(t + 1) * parts / threads).map(part).collect::<Vec<_>>();
-                let workers: Vec<_> = (1..threads).map(|t| scope.spawn(move || share(t))).collect();
-                let mut all = share(0);
-                for (worker, t) in workers.into_iter().zip(1..) {
-                    // The share of a worker that panicked is computed again here.
-                    all.extend(worker.join().unwrap_or_else(|_| share(t)));
-                }
-                all
-            })
-        };
+        let threads = if len < MIN_SAMPLES_FOR_THREADS { 1 } else { threads() };
+        let triangles = in_parallel((0..parts).collect(), threads, part);
         let over = |x: &[f64], f: &dyn Fn(f64, f64) -> f64, start: f64| -> Vec<f64> {
             (0..n).map(|j| x.iter().skip(j).step_by(n).fold(start, |a, &b| f(a, b))).collect()
         };

@@ -9,7 +9,7 @@ use std::ops::Range;
 use linear_model::linear_model::{Model, ResidualGroup};
 use linear_model::states::States;
 use logs::Error;
-use numerics::in_order::in_order;
+use processor::{in_order, threads};
 
 use crate::signals::records::Records;
 
@@ -71,7 +71,7 @@ pub(crate) fn add_record<S: ResidualSum>(all: &mut S, model: &Model, states: &St
         model.residual_groups(states, part.clone(), x, |group| sum.add(model, group));
         sum
     };
-    let Ok(()) = in_order(&parts, sum, |_, sum| {
+    let Ok(()) = in_order(&parts, threads(), sum, |_, sum| {
         all.append(sum);
         Ok::<(), Infallible>(())
     });

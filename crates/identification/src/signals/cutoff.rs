@@ -34,7 +34,7 @@
 use std::convert::Infallible;
 
 use numerics::fft::Plans;
-use numerics::in_order::in_order;
+use processor::{in_order, threads};
 
 use crate::signals::position_spectrum::{Energy, acceleration_energy, acceleration_noise, position_energy, quantile};
 use crate::signals::position_spectrum::{REST_RANGE, REST_RANGE_SIGMAS, energy_of, excursion, noise_of, smooth_length};
@@ -223,7 +223,7 @@ impl MotionEnergy {
                 false => (energy_of(&q[..count], period, of_motion.as_ref()), variance),
             }
         };
-        let Ok(()) = in_order(&self.waiting, energy, |j, (motion, variance)| {
+        let Ok(()) = in_order(&self.waiting, threads(), energy, |j, (motion, variance)| {
             joints[j].noise += acceleration_noise(variance, count, period);
             for (frequency, energy) in motion {
                 *joints[j].motion.entry(frequency).or_insert(0.0) += energy;

@@ -11,6 +11,7 @@ use std::io::{BufReader, Error as IoError, ErrorKind, Read};
 use gate::shown;
 use gate::unfolding::{PackedBytes, Unfolding};
 use memchr::memchr_iter;
+use processor::{in_parallel, threads};
 
 use crate::Error;
 use crate::formats::content::Content;
@@ -152,7 +153,7 @@ impl<'a> TableReader<'a> {
             waiting,
             notes,
             rows: 0,
-            threads: std::thread::available_parallelism().map_or(1, usize::from),
+            threads: threads(),
         })
     }
 
@@ -270,25 +271,8 @@ impl<'a> TableReader<'a> {
             })
             .collect();
         let dialect = &self.dialect;
-        let share = |part: &[(&[u8], WholeRows)]| -> Vec<Block> {
-            part.iter().map(|(text, rows)| dialect.read(text, *rows)).collect()
-        };
-        let threads = if at - self.at < MIN_BYTES_FOR_THREADS { 1 } else { self.threads.min(texts.len()) };
-        if threads < 2 {
-            return share(&texts);
-        }
-        let part = |t: usize| &texts[t * texts.len() / threads..(t + 1) * texts.len() / threads];
-        let share = &share;
-        let part = &part;
-        std::thread::scope(|scope| {
-            let workers: Vec<_> = (1..threads).map(|t| (t, scope.spawn(move || share(part(t))))).collect();
-            let mut blocks = share(part(0));
-            for (t, worker) in workers {
-                // The share of a worker that panicked is read again here.
-                blocks.extend(worker.join().unwrap_or_else(|_| share(part(t))));
-            }
-            blocks
-        })
+        let threads = if at - self.at < MIN_BYTES_FOR_THREADS { 1 } else { self.threads };
+        in_parallel(texts, threads, |(text, rows)| dialect.read(text, rows))
     }
 
     /// Appends a block whose first line is `line`.

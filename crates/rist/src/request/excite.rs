@@ -135,7 +135,7 @@ impl ExciteRequest {
 
     /// The options of the search.
     pub(crate) fn search(&self) -> SearchOptions {
-        let threads = std::thread::available_parallelism().map_or(1, usize::from);
+        let threads = processor::threads();
         SearchOptions { starts: self.starts, iterations: self.iterations, seed: self.seed, threads }
     }
 

@@ -2,12 +2,16 @@
 //!
 //! The library's own reader would be compiled anew for each type. This one walks the tree that
 //! [`node`](super::node) makes of every text, so that a type costs little code, and each error knows its line and column.
+//! What hands a visitor over is never inlined: each of the functions of serde above it would take up the whole reader of a
+//! type, and the compiler would make it better once in each (a third of the time for `experiments`).
 
 use std::fmt;
 
 use serde::Deserializer;
 use serde::de::value::StrDeserializer;
-use serde::de::{self, DeserializeOwned, DeserializeSeed, EnumAccess, MapAccess, SeqAccess, VariantAccess, Visitor};
+use serde::de::{
+    self, DeserializeOwned, DeserializeSeed, EnumAccess, Expected, MapAccess, SeqAccess, VariantAccess, Visitor,
+};
 
 use super::node::{Content, Key, Node, Source};
 
@@ -92,6 +96,7 @@ impl<'a> Value<'a> {
         }
     }
 
+    #[inline(never)]
     fn visited<V: Visitor<'a>>(self, visitor: V) -> Result<V::Value, Unexpected> {
         match &self.node.content {
             Content::Null => visitor.visit_unit(),
@@ -106,6 +111,7 @@ impl<'a> Value<'a> {
     }
 
     /// The number that a type asks for; in quotes it is one too.
+    #[inline(never)]
     fn asked_number<V: Visitor<'a>>(self, visitor: V) -> Result<V::Value, Unexpected> {
         let quoted = match &self.node.content {
             Content::Text(text) => text.trim().parse::<f64>().ok(),
@@ -120,6 +126,21 @@ impl<'a> Value<'a> {
     /// What a type makes of the value; what it says of a value that it has read stands here too.
     fn seeded<T: DeserializeSeed<'a>>(self, seed: T) -> Result<T::Value, Unexpected> {
         self.here(seed.deserialize(self))
+    }
+
+    /// The value is of another kind than what is asked for.
+    fn unexpected(self, expected: &dyn Expected) -> Unexpected {
+        let found = match &self.node.content {
+            Content::Null => de::Unexpected::Unit,
+            Content::Bool(b) => de::Unexpected::Bool(*b),
+            Content::Number(x) if x.fract() == 0.0 && x.abs() < MAX_WHOLE => de::Unexpected::Signed(*x as i64),
+            Content::Number(x) => de::Unexpected::Float(*x),
+            Content::Text(text) => de::Unexpected::Str(text),
+            Content::List(_) => de::Unexpected::Seq,
+            Content::Map(_) => de::Unexpected::Map,
+        };
+        let error: Unexpected = de::Error::invalid_type(found, expected);
+        error.at(self.node.line, self.node.column)
     }
 
     fn here<T>(self, result: Result<T, Unexpected>) -> Result<T, Unexpected> {
@@ -138,6 +159,7 @@ macro_rules! asked_numbers {
 impl<'de> Deserializer<'de> for Value<'de> {
     type Error = Unexpected;
 
+    #[inline(never)]
     fn deserialize_any<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, Unexpected> {
         self.here(self.visited(visitor))
     }
@@ -183,22 +205,38 @@ impl<'de> Deserializer<'de> for Value<'de> {
     }
 
     /// A key without a value is a list of nothing.
+    #[inline(never)]
     fn deserialize_seq<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, Unexpected> {
-        match self.node.content {
-            Content::Null => self.here(visitor.visit_seq(Items { items: [].iter(), text: self.text })),
-            _ => self.deserialize_any(visitor),
-        }
+        let items: &[Node] = match &self.node.content {
+            Content::Null => &[],
+            Content::List(items) => items,
+            _ => return Err(self.unexpected(&visitor)),
+        };
+        self.here(visitor.visit_seq(Items { items: items.iter(), text: self.text }))
     }
 
-    /// A key whose entries are all left out, or put in comments.
+    fn deserialize_tuple<V: Visitor<'de>>(self, _len: usize, visitor: V) -> Result<V::Value, Unexpected> {
+        self.deserialize_seq(visitor)
+    }
+
+    fn deserialize_tuple_struct<V: Visitor<'de>>(
+        self,
+        _name: &'static str,
+        _len: usize,
+        visitor: V,
+    ) -> Result<V::Value, Unexpected> {
+        self.deserialize_seq(visitor)
+    }
+
+    /// Without entries: they are all left out, or put in comments.
+    #[inline(never)]
     fn deserialize_map<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, Unexpected> {
-        match self.node.content {
-            Content::Null => {
-                let none = Entries { entries: [].iter(), value: self.node, text: self.text };
-                self.here(visitor.visit_map(none))
-            }
-            _ => self.deserialize_any(visitor),
-        }
+        let entries: &[(Key, Node)] = match &self.node.content {
+            Content::Null => &[],
+            Content::Map(entries) => entries,
+            _ => return Err(self.unexpected(&visitor)),
+        };
+        self.here(visitor.visit_map(Entries { entries: entries.iter(), value: self.node, text: self.text }))
     }
 
     fn deserialize_struct<V: Visitor<'de>>(
@@ -218,6 +256,7 @@ impl<'de> Deserializer<'de> for Value<'de> {
         self.here(visitor.visit_newtype_struct(self))
     }
 
+    #[inline(never)]
     fn deserialize_enum<V: Visitor<'de>>(
         self,
         _name: &'static str,
@@ -239,7 +278,7 @@ impl<'de> Deserializer<'de> for Value<'de> {
     }
 
     serde::forward_to_deserialize_any! {
-        i128 u128 char bytes byte_buf unit unit_struct tuple tuple_struct identifier ignored_any
+        i128 u128 char bytes byte_buf unit unit_struct identifier ignored_any
     }
 }
 
@@ -324,7 +363,7 @@ impl<'a> VariantAccess<'a> for Behind<'a> {
     }
 
     fn tuple_variant<V: Visitor<'a>>(self, _len: usize, visitor: V) -> Result<V::Value, Unexpected> {
-        self.value()?.deserialize_any(visitor)
+        self.value()?.deserialize_seq(visitor)
     }
 
     fn struct_variant<V: Visitor<'a>>(
@@ -332,7 +371,7 @@ impl<'a> VariantAccess<'a> for Behind<'a> {
         _fields: &'static [&'static str],
         visitor: V,
     ) -> Result<V::Value, Unexpected> {
-        self.value()?.deserialize_any(visitor)
+        self.value()?.deserialize_map(visitor)
     }
 }
 
@@ -440,6 +479,8 @@ mod tests {
         for (text, expected) in [
             ("name: a\nx: word\n", "line 2 column 4: invalid type: string \"word\", expected f64"),
             ("name: a\n", "line 1 column 1: missing field `x`"),
+            ("[a, 1]\n", "line 1 column 1: invalid type: sequence, expected struct Whole"),
+            ("name: a\nx: 1\nforms: 3\n", "line 3 column 8: invalid type: integer `3`, expected a sequence"),
             ("name: a\nx: 1\ny: 2\n", "line 3 column 1: unknown field `y`, expected one of"),
             ("name: a\nx: 1\nx: 2\n", "line 3 column 1: the key `x` stands twice"),
             ("name: a\nx: 1\neither: [.nan]\n", "line 3 column 10: `.nan` is no finite number"),

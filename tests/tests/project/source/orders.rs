@@ -3,7 +3,7 @@
 /// The folders and files of each `src`, from bottom to top: a file imports only what stands before its own
 /// place in the list.
 pub(crate) const ORDERS: [(&str, &[&str]); 19] = [
-    ("crates/processor", &[]),
+    ("crates/processor", &["threads"]),
     ("crates/gate", &["budget", "unfolding", "shown", "suggestion", "source"]),
     ("crates/random", &["split_mix", "random"]),
     ("crates/claims", &["subject", "figure", "remedy", "outcome", "standing", "claim", "purpose", "rule"]),
@@ -124,8 +124,6 @@ pub(crate) const ORDERS: [(&str, &[&str]); 19] = [
             "error",
             "vector",
             "interruption",
-            "in_order",
-            "in_parallel",
             "interval",
             "range",
             "jet",

@@ -7,7 +7,7 @@
 
 use std::convert::Infallible;
 
-use numerics::in_order::in_order;
+use processor::{in_order, threads};
 
 use crate::estimate::passport::change::{Change, misfits};
 use crate::estimate::passport::regression::Partial;
@@ -42,7 +42,7 @@ impl Search<'_> {
             })
         };
         let mut least: Option<(f64, Vec<Change>)> = None;
-        let ranked = in_order(&orders, left, |i, found| {
+        let ranked = in_order(&orders, threads(), left, |i, found| {
             for (left, kind) in found.into_iter().zip(EXCHANGE_KINDS) {
                 if least.as_ref().is_none_or(|(least, _)| left.total_cmp(least).is_lt()) {
                     least = Some((left, exchanges(&orders[i], kind)));
