@@ -26,4 +26,4 @@ pub use function::{Algebra, Count, Function, Input, Output, TellingPlaces, opera
 pub use fusion::{Fusion, Operation};
 pub use graph::{Expr, Graph, Node, Symbol, SymbolKind};
 pub use module::{Constant, Documented, Entries, Module, Value};
-pub use tape::{Tape, Workspace};
+pub use tape::{LaneOutputs, Tape, Workspace};

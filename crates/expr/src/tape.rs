@@ -130,7 +130,11 @@ impl Tape {
     /// One evaluation: all inputs one after the other -> all outputs one after the other.
     pub fn evaluate(&self, inputs: &[f64], work: &mut Workspace, outputs: &mut [f64]) {
         debug_assert_eq!((inputs.len(), outputs.len()), (self.n_inputs(), self.n_outputs()));
-        self.run(&mut work.one, |lane_inputs, _| inputs[lane_inputs], |k, values| outputs[k] = values[0]);
+        self.run(&mut work.one, |k, _| inputs[k]);
+        for (output, (slot, is_negative)) in outputs.iter_mut().zip(&self.outputs) {
+            let [value, _] = work.one[*slot as usize];
+            *output = if *is_negative { -value } else { value };
+        }
     }
 
     /// `inputs.len() / n_inputs()` evaluations, samples one after the other in both slices.
@@ -139,32 +143,24 @@ impl Tape {
             return self.evaluate(inputs, work, outputs);
         }
         let (count, n_out) = (outputs.len() / self.n_outputs().max(1), self.n_outputs());
-        self.run_lanes(inputs, count, work, |block, k, values| {
+        self.evaluate_lanes(inputs, count, work, &mut |block, found| {
             let first = block * Tape::LANES;
-            for (lane, x) in values.iter().enumerate().take(count - first) {
-                outputs[(first + lane) * n_out + k] = *x;
+            for k in 0..n_out {
+                for (lane, x) in found.of(k).iter().enumerate().take(count - first) {
+                    outputs[(first + lane) * n_out + k] = *x;
+                }
             }
         });
     }
 
-    /// So many evaluations, [`Tape::LANES`] side by side: `take(block, k, values)` gets output k of the samples
-    /// `block * LANES ..`. Lanes past the end repeat the last sample.
+    /// So many evaluations, [`Tape::LANES`] side by side: `take(block, outputs)` gets those of the samples `block * LANES ..`.
+    /// Lanes past the end repeat the last sample.
     pub fn evaluate_lanes(
         &self,
         inputs: &[f64],
         count: usize,
         work: &mut Workspace,
-        take: &mut dyn FnMut(usize, usize, [f64; Tape::LANES]),
-    ) {
-        self.run_lanes(inputs, count, work, take);
-    }
-
-    fn run_lanes(
-        &self,
-        inputs: &[f64],
-        count: usize,
-        work: &mut Workspace,
-        mut take: impl FnMut(usize, usize, [f64; Tape::LANES]),
+        take: &mut dyn FnMut(usize, LaneOutputs),
     ) {
         if work.many.is_empty() {
             work.many = work.one.iter().map(|&[x, _]| [x; Tape::LANES]).collect();
@@ -174,36 +170,27 @@ impl Tape {
             let first = block * Tape::LANES;
             let (inputs, last) = (&inputs[first * n_in..], Tape::LANES.min(count - first) - 1);
             let input = |k: usize, lane: usize| inputs[lane.min(last) * n_in + k];
-            self.run(&mut work.many, input, |k, values| take(block, k, values));
+            self.run(&mut work.many, input);
+            take(block, LaneOutputs { tape: self, slots: &work.many });
         }
     }
 
-    fn run<const B: usize>(
-        &self,
-        slots: &mut [[f64; B]],
-        input: impl Fn(usize, usize) -> f64,
-        output: impl FnMut(usize, [f64; B]),
-    ) {
+    fn run<const B: usize>(&self, slots: &mut [[f64; B]], input: impl Fn(usize, usize) -> f64) {
         #[cfg(target_arch = "x86_64")]
         if is_x86_feature_detected!("avx2") && is_x86_feature_detected!("fma") {
             #[allow(unsafe_code, reason = "the processor has been asked")]
             // SAFETY: `run_fused` requires a processor with AVX2 and FMA, which was just checked.
-            return unsafe { self.run_fused(slots, input, output) };
+            return unsafe { self.run_fused(slots, input) };
         }
         // Every AArch64 fuses; elsewhere a fused operation may be a slow call.
         let fused = |a: f64, b: f64, c: f64| if cfg!(target_arch = "aarch64") { a.mul_add(b, c) } else { a * b + c };
-        self.run_with(slots, input, output, fused);
+        self.run_with(slots, input, fused);
     }
 
     #[cfg(target_arch = "x86_64")]
     #[target_feature(enable = "avx2,fma")]
-    fn run_fused<const B: usize>(
-        &self,
-        slots: &mut [[f64; B]],
-        input: impl Fn(usize, usize) -> f64,
-        output: impl FnMut(usize, [f64; B]),
-    ) {
-        self.run_with(slots, input, output, f64::mul_add);
+    fn run_fused<const B: usize>(&self, slots: &mut [[f64; B]], input: impl Fn(usize, usize) -> f64) {
+        self.run_with(slots, input, f64::mul_add);
     }
 
     #[inline(always)]
@@ -211,7 +198,6 @@ impl Tape {
         &self,
         slots: &mut [[f64; B]],
         input: impl Fn(usize, usize) -> f64,
-        mut output: impl FnMut(usize, [f64; B]),
         mul_add: impl Fn(f64, f64, f64) -> f64,
     ) {
         for (k, slot) in self.inputs.iter().enumerate() {
@@ -226,10 +212,26 @@ impl Tape {
             run_other(other, slots, &mul_add);
         }
         run_sums(&self.sums[done..], slots, &mul_add);
-        for (k, &(slot, negative)) in self.outputs.iter().enumerate() {
-            let values = slots[slot as usize];
-            output(k, if negative { values.map(|x| -x) } else { values });
-        }
+    }
+}
+
+/// The outputs of [`Tape::LANES`] samples.
+#[derive(Clone, Copy, Debug)]
+pub struct LaneOutputs<'a> {
+    tape: &'a Tape,
+    slots: &'a [[f64; Tape::LANES]],
+}
+
+impl LaneOutputs<'_> {
+    /// Output k of each sample.
+    ///
+    /// # Panics
+    /// When there are not so many.
+    #[inline]
+    pub fn of(self, k: usize) -> [f64; Tape::LANES] {
+        let (slot, is_negative) = self.tape.outputs[k];
+        let values = self.slots[slot as usize];
+        if is_negative { values.map(|x| -x) } else { values }
     }
 }
 
@@ -285,9 +287,10 @@ mod tests {
         let tape = Tape::new(&f);
         let inputs = [0.1, 0.3, 0.1 * 0.3];
         let value = |mul_add: fn(f64, f64, f64) -> f64| {
-            let mut y = f64::NAN;
-            tape.run_with(&mut tape.workspace().one, |k, _| inputs[k], |_, values: [f64; 2]| y = values[0], mul_add);
-            y
+            let mut slots = tape.workspace().one;
+            tape.run_with(&mut slots, |k, _| inputs[k], mul_add);
+            let (slot, is_negative) = tape.outputs[0];
+            if is_negative { -slots[slot as usize][0] } else { slots[slot as usize][0] }
         };
         assert_eq!(value(|a, b, c| a * b + c), 0.0);
         assert_eq!(value(f64::mul_add), 0.1_f64.mul_add(0.3, -inputs[2]));

@@ -3,16 +3,28 @@
 /// Solves A x = b in place for a symmetric positive definite A (n x n, row by row); `false` when
 /// A is not positive definite.
 pub fn solve_positive(a: &mut [f64], b: &mut [f64]) -> bool {
-    let n = b.len();
+    // Most arms; their loops are unrolled, which takes half of the time.
+    match b.len() {
+        6 => solved(a, b, 6),
+        7 => solved(a, b, 7),
+        n => solved(a, b, n),
+    }
+}
+
+#[inline(always)]
+fn solved(a: &mut [f64], b: &mut [f64], n: usize) -> bool {
+    let (a, b) = (&mut a[..n * n], &mut b[..n]);
     for k in 0..n {
-        let pivot = a[k * n + k];
+        let (above, below) = a.split_at_mut((k + 1) * n);
+        let pivot_row = &above[k * n..];
+        let pivot = pivot_row[k];
         if pivot.is_nan() || pivot <= 0.0 {
             return false;
         }
-        for i in k + 1..n {
-            let f = a[i * n + k] / pivot;
+        for (i, row) in (k + 1..n).zip(below.chunks_exact_mut(n)) {
+            let f = row[k] / pivot;
             for c in k + 1..n {
-                a[i * n + c] -= f * a[k * n + c];
+                row[c] -= f * pivot_row[c];
             }
             b[i] -= f * b[k];
         }

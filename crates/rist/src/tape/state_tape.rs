@@ -2,7 +2,7 @@
 
 use std::sync::{Mutex, PoisonError};
 
-use expr::{Function, Tape, Workspace};
+use expr::{Function, LaneOutputs, Tape, Workspace};
 use modeling::Closure;
 
 use crate::tape::thread_tapes::ThreadTapes;
@@ -74,23 +74,32 @@ impl StateTape {
         });
     }
 
-    /// Hands out the outputs at each state, so many states side by side: `take(g, k, values)` gets output k of the states
-    /// from g `Tape::LANES` on. `states`: q, dq, ddq, n numbers each, one state after the other. Lanes past the end repeat
-    /// the last state.
+    /// Hands out some outputs at each state, so many states side by side: `take(g, e, values)` gets output `wanted[e]` of the
+    /// states from g `Tape::LANES` on. `states`: q, dq, ddq, n numbers each, one state after the other. Lanes past the end
+    /// repeat the last state.
     ///
     /// Where the loops do not close, the outputs are NaN.
-    pub(crate) fn lanes(&self, states: &[f64], n: usize, mut take: impl FnMut(usize, usize, [f64; Tape::LANES])) {
+    pub(crate) fn lanes(
+        &self,
+        states: &[f64],
+        n: usize,
+        wanted: &[usize],
+        mut take: impl FnMut(usize, usize, [f64; Tape::LANES]),
+    ) {
+        let mut take_all = |g: usize, outputs: LaneOutputs, open: &[usize]| {
+            for (e, k) in wanted.iter().enumerate() {
+                let mut values = outputs.of(*k);
+                open.iter().filter(|r| *r / Tape::LANES == g).for_each(|r| values[r % Tape::LANES] = f64::NAN);
+                take(g, e, values);
+            }
+        };
         if self.arguments == [Argument::Q, Argument::Dq, Argument::Ddq] {
-            let count = states.len() / (3 * n);
-            return self.tapes.with(|tapes, work, _| tapes[0].evaluate_lanes(states, count, &mut work[0], &mut take));
+            let (count, take) = (states.len() / (3 * n), &mut |g, outputs: LaneOutputs| take_all(g, outputs, &[]));
+            return self.tapes.with(|tapes, work, _| tapes[0].evaluate_lanes(states, count, &mut work[0], take));
         }
         let states = states.chunks_exact(3 * n).map(|s| [&s[..n], &s[n..2 * n], &s[2 * n..]]);
         self.with_inputs(states, &[], &[], |tape, work, Inputs { inputs, count, open }| {
-            tape.evaluate_lanes(inputs, count, work, &mut |g, k, mut values| {
-                let of_block = open.iter().filter(|r| *r / Tape::LANES == g);
-                of_block.for_each(|r| values[r % Tape::LANES] = f64::NAN);
-                take(g, k, values);
-            });
+            tape.evaluate_lanes(inputs, count, work, &mut |g, outputs| take_all(g, outputs, open));
         });
     }
 

@@ -14,8 +14,8 @@ pub(crate) struct TapeRegressor {
     prismatic: Vec<bool>,
     parameters: Vec<BaseParameter>,
     non_zeros: Vec<(usize, usize)>,
-    /// Where each entry of Y stands among those that are not zero.
-    places: Vec<Option<usize>>,
+    /// Of each entry that is not zero its place in Y, row by row.
+    places: Vec<usize>,
 }
 
 impl TapeRegressor {
@@ -27,8 +27,7 @@ impl TapeRegressor {
         parameters: Vec<BaseParameter>,
     ) -> TapeRegressor {
         let (non_zeros, p) = (base.non_zeros(0), parameters.len());
-        let mut places = vec![None; coordinates.len() * p];
-        non_zeros.iter().enumerate().for_each(|(e, (i, c))| places[i * p + c] = Some(e));
+        let places = non_zeros.iter().map(|(i, c)| i * p + c).collect();
         TapeRegressor {
             tape: StateTape::new(base, closure),
             prismatic: coordinates.iter().map(|c| c.is_prismatic).collect(),
@@ -73,11 +72,7 @@ impl Regressor for TapeRegressor {
         if self.non_zeros.is_empty() {
             return;
         }
-        self.tape.lanes(states, n, |g, k, values| {
-            if let Some(e) = self.places[k] {
-                blocks[g * stride + e] = Eight(values);
-            }
-        });
+        self.tape.lanes(states, n, &self.places, |g, e, values| blocks[g * stride + e] = Eight(values));
     }
 }
 
