@@ -3,7 +3,7 @@
 /// The folders and files of each `src`, from bottom to top: a file imports only what stands before its own
 /// place in the list.
 pub(crate) const ORDERS: [(&str, &[&str]); 19] = [
-    ("crates/processor", &["threads"]),
+    ("crates/processor", &["threads", "lib"]),
     ("crates/gate", &["budget", "unfolding", "shown", "suggestion", "source"]),
     ("crates/random", &["split_mix", "random"]),
     ("crates/claims", &["subject", "figure", "remedy", "outcome", "standing", "claim", "purpose", "rule"]),
