@@ -108,6 +108,14 @@ impl Tape {
         }
     }
 
+    /// The same function with its last inputs at these values, whatever the others are.
+    pub fn with_last_inputs(mut self, values: &[f64]) -> Tape {
+        let last = self.inputs.split_off(self.inputs.len() - values.len());
+        // The slot of an input is never reused.
+        self.constants.extend(last.into_iter().zip(values).filter_map(|(slot, x)| Some((slot?, *x))));
+        self
+    }
+
     /// Number of entries of all inputs together.
     pub fn n_inputs(&self) -> usize {
         self.inputs.len()
@@ -271,6 +279,25 @@ mod tests {
                 "{one:?} {expected:?}"
             );
             assert_eq!(one, many[3 * i..3 * i + 3]);
+        }
+    }
+
+    /// The bits are those of all inputs, one sample and many.
+    #[test]
+    fn last_inputs_can_be_fixed() {
+        let (tape, y) = (Tape::new(&function()), 0.3);
+        let fixed = tape.clone().with_last_inputs(&[y]);
+        let x: Vec<f64> = (0..Tape::LANES + 3).map(|i| 1.7 * i as f64 - 4.0).collect();
+        let both: Vec<f64> = x.iter().flat_map(|x| [*x, y]).collect();
+        let (mut expected, mut found) = (vec![f64::NAN; 3 * x.len()], vec![f64::NAN; 3 * x.len()]);
+        tape.evaluate_many(&both, &mut tape.workspace(), &mut expected);
+        let mut work = fixed.workspace();
+        // Twice: what is fixed outlasts a run.
+        for _ in 0..2 {
+            fixed.evaluate_many(&x, &mut work, &mut found);
+            assert_eq!(found, expected);
+            fixed.evaluate(&x[..1], &mut work, &mut found[..3]);
+            assert_eq!(found[..3], expected[..3]);
         }
     }
 

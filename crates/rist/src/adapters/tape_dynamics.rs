@@ -11,9 +11,8 @@ use crate::tape::thread_tapes::ThreadTapes;
 
 /// tau = A(q) ddq + h(q, dq) of a robot with given base parameters.
 struct TapeDynamics {
-    /// A(q, X) and h(q, dq, X).
+    /// A(q) and h(q, dq).
     tapes: ThreadTapes,
-    parameters: Vec<f64>,
     n: usize,
 }
 
@@ -29,8 +28,8 @@ pub(crate) fn dynamics(model: &Model, mut parameters: Vec<f64>) -> Box<dyn Dynam
     let inertia = derivation.inertia_matrix(&model.parameters).bound();
     let bias = derivation.bias(&model.parameters).bound();
     Box::new(TapeDynamics {
-        tapes: ThreadTapes::new(vec![Tape::new(&inertia), Tape::new(&bias)]),
-        parameters,
+        // X is the last input of both.
+        tapes: ThreadTapes::new([inertia, bias].map(|of| Tape::new(&of).with_last_inputs(&parameters)).into()),
         n: model.robot.n_coordinates(),
     })
 }
@@ -46,10 +45,10 @@ impl Dynamics for TapeDynamics {
 
     fn fill_each(&self, states: &[(&[f64], &[f64])], inertia: &mut [f64], bias: &mut [f64]) {
         self.tapes.with(|tapes, work, inputs| {
-            states.iter().for_each(|(q, _)| inputs.extend(q.iter().chain(&self.parameters)));
+            states.iter().for_each(|(q, _)| inputs.extend_from_slice(q));
             tapes[0].evaluate_many(inputs, &mut work[0], inertia);
             inputs.clear();
-            states.iter().for_each(|(q, dq)| inputs.extend(q.iter().chain(*dq).chain(&self.parameters)));
+            states.iter().for_each(|(q, dq)| inputs.extend(q.iter().chain(*dq)));
             tapes[1].evaluate_many(inputs, &mut work[1], bias);
         });
     }
