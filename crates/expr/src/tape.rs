@@ -109,6 +109,9 @@ impl Tape {
     }
 
     /// The same function with its last inputs at these values, whatever the others are.
+    ///
+    /// # Panics
+    /// When there are more values than inputs.
     pub fn with_last_inputs(mut self, values: &[f64]) -> Tape {
         let last = self.inputs.split_off(self.inputs.len() - values.len());
         // The slot of an input is never reused.

@@ -1,7 +1,7 @@
 //! Work shared by threads. Which of them does a piece, and when, changes neither a result nor the order of results.
 //!
-//! What runs the threads is compiled once and asks for pieces by their number. Compiled for each work, it was a fifth of the
-//! code of `experiments`.
+//! What runs the threads is compiled once and asks for pieces by their number. Compiled for each work, it took 18 %
+//! of the optimiser's time on `experiments`.
 
 use std::panic::resume_unwind;
 use std::sync::atomic::{AtomicUsize, Ordering};

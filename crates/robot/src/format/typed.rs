@@ -3,7 +3,7 @@
 //! The library's own reader would be compiled anew for each type. This one walks the tree that
 //! [`node`](super::node) makes of every text, so that a type costs little code, and each error knows its line and column.
 //! What hands a visitor over is never inlined: each of the functions of serde above it would take up the whole reader of a
-//! type, and the compiler would make it better once in each (a third of the time for `experiments`).
+//! type, and the compiler would optimise it once in each (a quarter of that time for `experiments`).
 
 use std::fmt;
 
