@@ -38,6 +38,9 @@ pub enum Kind {
     Negated,
     Degrees,
     Payload,
+    /// All columns of the first half of the joints stand under the names of the second half, and theirs under the first's. It needs
+    /// two arms, so it is no random one.
+    Sides,
 }
 
 /// One of a situation.
@@ -114,7 +117,7 @@ impl Kind {
             Kind::ScaleOfJoint => (0.02, 0.5, "in the logarithm"),
             Kind::ScaleOfAll => (0.05, 1.1, "in the logarithm"),
             Kind::Payload => (0.05, 0.8, "of the mass of the last link"),
-            Kind::Swapped | Kind::Negated | Kind::Degrees => (1.0, 1.0001, ""),
+            Kind::Swapped | Kind::Negated | Kind::Degrees | Kind::Sides => (1.0, 1.0001, ""),
         }
     }
 }

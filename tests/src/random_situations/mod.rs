@@ -43,12 +43,31 @@ pub struct Situation {
 }
 
 impl Situation {
-    /// The situation of a seed.
+    /// The situation of a seed. Of twenty one each is of a gantry, of a SCARA, of two arms whose sides may be exchanged, and of a
+    /// single joint that moves.
     pub fn of(seed: u64) -> Situation {
-        let machine = robots::machine(&mut Draw::of(seed, 1));
+        let sort = Draw::of(seed, 6).below(20);
+        let draw = &mut Draw::of(seed, 1);
+        let machine = match sort {
+            0 => robots::gantry(draw),
+            1 => robots::scara(draw),
+            2 => robots::mirrored_arms(draw),
+            _ => robots::machine(draw),
+        };
         let n = machine.chain.len();
-        let defects = Defect::some(n, &mut Draw::of(seed, 2));
-        Situation::with(seed, machine, defects)
+        let draw = &mut Draw::of(seed, 2);
+        let mut defects = Defect::some(n, draw);
+        if sort == 2 && draw.chance(0.6) {
+            defects.retain(|d| !d.kind.is_gross());
+            defects.push(Defect::of(Kind::Sides, n, draw));
+        }
+        let mut situation = Situation::with(seed, machine, defects);
+        if sort == 3 {
+            let chain = &situation.machine.chain;
+            let alone = |i: usize| Motion::of_one_joint(chain, &mut Draw::of(seed, 10 + i as u64));
+            situation.motions = (0..situation.motions.len()).map(alone).collect();
+        }
+        situation
     }
 
     /// The situation of a seed with other defects.

@@ -44,17 +44,25 @@ impl Motion {
         let speed = if slow { draw.log(0.08, 0.3) } else { draw.uniform(0.3, 1.0) };
         let still = if draw.chance(0.1) { draw.below(chain.len()) } else { usize::MAX };
         match draw.chance(0.65) {
-            true => Motion::fourier(chain, reach, speed, still, draw),
+            true => Motion::fourier(chain, reach, speed, |k| k == still, draw),
             false => Motion::points(chain, reach, speed, still, draw),
         }
     }
 
-    /// A motion that shows what an estimate is worth: most of the range, at six tenths of the speed.
-    pub fn of_use(chain: &Chain, draw: &mut Draw) -> Motion {
-        Motion::fourier(chain, 0.7, 0.6, usize::MAX, draw)
+    /// A motion of one joint, while the others stand still somewhere in their range.
+    pub fn of_one_joint(chain: &Chain, draw: &mut Draw) -> Motion {
+        let alone = draw.below(chain.len());
+        let mut motion = Motion::fourier(chain, 0.7, 0.6, |k| k != alone, draw);
+        motion.said += &format!(", joint_{} alone", alone + 1);
+        motion
     }
 
-    fn fourier(chain: &Chain, reach: f64, speed: f64, still: usize, draw: &mut Draw) -> Motion {
+    /// A motion that shows what an estimate is worth: most of the range, at six tenths of the speed.
+    pub fn of_use(chain: &Chain, draw: &mut Draw) -> Motion {
+        Motion::fourier(chain, 0.7, 0.6, |_| false, draw)
+    }
+
+    fn fourier(chain: &Chain, reach: f64, speed: f64, is_still: impl Fn(usize) -> bool, draw: &mut Draw) -> Motion {
         const GRID: usize = 200;
         let (period, periods) = (draw.log(3.0, 12.0), 1 + draw.below(6));
         let harmonics = 2 + draw.below(5);
@@ -69,7 +77,7 @@ impl Motion {
                 (0..GRID).map(at).fold(0.0, f64::max)
             };
             let scale = (reach * joint.range / peak(0)).min(speed * joint.speed / peak(1));
-            let scale = if k == still { 0.0 } else { scale };
+            let scale = if is_still(k) { 0.0 } else { scale };
             let middle = draw.uniform(-1.0, 1.0) * (joint.range - scale * peak(0)).max(0.0) * 0.9;
             sines.iter_mut().for_each(|s| s.0 *= scale);
             Track::Sines(middle, sines)

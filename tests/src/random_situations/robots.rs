@@ -47,12 +47,76 @@ pub struct Machine {
     pub description: &'static str,
 }
 
-/// A machine of a situation.
+/// A machine of a situation: a shipped one or a random one.
 pub fn machine(draw: &mut Draw) -> Machine {
-    let (name, mut chain) = match draw.chance(0.5) {
-        true => shipped(draw),
+    let (name, chain) = match draw.chance(0.5) {
+        true => shipped(SHIPPED[draw.below(SHIPPED.len())], draw),
         false => random(draw),
     };
+    machine_of(name, chain, draw)
+}
+
+/// A SCARA with other bodies.
+pub fn scara(draw: &mut Draw) -> Machine {
+    let (name, chain) = shipped("scara.yaml", draw);
+    machine_of(name, chain, draw)
+}
+
+/// Three sliding axes at right angles, the last one upright, and a wrist of none to two turning joints.
+pub fn gantry(draw: &mut Draw) -> Machine {
+    let mut mass = draw.log(3.0, 20.0);
+    let wrist = draw.below(3);
+    let turns = [about([0.0, 1.0, 0.0], FRAC_PI_2), about(X, -FRAC_PI_2), about(X, FRAC_PI_2)];
+    let joint = |k: usize| {
+        let slides = k < 3;
+        let length = if slides { draw.uniform(0.1, 0.4) } else { draw.uniform(0.05, 0.2) };
+        mass *= draw.uniform(0.4, 0.9);
+        let rotation = if slides { turns[k] } else { about(X, FRAC_PI_2 * draw.below(4) as f64) };
+        let (range, speed) = if slides { (0.5, 0.8) } else { (2.0, 2.5) };
+        let body = body(draw, mass, length);
+        let parent = k.checked_sub(1);
+        Joint {
+            parent,
+            rotation,
+            origin: times(Z, length),
+            axis: Z,
+            slides,
+            body,
+            rotor: 0.0,
+            range,
+            speed,
+            effort: 0.0,
+        }
+    };
+    let chain = Chain { joints: (0..3 + wrist).map(joint).collect(), gravity: GRAVITY };
+    machine_of(format!("gantry_{}", 3 + wrist), chain, draw)
+}
+
+/// Two arms, the second the mirror image of the first in the plane y = 0; their bodies differ by some per cent, as cables and screws do.
+///
+/// With M = diag(1, -1, 1) a rotation R becomes M R M, a place p becomes M p, and an inertia I becomes M I M.
+pub fn mirrored_arms(draw: &mut Draw) -> Machine {
+    const MIRROR: Matrix = [X, [0.0, -1.0, 0.0], Z];
+    let across = |m: &Matrix| product(&product(&MIRROR, m), &MIRROR);
+    let (_, mut chain) = random(draw);
+    chain.joints.truncate(4);
+    let n = chain.joints.len();
+    chain.joints[0].origin[1] += 0.2;
+    let image = |joint: &Joint| {
+        let differ = 1.0 + draw.uniform(-0.05, 0.05);
+        let body = &joint.body;
+        let inertia = across(&body.inertia).map(|row| times(row, differ));
+        let body = Body { mass: body.mass * differ, centre: turned(&MIRROR, body.centre), inertia };
+        let (parent, rotation) = (joint.parent.map(|i| i + n), across(&joint.rotation));
+        Joint { parent, rotation, origin: turned(&MIRROR, joint.origin), body, ..joint.clone() }
+    };
+    let images: Vec<Joint> = chain.joints.iter().map(image).collect();
+    chain.joints.extend(images);
+    machine_of(format!("two_arms_{n}"), chain, draw)
+}
+
+/// The machine of a geometry: rotors, friction, limits of effort and a description are drawn.
+fn machine_of(name: String, mut chain: Chain, draw: &mut Draw) -> Machine {
     let geared = draw.chance(0.6);
     let n = chain.len();
     let pose: Vec<f64> = chain.joints.iter().map(|j| 0.5 * j.range).collect();
@@ -148,8 +212,7 @@ fn random(draw: &mut Draw) -> (String, Chain) {
     (format!("random_{n}"), Chain { joints, gravity: GRAVITY })
 }
 
-fn shipped(draw: &mut Draw) -> (String, Chain) {
-    let file = SHIPPED[draw.below(SHIPPED.len())];
+fn shipped(file: &str, draw: &mut Draw) -> (String, Chain) {
     let mut chain = chain_of(&crate::model(file));
     let mut mass = draw.log(3.0, 15.0);
     for joint in &mut chain.joints {

@@ -76,6 +76,13 @@ impl Sensors {
         let tau = self.torques(machine, series, defects, &times, draw);
         header.extend(names.iter().map(|name| format!("tau_{name}")));
         columns.extend(tau);
+        if of(Kind::Sides).is_some() {
+            let n = names.len();
+            for signal in columns[1..].chunks_exact_mut(n) {
+                let (left, right) = signal.split_at_mut(n / 2);
+                left.swap_with_slice(right);
+            }
+        }
         lose_rows(&mut columns, defects, draw);
         let texts = vec![None; header.len()];
         Table { file: "situation.csv".into(), header, columns, texts, ..Table::default() }

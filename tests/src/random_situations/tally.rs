@@ -80,6 +80,10 @@ impl Tally {
         }
         groups.push((3, if situation.defects.is_empty() { "clean" } else { "with a defect" }.to_string()));
         groups.extend(situation.defects.iter().map(|d| (4, format!("{:?}", d.kind))));
+        let name = &situation.machine.name;
+        let machine = ["gantry", "scara", "two_arms"].into_iter().find(|kind| name.starts_with(kind));
+        let alone = situation.motions.iter().all(|m| m.said.ends_with("alone")).then_some("one joint moves");
+        groups.extend(machine.into_iter().chain(alone).map(|group| (5, group.to_string())));
         for group in groups {
             self.groups.entry(group).or_default().add(situation, outcome);
         }

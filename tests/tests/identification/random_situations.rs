@@ -9,7 +9,7 @@ use tests::random_situations::chain::Chain;
 use tests::random_situations::defects::{Defect, Kind};
 use tests::random_situations::draw::Draw;
 use tests::random_situations::motion::Motion;
-use tests::random_situations::robots::{chain_of, machine};
+use tests::random_situations::robots::{chain_of, gantry, machine, mirrored_arms, scara};
 use tests::random_situations::sensors::{Noise, Sensors};
 use tests::random_situations::torque::{FINE, series, standing};
 use tests::random_situations::truth::truth;
@@ -28,8 +28,10 @@ fn rms(x: &[f64]) -> f64 {
 fn the_power_of_the_torques_becomes_energy() {
     /// s, of central differences: their error is of the order of STEP^2 times the third derivative of the energy.
     const STEP: f64 = 1e-4;
-    for seed in SEEDS {
-        let chain = machine(&mut Draw::of(seed, 1)).chain;
+    let of_seed = |seed| machine(&mut Draw::of(seed, 1));
+    let others = [gantry, scara, mirrored_arms].map(|draws| draws(&mut Draw::of(1, 1)));
+    for (seed, machine) in SEEDS.zip(SEEDS.map(of_seed)).chain((6..).zip(others)) {
+        let chain = machine.chain;
         let motion = Motion::of_use(&chain, &mut Draw::of(seed, 2));
         let energy = |t: f64| {
             let now = motion.at(t);
@@ -45,6 +47,46 @@ fn the_power_of_the_torques_becomes_energy() {
             difference.push((energy(t + STEP) - energy(t - STEP)) / (2.0 * STEP) - power[power.len() - 1]);
         }
         assert!(rms(&difference) < 1e-5 * rms(&power), "seed {seed}: {} of {}", rms(&difference), rms(&power));
+    }
+}
+
+/// The second of two mirrored arms takes the torque of the first where it moves as its mirror image does: with M = diag(1, -1, 1),
+/// M Rz(q) M = Rz(-q) and M Tz(r) M = Tz(r). Of exchanged columns one arm's stand under the other's names.
+#[test]
+fn mirrored_arms_take_mirrored_torques() {
+    for seed in SEEDS {
+        let mut machine = mirrored_arms(&mut Draw::of(seed, 1));
+        let n = machine.chain.len() / 2;
+        for k in 0..n {
+            let scale = machine.chain.joints[k].body.mass / machine.chain.joints[k + n].body.mass;
+            let body = &mut machine.chain.joints[k + n].body;
+            body.mass *= scale;
+            body.inertia.iter_mut().flatten().for_each(|x| *x *= scale);
+        }
+        let sign: Vec<f64> = machine.chain.joints.iter().map(|j| if j.slides { 1.0 } else { -1.0 }).collect();
+        let mut random = Random(seed);
+        let mut both = || {
+            let left: Vec<f64> = (0..n).map(|_| random.unit()).collect();
+            let right = left.iter().zip(&sign).map(|(x, s)| s * x);
+            left.iter().copied().chain(right).collect::<Vec<f64>>()
+        };
+        let tau = machine.chain.torque(&both(), &both(), &both());
+        // Some thousand operations of 1e-16 each.
+        let size = tau.iter().fold(1e-3, |m: f64, x| m.max(x.abs()));
+        (0..n).for_each(|k| assert!((tau[k + n] - sign[k] * tau[k]).abs() < 1e-11 * size, "seed {seed}: {tau:?}"));
+
+        let sides = Defect { kind: Kind::Sides, joint: 0, other: 1, size: 1.0, more: 0.0 };
+        let [right, exchanged] = [Vec::new(), vec![sides]].map(|defects| {
+            let machine = mirrored_arms(&mut Draw::of(seed, 1));
+            let sensors = Sensors { rate: 100.0, noise: Noise::None, level: 0.0, bits: None, speed: Some(0.0) };
+            Situation { sensors, ..Situation::with(seed, machine, defects) }.log(0).columns
+        });
+        for signal in 0..3 {
+            for k in 0..n {
+                let (left, other) = (1 + 2 * n * signal + k, 1 + 2 * n * signal + n + k);
+                assert_eq!((&right[left], &right[other]), (&exchanged[other], &exchanged[left]));
+            }
+        }
     }
 }
 
@@ -195,7 +237,7 @@ fn five_situations_have_a_verdict() {
         let outcome = Situation::of(seed).outcome(true);
         assert!(outcome.trust.is_some(), "seed {seed}: {}", outcome.said);
         let judgement = outcome.judgement.as_ref();
-        assert!(judgement.is_some_and(|j| j.torque.is_finite() && j.parameters.len() > 4), "seed {seed}");
+        assert!(judgement.is_some_and(|j| j.torque.is_finite() && !j.parameters.is_empty()), "seed {seed}");
         if seed == 1 {
             assert_eq!(Situation::of(seed).outcome(true).said, outcome.said);
         }
