@@ -5,15 +5,18 @@ use std::path::{Path, PathBuf};
 use experiments::motion::record::Record;
 use experiments::plan::exciting_trajectory::ExcitingTrajectory;
 use experiments::plan::experiment_plan::ExperimentPlan;
+use identification::estimate::ledger::torque_error::{TorqueError, Unsure, torque_errors};
 use identification::estimators::drive_gains::likelihood::Gain;
 use identification::spectrum::experiment::SpectralExperiment;
-use identification::spectrum::identify::{SpectralMethod, identify_spectrum};
+use identification::spectrum::identify::{SpectralFit, SpectralMethod, identify_spectrum};
 use identification::spectrum::rist_mh::data::HarmonicOptions;
+use linear_model::linear_model::Model as LinearModel;
 use logs::{ColumnNames, Effort, Log};
 
 use crate::Estimate;
 use crate::error::Error;
 use crate::model::Model;
+use crate::motion_range::{allowed, seen_in_plan};
 use crate::request::{HarmonicRequest, PaperRequest, Request};
 
 /// The logs of a plan that was run.
@@ -103,13 +106,44 @@ fn identify_by(
         }
     }
     let gains = gains(model, read.currents, request)?;
-    let regressor = model.regressor();
-    let mut estimate = identify_spectrum(&model.reference, regressor, &experiments, method, &gains, options)?;
+    let mut estimate = identify_records(model, &experiments, method, &gains, options)?;
     estimate.remarks.extend(read.files.iter().zip(&experiments).filter_map(|(file, e)| unlike(model, file, e)));
     estimate.logs = read.files;
     estimate.description = model.description.clone();
     estimate.remarks.extend(remark);
     Ok(estimate)
+}
+
+/// Identifies the parameters from experiments that were read already. `gains`: one per coordinate.
+///
+/// Fails as [`identify_spectrum`] does.
+pub fn identify_records(
+    model: &Model,
+    experiments: &[SpectralExperiment],
+    method: SpectralMethod,
+    gains: &[Gain],
+    options: &HarmonicOptions,
+) -> Result<Estimate, Error> {
+    let SpectralFit { mut estimate, covariance } =
+        identify_spectrum(&model.reference, model.regressor(), experiments, method, gains, options)?;
+    estimate.torque_errors = errors_of_bodies(model, &estimate, &covariance, experiments);
+    Ok(estimate)
+}
+
+/// How unsure the torques of the bodies are, by use; friction is a nuisance of the experiments and not in it. Nothing where a
+/// parameter is open.
+fn errors_of_bodies(
+    model: &Model,
+    estimate: &Estimate,
+    covariance: &[Vec<f64>],
+    experiments: &[SpectralExperiment],
+) -> Vec<TorqueError> {
+    let linear = LinearModel::new(model.regressor(), &[], &[]);
+    let base = estimate.parameters.iter().take(linear.p());
+    let Some(x) = base.map(|p| p.value).collect::<Option<Vec<f64>>>() else { return Vec::new() };
+    let seen = seen_in_plan(experiments.iter().map(|e| &e.trajectory));
+    let unsure = Unsure { covariance, changes: &[], logs: &[] };
+    torque_errors(&linear, &x, unsure, &seen, &allowed(model, &seen))
 }
 
 /// Scatter of a position, relative to its swing, above which the periods count as unlike. In logs that repeat, noise

@@ -1,5 +1,7 @@
 //! Where a robot was seen to move, and where its description lets it.
 
+use experiments::motion::reference_motion::Reference;
+use experiments::plan::exciting_trajectory::ExcitingTrajectory;
 use identification::estimate::ledger::torque_error::MotionRange;
 use identification::rows::observation::Observation;
 
@@ -19,6 +21,25 @@ pub(crate) fn seen(observation: &Observation) -> MotionRange {
         position: observation.range.clone(),
         speed: observation.speed.clone(),
         acceleration: observation.speed.iter().zip(&observation.f95).map(acceleration).collect(),
+    }
+}
+
+/// Where the experiments of a plan go.
+pub(crate) fn seen_in_plan<'a>(trajectories: impl Iterator<Item = &'a ExcitingTrajectory>) -> MotionRange {
+    let references: Vec<Reference> = trajectories.map(ExcitingTrajectory::reference).collect();
+    let n = references.first().map_or(0, |reference| reference.q.len());
+    let over = |series: fn(&Reference) -> &[Vec<f64>], k: usize| -> (f64, f64) {
+        let all = references.iter().flat_map(|reference| series(reference)[k].iter().copied());
+        all.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), x| (low.min(x), high.max(x)))
+    };
+    let fastest = |series: fn(&Reference) -> &[Vec<f64>]| {
+        (0..n).map(|k| over(series, k)).map(|(low, high)| high.max(-low)).collect()
+    };
+    let position = (0..n).map(|k| over(|reference| &reference.q, k)).collect();
+    MotionRange {
+        position,
+        speed: fastest(|reference| &reference.dq),
+        acceleration: fastest(|reference| &reference.ddq),
     }
 }
 

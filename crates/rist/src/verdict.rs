@@ -25,8 +25,10 @@ pub fn predicted_verdict(estimate: &Estimate, predicted: Option<f64>) -> Verdict
     Verdict::of(&evidence(estimate, predicted))
 }
 
-/// What an estimate says of itself. Which motion its parts left out were is not in it.
+/// What an estimate says of itself. Which motion its parts left out were is not in it; each experiment of a plan is a motion of
+/// its own.
 fn evidence(estimate: &Estimate, predicted: Option<f64>) -> Evidence<'_> {
+    let (held_out, parts_are_new) = (estimate.cross_validation, estimate.options.is_none());
     Evidence {
         estimate,
         passport: None,
@@ -34,10 +36,10 @@ fn evidence(estimate: &Estimate, predicted: Option<f64>) -> Evidence<'_> {
         described_parameters: None,
         total: estimate.total,
         is_of_fit: true,
-        prediction: Prediction { others: predicted, held_out: estimate.cross_validation, ..Prediction::default() },
+        prediction: Prediction { others: predicted, held_out, parts_are_new, ..Prediction::default() },
         bodies: None,
         opens_in_any_motion: false,
-        torque_errors: &[],
+        torque_errors: &estimate.torque_errors,
         faults: &[],
     }
 }

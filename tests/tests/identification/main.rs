@@ -22,6 +22,7 @@ mod measured;
 mod methods;
 mod misfit;
 mod panda;
+mod plan_verdict;
 mod postures;
 mod random_situations;
 mod servos;

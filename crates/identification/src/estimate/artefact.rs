@@ -12,6 +12,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::estimate::directions::Direction;
 use crate::estimate::identified::{Identified, Status};
+use crate::estimate::ledger::torque_error::TorqueError;
 use crate::estimate::options::Options;
 use crate::estimate::residuals::{JointResidual, write_residuals};
 
@@ -38,7 +39,7 @@ pub struct Estimate {
     /// |tau - W X| / |tau| over all joints; absent where no torques were fitted.
     #[serde(skip_serializing_if = "Option::is_none", deserialize_with = "not_zero")]
     pub total: Option<f64>,
-    /// `total` where each tenth of the record is predicted from the others.
+    /// `total` where each tenth of the record is predicted from the others; of a plan, each experiment.
     pub cross_validation: Option<f64>,
     /// The same for each tenth alone, in the order of time, log after log.
     #[serde(skip_serializing_if = "Vec::is_empty")]
@@ -53,6 +54,9 @@ pub struct Estimate {
     /// measured.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub chi_square_per_freedom: Option<f64>,
+    /// How unsure torques are, by use; of a plan, those of the bodies.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub torque_errors: Vec<TorqueError>,
     /// Number of parameters, or combinations of them, that the data determine.
     pub rank: usize,
     /// Combinations of parameters that the data determine least, the weakest first.

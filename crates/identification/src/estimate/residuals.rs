@@ -53,6 +53,15 @@ pub struct Squares {
     pub rows: usize,
 }
 
+impl Squares {
+    /// Adds a row of this torque and residual.
+    pub(crate) fn add(&mut self, torque: f64, left: f64) {
+        self.torque += torque * torque;
+        self.left += left * left;
+        self.rows += 1;
+    }
+}
+
 /// Residuals of all joints.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Residuals {

@@ -9,9 +9,11 @@ use linear_model::parameter::{Parameter, ParameterId};
 use linear_model::reference::ModelReference;
 use linear_model::regressor::Regressor;
 use logs::Error;
+use nalgebra::DMatrix;
 
 use crate::estimate::artefact::Estimate;
 use crate::estimate::identified::{Deviations, Identified};
+use crate::estimate::identify::with_deviations;
 use crate::estimate::residuals::{Residuals, Squares};
 use crate::estimators::drive_gains::equations::JointEquations;
 use crate::estimators::drive_gains::likelihood::{DriveGains, Gain, drive_gains};
@@ -44,6 +46,14 @@ impl SpectralMethod {
     }
 }
 
+/// What the experiments say.
+pub struct SpectralFit {
+    /// The parameters and their deviations.
+    pub estimate: Estimate,
+    /// Covariance of the base parameters, row by row, with those deviations.
+    pub covariance: Vec<Vec<f64>>,
+}
+
 /// The parameters from the experiments of one robot.
 ///
 /// `gains`: one per coordinate, N m per unit of the records; known gains of one where the records are torques. Fails
@@ -55,7 +65,7 @@ pub fn identify_spectrum(
     method: SpectralMethod,
     gains: &[Gain],
     options: &HarmonicOptions,
-) -> Result<Estimate, Error> {
+) -> Result<SpectralFit, Error> {
     let Some(noise) = NoiseLevels::measured(experiments) else {
         return Err(Error::new("no experiment has two whole periods: the noise cannot be measured from their scatter"));
     };
@@ -69,7 +79,7 @@ pub fn identify_spectrum(
     };
     let known = |g: &Gain| if let Gain::Known(k) = g { Some(*k) } else { None };
     if let Some(gain) = gains.iter().map(known).collect::<Option<Vec<f64>>>() {
-        match method {
+        let inverse = match method {
             SpectralMethod::TotalLeastSquares => {
                 return Err(Error::new(
                     "[method=tls] estimates gains of drives, and all of them are known: [method=rist] takes them",
@@ -77,16 +87,16 @@ pub fn identify_spectrum(
             }
             SpectralMethod::Paper => with_paper_rows(&mut estimate, regressor, experiments, &gain, &noise),
             SpectralMethod::Harmonic => with_harmonics(&mut estimate, regressor, experiments, &gain, &noise, options)?,
-        }
-        return Ok(estimate);
+        };
+        return Ok(SpectralFit::of(estimate, regressor, &inverse));
     }
     // Some gain unknown: the rows are those of the currents, with gains of one.
     let one = vec![1.0; regressor.coordinates().len()];
-    match method {
+    let inverse = match method {
         SpectralMethod::Paper | SpectralMethod::TotalLeastSquares => {
             let blocks: Vec<_> = experiments.iter().map(|e| paper_rows(e, regressor, &one, &noise.current)).collect();
-            with_paper_gains(&mut estimate, regressor, &blocks, method, gains)?;
             estimate.doubts.extend(narrow_by_load(experiments));
+            with_paper_gains(&mut estimate, regressor, &blocks, method, gains)?
         }
         SpectralMethod::Harmonic => {
             let mut data = HarmonicData::new(experiments, regressor, &one, &noise, &options.band);
@@ -104,22 +114,33 @@ pub fn identify_spectrum(
                 estimate.doubts.extend(drifting(&friction));
                 judge(&mut estimate, regressor, &friction);
             }
+            found.gains.covariance
         }
-    }
+    };
     estimate.rows = estimate.joints.iter().map(|j| j.rows).sum();
     estimate.remarks.push(scale(regressor, experiments, gains));
     remark_unidentifiable(&mut estimate);
-    Ok(estimate)
+    Ok(SpectralFit::of(estimate, regressor, &inverse))
 }
 
-/// Gains and parameters by the paper's rows, of currents. Fails where the equations do not determine the gains.
+impl SpectralFit {
+    /// With the correlations of `inverse`, whose first rows are those of the base parameters.
+    fn of(estimate: Estimate, regressor: &dyn Regressor, inverse: &DMatrix<f64>) -> SpectralFit {
+        let base = estimate.parameters.iter().take(regressor.parameters().len());
+        let sigma: Vec<f64> = base.map(|p| p.sigma.unwrap_or(0.0)).collect();
+        SpectralFit { covariance: with_deviations(inverse, &sigma), estimate }
+    }
+}
+
+/// Gains and parameters by the paper's rows, of currents; the covariance of the parameters for white noise. Fails where the
+/// equations do not determine the gains.
 fn with_paper_gains(
     estimate: &mut Estimate,
     regressor: &dyn Regressor,
     blocks: &[EquationBlock],
     method: SpectralMethod,
     gains: &[Gain],
-) -> Result<(), Error> {
+) -> Result<DMatrix<f64>, Error> {
     let equations = paper_equations(blocks, regressor.coordinates().len());
     let mut found = drive_gains(&equations, gains)?;
     if method == SpectralMethod::TotalLeastSquares {
@@ -128,7 +149,7 @@ fn with_paper_gains(
     }
     with_gains(estimate, regressor, &found);
     paper_residuals(estimate, regressor, blocks, &found.gain, &found.parameters);
-    Ok(())
+    Ok(found.covariance)
 }
 
 /// Of gains by a load, 55 to 61 of a hundred intervals of the paper's rows held the truth: they feel some friction.
@@ -178,7 +199,7 @@ fn with_paper_rows(
     experiments: &[SpectralExperiment],
     gain: &[f64],
     noise: &NoiseLevels,
-) {
+) -> DMatrix<f64> {
     let torque_noise = noise.torque(gain);
     let blocks: Vec<_> = experiments.iter().map(|e| paper_rows(e, regressor, gain, &torque_noise)).collect();
     let periodic: Vec<bool> = experiments.iter().map(|e| e.period().is_some()).collect();
@@ -197,6 +218,7 @@ fn with_paper_rows(
     paper_residuals(estimate, regressor, &blocks, &one, &solution.x);
     estimate.remarks.push("friction is not estimated: the rows are meant to be orthogonal to it".into());
     remark_unidentifiable(estimate);
+    solution.inverse
 }
 
 fn with_harmonics(
@@ -206,7 +228,7 @@ fn with_harmonics(
     gain: &[f64],
     noise: &NoiseLevels,
     options: &HarmonicOptions,
-) -> Result<(), Error> {
+) -> Result<DMatrix<f64>, Error> {
     let mut data = HarmonicData::new(experiments, regressor, gain, noise, &options.band);
     let found = data.estimate(options).ok_or_else(|| Error::new("the experiments give no equation"))?;
     let mut push = |parameter: Parameter, i: usize| {
@@ -232,7 +254,7 @@ fn with_harmonics(
     estimate.remarks.push(describe(&found, regressor));
     judge(estimate, regressor, &found);
     remark_unidentifiable(estimate);
-    Ok(())
+    Ok(found.solution.inverse)
 }
 
 /// Reports chi^2 against the measured noise, and what it says of the model.
@@ -364,37 +386,52 @@ fn paper_residuals(
 /// Residuals of the rows of each joint.
 fn residuals(estimate: &mut Estimate, regressor: &dyn Regressor, rows: &[Vec<(Vec<f64>, f64)>], x: &[f64]) {
     let of_joint = |rows: &Vec<(Vec<f64>, f64)>| {
-        let model = |d: &[f64]| d.iter().zip(x).map(|(d, x)| d * x).sum::<f64>();
-        let torque = rows.iter().map(|(_, y)| y * y).sum();
-        let left = rows.iter().map(|(d, y)| (y - model(d)).powi(2)).sum();
-        Squares { torque, left, rows: rows.len() }
+        let mut squares = Squares::default();
+        rows.iter().for_each(|(d, y)| squares.add(*y, y - dot(d, x)));
+        squares
     };
     let found = Residuals::new(regressor, rows.iter().map(of_joint).collect());
     (estimate.joints, estimate.total) = (found.joints, Some(found.total));
 }
 
+/// Residuals of the rows of each joint: of the fit, and of each experiment as the others predict it.
+///
+/// y = tau - (1 + u) C f - ends - effects is what the bodies take. Drift and ends are of one experiment, so that they stay those of
+/// the whole fit.
 fn harmonic_residuals(
     estimate: &mut Estimate,
     regressor: &dyn Regressor,
     data: &HarmonicData,
     found: &HarmonicEstimate,
 ) {
-    let gain = &data.gain;
-    let drift = |e: usize| found.drift.get(e).map_or(1.0, |d| 1.0 + d.2);
-    let mut rows: Vec<Vec<(Vec<f64>, f64)>> = vec![vec![]; gain.len()];
+    let (gain, at) = (&data.gain, &found.layout);
+    let mut fitted = vec![Squares::default(); gain.len()];
+    let mut predicted = fitted.clone();
     for (e, s) in data.spectra().iter().enumerate() {
         let friction = s.friction_rows(&found.shape, gain[s.joint]);
         let ends = s.end_columns();
         for r in 0..s.rows.len() {
-            let f: f64 = friction[r].iter().zip(found.friction(s.joint)).map(|(c, f)| c * f).sum();
-            // All terms but those of the parameters are taken from the fit.
-            let end = found.ends.get(e).map_or(0.0, |x| ends[r][0] * x[0] + ends[r][1] * x[1]);
-            let sizes = found.effects.iter().flat_map(|size| &size.values);
-            let effects =
-                data.effect_rows.get(e).map_or(0.0, |rows| rows[r].iter().zip(sizes).map(|(c, x)| c * x).sum());
-            let y = gain[s.joint] * s.current[r] - s.known[r] - drift(e) * f - end - effects;
-            rows[s.joint].push((s.rows[r].clone(), y));
+            let torque = gain[s.joint] * s.current[r] - s.known[r];
+            let of_bodies = |x: &[f64]| {
+                let drift = x[at.drifts()].get(e).map_or(1.0, |u| 1.0 + u);
+                let end = if e < at.ended_spectra { dot(&ends[r], &x[at.ends(e)]) } else { 0.0 };
+                let effects = data.effect_rows.get(e).map_or(0.0, |rows| dot(&rows[r], &x[at.effects()]));
+                torque - drift * dot(&friction[r], &x[at.friction(s.joint)]) - end - effects
+            };
+            let left = |x: &[f64]| of_bodies(x) - dot(&s.rows[r], &x[at.parameters()]);
+            let all = &found.solution.x;
+            fitted[s.joint].add(of_bodies(all), left(all));
+            if let Some(others) = found.left_out.get(s.experiment) {
+                predicted[s.joint].add(of_bodies(all), left(others));
+            }
         }
     }
-    residuals(estimate, regressor, &rows, found.values());
+    let found = Residuals::new(regressor, fitted);
+    (estimate.joints, estimate.total) = (found.joints, Some(found.total));
+    let is_predicted = predicted.iter().any(|squares| squares.rows > 0);
+    estimate.cross_validation = is_predicted.then(|| Residuals::new(regressor, predicted).total);
+}
+
+fn dot(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| a * b).sum()
 }

@@ -22,9 +22,11 @@ use linear_model::states::States;
 use numerics::least_squares::solve;
 use numerics::triangle::TriangleBuilder;
 use random::Random;
+use serde::{Deserialize, Serialize};
 
 /// What predicted torques are used for.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
 pub enum Use {
     /// Torques that hold the robot at rest, anywhere within its limits.
     Gravity,
@@ -60,7 +62,7 @@ pub struct MotionRange {
 }
 
 /// The error and the size of one joint's torque.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct JointTorqueError {
     /// Name of the coordinate.
     pub coordinate: String,
@@ -71,9 +73,10 @@ pub struct JointTorqueError {
 }
 
 /// The error of predicted torques for one use.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct TorqueError {
     /// The use.
+    #[serde(rename = "use")]
     pub of: Use,
     /// One per coordinate.
     pub joints: Vec<JointTorqueError>,

@@ -17,6 +17,7 @@
 //! `NOISE_CHI_SQUARE` and 1 from `LACKING_MODEL_CHI_SQUARE` on, so that an interval does not jump where the model is said to lack something. Each
 //! joint is looked at alone, because the chatter of the others makes their part of the total small.
 
+use numerics::least_squares::solve;
 use numerics::triangle::{Triangle, TriangleBuilder};
 
 use crate::estimate::ledger::{LACKING_MODEL_CHI_SQUARE, NOISE_CHI_SQUARE};
@@ -83,6 +84,26 @@ impl HarmonicData<'_> {
             misfit.by_experiment = found;
         }
         misfit
+    }
+
+    /// By experiment, the unknowns `x` where parameters, friction and effects are those that all other experiments give, with
+    /// the weights and about the friction of the whole fit; empty where there is one experiment.
+    pub(crate) fn left_out(&self, fit: &Fit, options: &HarmonicOptions, x: &[f64]) -> Vec<Vec<f64>> {
+        let of_spectra = self.spectra.iter().map(|s| s.experiment);
+        let sweeps = self.motions.iter().enumerate().filter(|(_, motion)| motion.is_none()).map(|(e, _)| e);
+        let owners: Vec<usize> = of_spectra.chain(sweeps).collect();
+        let clusters = fit.clusters(self, options, &[]);
+        let shared = fit.shared_columns();
+        let one = |experiment: usize| {
+            let mut rest = Triangle::new(shared.len());
+            let others = clusters.iter().zip(&owners).filter(|(_, owner)| **owner != experiment);
+            others.for_each(|(rows, _)| rest.merge(rows, 1.0));
+            let mut left_out = x.to_vec();
+            shared.iter().zip(solve(&rest).x).for_each(|(&c, found)| left_out[c] = found);
+            left_out
+        };
+        let count = self.motions.len();
+        if count > 1 { (0..count).map(one).collect() } else { Vec::new() }
     }
 
     /// chi^2 alone, without deviations.

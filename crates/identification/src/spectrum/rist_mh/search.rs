@@ -45,6 +45,8 @@ pub struct HarmonicEstimate {
     pub solution: Solution,
     /// Where the unknowns stand.
     pub layout: Layout,
+    /// By experiment, all unknowns where those that experiments share are from the other experiments; empty where there is one.
+    pub left_out: Vec<Vec<f64>>,
     /// The friction columns that fit best.
     pub shape: FrictionShape,
     /// (experiment, joint, u).
@@ -260,6 +262,7 @@ impl<'a> HarmonicData<'a> {
             drift: self.spectra.iter().zip(at.drifts()).map(drift).collect(),
             drift_spread: best.drift_spread(),
             effects: self.sizes(&solution, at.effects().start),
+            left_out: self.left_out(best, options, &solution.x),
             misfit: self.misfit(best, options, gains),
             cause: None,
             chi_square: best.chi_square,

@@ -1,0 +1,74 @@
+//! The verdict on RIST-MH from the experiments of a plan: each experiment is predicted by parameters from the others, and the
+//! covariance says how unsure torques are.
+
+use identification::estimators::drive_gains::likelihood::Gain;
+use identification::spectrum::experiment::SpectralExperiment;
+use identification::spectrum::identify::SpectralMethod;
+use identification::spectrum::rist_mh::data::HarmonicOptions;
+use rist::experiments::identify_records;
+use rist::verdict::{Trust, Verdict, estimate_verdict};
+use rist::{Estimate, Model};
+use tests::benchmark::arms::r3_arm;
+use tests::benchmark::defects::Defect;
+use tests::benchmark::monte_carlo::{Fixture, each_draw};
+use tests::benchmark::plans::golden_plan;
+use tests::benchmark::robots::{r3, robot_of_tests};
+use tests::benchmark::scenario::{BenchmarkArm, Scenario};
+
+/// Of each scenario; RIST_DRAWS has more.
+const DRAWS: usize = 1;
+const SEED: u64 = 61;
+
+fn judged(arm: &BenchmarkArm, experiments: &[SpectralExperiment]) -> (Estimate, Verdict) {
+    let path = tests::workspace().join("tests/data/robots/r3g.yaml");
+    let model = Model::of(robot_of_tests("r3g.yaml"), &path, false).unwrap();
+    let gains: Vec<Gain> = arm.drives.gain.iter().map(|k| Gain::Known(*k)).collect();
+    let options = HarmonicOptions::default();
+    let estimate = identify_records(&model, experiments, SpectralMethod::Harmonic, &gains, &options).unwrap();
+    let verdict = estimate_verdict(&estimate);
+    (estimate, verdict)
+}
+
+/// What RIST-MH has in its model earns a yes, each use with a figure; the figure of the bodies' torque is as large as the error.
+#[test]
+fn the_golden_plan_earns_a_yes() {
+    let draws = std::env::var("RIST_DRAWS").ok().and_then(|x| x.parse().ok()).unwrap_or(DRAWS);
+    let robot = r3(true);
+    let arm = r3_arm("R3G", &robot);
+    for scenario in Scenario::all(&arm).into_iter().skip(1) {
+        let name = scenario.name;
+        let fixture = Fixture::new(&arm, scenario, &golden_plan()).unwrap();
+        for (estimate, verdict) in each_draw(draws, 2, |draw| judged(&arm, &fixture.measured(Some(draw), SEED))) {
+            assert_eq!(verdict.trust, Trust::Yes, "{name}: {verdict}");
+            assert!(verdict.uses.iter().all(|of| of.error.is_some()), "{name}: {verdict}");
+            let predicted = estimate.cross_validation.unwrap();
+            // The others tell a little less than all of them, and noise is in both.
+            assert!(
+                predicted >= estimate.total.unwrap() && predicted < 0.05,
+                "{name}: {predicted} {:?}",
+                estimate.total
+            );
+            let text = verdict.to_string();
+            assert!(text.contains("parts left out, each a motion of its own, are predicted with"), "{text}");
+            // A file has the same verdict.
+            let again = Estimate::from_yaml("estimate.yaml", &estimate.to_yaml().unwrap()).unwrap();
+            assert_eq!(estimate_verdict(&again), verdict);
+        }
+    }
+}
+
+/// Torques that come late, which the model has not, are no yes; nor are experiments that leave a joint's bodies open.
+#[test]
+fn what_the_model_lacks_is_no_yes() {
+    let robot = r3(true);
+    let arm = r3_arm("R3G", &robot);
+    let exact = Defect::Late(0.003).experiments(&arm, &golden_plan(), None).unwrap();
+    let late = judged(&arm, &tests::benchmark::defects::measured(&exact, &arm, &arm.sensing, SEED, 0)).1;
+    assert_ne!(late.trust, Trust::Yes, "{late}");
+    let scenario = Scenario::all(&arm).into_iter().nth(1).unwrap();
+    let few = Fixture::new(&arm, scenario, &golden_plan()[..1]).unwrap();
+    let (estimate, verdict) = judged(&arm, &few.measured(Some(0), SEED));
+    assert_ne!(verdict.trust, Trust::Yes, "{verdict}");
+    assert_eq!(estimate.cross_validation, None);
+    assert!(estimate.torque_errors.is_empty(), "{verdict}");
+}
