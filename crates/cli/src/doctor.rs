@@ -47,7 +47,7 @@ fn as_json(log: &str, passport: &Passport) -> Value {
         "log": log,
         "joints": joints.collect::<Vec<_>>(),
         "findings": findings(&passport.findings),
-        "claims": claims_of_log(passport, None),
+        "claims": claims_of_log(passport, &[]),
     })
 }
 
@@ -75,7 +75,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
         for finding in &passport.findings {
             let _ = writeln!(text, "{finding}");
         }
-        let claims = claims_of_log(&passport, None);
+        let claims = claims_of_log(&passport, &[]);
         for claim in claims.iter().filter(|claim| !claim.is_contradicted()) {
             let _ = writeln!(text, "{}", claim_line(claim));
         }

@@ -205,7 +205,7 @@ type PassportState = (String, Vec<String>, Vec<String>, bool, Vec<JointState>, V
 impl Passport {
     fn of(passport: &rist::doctor::Passport) -> Passport {
         let joints = passport.joints.iter().map(|j| (j.coordinate.clone(), j.slope, j.share, j.explained, j.range));
-        let claims: Vec<String> = claims_of_log(passport, None).iter().map(claim_line).collect();
+        let claims: Vec<String> = claims_of_log(passport, &[]).iter().map(claim_line).collect();
         let state = (
             for_python(&passport.to_string()),
             passport.findings.iter().map(|finding| for_python(&finding.to_string())).collect(),

@@ -68,12 +68,12 @@ impl<'a> Looked<'a> {
         let records = SourceRecords::new(model.regressor(), logs, &options.preparation())?;
         let gains = options.transmission.drive_gains.as_deref();
         let (passport, rows, with_rotors) = match records.are_made_anew() {
-            false => (passport_of(model, logs, &records, gains, &options.signal)?, None, None),
+            false => (passport_of(model, logs, &records, gains, options)?, None, None),
             // Going through states that are made anew costs more than making rows beside.
             true => {
                 let (regressor, lacks_rotors) = (model.regressor(), may_lack_rotors(model));
                 let look =
-                    |records: &Beside<SourceRecords<'_>>| passport_of(model, logs, records, gains, &options.signal);
+                    |records: &Beside<SourceRecords<'_>>| passport_of(model, logs, records, gains, options);
                 let wide = lacks_rotors.then(|| WithRotors::beside(regressor, &records, options, look)).transpose()?;
                 match wide.flatten() {
                     Some((passport, with_rotors)) => (passport, None, with_rotors),

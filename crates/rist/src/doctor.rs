@@ -3,8 +3,8 @@
 use identification::estimate::options::Options;
 use identification::estimate::passport::{Measured, passport};
 use identification::signals::records::{Records, SourceRecords};
-use identification::signals::signal_options::{Signal, Velocity};
-use logs::{Effort, LogSource};
+use identification::signals::signal_options::Velocity;
+use logs::{Effort, LogSource, Names};
 
 pub use identification::estimate::ledger::claims_of_log;
 pub use identification::estimate::passport::Passport;
@@ -31,14 +31,14 @@ pub fn examine(model: &Model, logs: &[LogSource], options: &Options) -> Result<P
     }
     let records = SourceRecords::new(model.regressor(), logs, &options.preparation())?;
     let gains = options.transmission.drive_gains.as_deref().filter(|_| are_known);
-    let first = passport_of(model, logs, &records, gains, &options.signal)?;
+    let first = passport_of(model, logs, &records, gains, &options)?;
     // Columns that are no slopes are not used, and accuse nobody.
     let mut chosen = options.clone();
     let mut found = match sources(&first, &mut chosen).is_empty() {
         true => first,
         false => {
             let records = SourceRecords::new(model.regressor(), logs, &chosen.preparation())?;
-            passport_of(model, logs, &records, gains, &chosen.signal)?.with_columns_of(first)
+            passport_of(model, logs, &records, gains, &chosen)?.with_columns_of(first)
         }
     };
     match are_known {
@@ -69,14 +69,15 @@ impl DoctorRequest {
 }
 
 /// The passport of logs and their records. `gains`: the drive gains by which currents became torques, where they are
-/// known. `signal`: how the records were made.
+/// known. `options`: how the records were made.
 pub(crate) fn passport_of<R: Records + ?Sized>(
     model: &Model,
     logs: &[LogSource],
     records: &R,
     gains: Option<&[f64]>,
-    signal: &Signal,
+    options: &Options,
 ) -> Result<Passport, Error> {
+    let signal = &options.signal;
     let suspects: Vec<_> = logs.iter().flat_map(|log| log.report().suspect.clone()).collect();
     let look = |model: &Model| {
         let described = model.described_parameters();
@@ -92,6 +93,8 @@ pub(crate) fn passport_of<R: Records + ?Sized>(
         velocity: velocity && signal.velocity != Velocity::Differentiated,
         acceleration: acceleration && signal.acceleration != Velocity::Differentiated,
     };
+    let by_place = |names: &Option<Names>| matches!(names, Some(Names::Pattern(p)) if p.contains("{}"));
+    found.is_by_place = by_place(&options.columns.position) || by_place(&options.columns.torque);
     let is_current = logs.iter().any(|log| log.effort_is().needs_gains());
     if let Some(gains) = gains.filter(|_| is_current) {
         found.gains_are(gains);

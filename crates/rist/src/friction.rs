@@ -12,6 +12,7 @@ use identification::estimate::identify::Fit;
 use identification::estimate::joint_terms::{JointTerms, choose_joint_terms, joint_candidates};
 use identification::estimate::ledger::hypotheses::Tested;
 use identification::estimate::options::Options;
+use identification::estimators::huber::Robust;
 use identification::estimate::selection::{FrictionSelection, friction_candidates, preparation, select_friction};
 use identification::rows::observation::Observation;
 use identification::signals::records::SourceRecords;
@@ -61,10 +62,11 @@ pub(crate) fn choose_friction(
     }
     check_terms(&options.friction, model.regressor().coordinates().len()).map_err(Error::new)?;
     if request.finds_friction() {
-        let (load, speed) = predicted_load(model, logs, kept, options)?;
-        chosen.joint_terms = Some(found_joint_terms(model, logs, load, &speed, options)?);
+        let Predicted { load, speed, x, robust } = predicted_load(model, logs, kept, options)?;
+        let beside = robust.as_ref().map(|rows| (x.as_slice(), rows));
+        chosen.joint_terms = Some(found_joint_terms(model, logs, load, &speed, options, beside)?);
     } else if options.friction_load.is_empty() && grows_with_load(options) {
-        options.friction_load = predicted_load(model, logs, kept, options)?.0;
+        options.friction_load = predicted_load(model, logs, kept, options)?.load;
     }
     Ok(chosen)
 }
@@ -93,7 +95,7 @@ pub(crate) fn worthwhile_joint_terms(
     };
     let speed: Vec<f64> =
         coordinates.iter().zip(&fit.observation.speed).map(|(k, v)| if is_weak(k) { 0.0 } else { *v }).collect();
-    let found = found_joint_terms(model, logs, load, &speed, &mut tried)?;
+    let found = found_joint_terms(model, logs, load, &speed, &mut tried, fit.of_rows())?;
     let ratio = found.taken.last().map_or(1.0, |taken| taken.ratio);
     let of_faults = faults.iter().filter_map(Tested::gain).fold(1.0, f64::min);
     // A fault is one number and the terms are several: they are to explain twice as much, in the logarithm.
@@ -151,28 +153,37 @@ fn grows_with_load(options: &Options) -> bool {
     options.friction.iter().any(|term| matches!(term, FrictionTerm::At(_, JointTerm::Load)))
 }
 
-/// The base parameters that predict the load, from a fit without friction that grows with it, and the largest speed of
-/// each joint.
+/// A fit without friction that grows with the load.
+struct Predicted {
+    /// The base parameters that predict the load.
+    load: Vec<f64>,
+    /// The largest speed of each joint.
+    speed: Vec<f64>,
+    /// All parameters, and what rows count by their residual, where not all alike.
+    x: Vec<f64>,
+    robust: Option<Robust>,
+}
+
 fn predicted_load(
     model: &Model,
     logs: &[LogSource],
     kept: Kept,
     options: &Options,
-) -> Result<(Vec<f64>, Vec<f64>), Error> {
+) -> Result<Predicted, Error> {
     let mut options = options.clone();
     options.friction.retain(|term| !matches!(term, FrictionTerm::At(_, JointTerm::Load)));
     let records = SourceRecords::new(model.regressor(), logs, &options.preparation())?;
     let names = logs.iter().map(LogSource::name).collect();
     let fit = Fit::of_records(model.regressor(), &records, names, &options)?;
-    let speed = fit.observation.speed.clone();
-    let x = match kept {
+    let (speed, robust, x) = (fit.observation.speed.clone(), fit.robust.clone(), fit.solution.x.clone());
+    let load = match kept {
         Kept::All | Kept::Essential => fit.solution.x,
         Kept::Consistent => {
             let (map, known) = (model.standard_map(), model.reference_bodies());
             identify_consistent(model.regressor(), &map, &known, fit, &options, &Default::default())?.consistent.x
         }
     };
-    Ok((x[..model.regressor().parameters().len()].to_vec(), speed))
+    Ok(Predicted { load: load[..model.regressor().parameters().len()].to_vec(), speed, x, robust })
 }
 
 /// Terms of single joints beside those of all joints, put into the options. `load`: the base parameters that predict the
@@ -183,12 +194,13 @@ fn found_joint_terms(
     load: Vec<f64>,
     speed: &[f64],
     options: &mut Options,
+    beside: Option<(&[f64], &Robust)>,
 ) -> Result<JointTerms, Error> {
     let with_load = Options { friction_load: load, ..options.clone() };
     let records = SourceRecords::new(model.regressor(), logs, &with_load.preparation())?;
     let is_new = |term: &FrictionTerm| !options.friction.iter().any(|own| own.parameters() == term.parameters());
     let candidates: Vec<FrictionTerm> = joint_candidates(speed).into_iter().filter(is_new).collect();
-    let found = choose_joint_terms(model.regressor(), &records, options, &candidates)?;
+    let found = choose_joint_terms(model.regressor(), &records, options, &candidates, beside)?;
     options.friction.extend(found.taken.iter().map(|taken| taken.term));
     if found.has_load() {
         options.friction_load = with_load.friction_load;

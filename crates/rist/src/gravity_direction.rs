@@ -125,6 +125,7 @@ pub(crate) fn look_for_mount<R: Records + ?Sized>(
     let is_new = |finding: &Finding| !passport.findings.iter().any(|known| same(known, finding));
     let left_over: Vec<Finding> = turned.findings.into_iter().filter(is_new).collect();
     passport.findings.extend(left_over);
+    passport.explained = turned.explained;
     let along = |v: Vector3<f64>| v.normalize().iter().map(|x| format!("{x:.2}")).collect::<Vec<_>>().join(", ");
     let finding = Finding {
         fault: Fault::Mount(turn.angle()),

@@ -179,7 +179,7 @@ fn one_step(
     let linear = options.linear_model(model.regressor());
     let is_wanted = |of: &Hypothesis| kind(of).is_some_and(|kind| unknowns.contains(&kind));
     let steps =
-        with_open(model, |open| step(&linear, &looked.records, &fit.solution.x, &fit.weights, open, zeros, is_wanted));
+        with_open(model, |open| step(&linear, &looked.records, fit.point(), open, zeros, is_wanted));
     Ok(steps?)
 }
 

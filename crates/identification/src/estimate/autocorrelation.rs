@@ -5,6 +5,8 @@
 //! order four has the density (1 + (f/f_c)^8)^-2, and so a memory of 0.320/f_c. A residual with a much longer memory
 //! holds what the model lacks. Other orders differ by a tenth.
 //!
+//! Behind robust weights w, e is sqrt(w) times the residual, and rows that count nothing are in no pair.
+//!
 //! e: N m (N); l: samples; the memory: s. Not here: what correlated residuals do to deviations
 //! (`estimators::correlated_deviation`).
 
@@ -12,6 +14,7 @@ use linear_model::linear_model::{Model, ResidualGroup};
 use linear_model::states::States;
 use numerics::fourier::self_products;
 
+use crate::estimators::huber::{Robust, row_factor};
 use crate::rows::residual_sums::ResidualSum;
 
 /// Lags that are looked at.
@@ -51,13 +54,14 @@ pub struct Autocorrelation {
     period: f64,
     /// The residuals of the current record, joint by joint; NaN where a row does not count.
     record: Vec<Vec<f64>>,
+    robust: Option<Robust>,
 }
 
 impl Autocorrelation {
-    /// Without a record.
-    pub fn new(joints: usize) -> Autocorrelation {
+    /// Without a record; `robust`: what rows count, where not all alike.
+    pub fn new(joints: usize, robust: Option<Robust>) -> Autocorrelation {
         let none = Products { sums: vec![0.0; MAX_LAGS + 1], pairs: vec![0; MAX_LAGS + 1] };
-        Autocorrelation { joints: vec![none; joints], period: 0.0, record: vec![Vec::new(); joints] }
+        Autocorrelation { joints: vec![none; joints], period: 0.0, record: vec![Vec::new(); joints], robust }
     }
 
     /// Adds the residuals of a record, one series per joint, `period` s apart; NaN where a row does not count.
@@ -123,7 +127,10 @@ impl ResidualSum for Autocorrelation {
     fn add(&mut self, model: &Model, group: &ResidualGroup) {
         let n = model.n();
         for (j, (record, residuals)) in self.record.iter_mut().zip(group.residuals).enumerate() {
-            let of = |(r, e): (usize, &f64)| if group.states.used[r * n + j] { *e } else { f64::NAN };
+            let factor = |e: f64| row_factor(self.robust.as_ref(), j, e);
+            // A row that counts nothing is none.
+            let counting = |e: f64| Some(factor(e) * e).filter(|_| factor(e) > 0.0).unwrap_or(f64::NAN);
+            let of = |(r, e): (usize, &f64)| if group.states.used[r * n + j] { counting(*e) } else { f64::NAN };
             record.extend(group.samples.clone().zip(residuals).map(of));
         }
     }
@@ -147,7 +154,7 @@ mod tests {
     use random::Random;
 
     fn memory(e: Vec<f64>, period: f64) -> f64 {
-        let mut found = Autocorrelation::new(1);
+        let mut found = Autocorrelation::new(1, None);
         found.add_record(&[e], period);
         found.memory(0).unwrap()
     }
@@ -178,7 +185,7 @@ mod tests {
     #[test]
     fn rows_that_do_not_count_are_no_zeros() {
         let e: Vec<f64> = (0..400).map(|i| if i % 10 == 9 { f64::NAN } else { 1.0 }).collect();
-        let mut found = Autocorrelation::new(2);
+        let mut found = Autocorrelation::new(2, None);
         found.add_record(&[e, vec![f64::NAN; 400]], 0.1);
         let (t, rho) = found.of_joint(0)[2];
         // Rounding of a transform of a thousand samples.

@@ -7,6 +7,7 @@
 use linear_model::linear_model::{Model, ResidualGroup};
 use nalgebra::{Matrix3, Vector3};
 
+use crate::estimators::huber::{Robust, row_factor};
 use crate::rows::residual_sums::ResidualSum;
 
 /// The motion of joint `of` shows in the residual of joint `joint`.
@@ -27,7 +28,7 @@ const CROSS_TALK_COLUMNS: usize = 3;
 #[derive(Clone)]
 pub struct CrossTalkSums {
     n: usize,
-    /// Products of joint k's columns, over the samples at which all joints count, which are most.
+    /// Products of joint k's columns, over the samples at which all joints count alike, which are most.
     motions: Vec<Matrix3<f64>>,
     /// Products of joint k's columns, over the other rows of joint j, at j n + k.
     more: Vec<Matrix3<f64>>,
@@ -35,14 +36,15 @@ pub struct CrossTalkSums {
     residuals: [Vec<f64>; CROSS_TALK_COLUMNS],
     /// |e_j|^2.
     squares: Vec<f64>,
+    robust: Option<Robust>,
 }
 
 impl CrossTalkSums {
-    /// Sums over no row.
-    pub fn new(n: usize) -> CrossTalkSums {
+    /// Sums over no row; `robust`: what rows count, where not all alike.
+    pub fn new(n: usize, robust: Option<Robust>) -> CrossTalkSums {
         let (none, nothing) = (Matrix3::zeros(), vec![0.0; n * n]);
         let residuals = [nothing.clone(), nothing.clone(), nothing];
-        CrossTalkSums { n, motions: vec![none; n], more: vec![none; n * n], residuals, squares: vec![0.0; n] }
+        CrossTalkSums { n, motions: vec![none; n], more: vec![none; n * n], residuals, squares: vec![0.0; n], robust }
     }
 
     /// For each joint the other joint that explains most of its residual.
@@ -71,18 +73,19 @@ impl ResidualSum for CrossTalkSums {
                 let row = Vector3::from_fn(|i, _| columns[i][k]);
                 row * row.transpose()
             };
-            let all = used.iter().all(|used| *used);
+            let all = self.robust.is_none() && used.iter().all(|used| *used);
             if all {
                 self.motions.iter_mut().enumerate().for_each(|(k, sum)| *sum += square(k));
             }
             for j in (0..n).filter(|&j| used[j]) {
                 let e = group.residuals[j][lane];
-                self.squares[j] += e * e;
+                let weight = row_factor(self.robust.as_ref(), j, e).powi(2);
+                self.squares[j] += weight * e * e;
                 for (sums, column) in self.residuals.iter_mut().zip(columns) {
-                    sums[j * n..][..n].iter_mut().zip(column).for_each(|(sum, x)| *sum += e * x);
+                    sums[j * n..][..n].iter_mut().zip(column).for_each(|(sum, x)| *sum += weight * e * x);
                 }
                 if !all {
-                    self.more[j * n..][..n].iter_mut().enumerate().for_each(|(k, sum)| *sum += square(k));
+                    self.more[j * n..][..n].iter_mut().enumerate().for_each(|(k, sum)| *sum += weight * square(k));
                 }
             }
         }

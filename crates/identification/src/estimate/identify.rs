@@ -17,10 +17,11 @@ use crate::estimate::cross_talk::{CrossTalk, CrossTalkSums};
 use crate::estimate::directions::directions;
 use crate::estimate::held_out::{cross_validate_by_part, residuals};
 use crate::estimate::identified::{Deviations, Identified};
+use crate::estimate::ledger::hypotheses::Point;
 use crate::estimate::options::Options;
 use crate::estimate::remarks::{little_motion, remarks, weak};
 use crate::estimate::residuals::JointResidual;
-use crate::estimators::huber::{Reweighted, reweighted};
+use crate::estimators::huber::{Reweighted, Robust, reweighted};
 use crate::estimators::replicate_deviation::{ReplicateDeviation, replicate_deviation, state_bands, white_deviation};
 use crate::estimators::weighted::fit;
 use crate::rows::observation::Observation;
@@ -56,11 +57,23 @@ pub struct Fit {
     pub solution: Solution,
     /// 1 / standard deviation of the residual, one per joint; ones for OLS.
     pub weights: Vec<f64>,
+    /// What rows count by their residual, where not all alike.
+    pub robust: Option<Robust>,
     /// The deviations of the values, by the kind of error that they allow for.
     pub deviation: ReplicateDeviation,
 }
 
 impl Fit {
+    /// What more is asked of the rows beside.
+    pub fn point(&self) -> Point<'_> {
+        Point { x: &self.solution.x, weights: &self.weights, robust: self.robust.as_ref() }
+    }
+
+    /// The parameters, and what rows count by what they leave, where not all alike.
+    pub fn of_rows(&self) -> Option<(&[f64], &Robust)> {
+        Some((&self.solution.x, self.robust.as_ref()?))
+    }
+
     /// From logs held in memory.
     pub fn of(regressor: &dyn Regressor, logs: &[Log], options: &Options) -> Result<Fit, Error> {
         let preparation = options.preparation().for_logs(logs)?;
@@ -114,7 +127,9 @@ impl Fit {
             (solution, weights) = (found.solution.clone(), found.weights.clone());
         }
         let bands = state_bands(&model, &observation, &weights, by_rows.as_ref());
-        let sums = (bands, (CrossTalkSums::new(model.n()), Autocorrelation::new(model.n())));
+        let robust = by_rows.as_ref().map(|found| found.rows.clone());
+        let talk = CrossTalkSums::new(model.n(), robust.clone());
+        let sums = (bands, (talk, Autocorrelation::new(model.n(), robust.clone())));
         let (bands, (talk, autocorrelation)) = residual_sums(&model, records, &solution.x, sums)?;
         let deviation = replicate_deviation(&model, &observation, &solution, &weights, by_rows.as_ref(), bands);
         let sigma = deviation.sigma();
@@ -138,7 +153,7 @@ impl Fit {
         if options.covariance {
             estimate.covariance = with_deviations(&solution.inverse, &sigma);
         }
-        Ok(Fit { estimate, observation, solution, weights, deviation })
+        Ok(Fit { estimate, observation, solution, weights, robust, deviation })
     }
 }
 
@@ -170,7 +185,7 @@ pub(super) fn of_signals(estimate: &mut Estimate, observation: &Observation, opt
 fn outliers(found: &Reweighted, coordinates: &[String]) -> String {
     let share = |(name, share): (&String, &f64)| format!("{name} {:.1} %", 100.0 * share);
     let shares: Vec<String> = coordinates.iter().zip(&found.outliers).map(share).collect();
-    format!("rows that count {}, in the residuals too: {}", found.loss.beyond(), shares.join(", "))
+    format!("rows that count {}, in the residuals too: {}", found.rows.loss.beyond(), shares.join(", "))
 }
 
 /// A sentence on joints that do not count for the cut-off.

@@ -26,8 +26,9 @@ use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 use numerics::triangle::{Triangle, select};
 
 use crate::estimate::options::Options;
+use crate::estimators::huber::{Robust, row_factor};
 use crate::estimators::weighted::fit;
-use crate::rows::observation::{Observation, weighted};
+use crate::rows::observation::{Observation, RowWeight, weighted};
 use crate::signals::records::Records;
 
 /// Ratio of the errors with a term and without it, above which the term is not worth its column.
@@ -79,7 +80,8 @@ pub fn joint_candidates(speed: &[f64]) -> Vec<FrictionTerm> {
     out
 }
 
-/// Chooses terms of single joints beside `options.friction`, on records whose load is predicted.
+/// Chooses terms of single joints beside `options.friction`, on records whose load is predicted. `beside`: the parameters
+/// of a fit without them, and what rows count by what it leaves; all count alike where there is none.
 ///
 /// Fails where a record cannot be read.
 pub fn choose_joint_terms<R: Records + ?Sized>(
@@ -87,13 +89,17 @@ pub fn choose_joint_terms<R: Records + ?Sized>(
     records: &R,
     options: &Options,
     candidates: &[FrictionTerm],
+    beside: Option<(&[f64], &Robust)>,
 ) -> Result<JointTerms, Error> {
     let couplings = options.transmission.coupled();
     let terms = [options.friction.as_slice(), candidates].concat();
     let wide = Model::new(regressor, &terms, &couplings);
-    let rows = Observation::of_records(&wide, records, None)?;
     let places: Vec<usize> = (0..candidates.len()).map(|i| place(&wide, options, candidates, i)).collect();
     let kept: Vec<usize> = (0..wide.p()).filter(|c| !places.contains(c)).collect();
+    let mut x = vec![0.0; wide.p()];
+    kept.iter().zip(beside.map_or(&[][..], |(x, _)| x)).for_each(|(&c, value)| x[c] = *value);
+    let weight = |j: usize, e: f64| row_factor(beside.map(|(_, rows)| rows), j, e);
+    let rows = Observation::of_records(&wide, records, beside.map(|_| RowWeight { x: &x, weight: &weight }))?;
     // The weights are those of the model without the candidates.
     let joints: Vec<Triangle> = rows.joints(|_| true).iter().map(|joint| select(joint, &kept)).collect();
     let (_, weights) = fit(&joints, options.weights);
@@ -300,7 +306,7 @@ mod tests {
         }
         let fastest = states.dq.iter().fold(0.0, |a: f64, v| a.max(v.abs()));
         let candidates = joint_candidates(&[fastest]);
-        let terms = choose_joint_terms(&arm, [states].as_slice(), &Options::default(), &candidates).unwrap();
+        let terms = choose_joint_terms(&arm, [states].as_slice(), &Options::default(), &candidates, None).unwrap();
         (terms, fastest)
     }
 

@@ -18,7 +18,7 @@ use crate::estimate::ledger::topics::{
 };
 use crate::estimate::ledger::torque_error::{TorqueError, Use};
 use crate::estimate::ledger::{
-    Beside, FreeFit, claims_of_faults, claims_of_fit, claims_of_log, not_noise, units_of_logs,
+    Beside, claims_of_faults, claims_of_fit, claims_of_log, not_noise, units_of_logs,
 };
 use crate::estimate::passport::Passport;
 
@@ -162,8 +162,7 @@ impl Verdict {
 fn claims(evidence: &Evidence) -> Vec<Claim> {
     let estimate = evidence.estimate;
     let faults = claims_of_faults(evidence.faults, &estimate.joints, &estimate.parameters);
-    let fit = evidence.prediction.held_out.map(|error| FreeFit { error, faults: evidence.faults });
-    let of_log = evidence.passport.map(|passport| claims_of_log(passport, fit)).unwrap_or_default();
+    let of_log = evidence.passport.map(|passport| claims_of_log(passport, evidence.faults)).unwrap_or_default();
     let coarse: Vec<Claim> = of_log.into_iter().filter_map(|claim| untold_yet(claim, &faults)).collect();
     let is_open = |claim: &Claim| claim.standing() == Standing::Open;
     let fine = faults.into_iter().filter_map(|c| if is_open(&c) { untold_yet(c, &coarse) } else { Some(c) });

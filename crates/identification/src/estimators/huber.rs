@@ -32,19 +32,31 @@ pub struct Reweighted {
     pub outliers: Vec<f64>,
     /// Passes over the rows.
     pub iterations: usize,
-    /// What a residual counts.
-    pub loss: Loss,
-    /// s_j.
-    scales: Vec<f64>,
+    /// What each row counts.
+    pub rows: Robust,
     /// mean w / mean psi'. In the scores of the solution a residual e counts slope w e.
     pub slope: f64,
 }
 
-impl Reweighted {
+/// What rows count by their residual. Whatever follows a robust fit weighs its rows alike.
+#[derive(Clone, Debug)]
+pub struct Robust {
+    /// What a residual counts.
+    pub loss: Loss,
+    /// s_j.
+    scales: Vec<f64>,
+}
+
+impl Robust {
     /// w(u) of a residual of joint j.
     pub fn weight(&self, j: usize, e: f64) -> f64 {
         self.loss.weight(e / self.scales[j])
     }
+}
+
+/// The factor sqrt(w) of a row of joint j with the residual e; 1 without robust weights.
+pub fn row_factor(robust: Option<&Robust>, j: usize, e: f64) -> f64 {
+    robust.map_or(1.0, |rows| rows.weight(j, e).sqrt())
 }
 
 /// Iterates from the solution `start`.
@@ -74,7 +86,8 @@ pub fn reweighted<R: Records + ?Sized>(
             let means = Means::of(model, records, &x, &scales, loss)?;
             solution.variance *= means.variance();
             let slope = means.slope();
-            return Ok(Reweighted { solution, weights, observation, outliers, iterations, loss, scales, slope });
+            let rows = Robust { loss, scales };
+            return Ok(Reweighted { solution, weights, observation, outliers, iterations, rows, slope });
         }
         x = solution.x;
     }

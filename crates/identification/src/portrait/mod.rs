@@ -138,7 +138,7 @@ pub fn portrait(
     logs: &[LogSource],
 ) -> Result<Portrait, Error> {
     let mut portrait = Portrait::default();
-    let mut autocorrelation = Autocorrelation::new(model.n());
+    let mut autocorrelation = Autocorrelation::new(model.n(), None);
     let duration: f64 = logs.iter().map(|log| log.report().duration).sum();
     let gap = GAP_BETWEEN_LOGS_SHARE * duration;
     let rows = rows(model, options, logs)?;

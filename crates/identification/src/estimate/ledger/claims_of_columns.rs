@@ -6,7 +6,7 @@
 use claims::{Claim, Figure, Outcome, Subject};
 
 use crate::estimate::digits::significant;
-use crate::estimate::ledger::topics::{ACCELERATION, VELOCITY, at};
+use crate::estimate::ledger::topics::{ACCELERATION, ORDER, VELOCITY, at, cannot_tell};
 use crate::estimate::passport::{JointPassport, LIKELY_ACCELERATION_SIZES, Passport, TIMELY_S};
 
 /// Deviations of a lag that is told from none.
@@ -14,7 +14,36 @@ const TOLD_DEVIATIONS: f64 = 5.0;
 
 /// The claims on the columns of a log.
 pub(crate) fn claims_of_columns(passport: &Passport) -> Vec<Claim> {
-    velocity(passport).into_iter().chain(acceleration(passport)).collect()
+    velocity(passport).into_iter().chain(acceleration(passport)).chain(order(passport)).collect()
+}
+
+/// Columns that belong to joints by their place may stand in another order. A wrong order that shows is a finding.
+fn order(passport: &Passport) -> Vec<Claim> {
+    if !passport.is_by_place || passport.joints.len() < 2 {
+        return Vec::new();
+    }
+    let named = |joints: &[usize]| joints.iter().map(|&k| passport.joints[k].coordinate.as_str()).collect::<Vec<_>>();
+    let pair = |[a, b]: &[Vec<usize>; 2]| format!("{} for {}", named(a).join(", "), named(b).join(", "));
+    let hidden = &passport.hidden_exchanges;
+    let is_open = |k: usize| !passport.has_description() || hidden.iter().flatten().any(|joints| joints.contains(&k));
+    let (open, told): (Vec<usize>, Vec<usize>) = (0..passport.joints.len()).partition(|&k| is_open(k));
+    let subject = |joints: &[usize]| at(ORDER, joints.iter().map(|&k| &passport.joints[k].coordinate));
+    let agrees = Outcome::Agrees { smallest: Figure::new(2.0, "exchanged columns") };
+    let mut claims = Vec::new();
+    if !told.is_empty() {
+        claims.push(Claim::new(subject(&told), agrees));
+    }
+    if !open.is_empty() {
+        let why = match hidden.is_empty() {
+            true => "the columns are given by their place, and the description has no inertials to hold them against".into(),
+            false => format!(
+                "the columns are given by their place, and the description would not show an exchange of {}",
+                hidden.iter().map(pair).collect::<Vec<_>>().join("; ")
+            ),
+        };
+        claims.push(cannot_tell(subject(&open), why, "columns that carry the names of the joints"));
+    }
+    claims
 }
 
 fn assumed(subject: Subject, what: String) -> Claim {

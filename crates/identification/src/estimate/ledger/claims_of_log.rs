@@ -13,36 +13,18 @@ use crate::estimate::ledger::topics::{COMMON_SCALE, DELAY, LOG, MOUNT, SIGN, ZER
 use crate::estimate::ledger::topics::{at, cannot_tell};
 use crate::estimate::passport::Passport;
 use crate::estimate::passport::finding::{Fault, Finding, NOMINAL_INERTIAL_SLOPES};
-use crate::estimate::passport::{COMMON_FACTORS, COUNTED_SLOPE_SHARE, JointPassport, Turned};
+use crate::estimate::passport::{COMMON_FACTORS, COUNTED_SLOPE_SHARE, Explained, JointPassport, Turned};
 
-/// What a fit with free parameters says of the findings of a description.
-#[derive(Clone, Copy, Debug)]
-pub struct FreeFit<'a> {
-    /// Error on parts left out.
-    pub error: f64,
-    /// What unknowns more explain.
-    pub faults: &'a [Tested],
-}
-
-/// Error of a fit with free parameters up to which it explains a log.
-const EXPLAINED_ERROR: f64 = 0.02;
-
-/// The claims of a passport, contradictions first. With a fit, an offset or a sign of a joint that the fit does not need is
-/// no contradiction: other bodies explain the log as well.
-pub fn claims_of_log(passport: &Passport, fit: Option<FreeFit>) -> Vec<Claim> {
-    let of = |found: &Finding| {
-        let is_needed = fit.is_none_or(|fit| is_needed(found, passport, fit));
-        if is_needed { finding(found) } else { explained_otherwise(found) }
-    };
-    let mut claims: Vec<Claim> = passport.findings.iter().map(of).collect();
+/// The claims of a passport, contradictions first. `faults`: what unknowns more explain beside a fit, where there is one.
+pub fn claims_of_log(passport: &Passport, faults: &[Tested]) -> Vec<Claim> {
+    let mut claims: Vec<Claim> = passport.findings.iter().map(finding).collect();
+    claims.extend(passport.explained.iter().map(explained_otherwise));
     claims.extend(passport.untold.iter().map(|why| cannot_tell(Subject::whole(COMMON_SCALE), why, "inertials")));
     if claims.iter().any(Claim::is_contradicted) {
         return claims;
     }
     // A fit that would have seen the offset, and saw none, says that the bodies are others.
-    let is_seen = |t: &Turned| {
-        fit.is_some_and(|fit| fit.faults.iter().any(|f| f.of == Hypothesis::Zero(t.joint) && f.power < t.angle.abs()))
-    };
+    let is_seen = |t: &Turned| faults.iter().any(|f| f.of == Hypothesis::Zero(t.joint) && f.power < t.angle.abs());
     let turned = passport.turned.as_ref().filter(|t| !is_seen(t));
     claims.extend([signs(passport), common_scale(passport), zeros(passport, turned)].concat());
     claims.extend(claims_of_columns(passport));
@@ -64,6 +46,12 @@ fn untold(topic: Topic, names: &[String], why: &str, would_tell: &str) -> Option
     (!names.is_empty()).then(|| cannot_tell(at(topic, names), why, would_tell))
 }
 
+/// Those of these joints of which no mistake is open that other bodies explain as well.
+fn unexplained(passport: &Passport, mut names: Vec<String>) -> Vec<String> {
+    names.retain(|name| !passport.explained.iter().any(|e| e.finding.joints.contains(name)));
+    names
+}
+
 fn counts(joint: &JointPassport) -> bool {
     joint.share.is_some_and(|share| share > COUNTED_SLOPE_SHARE)
 }
@@ -72,6 +60,7 @@ fn counts(joint: &JointPassport) -> bool {
 fn signs(passport: &Passport) -> Vec<Claim> {
     let brakes = |j: &JointPassport| j.friction.is_some_and(|f| f.brakes > f.deviation);
     let [told, open] = split(passport, |j| brakes(j) || counts(j));
+    let [told, open] = [told, open].map(|names| unexplained(passport, names));
     let why = "friction and description say too little of the torque";
     let open = untold(SIGN, &open, why, "a faster motion of these joints").filter(|_| passport.has_description());
     agrees(SIGN, &told, Figure::new(-1.0, "times the torque")).into_iter().chain(open).collect()
@@ -143,7 +132,8 @@ pub(crate) fn units_of_logs(claims: &[Claim]) -> Option<String> {
 fn zeros(passport: &Passport, turned: Option<&Turned>) -> Vec<Claim> {
     let mut zeros: Vec<(f64, Vec<String>)> = Vec::new();
     let is_turned = |k: usize| turned.is_some_and(|t| t.joint == k);
-    for (_, joint) in passport.joints.iter().enumerate().filter(|(k, _)| !is_turned(*k)) {
+    let open_already = |name: &String| unexplained(passport, vec![name.clone()]).is_empty();
+    for (_, joint) in passport.joints.iter().enumerate().filter(|(k, j)| !is_turned(*k) && !open_already(&j.coordinate)) {
         let Some(angle) = joint.zero_power else { continue };
         match zeros.iter_mut().find(|(of, _)| *of == angle) {
             Some((_, names)) => names.push(joint.coordinate.clone()),
@@ -153,7 +143,7 @@ fn zeros(passport: &Passport, turned: Option<&Turned>) -> Vec<Claim> {
     zeros.sort_by(|a, b| a.0.total_cmp(&b.0));
     let told =
         zeros.iter().filter_map(|(angle, names)| agrees(ZERO, names, Figure::new(angle.to_degrees().round(), "deg")));
-    let [_, open] = split(passport, |j| j.zero_power.is_some());
+    let open = unexplained(passport, split(passport, |j| j.zero_power.is_some())[1].clone());
     let (why, would_tell) = ("these joints carry too little gravity", "a heavier load, or the encoder's own reference");
     told.chain(untold(ZERO, &open, why, would_tell).filter(|_| passport.has_description())).collect()
 }
@@ -171,31 +161,17 @@ fn turned_zero(turned: &Turned, name: &String) -> Claim {
     cannot_tell(at(LOG, [name]), why, "the encoder's own reference, or bodies that are known")
 }
 
-/// Whether a log cannot be explained without what was found.
-fn is_needed(finding: &Finding, passport: &Passport, fit: FreeFit) -> bool {
-    let is_explained = fit.error <= EXPLAINED_ERROR && !fit.faults.is_empty();
-    if matches!(finding.fault, Fault::SwappedJoints | Fault::SwappedMotions | Fault::SwappedTorques) {
-        return !is_explained;
-    }
-    let [name] = finding.joints.as_slice() else { return true };
-    let Some(k) = passport.joints.iter().position(|j| j.coordinate == *name) else { return true };
-    if !is_explained {
-        return true;
-    }
-    let is_found = |of: &dyn Fn(&Hypothesis) -> bool| fit.faults.iter().any(|t| of(&t.of) && t.is_found());
-    match finding.fault {
-        Fault::Zero(_) => is_found(&|h| *h == Hypothesis::Zero(k)),
-        // Torques of the wrong sign make friction drive.
-        Fault::TorqueSign => !passport.joints[k].friction.is_some_and(|f| f.brakes > f.deviation),
-        Fault::Reversed => false,
-        _ => true,
-    }
-}
-
-fn explained_otherwise(finding: &Finding) -> Claim {
-    let topic = if matches!(finding.fault, Fault::Zero(_)) { ZERO } else { SIGN };
+/// A mistake that free bodies explain as well. It counts against the log where the description asks for it.
+fn explained_otherwise(explained: &Explained) -> Claim {
+    let Explained { finding, is_likely } = explained;
+    let topic = match finding.fault {
+        _ if *is_likely => LOG,
+        Fault::Zero(_) => ZERO,
+        _ => SIGN,
+    };
     let why = format!("{}, or other bodies than the description's: {}", finding.statement(), finding.evidence);
-    cannot_tell(Subject::of(topic, finding.joints.iter().cloned()), why, "the encoder's own reference, or a known load")
+    let would_tell = format!("the encoder's own reference, or bodies that are known; where it is so: {}", finding.remedy);
+    cannot_tell(Subject::of(topic, finding.joints.iter().cloned()), why, would_tell)
 }
 
 /// The claim of one finding.

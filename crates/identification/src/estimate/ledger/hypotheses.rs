@@ -29,9 +29,11 @@
 use linear_model::linear_model::Model;
 use logs::Error;
 use numerics::triangle::{Triangle, TriangleBuilder, select};
+use numerics::vector::dot;
 
-pub use crate::estimate::ledger::hypothesis::{Hypothesis, Open, Tilt};
+pub use crate::estimate::ledger::hypothesis::{Hypothesis, Open, Point, Tilt};
 use crate::estimate::ledger::hypothesis_columns::{all, columns};
+use crate::estimators::huber::row_factor;
 use crate::signals::records::Records;
 use crate::signals::thinned::MOST_THINNED_SAMPLES;
 
@@ -137,35 +139,33 @@ fn least_share(of: &Hypothesis) -> f64 {
     if matches!(of, Hypothesis::Spring(_)) { SMALLEST_SPRING_SHARE } else { SMALLEST_SHARE }
 }
 
-/// Every hypothesis, tested beside the parameters `x` with the weights of the joints. Empty for a robot of many
+/// Every hypothesis, tested beside a fit with the weights of its rows. Empty for a robot of many
 /// coordinates, and where there are too few samples.
 ///
 /// Fails when a record cannot be read.
 pub fn hypotheses<R: Records + ?Sized>(
     model: &Model,
     records: &R,
-    x: &[f64],
-    weights: &[f64],
+    fit: Point,
     open: Open,
 ) -> Result<Vec<Tested>, Error> {
     if model.n() > MOST_COORDINATES || model.regressor.parameters().is_empty() {
         return Ok(Vec::new());
     }
     let all = all(model, open);
-    let (parts, torques) = triangles(model, records, x, weights, open, &all)?;
+    let (parts, torques) = triangles(model, records, fit, open, &all)?;
     let share = |of: &Hypothesis| of.joint().map_or(1.0, |k| (torques[k] / torques.iter().sum::<f64>()).sqrt());
-    let found = tested(&parts, x, &all).into_iter();
+    let found = tested(&parts, fit.x, &all).into_iter();
     Ok(found.map(|one| Tested { torque_share: share(&one.of), ..one }).collect())
 }
 
-/// One triangle per tenth of the records, of the rows [W | h] and tau, weighted by joint; and the squares of these tau by joint.
+/// One triangle per tenth of the records, of the rows [W | h] and tau, weighted as the fit weighs them; and the squares of these tau by joint.
 ///
 /// Fails when a record cannot be read.
 pub(super) fn triangles<R: Records + ?Sized>(
     model: &Model,
     records: &R,
-    x: &[f64],
-    weights: &[f64],
+    fit: Point,
     open: Open,
     all: &[Hypothesis],
 ) -> Result<(Vec<Triangle>, Vec<f64>), Error> {
@@ -177,19 +177,20 @@ pub(super) fn triangles<R: Records + ?Sized>(
     let mut parts: Vec<TriangleBuilder> = (0..LEFT_OUT_PARTS).map(|_| TriangleBuilder::new(width)).collect();
     let mut torques = vec![0.0; n];
     for (first, kept) in &thinned.records {
-        let columns = columns(model, kept, x, all, open.tilts);
+        let columns = columns(model, kept, fit.x, all, open.tilts);
         let mut row = vec![0.0; width];
         model.rows(kept, 0..kept.len(), |r, w| {
             let part = (first + r * every) * LEFT_OUT_PARTS / count.max(1);
             for j in (0..n).filter(|j| kept.used[r * n + j]) {
-                let weight = weights[j];
-                for (out, w) in row.iter_mut().zip(&w[j * p..(j + 1) * p]) {
+                let (w, tau) = (&w[j * p..(j + 1) * p], kept.tau[r * n + j]);
+                let weight = fit.weights[j] * row_factor(fit.robust, j, tau - dot(w, fit.x));
+                for (out, w) in row.iter_mut().zip(w) {
                     *out = weight * w;
                 }
                 for (out, column) in row[p..].iter_mut().zip(&columns) {
                     *out = weight * column[r * n + j];
                 }
-                let torque = weight * kept.tau[r * n + j];
+                let torque = weight * tau;
                 torques[j] += torque * torque;
                 parts[part.min(LEFT_OUT_PARTS - 1)].push(&row, torque);
             }
@@ -346,7 +347,7 @@ mod tests {
         let mut rows = TriangleBuilder::new(exact.len());
         model.rows(&states, 0..states.len(), |r, w| rows.push(w, states.tau[r]));
         let x = rows.finish().solution();
-        let found = hypotheses(&model, &[states][..], &x, &[1.0], Open::default()).unwrap();
+        let found = hypotheses(&model, &[states][..], Point { x: &x, weights: &[1.0], robust: None }, Open::default()).unwrap();
         let found = found.into_iter().find(|tested| tested.of == *of).unwrap();
         let norm = |x: &mut dyn Iterator<Item = f64>| x.map(|x| x * x).sum::<f64>().sqrt();
         let error = |with: f64| {

@@ -1,5 +1,7 @@
 //! A fault of a log, or a rotor that a model lacks, that a fit may tell as one unknown more.
 
+use crate::estimators::huber::Robust;
+
 /// One fault of a log.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Hypothesis {
@@ -43,6 +45,17 @@ impl Hypothesis {
     pub(super) fn is_claimed(&self) -> bool {
         !matches!(self, Hypothesis::Late(_) | Hypothesis::LoadFriction(_) | Hypothesis::CrossTalk(..))
     }
+}
+
+/// A fit, beside which more is asked of its rows.
+#[derive(Clone, Copy)]
+pub struct Point<'a> {
+    /// The parameters.
+    pub x: &'a [f64],
+    /// The weights of the joints.
+    pub weights: &'a [f64],
+    /// What rows count by their residual, where not all alike.
+    pub robust: Option<&'a Robust>,
 }
 
 /// What the mechanics of a robot leave open beside the parameters.

@@ -22,6 +22,8 @@ pub const ROTOR: Topic = Topic("rotor inertia");
 pub const DRIFT: Topic = Topic("drift of the torque");
 /// By how much torques lag positions.
 pub(crate) const DELAY: Topic = Topic("delay");
+/// Whose columns are whose, where their place says it.
+pub(crate) const ORDER: Topic = Topic("order of the columns");
 /// The column of velocities.
 pub(crate) const VELOCITY: Topic = Topic("velocity column");
 /// The column of accelerations.

@@ -21,7 +21,7 @@ use numerics::triangle::{Triangle, TriangleBuilder};
 
 use crate::estimate::artefact::Estimate;
 use crate::estimate::ledger::hypotheses::{
-    EXPLAINED_COLUMN_SHARE, Hypothesis, MOST_COORDINATES, Open, coefficients, held, jackknife, merged, triangles,
+    EXPLAINED_COLUMN_SHARE, Hypothesis, MOST_COORDINATES, Open, Point, coefficients, held, jackknife, merged, triangles,
 };
 use crate::estimate::ledger::hypothesis_columns::all;
 use crate::signals::records::Records;
@@ -43,15 +43,14 @@ pub struct Step {
     pub effect: Vec<(ParameterId, f64)>,
 }
 
-/// One step for the hypotheses that `is_wanted` takes, beside the parameters `x` with the weights of the joints. `zeros` is
+/// One step for the hypotheses that `is_wanted` takes, beside a fit with the weights of its rows. `zeros` is
 /// by how much the guess of each coordinate's zero is off the description, rad.
 ///
 /// Fails for a robot of more than 12 coordinates, and when a record cannot be read.
 pub fn step<R: Records + ?Sized>(
     model: &Model,
     records: &R,
-    x: &[f64],
-    weights: &[f64],
+    fit: Point,
     open: Open,
     zeros: &[f64],
     is_wanted: impl Fn(&Hypothesis) -> bool,
@@ -64,9 +63,9 @@ pub fn step<R: Records + ?Sized>(
         return Err(Error::new(message));
     }
     let wanted: Vec<Hypothesis> = all(model, open).into_iter().filter(is_wanted).collect();
-    let (parts, _) = triangles(model, records, x, weights, open, &wanted)?;
+    let (parts, _) = triangles(model, records, fit, open, &wanted)?;
     let ids: Vec<ParameterId> = model.parameters.iter().map(|p| p.id.clone()).collect();
-    Ok(solved(&parts, x, &wanted, &ids, zeros))
+    Ok(solved(&parts, fit.x, &wanted, &ids, zeros))
 }
 
 fn solved(parts: &[Triangle], x: &[f64], wanted: &[Hypothesis], ids: &[ParameterId], zeros: &[f64]) -> Vec<Step> {

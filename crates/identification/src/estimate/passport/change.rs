@@ -80,6 +80,28 @@ impl Change {
         }
     }
 
+    /// A log at the instants `rows` with these changes done.
+    pub(super) fn all_done(changes: &[Change], log: &States, rows: &[usize], regressor: &dyn Regressor) -> States {
+        let n = log.n;
+        let is_angle: Vec<bool> = (0..n).map(|k| !regressor.is_prismatic(k)).collect();
+        let mut done = States { n, ..States::default() };
+        for &r in rows {
+            let of = |x: &[f64]| x[r * n..(r + 1) * n].to_vec();
+            let (mut q, mut dq, mut ddq) = (of(&log.q), of(&log.dq), of(&log.ddq));
+            changes.iter().for_each(|change| change.motion(&is_angle, &mut q, &mut dq, &mut ddq));
+            done.t.push(log.t[r]);
+            [(&mut done.q, q), (&mut done.dq, dq), (&mut done.ddq, ddq)].into_iter().for_each(|(all, x)| all.extend(x));
+            for j in 0..n {
+                let (moves, (of, sign)) = (motion_of(changes, j), torque_of(changes, j));
+                done.tau.push(sign * log.tau[r * n + of]);
+                // The sign of a column of friction changes nothing that it explains.
+                done.direction.push(log.direction[r * n + moves]);
+                done.used.push(log.used[r * n + moves]);
+            }
+        }
+        done
+    }
+
     /// The column of the log that is the torque of joint j, and its sign.
     fn torque(self, j: usize) -> (usize, f64) {
         match self {

@@ -12,8 +12,9 @@ use crate::estimate::digits::significant;
 use crate::estimate::passport::change::Description;
 use crate::estimate::passport::delay::{Lag, common_lag};
 use crate::estimate::passport::finding::{COMMON_FACTORS, Fault, Finding, NOMINAL_INERTIAL_SLOPES};
+use crate::estimate::passport::free_bodies::FreeBodies;
 use crate::estimate::passport::regression::Partial;
-use crate::estimate::passport::report::{COUNTED_SLOPE_SHARE, Passport};
+use crate::estimate::passport::report::{COUNTED_SLOPE_SHARE, Explained, Passport};
 use crate::estimate::passport::samples::Samples;
 use crate::estimate::passport::search::{Search, Suspicion, counts};
 use crate::estimate::passport::trials::Trials;
@@ -147,7 +148,19 @@ impl Look<'_> {
         };
         let (changes, misfits) = search.best(slopes);
         let is_new = |change: &&Suspicion| change.fault() != Fault::Degrees || self.degrees().is_none();
-        found.extend(changes.iter().filter(is_new).map(|change| self.changed(change, &changes, &list())));
+        let free = FreeBodies { regressor: self.regressor, samples: self.samples, joints: &passport.joints };
+        let needed = free.needed(&changes);
+        let of = |is_needed: bool| -> Vec<Suspicion> {
+            let all = changes.iter().zip(&needed).filter(|(_, needed)| **needed == is_needed);
+            all.map(|(change, _)| change.clone()).collect()
+        };
+        let [needed, explained] = [of(true), of(false)];
+        found.extend(needed.iter().filter(is_new).map(|change| self.changed(change, &needed, &list())));
+        let explained = explained.iter().map(|change| Explained {
+            finding: self.changed(change, &explained, &list()),
+            is_likely: change.after < LIKELY_MISFIT_SHARE * change.before,
+        });
+        passport.explained.extend(explained);
         // What nothing explains: another robot, a common factor, or nothing that can be told.
         if changes.is_empty() {
             found.extend(self.other_robot(&misfits, slopes, scale, passport, list()));
@@ -286,6 +299,10 @@ impl Look<'_> {
         common_lag(self.regressor, self.samples, self.rows)
     }
 }
+
+/// Misfit that a mistake leaves, of that of the log as it is, below which the description asks for it: in squares, as
+/// `power::TURNED_ERROR_RATIO` has it.
+const LIKELY_MISFIT_SHARE: f64 = 0.16;
 
 /// Share of what is left that a delay explains where the description alone would say that this is another robot.
 const SMALLEST_DELAY_SHARE_IF_FOREIGN: f64 = 0.5;

@@ -18,6 +18,7 @@ mod columns;
 mod delay;
 mod diagnosis;
 pub mod finding;
+mod free_bodies;
 pub mod friction;
 mod order;
 mod power;
@@ -34,12 +35,13 @@ use logs::{Error, Suspect};
 use crate::estimate::passport::change::{Description, MIN_SAMPLES_PER_JOINT, column, used};
 pub(crate) use crate::estimate::passport::finding::COMMON_FACTORS;
 use crate::estimate::passport::friction::own_friction;
+use crate::estimate::passport::order::hidden_exchanges;
 pub use crate::estimate::passport::power::Turned;
 use crate::estimate::passport::power::{turned, zero_power};
 use crate::estimate::passport::regression::Partial;
 pub(crate) use crate::estimate::passport::regression::{Basis, square};
 pub(crate) use crate::estimate::passport::report::COUNTED_SLOPE_SHARE;
-pub use crate::estimate::passport::report::{JointPassport, Measured, Passport};
+pub use crate::estimate::passport::report::{Explained, JointPassport, Measured, Passport};
 pub(crate) use crate::estimate::passport::samples::LIKELY_SIZES as LIKELY_ACCELERATION_SIZES;
 use crate::estimate::passport::visited::Visited;
 use linear_model::regressor::Regressor;
@@ -83,7 +85,10 @@ pub fn passport<R: Records + ?Sized>(
     };
     let angles = (0..n).filter(|&j| !regressor.is_prismatic(j));
     let turned = few.as_ref().and_then(|trials| turned(trials, angles));
-    let mut passport = Passport { visited: Visited::of(&samples), turned, ..Passport::default() };
+    let hidden = few.as_ref().zip(rough.as_ref()).map(|(trials, rough)| hidden_exchanges(trials, rough));
+    let hidden_exchanges = hidden.unwrap_or_default();
+    let mut passport =
+        Passport { visited: Visited::of(&samples), turned, hidden_exchanges, ..Passport::default() };
     for (j, coordinate) in regressor.coordinates().iter().enumerate() {
         let partial = slopes.as_ref().map(|s| s[j]).filter(|p| p.yy > 0.0);
         passport.joints.push(JointPassport {

@@ -1,7 +1,8 @@
 //! The order of the columns that makes the description predict the log, for all signals, the motions or the torques.
 //!
 //! A robot of few joints is tried in all its orders. With more joints only orders that people make are tried: joints by
-//! the alphabet, from the tip to the base, turned round by some places, and any three in a circle. An order is a
+//! the alphabet, from the tip to the base, turned round by some places, two to four limbs in any order, and any three in a
+//! circle. An order is a
 //! product of exchanges: (a b c ..) = (a b)(b c)... Some samples rank the orders, and all of them say how well the best
 //! one explains.
 
@@ -10,8 +11,9 @@ use std::convert::Infallible;
 use processor::{in_order, threads};
 
 use crate::estimate::passport::change::{Change, misfits};
+use crate::estimate::passport::power::shows;
 use crate::estimate::passport::regression::Partial;
-use crate::estimate::passport::search::{Search, Sum};
+use crate::estimate::passport::search::{Search, Sum, last_of_pairs};
 use crate::estimate::passport::trials::Trials;
 
 /// Robots of at most so many joints are tried in all orders. Seven joints have 5 040.
@@ -19,6 +21,12 @@ const MAX_JOINTS_FOR_ALL_ORDERS: usize = 7;
 
 /// Samples that rank the orders.
 const RANKING_SAMPLES: usize = 100;
+
+/// An order is as good as the best one where it leaves at most so many times as much of the torques, in squares.
+const AS_GOOD_ORDER_RATIO: f64 = 1.2;
+
+/// Most limbs of equal length that are tried in all orders.
+const MAX_LIMBS: usize = 4;
 
 /// An exchange of something of two joints.
 type Exchange = fn(usize, usize) -> Change;
@@ -41,20 +49,39 @@ impl Search<'_> {
                 sum(&misfits(&few.partials_of(described, &changes), &rough, &changes, self.scale))
             })
         };
-        let mut least: Option<(f64, Vec<Change>)> = None;
-        let ranked = in_order(&orders, threads(), left, |i, found| {
-            for (left, kind) in found.into_iter().zip(EXCHANGE_KINDS) {
-                if least.as_ref().is_none_or(|(least, _)| left.total_cmp(least).is_lt()) {
-                    least = Some((left, exchanges(&orders[i], kind)));
-                }
-            }
+        let mut ranked = Vec::new();
+        let Ok(()) = in_order(&orders, threads(), left, |i, found| {
+            ranked.extend(found.into_iter().zip(EXCHANGE_KINDS).map(|(left, kind)| (left, exchanges(&orders[i], kind))));
             Ok::<(), Infallible>(())
         });
-        ranked.ok()?;
-        let (_, best) = least?;
+        // Limbs that are alike in pairs have several orders that leave nearly the same: few exchanges are likelier.
+        let least = ranked.iter().map(|(left, _)| *left).min_by(f64::total_cmp)?;
+        ranked.retain(|(left, _)| *left <= AS_GOOD_ORDER_RATIO * least);
+        let (_, best) = ranked.into_iter().min_by(|a, b| a.1.len().cmp(&b.1.len()).then(a.0.total_cmp(&b.0)))?;
         let misfits = self.all_tried(&best, as_it_is);
         Some((best, misfits))
     }
+}
+
+/// Pairs of joints, and of limbs of equal length, whose columns are exchanged in this log or might be: the description shows
+/// no exchange of them. By pair, the joints of both.
+pub(super) fn hidden_exchanges(trials: &Trials, slopes: &[Partial]) -> Vec<[Vec<usize>; 2]> {
+    let n = slopes.len();
+    let lengths = (2..=MAX_LIMBS).filter(|limbs| n % limbs == 0 && n > *limbs).map(|limbs| n / limbs);
+    let mut hidden = Vec::new();
+    for length in std::iter::once(1).chain(lengths) {
+        let limbs: Vec<Vec<usize>> = (0..n / length).map(|k| (k * length..(k + 1) * length).collect()).collect();
+        for (k, a) in limbs.iter().enumerate() {
+            let last = if length == 1 { last_of_pairs(k, n) } else { limbs.len() };
+            for b in &limbs[k + 1..last] {
+                let changes: Vec<Change> = a.iter().zip(b).map(|(&k, &l)| Change::SwappedJoints(k, l)).collect();
+                if !shows(trials, slopes, &changes) {
+                    hidden.push([a.clone(), b.clone()]);
+                }
+            }
+        }
+    }
+    hidden
 }
 
 /// The orders to try, without the one as it is; `order[k]` is the joint whose columns are those of joint k.
@@ -91,6 +118,12 @@ fn usual(coordinates: &[String]) -> Vec<Vec<usize>> {
     sorted.iter().enumerate().for_each(|(place, &k)| inverse[k] = place);
     let mut found = vec![sorted, inverse, (0..n).rev().collect()];
     found.extend((1..n).map(|by| (0..n).map(|k| (k + by) % n).collect()));
+    // Limbs of equal length, one after the other, in all orders: messages of legged robots have an order of their own.
+    for limbs in (2..=MAX_LIMBS).filter(|limbs| n % limbs == 0) {
+        let length = n / limbs;
+        let joints = |order: &Vec<usize>| order.iter().flat_map(|limb| limb * length..(limb + 1) * length).collect();
+        found.extend(all(limbs).iter().map(joints).filter(|order: &Vec<usize>| !order.is_sorted()));
+    }
     let threes = (0..n).flat_map(|a| (a + 1..n).flat_map(move |b| (b + 1..n).map(move |c| [a, b, c])));
     for [a, b, c] in threes {
         for [to_b, to_c] in [[b, c], [c, b]] {
@@ -141,8 +174,8 @@ mod tests {
         let names: Vec<String> =
             ["left", "arm", "wrist", "elbow", "hip", "knee", "ankle", "neck"].map(Into::into).into();
         let found = orders(&names);
-        // 8 * 7 * 6 / 3 circles of three, 7 turns, the alphabet both ways, and the way back.
-        assert_eq!(found.len(), 112 + 7 + 3);
+        // 8 * 7 * 6 / 3 circles of three, 7 turns, the alphabet both ways, the way back, and orders of two and of four limbs.
+        assert_eq!(found.len(), 112 + 7 + 3 + 1 + 23);
         for order in &found {
             let mut sorted = order.clone();
             sorted.sort();

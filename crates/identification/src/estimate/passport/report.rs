@@ -47,6 +47,15 @@ pub struct Measured {
     pub acceleration: bool,
 }
 
+/// A mistake that a log does not need: other bodies than the description's explain it as well.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Explained {
+    /// The mistake.
+    pub finding: Finding,
+    /// Whether the description asks for it: with it undone it predicts the log better by far.
+    pub is_likely: bool,
+}
+
 /// What a log says of itself and of its description before anything is fitted.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Passport {
@@ -54,6 +63,8 @@ pub struct Passport {
     pub joints: Vec<JointPassport>,
     /// The worst first.
     pub findings: Vec<Finding>,
+    /// What was found with the bodies of the description, and other bodies explain as well.
+    pub explained: Vec<Explained>,
     /// What could not be looked at, in sentences.
     pub untold: Vec<String>,
     /// Where the robot was.
@@ -62,6 +73,10 @@ pub struct Passport {
     pub measured: Measured,
     /// The joint that the description would rather have elsewhere.
     pub turned: Option<Turned>,
+    /// Pairs of joints, or of limbs, whose columns might be exchanged: the description would not show it.
+    pub hidden_exchanges: Vec<[Vec<usize>; 2]>,
+    /// Whether the columns belong to joints by their place, and not by their names.
+    pub is_by_place: bool,
 }
 
 /// Share explained by the description, above which a joint's slope counts. Below it the slope is in brackets.

@@ -64,6 +64,11 @@ const NEAR_PAIR_DISTANCE: usize = 3;
 /// Robots of at most so many joints are searched for exchanges of all pairs.
 const MAX_JOINTS_FOR_ALL_PAIRS: usize = 8;
 
+/// Behind the last joint that is tried in pairs with joint k of n.
+pub(super) fn last_of_pairs(k: usize, n: usize) -> usize {
+    if n > MAX_JOINTS_FOR_ALL_PAIRS { (k + NEAR_PAIR_DISTANCE + 1).min(n) } else { n }
+}
+
 /// Steps of the search for a zero, rad.
 const ZERO_SEARCH_STEP_RAD: f64 = PI / 12.0;
 /// How near a zero must be to a quarter turn to count as one, rad.
@@ -102,8 +107,10 @@ impl Search<'_> {
             current = misfits;
         }
         let (whole, left) = (sum(&unchanged), sum(&current));
-        // A single mistake that explains the log well needs no order.
-        if whole >= SMALLEST_MISFIT_GAIN && (found.len() != 1 || left > EXPLAINED_BY_ORDER_MISFIT * n) {
+        // A single mistake that explains the log well needs no order, unless it is part of one.
+        let is_part = |one: &Suspicion| one.changes.iter().any(|change| change.exchanges().is_some());
+        let is_single = found.len() == 1 && !found.iter().any(is_part);
+        if whole >= SMALLEST_MISFIT_GAIN && (!is_single || left > EXPLAINED_BY_ORDER_MISFIT * n) {
             let ordered = self
                 .order(as_it_is, &sum)
                 .filter(|(_, m)| sum(m) < (EXPLAINED_BY_ORDER_MISFIT * n).min(LARGEST_SHARE_LEFT_BY_ZERO * left));
@@ -156,8 +163,7 @@ impl Search<'_> {
             if !self.description.regressor.is_prismatic(k) {
                 all.extend([Turned(k, FRAC_PI_2), Turned(k, PI), Turned(k, -FRAC_PI_2)]);
             }
-            let last = if n > MAX_JOINTS_FOR_ALL_PAIRS { (k + NEAR_PAIR_DISTANCE + 1).min(n) } else { n };
-            for l in k + 1..last {
+            for l in k + 1..last_of_pairs(k, n) {
                 all.extend([SwappedMotions(k, l), SwappedTorques(k, l), SwappedJoints(k, l)]);
             }
         }

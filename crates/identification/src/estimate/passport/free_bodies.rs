@@ -1,0 +1,105 @@
+//! Whether a log needs a change to be explained, or other bodies than the description's explain it as it is.
+//!
+//! The search for mistakes holds the bodies of the description (`search`). Other bodies may do without the mistake: the zero of
+//! a last joint is a turn of its body. So the bodies are left free,
+//! ```text
+//! tau_j = Y_j(q, dq, ddq) X + a_j ddq_j + b_j dq_j + c_j direction_j + d_j
+//! ```
+//! and fitted to the log with the change undone and as it is. The change is needed where that lowers the error on parts left
+//! out, of one joint at least below `NEEDED_ERROR_RATIO` of what it is, and over all joints in the geometric mean.
+//!
+//! A wrong sign of a torque or of a motion makes friction drive, and inertia less than nothing: bodies that do without it
+//! cannot exist unless friction brakes. What the signals say without any bodies is needed always, and so is an exchange or a
+//! sign with which the description itself, without a free number, leaves nearly nothing.
+
+use linear_model::friction::terms::FrictionTerm;
+use linear_model::linear_model::Model;
+use linear_model::regressor::Regressor;
+
+use crate::estimate::held_out::cross_validate;
+use crate::estimate::passport::change::{Change, torque_of};
+use crate::estimate::passport::report::JointPassport;
+use crate::estimate::passport::samples::Samples;
+use crate::estimate::passport::search::Suspicion;
+use crate::estimators::weighted::Weights;
+use crate::rows::observation::Observation;
+
+/// Samples that the bodies are fitted to: some ten times as many rows as an arm has parameters.
+const FITTED_SAMPLES: usize = 1000;
+/// Parts of the record, of which two are left out at a time.
+const PARTS: usize = 20;
+/// Error of a joint with the change undone, over that of the log as it is, below which bodies do not explain the log as well.
+const NEEDED_ERROR_RATIO: f64 = 0.8;
+
+/// Misfit that a mistake leaves, of that of the log as it is, in squares, below which other bodies would have to be those of
+/// the description at other places by chance. Of a zero, which is a number, some angle may suit them.
+const SURE_MISFIT_SHARE: f64 = 0.04;
+
+/// Friction and rotor of each joint, which no description has.
+const OWN: [FrictionTerm; 4] =
+    [FrictionTerm::Viscous, FrictionTerm::Coulomb, FrictionTerm::Offset, FrictionTerm::Rotor];
+
+/// A log to which bodies are fitted.
+pub(super) struct FreeBodies<'a> {
+    pub regressor: &'a dyn Regressor,
+    pub samples: &'a Samples,
+    pub joints: &'a [JointPassport],
+}
+
+impl FreeBodies<'_> {
+    /// Which of the suspicions the log needs; those that it does not are dropped one by one.
+    pub(super) fn needed(&self, suspicions: &[Suspicion]) -> Vec<bool> {
+        let mut needed = vec![true; suspicions.len()];
+        let open: Vec<usize> = (0..suspicions.len()).filter(|&k| self.may_be_bodies(&suspicions[k])).collect();
+        if open.is_empty() {
+            return needed;
+        }
+        let all = |needed: &[bool]| -> Vec<Change> {
+            let kept = suspicions.iter().zip(needed).filter(|(_, needed)| **needed);
+            kept.flat_map(|(suspicion, _)| suspicion.changes.iter().copied()).collect()
+        };
+        let mut with = self.errors(&all(&needed));
+        for k in open {
+            needed[k] = false;
+            let without = self.errors(&all(&needed));
+            if is_lower(&with, &without) {
+                needed[k] = true;
+            } else {
+                with = without;
+            }
+        }
+        needed
+    }
+
+    /// Whether bodies that can exist may do without a mistake.
+    fn may_be_bodies(&self, suspicion: &Suspicion) -> bool {
+        let brakes = |k: usize| self.joints[k].friction.is_some_and(|f| f.brakes > f.deviation);
+        let is_sure = suspicion.after < SURE_MISFIT_SHARE * suspicion.before;
+        suspicion.changes.iter().all(|change| match *change {
+            Change::Turned(..) => true,
+            Change::Reversed(_) => !is_sure,
+            Change::Opposed(k) | Change::Mirrored(k) => !is_sure && brakes(k),
+            _ => !is_sure && change.exchanges().is_some(),
+        })
+    }
+
+    /// By column of torque, the error on parts left out, relative, with these changes done.
+    fn errors(&self, changes: &[Change]) -> Vec<f64> {
+        let step = self.samples.kept.len() / FITTED_SAMPLES;
+        let states = Change::all_done(changes, &self.samples.kept, &self.samples.every(step), self.regressor);
+        let model = Model::new(self.regressor, &OWN, &[]);
+        let found = cross_validate(&model, &Observation::of(&model, &states, PARTS), Weights::Joint);
+        let mut errors = vec![0.0; states.n];
+        for (j, joint) in found.joints.iter().enumerate() {
+            errors[torque_of(changes, j).0] = joint.relative;
+        }
+        errors
+    }
+}
+
+/// Whether the first errors are lower than the second by far.
+fn is_lower(with: &[f64], without: &[f64]) -> bool {
+    let ratios = with.iter().zip(without).filter(|(_, without)| **without > 0.0).map(|(with, without)| with / without);
+    let ratios: Vec<f64> = ratios.collect();
+    ratios.iter().any(|ratio| *ratio < NEEDED_ERROR_RATIO) && ratios.iter().map(|ratio| ratio.ln()).sum::<f64>() < 0.0
+}
