@@ -38,6 +38,13 @@ pub struct Solution {
     pub rank: usize,
 }
 
+impl Solution {
+    /// The directions that are not in the data.
+    pub fn open(&self) -> impl Iterator<Item = &[f64]> {
+        self.weak.iter().take(self.x.len() - self.rank).map(|(_, direction)| direction.as_slice())
+    }
+}
+
 /// The solution of a triangle. Weak directions are those with a singular value below a tenth of the largest.
 pub fn solve(triangle: &Triangle) -> Solution {
     solve_within(triangle, SINGULAR_VALUE_TOLERANCE)

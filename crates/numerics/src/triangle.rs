@@ -98,11 +98,17 @@ impl ColumnTriangle {
         reflect(&mut self.entries, self.places.len(), columns, block);
     }
 
-    /// The triangle of all p columns.
-    pub fn finish(self, p: usize) -> Triangle {
+    /// The triangle of all p columns, those without whose root mean square is at most `least`; columns beyond its end are
+    /// kept.
+    pub fn finish(self, p: usize, least: &[f64]) -> Triangle {
         let m = self.places.len();
         let all = |k: usize| self.columns.get(k).copied().unwrap_or(p);
-        let kept: Vec<usize> = (0..m).filter(|&j| (0..=j).any(|i| self.entries[j * m + i] != 0.0)).collect();
+        let is_kept = |&j: &usize| {
+            let square = self.entries[j * m..=j * m + j].iter().map(|x| x * x).sum::<f64>();
+            let least = least.get(all(j)).copied().unwrap_or(0.0);
+            square.is_nan() || square > self.rows as f64 * least * least
+        };
+        let kept: Vec<usize> = (0..m).filter(is_kept).collect();
         let mut triangle = Triangle::new(p);
         triangle.set_live(kept.iter().map(|&k| all(k)).collect());
         for (b, &j) in kept.iter().enumerate() {

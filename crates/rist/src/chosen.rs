@@ -21,7 +21,7 @@ use identification::signals::records::SourceRecords;
 use linear_model::description_options::RotorInertias;
 use linear_model::unit::Unit;
 use logs::LogSource;
-use robot::RotorInertia;
+use robot::{Format, RotorInertia};
 use robot::value::CoordinateId;
 
 use crate::description::set_rotor_inertias;
@@ -170,14 +170,15 @@ impl Chosen<'_> {
 /// Whether rotor inertias are to be asked for: the model is of a URDF, which cannot say them, or of an MJCF, which does not
 /// need to, and nobody decided.
 fn may_lack_rotors(model: &Model) -> bool {
-    let is_urdf = ["urdf", "xml", "mjcf"].into_iter().any(|kind| has_extension(model, kind));
+    let may_say_none = model.robot.format != Format::Complete;
     let is_pinned = model.description.as_ref().is_some_and(|d| d.rotor_inertia.is_some());
     let lacks = model.robot.links.iter().all(|link| link.joint.rotor_inertia == RotorInertia::Absent);
-    is_urdf && !is_pinned && lacks
+    may_say_none && !is_pinned && lacks
 }
 
-fn has_extension(model: &Model, kind: &str) -> bool {
-    model.path.extension().is_some_and(|e| e.eq_ignore_ascii_case(kind))
+/// Why a model lacks rotor inertias.
+fn lack(model: &Model) -> &'static str {
+    if model.robot.format == Format::Urdf { "a URDF cannot say" } else { "the description does not give" }
 }
 
 /// The model with rotor inertias where a URDF lacks them and parts left out are predicted better with them.
@@ -197,7 +198,7 @@ fn rotors(model: &Model, looked: &mut Looked<'_>, options: &Options) -> Result<O
         return Ok(None);
     }
     let rotating = rotating(model)?;
-    let lack = if has_extension(model, "urdf") { "a URDF cannot say" } else { "the description does not give" };
+    let lack = lack(model);
     let sentence = format!(
         "rotor inertias are among the parameters, which {lack}: parts left out are predicted with an error of \
          {with:.4} instead of {without:.4} ([rotor_inertia=none] leaves them out)"
@@ -237,8 +238,9 @@ pub(crate) fn told_rotors(model: &Model, fit: &Fit, faults: &[Tested]) -> Result
     let unit = if joint.unit == Unit::TORQUE { "kg m^2" } else { "kg" };
     let (value, deviation) = (significant(rotor.value), significant(rotor.deviation));
     let sentence = format!(
-        "rotor inertias are among the parameters, which a URDF cannot say: that of {} is told with {value} +- {deviation} \
-         {unit} ([rotor_inertia=none] leaves them out)",
+        "rotor inertias are among the parameters, which {}: that of {} is told with {value} +- {deviation} {unit} \
+         ([rotor_inertia=none] leaves them out)",
+        lack(model),
         joint.coordinate
     );
     Ok(Some((rotating(model)?, sentence)))

@@ -5,6 +5,7 @@ use identification::estimate::delay::Delay;
 use identification::estimate::described::described_residuals;
 use identification::estimate::essential::keep_essential;
 use identification::estimate::identify::Fit;
+use identification::estimate::impossible::impossible;
 use identification::estimate::joint_terms::JointTerms;
 use identification::estimate::ledger::hypotheses::{Hypothesis, Tested, hypotheses};
 use identification::estimate::ledger::torque_error::TorqueError;
@@ -16,6 +17,7 @@ use identification::estimate::passport::Passport;
 use identification::estimate::passport::finding::Fault;
 use identification::estimate::remarks::outgrown;
 use identification::estimate::selection::FrictionSelection;
+use identification::estimate::standing_torque::{farther_at_rest, offset_beside_weight};
 use identification::estimate::verdict::{BodiesEvidence, Evidence, Prediction, Trust, Verdict};
 use identification::estimators::drive_gains::likelihood::DriveGains;
 use identification::signals::records::SourceRecords;
@@ -217,6 +219,7 @@ fn identify_kept(
     widen_by_faults(&mut estimate, &faults);
     let unsure = UnsureTorques::of(noise, [&of_noise, &with_gains], &faults, model, &options, &estimate);
     widen_by_what_may_be_there(&mut estimate, &faults);
+    estimate.doubts.extend(impossible(&model.standard_map(), &estimate));
     estimate.remarks.splice(..0, chosen.sentences.into_iter().chain(sentence));
     let outgrown = found.outgrown.into_iter().filter(|_| !is_own_scale);
     estimate.remarks.extend(of_left_out(&logs_left_out, &estimate.logs).into_iter().chain(outgrown));
@@ -356,11 +359,23 @@ fn found_bodies(model: &Model, fit: Fit, kept: Kept, options: &Options) -> Resul
         let described = known.as_ref()?[9];
         Some((name.to_string(), body[9] / described, described)).filter(|(_, ratio, _)| ratio.is_finite())
     };
+    let linear = options.linear_model(model.regressor());
+    let at_rest = model.described_parameters().and_then(|described| {
+        let Fit { solution, observation, .. } = &found.least_squares;
+        farther_at_rest(&linear, &solution.x, &found.consistent.x, &described, &observation.range)
+    });
+    let weighed = linear.parameters.iter().filter_map(|p| offset_beside_weight(&linear, p));
+    let weighed = weighed.map(|j| linear.regressor.coordinates()[j].clone()).collect();
     let links = model.body_links().into_iter().zip(named.iter().map(|(_, x)| *x)).collect();
     let refusal = found.refusal();
     Ok(FoundBodies {
         bodies: Some(Bodies { links, armatures: armatures(model, &found.consistent.phi), refusal: refusal.clone() }),
-        evidence: Some(BodiesEvidence { refusal, masses: named.iter().zip(&known).filter_map(ratio).collect() }),
+        evidence: Some(BodiesEvidence {
+            refusal,
+            masses: named.iter().zip(&known).filter_map(ratio).collect(),
+            at_rest,
+            weighed,
+        }),
         outgrown: named.iter().zip(&known).filter_map(describe).collect(),
         estimate: found.estimate,
     })

@@ -29,6 +29,8 @@ pub(crate) struct Noise {
     within_logs: Vec<f64>,
     /// By how much the error of each of several logs moves the parameters.
     moved_by_logs: Vec<Vec<f64>>,
+    /// Changes of the parameters that leave every row as it is.
+    open: Vec<Vec<f64>>,
     /// How many correlated rows are worth one.
     discount: f64,
     /// Where the logs moved.
@@ -45,6 +47,7 @@ impl Noise {
             of_open,
             within_logs: within.map(|(within, sigma)| if sigma > 0.0 { within / sigma } else { 1.0 }).collect(),
             moved_by_logs: fit.deviation.moved_by_logs.clone(),
+            open: fit.solution.open().map(<[f64]>::to_vec).collect(),
             discount,
             seen: seen(&fit.observation),
         }
@@ -64,8 +67,11 @@ pub(crate) struct UnsureTorques {
     /// Where the logs moved, and how many of their rows are worth one.
     seen: MotionRange,
     discount: f64,
-    /// `None` where a parameter is open that some motion tells: of it no torque is sure.
-    covariance: Option<Covariance>,
+    covariance: Covariance,
+    /// Changes of the parameters that leave every row as it is, and show in some motion.
+    open: Vec<Vec<f64>>,
+    /// Whether a parameter is open that some motion tells.
+    is_open: bool,
 }
 
 /// sigma_i sigma_j rho_ij, the parameters in their order.
@@ -96,25 +102,26 @@ impl UnsureTorques {
         let variance = |(with, of_noise): (&f64, &f64)| (with * with - of_noise * of_noise).max(0.0);
         let within_logs: Vec<f64> =
             of_noise.iter().zip(&noise.within_logs).map(|(sigma, share)| sigma * share).collect();
-        let covariance = (!is_open || opens_in_any_motion).then(|| Covariance {
+        let covariance = Covariance {
             of_noise: with_deviations(&noise.inverse, &within_logs),
             of_logs: noise.moved_by_logs.clone(),
             of_gains: with_gains.iter().zip(of_noise).map(variance).collect(),
             of_faults: effects_of_faults(estimate, faults),
             whole: with_deviations(&noise.inverse, &noise.deviations(estimate)),
-        });
-        UnsureTorques { opens_in_any_motion, seen: noise.seen, discount: noise.discount, covariance }
+        };
+        let is_open = is_open && !opens_in_any_motion;
+        let open = if is_open { noise.open } else { Vec::new() };
+        UnsureTorques { opens_in_any_motion, seen: noise.seen, discount: noise.discount, covariance, open, is_open }
     }
 
     /// The covariance of the parameters; `None` where one is open that some motion tells.
     pub(crate) fn covariance(&self) -> Option<&[Vec<f64>]> {
-        Some(&self.covariance.as_ref()?.whole)
+        (!self.is_open).then_some(&self.covariance.whole)
     }
 
-    /// By use; nothing where no covariance tells.
+    /// By use.
     pub(crate) fn errors(&self, model: &Model, options: &Options, estimate: &Estimate) -> Vec<TorqueError> {
-        let Some(covariance) = &self.covariance else { return Vec::new() };
-        self.errors_by(&covariance.of_noise, covariance, model, options, estimate)
+        self.errors_by(&self.covariance.of_noise, model, options, estimate)
     }
 
     /// By use, where logs of another motion tell too; `logs`: by log, the triangles of its joints. `None` where they tell nothing.
@@ -124,26 +131,20 @@ impl UnsureTorques {
         estimate: &Estimate,
         logs: &[&[Triangle]],
     ) -> Option<Vec<TorqueError>> {
-        let (covariance, options) = (self.covariance.as_ref()?, estimate.options.as_ref()?);
-        if logs.is_empty() {
+        let (covariance, options) = (&self.covariance, estimate.options.as_ref()?);
+        if logs.is_empty() || self.is_open {
             return None;
         }
         let (linear, x) = (options.linear_model(model.regressor()), values(estimate));
         let both = mean_square_errors(&linear, &x, &covariance.of_noise, logs, options.weights, self.discount)?;
-        Some(self.errors_by(&both, covariance, model, options, estimate))
+        Some(self.errors_by(&both, model, options, estimate))
     }
 
     /// With the covariance that noise leaves, and the rest that makes the parameters unsure.
-    fn errors_by(
-        &self,
-        noise: &[Vec<f64>],
-        rest: &Covariance,
-        model: &Model,
-        options: &Options,
-        estimate: &Estimate,
-    ) -> Vec<TorqueError> {
+    fn errors_by(&self, noise: &[Vec<f64>], model: &Model, options: &Options, estimate: &Estimate) -> Vec<TorqueError> {
+        let rest = &self.covariance;
         let noise = widened(noise, &rest.of_gains);
-        let unsure = Unsure { covariance: &noise, changes: &rest.of_faults, logs: &rest.of_logs };
+        let unsure = Unsure { covariance: &noise, changes: &rest.of_faults, logs: &rest.of_logs, open: &self.open };
         let linear = options.linear_model(model.regressor());
         torque_errors(&linear, &values(estimate), unsure, &self.seen, &allowed(model, &self.seen))
     }

@@ -40,7 +40,7 @@ pub use error::{Error, Place};
 pub use inertial::{Matrix3, Part, Pose, inertial_matrix, transform_inertial};
 pub use parameter::{Inertial, StandardParameter};
 pub use robot::{
-    Coordinate, Drive, Friction, Joint, JointKind, Limits, Link, LinkId, Loop, LoopFrame, ModifiedDh, Note,
+    Coordinate, Drive, Format, Friction, Joint, JointKind, Limits, Link, LinkId, Loop, LoopFrame, ModifiedDh, Note,
     PassiveCoordinate, Robot, RotorInertia,
 };
 pub use value::{Affine, CoordinateId, Symbol, SymbolId, Value};

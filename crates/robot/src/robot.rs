@@ -43,6 +43,20 @@ pub struct Robot {
     pub snapped: Vec<Note>,
     /// What is odd in the text that it was read from: [`crate::lint`] tells it with the rest.
     pub oddities: Vec<Finding>,
+    /// The format that it was read from, whatever its file is called.
+    pub format: Format,
+}
+
+/// What a format can say of a robot.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Format {
+    /// Everything that is known here: YAML and .par.
+    #[default]
+    Complete,
+    /// No rotor inertias: a URDF, whether written as such or as xacro.
+    Urdf,
+    /// Rotor inertias, which most files leave out: an MJCF.
+    Mjcf,
 }
 
 /// One generalised coordinate.

@@ -66,6 +66,12 @@ fn rotors_of_a_urdf_are_found_where_they_are_and_pinned_where_the_user_says_so()
     let log = swinging(&geared, &truth, 1.2, 0.0);
     let found = identified("rotors", &plain, &log, "");
     assert!(says(&found, DECISIONS[0]) && found.model.is_some(), "{:?}", found.estimate.remarks);
+    // The same description as xacro, and from standard input.
+    let text = tests::model_text("ur5.urdf");
+    for (name, path) in [("xacro", "ur5.xacro"), ("input", "-")] {
+        let model = Model::parse(&text, path, &ModelOptions::default()).unwrap();
+        assert!(identified(name, &model, &log, "").model.is_some(), "{path}");
+    }
     let id: ParameterId = "IA_wrist_2".parse().unwrap();
     let rotor = found.estimate.parameters.iter().find(|p| p.id == id).unwrap();
     let (value, sigma) = (rotor.value.unwrap(), rotor.sigma.unwrap());

@@ -29,6 +29,7 @@ mod servos;
 mod signals_of_logs;
 mod simulated_dynamics;
 mod spectrum_analysis;
+mod standing_joints;
 mod unknowns;
 mod verdict;
 mod written_bodies;

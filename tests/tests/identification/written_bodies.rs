@@ -3,7 +3,7 @@
 use rist::Model;
 use rist::request::IdentifyRequest;
 use rist::verdict::Trust;
-use tests::joint_log::{described, swinging, unlike};
+use tests::joint_log::{described, swinging, swinging_by, unlike};
 use tests::model_path;
 use tests::program::folder;
 use tests::random::Random;
@@ -61,5 +61,37 @@ fn a_written_description_is_nearer_the_truth() {
                 assert!(now < before, "{file}, draw {seed}: {now} where the description has {before}");
             }
         }
+    }
+}
+
+/// The force that holds a quill at rest is its weight, which no motion tells from an offset of the drive: it is in the bodies,
+/// that is said, and they are not worse at rest than the description.
+#[test]
+fn the_weight_of_a_slide_is_in_its_bodies() {
+    let model = Model::read(model_path("scara.yaml")).unwrap();
+    let before = model.described_parameters().unwrap();
+    let slide = model.coordinate("q4").unwrap();
+    let at_rest = |x: &[f64]| {
+        let mut y = vec![0.0; 4 * x.len()];
+        model.regressor().fill(&[0.3; 4], &[0.0; 4], &[0.0; 4], &mut y);
+        y[slide * x.len()..][..x.len()].iter().zip(x).map(|(y, x)| y * x).sum::<f64>()
+    };
+    for seed in 1..4 {
+        let truth = unlike(&model.robot, seed);
+        let weight = at_rest(&model.parameters.values(&truth));
+        let path = folder("written").join(format!("{seed}_scara.csv"));
+        let log = swinging_by(&model.robot, &truth, &[1.0, 1.2, 1.5, 0.1], 0.0);
+        log.write(&path, model.regressor().coordinates());
+        let (source, _) = model.open_log(&path, &Default::default()).unwrap();
+        let request = IdentifyRequest { consistent: true, ..Default::default() };
+        let mut found = rist::identify(&model, &[source], &request).unwrap();
+        let verdict = found.judged(&model, &[], false).unwrap().verdict;
+        let written: Vec<f64> = found.estimate.parameters[..before.len()].iter().map(|p| p.prediction()).collect();
+        // 0.1 N m of white noise on five thousand samples.
+        assert!((at_rest(&written) - weight).abs() < 0.05, "draw {seed}: {} N, {weight} N", at_rest(&written));
+        assert!((at_rest(&before) - weight).abs() > 0.05, "draw {seed} shows nothing");
+        let bodies = verdict.uses.last().unwrap();
+        assert_ne!(bodies.trust, Trust::Yes, "{verdict}");
+        assert!(verdict.to_string().contains("bodies of q4: assumed by default"), "{verdict}");
     }
 }

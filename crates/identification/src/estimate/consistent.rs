@@ -3,7 +3,8 @@
 //! The weights by joint are those of WLS. The data are discounted by the median of (sigma by parts / white sigma)^2
 //! over the parameters, so that the reference is weighed against what the residuals are worth. Friction that the motion
 //! does not show is bounded by the torque that it would make. The standard deviation of FV_j is max|tau_j| / (fastest
-//! joint's speed), and that of FS_j, FT_j and OFF_j is max|tau_j|.
+//! joint's speed), and that of FS_j, FT_j and OFF_j is max|tau_j|. The offset of a joint that carries the same weight in every
+//! pose is held at zero: no motion tells the two apart, and a file of bodies has no offset.
 
 use linear_model::coupling_parameter::CouplingParameter;
 use linear_model::linear_model::Model;
@@ -21,6 +22,7 @@ use crate::estimate::held_out::residuals;
 use crate::estimate::identify::Fit;
 use crate::estimate::joint_terms::LARGEST_LOAD_COEFFICIENT;
 use crate::estimate::options::Options;
+use crate::estimate::standing_torque::offset_beside_weight;
 use crate::estimators::barrier::{LARGEST_BOUNDED_RATIO, Outcome};
 use crate::estimators::consistent::{Consistent, Prior, consistent};
 use crate::estimators::weighted::Weights;
@@ -94,7 +96,7 @@ pub fn identify_consistent(
         discount: if consistency.discount { fit.deviation.correlated } else { 1.0 },
         friction: friction_deviation(&model, &fit, consistency.bounded_friction),
     };
-    let consistent = with_possible_loads(&model, weighted(&joints, &weights), |rows| consistent(rows, map, &prior));
+    let consistent = with_held_friction(&model, weighted(&joints, &weights), |rows| consistent(rows, map, &prior));
     let residual = residuals(&model, &joints, &consistent.x);
     let mut estimate = Estimate {
         method: format!("physically consistent, {}", fit.estimate.method),
@@ -118,27 +120,36 @@ pub fn identify_consistent(
     Ok(ConsistentFit { least_squares: fit, consistent, estimate })
 }
 
-/// The solution whose friction grows with the load by at most what a gear can waste, and never shrinks with it.
+/// The solution whose friction grows with the load by at most what a gear can waste, and never shrinks with it; offsets beside
+/// weight are zero.
 ///
 /// A coefficient beyond is put to the nearer end, one after the other; each is then as good as known.
-fn with_possible_loads(model: &Model, mut rows: Triangle, solve: impl Fn(&Triangle) -> Consistent) -> Consistent {
+fn with_held_friction(model: &Model, mut rows: Triangle, solve: impl Fn(&Triangle) -> Consistent) -> Consistent {
     let is_load = |p: &Parameter| matches!(p.id, ParameterId::Friction(FrictionParameter::Load, _));
     let mut open: Vec<usize> = match model.friction.iter().any(|term| term.is_of_one_joint()) {
         true => (0..model.p()).filter(|&c| is_load(&model.parameters[c])).collect(),
         false => Vec::new(),
     };
+    for c in (0..model.p()).filter(|&c| offset_beside_weight(model, &model.parameters[c]).is_some()) {
+        hold(&mut rows, c, 0.0);
+    }
     loop {
         let found = solve(&rows);
         let beyond = |c: usize| (found.x[c] - found.x[c].clamp(0.0, LARGEST_LOAD_COEFFICIENT)).abs();
         let worst = open.iter().copied().max_by(|&a, &b| beyond(a).total_cmp(&beyond(b)));
         let Some(c) = worst.filter(|&c| beyond(c) > LOAD_COEFFICIENT_TOLERANCE) else { return found };
         open.retain(|&other| other != c);
-        let mut row = vec![0.0; model.p()];
-        row[c] = KNOWN_ROW_RATIO * rows.column_norm(c);
-        let mut known = TriangleBuilder::new(model.p());
-        known.push(&row, row[c] * found.x[c].clamp(0.0, LARGEST_LOAD_COEFFICIENT));
-        rows.merge(&known.finish(), 1.0);
+        hold(&mut rows, c, found.x[c].clamp(0.0, LARGEST_LOAD_COEFFICIENT));
     }
+}
+
+/// Adds a row that knows parameter c.
+fn hold(rows: &mut Triangle, c: usize, value: f64) {
+    let mut row = vec![0.0; rows.columns()];
+    row[c] = KNOWN_ROW_RATIO * rows.column_norm(c);
+    let mut known = TriangleBuilder::new(row.len());
+    known.push(&row, row[c] * value);
+    rows.merge(&known.finish(), 1.0);
 }
 
 /// A coefficient this near to its end is at it.

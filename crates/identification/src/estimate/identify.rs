@@ -236,10 +236,13 @@ pub(super) fn report(
 ) -> Estimate {
     let white = white_deviation(solution);
     let still = little_motion(model, observation);
+    // At a unit of motion a parameter that is less sure than this may need more torque than any that was seen.
+    let most = observation.effort.iter().fold(0.0, |most: f64, effort| most.max(*effort));
+    let is_beyond = |c: usize| solution.determined[c] && most > 0.0 && sigma.get(c).is_some_and(|sigma| *sigma > most);
     // A parameter that the rows do not determine has no value; its part of x serves predictions.
     let parameter = |(c, parameter): (usize, &Parameter)| {
         let (id, unit) = (parameter.id.clone(), parameter.unit());
-        if !solution.determined[c] {
+        if !solution.determined[c] || is_beyond(c) {
             return Identified::unidentifiable(id, unit, solution.x[c]);
         }
         let (sigma, white) = (sigma[c], Some(white[c]));
@@ -252,7 +255,7 @@ pub(super) fn report(
         joints: residuals.joints,
         total: Some(residuals.total),
         condition_number: Some(solution.condition_number),
-        rank: solution.rank,
+        rank: solution.rank.saturating_sub((0..model.p()).filter(|c| is_beyond(*c)).count()),
         rows: joints.iter().map(|t| t.rows).sum(),
         remarks: remarks(model, observation, solution),
         ..Estimate::default()

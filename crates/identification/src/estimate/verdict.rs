@@ -13,8 +13,9 @@ use crate::estimate::identified::{INTERVAL, Identified, Status};
 pub use crate::estimate::ledger::Prediction;
 use crate::estimate::ledger::hypotheses::Tested;
 use crate::estimate::ledger::purposes::{bodies_purpose, claim_of_torque, torque_purpose};
+use crate::estimate::ledger::purposes::{standing, untold_torques, where_it_stands};
 use crate::estimate::ledger::topics::{
-    BODIES, COMMON_SCALE, GRAVITY_TORQUE, LOG, OTHER_MOTION, TORQUE_AT_LIMITS, TORQUE_SEEN,
+    BODIES, COMMON_SCALE, GRAVITY_TORQUE, LOG, OTHER_MOTION, TORQUE_AT_LIMITS, TORQUE_SEEN, at,
 };
 use crate::estimate::ledger::torque_error::{TorqueError, Use};
 use crate::estimate::ledger::{
@@ -61,6 +62,10 @@ pub struct BodiesEvidence {
     pub refusal: Option<String>,
     /// Of each body that has a described mass: its name, the identified over the described mass, and the described mass, kg.
     pub masses: Vec<(String, f64, f64)>,
+    /// Why the description is nearer to the log at rest; `None` where it is not.
+    pub at_rest: Option<String>,
+    /// The joints whose offset is taken for weight.
+    pub weighed: Vec<String>,
 }
 
 /// What a verdict is made from.
@@ -113,7 +118,7 @@ impl Verdict {
             UseVerdict {
                 name: purpose.name.into(),
                 trust: worst(&claims, purpose).trust(),
-                error: error.map(|e| e.relative),
+                error: error.map(|e| e.relative).filter(|error| error.is_finite()),
                 worst_joint: error.and_then(|e| e.worst()).map(|(name, share)| (name.into(), share)),
             }
         };
@@ -163,6 +168,8 @@ fn claims(evidence: &Evidence) -> Vec<Claim> {
     let estimate = evidence.estimate;
     let faults = claims_of_faults(evidence.faults, &estimate.joints, &estimate.parameters);
     let of_log = evidence.passport.map(|passport| claims_of_log(passport, evidence.faults)).unwrap_or_default();
+    let still = standing(&estimate.joints);
+    let faults: Vec<Claim> = faults.into_iter().flat_map(|claim| where_it_stands(claim, &still)).collect();
     let coarse: Vec<Claim> = of_log.into_iter().filter_map(|claim| untold_yet(claim, &faults)).collect();
     let is_open = |claim: &Claim| claim.standing() == Standing::Open;
     let fine = faults.into_iter().filter_map(|c| if is_open(&c) { untold_yet(c, &coarse) } else { Some(c) });
@@ -172,7 +179,10 @@ fn claims(evidence: &Evidence) -> Vec<Claim> {
     let (opens_in_any_motion, tells_torques) = (evidence.opens_in_any_motion, !evidence.torque_errors.is_empty());
     let beside = Beside { opens_in_any_motion, tells_torques };
     claims.extend(claims_of_fit(estimate, evidence.total, &evidence.prediction, beside));
-    claims.extend(evidence.torque_errors.iter().map(claim_of_torque));
+    match tells_torques {
+        true => claims.extend(evidence.torque_errors.iter().map(|error| claim_of_torque(error, &estimate.joints))),
+        false => claims.extend(untold_torques(estimate)),
+    }
     let strength = |claim: &Claim| claim.standing();
     claims.sort_by_key(strength);
     claims
@@ -223,6 +233,10 @@ fn claims_of_bodies(evidence: &Evidence) -> Vec<Claim> {
             "log the robot without load, or give the load its own log ([loaded]); [anyway] writes it",
         ));
     }
+    claims.extend(bodies.at_rest.iter().map(|why| refused(why.clone(), "keep the description")));
+    let what = "the force at rest is weight: an offset of the drive beside it does not show";
+    let assumed = Outcome::Assumed { what: what.into(), by: "default".into() };
+    claims.extend((!bodies.weighed.is_empty()).then(|| Claim::new(at(BODIES, &bodies.weighed), assumed)));
     // What was identified must predict better than what was known before.
     if let (Some(described), Some(held_out)) = (evidence.described, evidence.prediction.held_out)
         && described <= held_out

@@ -9,6 +9,7 @@
 use std::cell::RefCell;
 use std::ops::Range;
 
+use linear_model::column_sizes::{NEGLIGIBLE_COLUMN_SHARE, column_sizes};
 use linear_model::linear_model::Model;
 use linear_model::states::States;
 use logs::Error;
@@ -29,8 +30,14 @@ pub struct RowWeight<'a> {
 /// Threads do not pay with fewer samples than this. A log of twenty thousand rows has as many left.
 const MIN_SAMPLES_FOR_THREADS: usize = 2_000;
 
-/// One triangle per joint of the samples in a range.
-fn part_of_rows(model: &Model, states: &States, range: Range<usize>, weight: Option<RowWeight>) -> Vec<Triangle> {
+/// One triangle per joint of the samples in a range; `least`: base columns that are no larger are none.
+fn part_of_rows(
+    model: &Model,
+    states: &States,
+    range: Range<usize>,
+    weight: Option<RowWeight>,
+    least: &[f64],
+) -> Vec<Triangle> {
     let n = model.n();
     let mut triangles: Vec<ColumnTriangle> =
         model.layout.joints.iter().map(|joint| ColumnTriangle::new(&joint.columns, &joint.places)).collect();
@@ -62,7 +69,14 @@ fn part_of_rows(model: &Model, states: &States, range: Range<usize>, weight: Opt
             triangle.fold(block, used);
         }
     });
-    triangles.into_iter().map(|triangle| triangle.finish(model.p())).collect()
+    triangles.into_iter().map(|triangle| triangle.finish(model.p(), least)).collect()
+}
+
+/// Root mean squares of the base columns up to which they say nothing: those of joints that stand still are rounding.
+fn negligible(model: &Model, states: &States) -> Vec<f64> {
+    let most = |x: &[f64]| x.iter().fold(0.0, |most: f64, x| most.max(x.abs()));
+    let sizes = column_sizes(model.regressor, most(&states.dq), most(&states.ddq));
+    sizes.into_iter().map(|size| NEGLIGIBLE_COLUMN_SHARE * size).collect()
 }
 
 /// The triangles of the rows, by part of the record and by joint.
@@ -162,7 +176,8 @@ impl Observation {
     fn of_rows(model: &Model, states: &States, parts: usize, weight: Option<RowWeight>) -> Observation {
         let (n, len) = (model.n(), states.len());
         let parts = parts.clamp(1, len.max(1));
-        let part = |k: usize| part_of_rows(model, states, k * len / parts..(k + 1) * len / parts, weight);
+        let least = negligible(model, states);
+        let part = |k: usize| part_of_rows(model, states, k * len / parts..(k + 1) * len / parts, weight, &least);
         // Parts are independent: which thread computes one changes no bit of it.
         let threads = if len < MIN_SAMPLES_FOR_THREADS { 1 } else { threads() };
         let triangles = in_parallel((0..parts).collect(), threads, part);
@@ -293,7 +308,7 @@ mod tests {
         let threaded = Observation::of(&model, &states, 7);
         for (k, part) in threaded.parts.iter().enumerate() {
             let range = k * states.len() / 7..(k + 1) * states.len() / 7;
-            assert_eq!(*part, part_of_rows(&model, &states, range, None));
+            assert_eq!(*part, part_of_rows(&model, &states, range, None, &negligible(&model, &states)));
         }
         assert_eq!(threaded.joints(|_| true)[0].rows, states.len());
     }

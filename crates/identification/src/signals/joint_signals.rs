@@ -250,7 +250,7 @@ impl Filtering<'_> {
             None => q.iter().map(|q| self.differences.of(q)).collect(),
         };
         let n = q.len();
-        let q = chosen_rows(self.chosen, &q);
+        let mut q = chosen_rows(self.chosen, &q);
         let mut ddq = match self.measured(signal.acceleration, ddq, "acceleration")? {
             Some(ddq) => chosen_rows(self.chosen, &ddq),
             None => self.chosen.iter().flat_map(|&r| dq.iter().map(move |dq| self.differences.at(dq, r))).collect(),
@@ -258,7 +258,7 @@ impl Filtering<'_> {
         let mut dq = chosen_rows(self.chosen, &dq);
         let used = match (signal.standstill, still) {
             (Some(speed), _) => dq.iter().map(|dq| dq.abs() > speed || speed == 0.0).collect(),
-            (None, still) => rest(still.unwrap_or_default(), n, [&mut dq, &mut ddq]),
+            (None, still) => rest(still.unwrap_or_default(), n, &mut q, [&mut dq, &mut ddq]),
         };
         Ok(States { q, dq, ddq, used, ..States::default() })
     }

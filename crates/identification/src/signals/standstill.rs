@@ -84,10 +84,15 @@ fn is_reversal(q: &[f64], sign: f64, span: usize) -> bool {
     within(TURNING_SHARE) < REVERSAL_TIME_SHARE * within(1.0)
 }
 
-/// Sets to zero the rates of those of n joints that stand still in all samples: they are noise, whose square would decide
-/// parameters that only this joint's motion shows. Hands `used` back.
-pub(crate) fn rest(used: Vec<bool>, n: usize, rates: [&mut Vec<f64>; 2]) -> Vec<bool> {
+/// Sets to zero the rates of those of n joints that stand still in all samples, and their positions to the mean: they are
+/// noise, whose square would decide parameters that only this joint's motion shows. Hands `used` back.
+pub(crate) fn rest(used: Vec<bool>, n: usize, q: &mut [f64], rates: [&mut Vec<f64>; 2]) -> Vec<bool> {
     let rests: Vec<usize> = (0..n).filter(|j| !used.iter().skip(*j).step_by(n).any(|used| *used)).collect();
+    let samples = used.len() / n.max(1);
+    for &j in &rests {
+        let mean = q.iter().skip(j).step_by(n).sum::<f64>() / samples.max(1) as f64;
+        q.iter_mut().skip(j).step_by(n).for_each(|x| *x = mean);
+    }
     for x in rates {
         rests.iter().for_each(|j| x.iter_mut().skip(*j).step_by(n).for_each(|x| *x = 0.0));
     }
@@ -144,12 +149,14 @@ mod tests {
         assert!(standstill(&stop, period).contains(&true));
     }
 
-    /// Of three joints the second rests throughout; the third rests in half of the samples and keeps its rates.
+    /// Of three joints the second rests throughout; the third rests in half of the samples and keeps its motion.
     #[test]
-    fn joints_that_rest_throughout_have_no_rates() {
+    fn joints_that_rest_throughout_do_not_move() {
         let used = vec![true, false, false, true, false, true];
+        let mut q = vec![0.0, 0.5, 0.0, 1.0, 0.75, 1.0];
         let (mut dq, mut ddq) = (vec![0.1, 0.2, 0.3, 0.4, 0.5, 0.6], vec![1.0, 2.0, 3.0, 4.0, 5.0, 6.0]);
-        assert_eq!(rest(used.clone(), 3, [&mut dq, &mut ddq]), used);
+        assert_eq!(rest(used.clone(), 3, &mut q, [&mut dq, &mut ddq]), used);
+        assert_eq!(q, [0.0, 0.625, 0.0, 1.0, 0.625, 1.0]);
         assert_eq!(dq, [0.1, 0.0, 0.3, 0.4, 0.0, 0.6]);
         assert_eq!(ddq, [1.0, 0.0, 3.0, 4.0, 0.0, 6.0]);
     }

@@ -19,7 +19,7 @@ use crate::inertial::{Part, Pose};
 use crate::kinematics::sin_cos;
 use crate::passive;
 use crate::robot::{
-    Base, Coordinate, Drive, Friction, Joint, JointKind, Limits, Link, LinkId, Note, PassiveCoordinate, Robot,
+    Base, Coordinate, Drive, Format, Friction, Joint, JointKind, Limits, Link, LinkId, Note, PassiveCoordinate, Robot,
     RotorInertia,
 };
 use crate::value::{Affine, CoordinateId, Value};
@@ -128,6 +128,7 @@ pub(in crate::format) fn robot(
         notes,
         snapped,
         oddities: Vec::new(),
+        format: Format::Mjcf,
     };
     check_frames(source, &robot, &given, &follows, &places)?;
     if angles == Angles::Meant {

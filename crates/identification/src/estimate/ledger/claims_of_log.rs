@@ -9,6 +9,7 @@ use numerics::student;
 use crate::estimate::digits::{percent, significant};
 use crate::estimate::ledger::claims_of_columns::claims_of_columns;
 use crate::estimate::ledger::hypotheses::{Hypothesis, Tested};
+use crate::estimate::ledger::purposes::where_it_stands;
 use crate::estimate::ledger::topics::{COMMON_SCALE, DELAY, LOG, MOUNT, SIGN, ZERO};
 use crate::estimate::ledger::topics::{at, cannot_tell};
 use crate::estimate::passport::Passport;
@@ -29,8 +30,13 @@ pub fn claims_of_log(passport: &Passport, faults: &[Tested]) -> Vec<Claim> {
     claims.extend([signs(passport), common_scale(passport), zeros(passport, turned)].concat());
     claims.extend(claims_of_columns(passport));
     claims.extend(turned.map(|turned| turned_zero(turned, &passport.joints[turned.joint].coordinate)));
-    claims
+    let stands = |j: &&JointPassport| j.range < STANDING_RANGE;
+    let still: Vec<&str> = passport.joints.iter().filter(stands).map(|j| j.coordinate.as_str()).collect();
+    claims.into_iter().flat_map(|claim| where_it_stands(claim, &still)).collect()
 }
+
+/// The mean position of a joint that stands still, rad (m), is the same in every record but for rounding.
+const STANDING_RANGE: f64 = 1e-9;
 
 /// The names of the joints of which something holds, and of the others.
 fn split(passport: &Passport, holds: impl Fn(&JointPassport) -> bool) -> [Vec<String>; 2] {

@@ -1,19 +1,27 @@
 //! What each use of an estimate needs.
 //!
 //! Every use needs another motion predicted, and nothing said against log, residual and parameters. Its torque must be
-//! sure to `SURE_TORQUE` where the covariance is known. Signs, scales, zeros, mount and springs must not be
+//! sure to `SURE_TORQUE`, and that of each joint to `SURE_JOINT_TORQUE`, where the covariance is known; beyond
+//! `USELESS_TORQUE`, and where parameters are open that it needs, the use is refused. Signs, scales, zeros, mount and springs must not be
 //! contradicted; where they cannot be told they lower nothing, since the torques of the log are predicted all the same.
 //! Bodies need what can exist and what the description does not contradict.
 
-use claims::{Claim, Figure, Need, Outcome, Purpose, Subject, Topic};
+use claims::{Claim, Figure, Need, Outcome, Purpose, Remedy, Standing, Subject, Topic, Trial};
 
+use crate::estimate::artefact::Estimate;
 use crate::estimate::digits::percent;
-use crate::estimate::ledger::topics::cannot_tell;
+use crate::estimate::identified::Status;
 use crate::estimate::ledger::topics::*;
-use crate::estimate::ledger::torque_error::{TorqueError, Use};
+use crate::estimate::ledger::topics::{at, cannot_tell};
+use crate::estimate::ledger::torque_error::{JointTorqueError, TorqueError, Use};
+use crate::estimate::residuals::JointResidual;
 
-/// Error of predicted torque by the covariance, relative, up to which it is sure.
+/// Error of predicted torque by the covariance, relative, up to which it is sure, and beyond which it is of no use.
 pub(crate) const SURE_TORQUE: f64 = 0.05;
+const USELESS_TORQUE: f64 = 0.5;
+/// The same of one joint up to which it is sure, where the error is more than what the fit leaves of that joint's torque. Light
+/// joints are less sure than the robot as a whole.
+const SURE_JOINT_TORQUE: f64 = 0.1;
 
 /// The name of the use of bodies.
 pub(crate) const SIMULATOR: &str = "bodies for a simulator";
@@ -51,18 +59,113 @@ fn common(name: &'static str) -> Purpose {
     told.into_iter().chain(uncontradicted).fold(purpose, Purpose::and)
 }
 
-/// The claim on the torque of one use.
-pub(crate) fn claim_of_torque(error: &TorqueError) -> Claim {
+/// The claim on the torque of one use; `joints`: what the fit leaves of each.
+pub(crate) fn claim_of_torque(error: &TorqueError, joints: &[JointResidual]) -> Claim {
     let subject = Subject::whole(topic(error.of));
-    if error.relative <= SURE_TORQUE {
+    let is_hidden = |(j, left): (&JointTorqueError, &JointResidual)| {
+        j.error > SURE_JOINT_TORQUE * j.torque && j.error > left.rms
+    };
+    let is_sure = error.relative <= SURE_TORQUE;
+    if is_sure && !error.joints.iter().zip(joints).any(is_hidden) {
         return Claim::new(subject, Outcome::Agrees { smallest: Figure::new(100.0 * error.relative, "%") });
     }
     let worst = error.worst().map_or(String::new(), |(name, share)| format!(", that of {name} by {}", percent(share)));
-    let why = format!("for {} the torque is unsure by {}{worst}", error.of.name(), percent(error.relative));
+    let why = match error.relative.is_finite() {
+        true => format!("for {} the torque is unsure by {}{worst}", error.of.name(), percent(error.relative)),
+        false => untold(error.of, &error.untold()),
+    };
     let would_tell = match error.of {
         Use::Gravity => "a motion through more of the robot's range (rist excite)",
         Use::SpeedsSeen => "a longer log, or one of a richer motion (rist excite)",
         Use::SpeedLimits => "a faster motion (rist excite)",
     };
-    cannot_tell(subject, why, would_tell)
+    if error.relative <= USELESS_TORQUE {
+        return cannot_tell(subject, why, would_tell);
+    }
+    refused(subject, why, would_tell)
+}
+
+fn refused(subject: Subject, fault: String, would_tell: &str) -> Claim {
+    let (remedy, trial) = (Remedy::new("excite", would_tell), Trial::NotTried { why: "it needs another log".into() });
+    Claim::new(subject, Outcome::Contradicted { fault, remedy, trial })
+}
+
+fn untold(of: Use, joints: &[&str]) -> String {
+    format!("for {} the torque of {} is not told: the log leaves parameters of it open", of.name(), joints.join(", "))
+}
+
+/// That no torque is told anywhere, where a joint stood still in all logs, parameters are open and nothing says more of them.
+pub(crate) fn untold_torques(estimate: &Estimate) -> Vec<Claim> {
+    let still = standing(&estimate.joints);
+    let is_open = estimate.parameters.iter().any(|p| p.status == Status::NotIdentifiable);
+    let one = |of: Use| {
+        let fault = format!("for {} no torque is told: {} never moved", of.name(), still.join(", "));
+        refused(Subject::whole(topic(of)), fault, "a motion of all joints (rist excite)")
+    };
+    if still.is_empty() || !is_open { Vec::new() } else { Use::ALL.map(one).to_vec() }
+}
+
+/// The joints that give no row because they stand still.
+pub(crate) fn standing(joints: &[JointResidual]) -> Vec<&str> {
+    joints.iter().filter(|joint| joint.rows == 0).map(|joint| joint.coordinate.as_str()).collect()
+}
+
+/// What agrees with a joint that never moved, or with the mount beside one, cannot be told: only its place was seen.
+pub(crate) fn where_it_stands(claim: Claim, still: &[&str]) -> Vec<Claim> {
+    let subject = claim.subject();
+    let [stands, moves]: [Vec<&String>; 2] = [true, false].map(|stands| {
+        subject.of.iter().filter(|name| stands == (subject.topic == MOUNT || still.contains(&name.as_str()))).collect()
+    });
+    if still.is_empty() || stands.is_empty() || claim.standing() < Standing::Agreed {
+        return vec![claim];
+    }
+    let why = format!("{} never moved", still.join(", "));
+    let open = cannot_tell(at(subject.topic, stands), why, "a motion of all joints (rist excite)");
+    let told = (!moves.is_empty()).then(|| Claim::new(at(subject.topic, moves), claim.outcome().clone()));
+    told.into_iter().chain([open]).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::estimate::residuals::{Residuals, Squares};
+    use crate::test_arm::Pendulum;
+
+    fn joint(rms: f64) -> Vec<JointResidual> {
+        let squares = Squares { torque: 100.0, left: rms * rms, rows: 1 };
+        Residuals::new(&Pendulum::new(), vec![squares]).joints
+    }
+
+    /// A torque is refused beyond a half and where it is not told; one joint that is hidden in the sum keeps it from a yes, but
+    /// not where its error is less than what the fit leaves.
+    #[test]
+    fn the_sum_hides_no_joint_and_what_is_half_wrong_serves_nothing() {
+        let of = |relative: f64, error: f64, rms: f64| {
+            let joints = vec![JointTorqueError { coordinate: "q1".into(), error, torque: 1.0 }];
+            claim_of_torque(&TorqueError { of: Use::Gravity, joints, relative }, &joint(rms)).standing()
+        };
+        assert_eq!(of(0.04, 0.09, 0.01), Standing::Agreed);
+        assert_eq!((of(0.04, 0.11, 0.01), of(0.04, 0.11, 0.2)), (Standing::Open, Standing::Agreed));
+        assert_eq!((of(0.49, 0.49, 0.01), of(0.51, 0.51, 0.01)), (Standing::Open, Standing::Refused));
+        assert_eq!(of(f64::INFINITY, f64::INFINITY, 0.01), Standing::Refused);
+    }
+
+    /// What agrees with one joint that moves and one that does not is told of the first.
+    #[test]
+    fn nothing_agrees_with_a_joint_that_never_moved() {
+        let agrees = |topic: Topic, names: &[&str]| {
+            let smallest = Figure::new(1.0, "deg");
+            Claim::new(Subject::of(topic, names.iter().copied()), Outcome::Agrees { smallest })
+        };
+        let of = |claim: Claim, still: &[&str]| {
+            where_it_stands(claim, still).iter().map(ToString::to_string).collect::<Vec<_>>().join("; ")
+        };
+        let both = agrees(ZERO, &["q1", "q2"]);
+        assert_eq!(of(both.clone(), &[]), both.to_string());
+        let parted = of(both, &["q2"]);
+        assert!(parted.starts_with(&agrees(ZERO, &["q1"]).to_string()) && parted.contains("q2 never moved"), "{parted}");
+        assert!(of(agrees(MOUNT, &["x", "y"]), &["q2"]).contains("q2 never moved"));
+        let moving = agrees(SPRING, &["q1"]);
+        assert_eq!(of(moving.clone(), &["q2"]), moving.to_string());
+    }
 }

@@ -95,15 +95,23 @@ const FEWEST_STATES: usize = 30;
 const MOTION_STATES: usize = 10;
 /// Share of each joint's range that a motion goes through.
 const MOTION_RANGE_SHARE: f64 = 0.5;
+/// A change shows in a torque where its parts leave more than this share of themselves, and more than this torque, N m (N);
+/// the rest is rounding.
+const SHOWN_SHARE: f64 = 1e-6;
 /// Share of the motions whose torque is as sure as is said.
 const COUNTED_MOTIONS_SHARE: f64 = 0.9;
 
 impl TorqueError {
     /// The joint whose torque is least sure, relative to itself, and how unsure that is.
     pub fn worst(&self) -> Option<(&str, f64)> {
-        let known = self.joints.iter().filter(|j| j.torque > 0.0);
+        let known = self.joints.iter().filter(|j| j.torque > 0.0 && j.error.is_finite());
         let of = |j: &JointTorqueError| j.error / j.torque;
         known.max_by(|a, b| of(a).total_cmp(&of(b))).map(|j| (j.coordinate.as_str(), of(j)))
+    }
+
+    /// The joints whose torque is not told.
+    pub(crate) fn untold(&self) -> Vec<&str> {
+        self.joints.iter().filter(|j| !j.error.is_finite()).map(|j| j.coordinate.as_str()).collect()
     }
 }
 
@@ -116,6 +124,8 @@ pub struct Unsure<'a> {
     pub changes: &'a [Vec<f64>],
     /// By how much each of several logs moves all of them: what they say together of a torque counts where it is more than C says.
     pub logs: &'a [Vec<f64>],
+    /// Changes of all of them of which the logs say nothing: a torque that shows one is not told at all.
+    pub open: &'a [Vec<f64>],
 }
 
 /// The error for every use; `unsure`: the parameters `x` of the model. `seen`: where the logs moved, `limits`: where the
@@ -174,7 +184,12 @@ fn sums(model: &Model, x: &[f64], unsure: Unsure, range: &MotionRange, moves: bo
             let square = |x: &Vec<f64>| used.iter().map(|&c| row[c] * x[c]).sum::<f64>().powi(2);
             let changed = unsure.changes.iter().map(square).fold(0.0, f64::max);
             let by_logs = unsure.logs.iter().map(square).sum::<f64>();
-            sum.0 += (used.iter().map(of).sum::<f64>().max(by_logs) + changed) / count as f64;
+            let shows = |x: &Vec<f64>| {
+                let all: f64 = used.iter().map(|&c| (row[c] * x[c]).abs()).sum();
+                square(x).sqrt() > SHOWN_SHARE * all && all > SHOWN_SHARE
+            };
+            let open = if unsure.open.iter().any(shows) { f64::INFINITY } else { 0.0 };
+            sum.0 += (used.iter().map(of).sum::<f64>().max(by_logs) + changed + open) / count as f64;
             sum.1 += used.iter().map(|&c| row[c] * x[c]).sum::<f64>().powi(2) / count as f64;
         }
     });
@@ -228,7 +243,7 @@ fn random_states(model: &Model, range: &MotionRange, count: usize, moves: bool) 
             let moving = f64::from(u8::from(moves));
             states.dq.push(moving * range.speed[k] * speed);
             states.ddq.push(moving * range.acceleration[k] * acceleration);
-            states.direction.push(moving * speed.signum());
+            states.direction.push(if range.speed[k] > 0.0 { moving * speed.signum() } else { 0.0 });
             states.tau.push(0.0);
             states.used.push(true);
         }
@@ -262,7 +277,7 @@ mod tests {
         let sigma = [0.02, 0.05, 0.04, 0.01, 0.02, 0.03];
         let covariance: Vec<Vec<f64>> =
             (0..6).map(|i| (0..6).map(|j| if i == j { sigma[i] * sigma[i] } else { 0.0 }).collect()).collect();
-        let unsure = Unsure { covariance: &covariance, changes: &[], logs: &[] };
+        let unsure = Unsure { covariance: &covariance, changes: &[], logs: &[], open: &[] };
         let found = torque_errors(&model, &x, unsure, &range(1.0), &range(3.0));
         let mut random = Random::new(8);
         for (one, (range, moves)) in found[1..].iter().zip([(range(1.0), true), (range(3.0), true)]) {
@@ -285,7 +300,7 @@ mod tests {
         // Gravity knows neither inertia nor friction.
         let mut only = vec![vec![0.0; 6]; 6];
         (only[0][0], only[3][3], only[4][4]) = (1.0, 1.0, 1.0);
-        let only = Unsure { covariance: &only, changes: &[], logs: &[] };
+        let only = Unsure { covariance: &only, changes: &[], logs: &[], open: &[] };
         assert_eq!(torque_errors(&model, &x, only, &range(1.0), &range(3.0))[0].relative, 0.0);
         // The faster, the more inertia counts.
         let found = torque_errors(&model, &x, only, &range(1.0), &range(3.0));
@@ -300,10 +315,22 @@ mod tests {
         let (x, p) = (&arm.truth, model.p());
         let times = |share: f64| x.iter().map(|x| share * x).collect::<Vec<f64>>();
         let (covariance, changes) = (vec![vec![0.0; p]; p], [times(0.05), times(-0.1)]);
-        let unsure = Unsure { covariance: &covariance, changes: &changes, logs: &[] };
+        let unsure = Unsure { covariance: &covariance, changes: &changes, logs: &[], open: &[] };
         for one in &torque_errors(&model, x, unsure, &range(1.0), &range(3.0))[1..] {
             assert!((one.relative - 0.1).abs() < 1e-12, "{one:?}");
         }
+    }
+
+    /// An inertia of which the logs say nothing leaves no torque of motion told, and that at rest as it was.
+    #[test]
+    fn a_torque_that_shows_what_is_open_is_not_told() {
+        let arm = Pendulum::new();
+        let model = Model::new(&arm, &[], &[]);
+        let (p, open) = (model.p(), [vec![1.0, 0.0, 0.0]]);
+        let unsure = Unsure { covariance: &vec![vec![0.0; p]; p], changes: &[], logs: &[], open: &open };
+        let found = torque_errors(&model, &arm.truth, unsure, &range(1.0), &range(3.0));
+        assert_eq!((found[0].relative, found[0].untold().len()), (0.0, 0));
+        assert!(found[1..].iter().all(|e| e.relative.is_infinite() && e.untold() == [arm.coordinates()[0].as_str()]));
     }
 
     /// What logs say of a torque counts together, and only where it is more than the covariance says.
@@ -316,7 +343,7 @@ mod tests {
         let by = |share: f64, logs: &[Vec<f64>]| {
             let row = |i: usize| (0..p).map(|j| share * share * x[i] * x[j]).collect::<Vec<f64>>();
             let covariance: Vec<Vec<f64>> = (0..p).map(row).collect();
-            let unsure = Unsure { covariance: &covariance, changes: &[], logs };
+            let unsure = Unsure { covariance: &covariance, changes: &[], logs, open: &[] };
             torque_errors(&model, x, unsure, &range(1.0), &range(3.0))[1].relative
         };
         let logs = [times(0.03), times(-0.04)];
@@ -389,7 +416,7 @@ mod tests {
         let covariance: Vec<Vec<f64>> =
             (0..3).map(|i| (0..3).map(|j| if i == j { sigma[i] * sigma[i] } else { 0.0 }).collect()).collect();
         let range = MotionRange { position: vec![(-1.0, 1.0); 3], speed: vec![1.0; 3], acceleration: vec![2.0; 3] };
-        let unsure = Unsure { covariance: &covariance, changes: &[], logs: &[] };
+        let unsure = Unsure { covariance: &covariance, changes: &[], logs: &[], open: &[] };
         let found = &torque_errors(&model, &x, unsure, &range, &range)[1];
         let exact = ((0.01f64 + 1e-4) / (1.0 + 1e-4)).sqrt();
         // The joints have random accelerations of their own: a twentieth with 200 states.

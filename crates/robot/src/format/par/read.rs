@@ -31,7 +31,7 @@ use crate::format::options::ReadOptions;
 use crate::inertial::Pose;
 use crate::passive;
 use crate::robot::{
-    Base, Coordinate, Drive, Joint, JointKind, Limits, Link, LinkId, Loop, LoopFrame, ModifiedDh, Note,
+    Base, Coordinate, Drive, Format, Joint, JointKind, Limits, Link, LinkId, Loop, LoopFrame, ModifiedDh, Note,
     PassiveCoordinate, Robot,
 };
 use crate::value::Affine;
@@ -100,6 +100,7 @@ pub(in crate::format) fn read_par_with(text: &str, file: &str, options: ReadOpti
         notes,
         snapped: Vec::new(),
         oddities: Vec::new(),
+        format: Format::Complete,
     };
     // Last what needs the whole robot: passive joints, and whether the loops close.
     passive_by_its_joint(&mut robot);

@@ -23,7 +23,7 @@ use crate::format::node::Source;
 use crate::format::options::{Mimic, ReadOptions};
 use crate::format::shown::shown;
 use crate::inertial::{Part, Pose};
-use crate::robot::{Friction, Limits, Note, Robot, RotorInertia};
+use crate::robot::{Format, Friction, Limits, Note, Robot, RotorInertia};
 use crate::value::Value;
 
 /// Reads a robot from URDF; `file` is the name errors carry.
@@ -66,7 +66,7 @@ pub fn read_urdf_with(text: &str, file: &str, options: ReadOptions) -> Result<Ro
         notes,
         snapped,
     };
-    Ok(Robot { oddities: checked.oddities, ..jointed::robot(source, joints, rest, options.angles)? })
+    Ok(Robot { oddities: checked.oddities, format: Format::Urdf, ..jointed::robot(source, joints, rest, options.angles)? })
 }
 
 /// Refuses values of symbols, since a URDF has none.

@@ -22,7 +22,7 @@ use crate::format::node::{Content, Fields, Node, Source};
 use crate::format::options::ReadOptions;
 use crate::inertial::Pose;
 use crate::passive;
-use crate::robot::{Base, Coordinate, Drive, Joint, JointKind, Limits, Link, PassiveCoordinate, Robot, RotorInertia};
+use crate::robot::{Base, Coordinate, Drive, Format, Joint, JointKind, Limits, Link, PassiveCoordinate, Robot, RotorInertia};
 use crate::value::{CoordinateId, Value};
 use gate::suggestion::did_you_mean;
 
@@ -104,6 +104,7 @@ pub(in crate::format) fn read_yaml_with(text: &str, file: &str, options: ReadOpt
         notes: vec![],
         snapped: vec![],
         oddities: Vec::new(),
+        format: Format::Complete,
     };
     let places = convention.to_near_ends(&mut robot, options.angles);
     if let Some(node) = fields.get("standard_parameters") {

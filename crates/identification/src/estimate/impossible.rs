@@ -1,0 +1,104 @@
+//! Base parameters that no bodies give.
+//!
+//! X_k = sum over bodies of tr(A P) + sum over rotors of c IA, with the pseudo-inertia P >= 0 of a body and IA >= 0. Where every
+//! A is positive semidefinite and no c negative, X_k cannot be negative: an inertia of bodies together, a mass, a rotor.
+
+use linear_model::parameter::ParameterId;
+use linear_model::standard_map::StandardMap;
+use nalgebra::Matrix4;
+
+use crate::estimate::artefact::Estimate;
+use crate::estimate::digits::significant;
+
+/// A parameter is negative where it is by so many deviations: of a hundred estimates, each with a dozen parameters that are near
+/// zero, one by chance.
+const NEGATIVE_SIGMAS: f64 = 4.0;
+
+/// An eigenvalue is none of a semidefinite matrix below this share of the largest entry, which is the rounding of its rule.
+const NEGATIVE_SHARE: f64 = 1e-9;
+
+/// Sentences on base parameters that are negative and cannot be.
+pub fn impossible(map: &StandardMap, estimate: &Estimate) -> Vec<String> {
+    let base = estimate.parameters.iter().filter(|p| matches!(p.id, ParameterId::Base(_)));
+    let found = base.take(map.matrix.nrows()).enumerate().filter_map(|(k, p)| {
+        let (value, sigma) = (p.value?, p.sigma?);
+        (value < -NEGATIVE_SIGMAS * sigma && cannot_be_negative(map, k)).then(|| {
+            let (value, sigma) = (significant(value), significant(sigma));
+            format!("{} is {value} +- {sigma} {}, and no bodies give less than zero", p.id, p.unit)
+        })
+    });
+    found.collect()
+}
+
+fn cannot_be_negative(map: &StandardMap, k: usize) -> bool {
+    let least = -NEGATIVE_SHARE * map.matrix.row(k).amax();
+    let is_possible = |(_, first): &(String, usize)| {
+        let c = |i: usize| map.matrix[(k, first + i)];
+        let [xy, xz, yz, x, y, z] = [-c(1), -c(2), -c(4), c(6), c(7), c(8)].map(|c| 0.5 * c);
+        let diagonal = [c(3) + c(5), c(0) + c(5), c(0) + c(3), c(9)];
+        let a = Matrix4::new(
+            diagonal[0], xy, xz, x, xy, diagonal[1], yz, y, xz, yz, diagonal[2], z, x, y, z, diagonal[3],
+        );
+        a.symmetric_eigenvalues().min() >= least
+    };
+    map.bodies.iter().all(is_possible) && map.rotors.iter().all(|&c| map.matrix[(k, c)] >= 0.0)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::estimate::identified::{Deviations, Identified};
+    use linear_model::pseudo_inertia::{Ten, parameters};
+    use linear_model::unit::Unit;
+    use nalgebra::DMatrix;
+    use random::Random;
+
+    /// The map of one body and a rotor to one base parameter.
+    fn map(of_body: Ten, rotor: f64) -> StandardMap {
+        let standard = (0..11).map(|i| format!("P{i}")).collect();
+        let matrix = DMatrix::from_fn(1, 11, |_, c| if c < 10 { of_body[c] } else { rotor });
+        StandardMap { standard, matrix, bodies: vec![("body".into(), 0)], rotors: vec![10] }
+    }
+
+    /// What cannot be negative is not, of any body; and what can be is, of some.
+    #[test]
+    fn the_sign_is_that_of_drawn_bodies() {
+        let mut random = Random::new(3);
+        let mut of = |columns: &[(usize, f64)]| {
+            let mut c = [0.0; 10];
+            columns.iter().for_each(|&(i, x)| c[i] = x);
+            let mut draw = || {
+                let root = Matrix4::from_fn(|_, _| random.normal());
+                let ten = parameters(&(root * root.transpose()));
+                ten.iter().zip(c).map(|(x, c)| x * c).sum::<f64>()
+            };
+            let least = (0..2000).map(|_| draw()).fold(f64::INFINITY, f64::min);
+            (cannot_be_negative(&map(c, 1.0), 0), least)
+        };
+        // ZZ, a mass, ZZ about an axis one metre away, and Y moments with their products.
+        for columns in [&[(5, 1.0)][..], &[(9, 1.0)], &[(5, 1.0), (6, 2.0), (9, 1.0)], &[(0, 1.0), (3, 1.0), (1, 1.9)]] {
+            let (is_certain, least) = of(columns);
+            assert!(is_certain && least > 0.0, "{columns:?}: {least}");
+        }
+        for columns in [&[(0, 1.0), (3, -1.0)][..], &[(6, 1.0)], &[(5, 1.0), (6, 2.1), (9, 1.0)], &[(4, 1.0)]] {
+            let (is_certain, least) = of(columns);
+            assert!(!is_certain && least < 0.0, "{columns:?}: {least}");
+        }
+        let mut c = [0.0; 10];
+        c[5] = 1.0;
+        assert!(!cannot_be_negative(&map(c, -1.0), 0));
+    }
+
+    #[test]
+    fn only_what_is_surely_negative_is_named() {
+        let mut c = [0.0; 10];
+        c[5] = 1.0;
+        let of = |value: f64, sigma: f64| {
+            let parameter =
+                Identified::new("ZZR1".parse().unwrap(), Unit::INERTIA, value, Deviations::white(sigma));
+            impossible(&map(c, 1.0), &Estimate { parameters: vec![parameter], ..Estimate::default() })
+        };
+        assert_eq!(of(-0.09, 0.01), ["ZZR1 is -0.09 +- 0.01 kg m^2, and no bodies give less than zero"]);
+        assert!(of(-0.09, 0.03).is_empty() && of(0.09, 0.01).is_empty());
+    }
+}
