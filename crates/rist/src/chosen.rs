@@ -21,8 +21,8 @@ use identification::signals::records::SourceRecords;
 use linear_model::description_options::RotorInertias;
 use linear_model::unit::Unit;
 use logs::LogSource;
-use robot::{Format, RotorInertia};
 use robot::value::CoordinateId;
+use robot::{Format, RotorInertia};
 
 use crate::description::set_rotor_inertias;
 use crate::doctor::passport_of;

@@ -60,7 +60,9 @@ fn what_one_joint_does_not_tell_has_no_value_and_no_use() {
     let exact = Standing { pose: 0.0, noise: 0.0, step: 0.0 };
     let noisy = Standing { pose: 1.0, noise: 1e-5, step: 0.0 };
     let coarse = Standing { pose: 1.0, noise: 1e-5, step: 1e-4 };
-    for file in ["kuka_lwr.yaml", "ur5.urdf", "panda.yaml", "tx40.yaml", "stanford.yaml", "scara.yaml", "cartesian3p.yaml"] {
+    for file in
+        ["kuka_lwr.yaml", "ur5.urdf", "panda.yaml", "tx40.yaml", "stanford.yaml", "scara.yaml", "cartesian3p.yaml"]
+    {
         let model = Model::read(model_path(file)).unwrap();
         for joint in 0..model.robot.n_coordinates() {
             for (standing, consistent) in [(exact, false), (noisy, false), (coarse, joint == 1)] {
@@ -81,7 +83,10 @@ fn judged(model: &Model, file: &str, joint: usize, standing: Standing, consisten
     let at = format!("{file}, joint {}, {} +- {}", joint + 1, standing.pose, standing.noise);
     for p in &found.estimate.parameters {
         let is_possible = |x: Option<f64>| x.is_none_or(|x| x.abs() < LARGEST_PARAMETER);
-        assert!(is_possible(p.value) && is_possible(p.sigma) && p.prediction().abs() < LARGEST_PARAMETER, "{at}: {p:?}");
+        assert!(
+            is_possible(p.value) && is_possible(p.sigma) && p.prediction().abs() < LARGEST_PARAMETER,
+            "{at}: {p:?}"
+        );
     }
     // At rest a lift tells all that is to be told of its weight, and the others have none.
     for used in verdict.uses.iter().filter(|used| used.name != "gravity compensation") {

@@ -238,7 +238,9 @@ pub(super) fn report(
     let still = little_motion(model, observation);
     // At a unit of motion a parameter that is less sure than this may need more torque than any that was seen.
     let most = observation.effort.iter().fold(0.0, |most: f64, effort| most.max(*effort));
-    let is_beyond = |c: usize| solution.determined[c] && most > 0.0 && sigma.get(c).is_some_and(|sigma| *sigma > most);
+    let base = model.regressor.parameters().len();
+    let is_beyond =
+        |c: usize| c < base && solution.determined[c] && most > 0.0 && sigma.get(c).is_some_and(|s| *s > most);
     // A parameter that the rows do not determine has no value; its part of x serves predictions.
     let parameter = |(c, parameter): (usize, &Parameter)| {
         let (id, unit) = (parameter.id.clone(), parameter.unit());

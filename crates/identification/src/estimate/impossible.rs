@@ -36,9 +36,8 @@ fn cannot_be_negative(map: &StandardMap, k: usize) -> bool {
         let c = |i: usize| map.matrix[(k, first + i)];
         let [xy, xz, yz, x, y, z] = [-c(1), -c(2), -c(4), c(6), c(7), c(8)].map(|c| 0.5 * c);
         let diagonal = [c(3) + c(5), c(0) + c(5), c(0) + c(3), c(9)];
-        let a = Matrix4::new(
-            diagonal[0], xy, xz, x, xy, diagonal[1], yz, y, xz, yz, diagonal[2], z, x, y, z, diagonal[3],
-        );
+        let a =
+            Matrix4::new(diagonal[0], xy, xz, x, xy, diagonal[1], yz, y, xz, yz, diagonal[2], z, x, y, z, diagonal[3]);
         a.symmetric_eigenvalues().min() >= least
     };
     map.bodies.iter().all(is_possible) && map.rotors.iter().all(|&c| map.matrix[(k, c)] >= 0.0)
@@ -76,7 +75,8 @@ mod tests {
             (cannot_be_negative(&map(c, 1.0), 0), least)
         };
         // ZZ, a mass, ZZ about an axis one metre away, and Y moments with their products.
-        for columns in [&[(5, 1.0)][..], &[(9, 1.0)], &[(5, 1.0), (6, 2.0), (9, 1.0)], &[(0, 1.0), (3, 1.0), (1, 1.9)]] {
+        for columns in [&[(5, 1.0)][..], &[(9, 1.0)], &[(5, 1.0), (6, 2.0), (9, 1.0)], &[(0, 1.0), (3, 1.0), (1, 1.9)]]
+        {
             let (is_certain, least) = of(columns);
             assert!(is_certain && least > 0.0, "{columns:?}: {least}");
         }
@@ -94,8 +94,7 @@ mod tests {
         let mut c = [0.0; 10];
         c[5] = 1.0;
         let of = |value: f64, sigma: f64| {
-            let parameter =
-                Identified::new("ZZR1".parse().unwrap(), Unit::INERTIA, value, Deviations::white(sigma));
+            let parameter = Identified::new("ZZR1".parse().unwrap(), Unit::INERTIA, value, Deviations::white(sigma));
             impossible(&map(c, 1.0), &Estimate { parameters: vec![parameter], ..Estimate::default() })
         };
         assert_eq!(of(-0.09, 0.01), ["ZZR1 is -0.09 +- 0.01 kg m^2, and no bodies give less than zero"]);

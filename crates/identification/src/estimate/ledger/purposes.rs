@@ -62,9 +62,8 @@ fn common(name: &'static str) -> Purpose {
 /// The claim on the torque of one use; `joints`: what the fit leaves of each.
 pub(crate) fn claim_of_torque(error: &TorqueError, joints: &[JointResidual]) -> Claim {
     let subject = Subject::whole(topic(error.of));
-    let is_hidden = |(j, left): (&JointTorqueError, &JointResidual)| {
-        j.error > SURE_JOINT_TORQUE * j.torque && j.error > left.rms
-    };
+    let is_hidden =
+        |(j, left): (&JointTorqueError, &JointResidual)| j.error > SURE_JOINT_TORQUE * j.torque && j.error > left.rms;
     let is_sure = error.relative <= SURE_TORQUE;
     if is_sure && !error.joints.iter().zip(joints).any(is_hidden) {
         return Claim::new(subject, Outcome::Agrees { smallest: Figure::new(100.0 * error.relative, "%") });
@@ -105,9 +104,13 @@ pub(crate) fn untold_torques(estimate: &Estimate) -> Vec<Claim> {
     if still.is_empty() || !is_open { Vec::new() } else { Use::ALL.map(one).to_vec() }
 }
 
-/// The joints that give no row because they stand still.
+/// The joints that give no row because they stand still; one that something else moves has a frequency.
 pub(crate) fn standing(joints: &[JointResidual]) -> Vec<&str> {
-    joints.iter().filter(|joint| joint.rows == 0).map(|joint| joint.coordinate.as_str()).collect()
+    joints
+        .iter()
+        .filter(|joint| joint.rows == 0 && joint.f95.is_none())
+        .map(|joint| joint.coordinate.as_str())
+        .collect()
 }
 
 /// What agrees with a joint that never moved, or with the mount beside one, cannot be told: only its place was seen.
@@ -163,7 +166,10 @@ mod tests {
         let both = agrees(ZERO, &["q1", "q2"]);
         assert_eq!(of(both.clone(), &[]), both.to_string());
         let parted = of(both, &["q2"]);
-        assert!(parted.starts_with(&agrees(ZERO, &["q1"]).to_string()) && parted.contains("q2 never moved"), "{parted}");
+        assert!(
+            parted.starts_with(&agrees(ZERO, &["q1"]).to_string()) && parted.contains("q2 never moved"),
+            "{parted}"
+        );
         assert!(of(agrees(MOUNT, &["x", "y"]), &["q2"]).contains("q2 never moved"));
         let moving = agrees(SPRING, &["q1"]);
         assert_eq!(of(moving.clone(), &["q2"]), moving.to_string());

@@ -66,7 +66,11 @@ pub fn read_urdf_with(text: &str, file: &str, options: ReadOptions) -> Result<Ro
         notes,
         snapped,
     };
-    Ok(Robot { oddities: checked.oddities, format: Format::Urdf, ..jointed::robot(source, joints, rest, options.angles)? })
+    Ok(Robot {
+        oddities: checked.oddities,
+        format: Format::Urdf,
+        ..jointed::robot(source, joints, rest, options.angles)?
+    })
 }
 
 /// Refuses values of symbols, since a URDF has none.

@@ -22,7 +22,9 @@ use crate::format::node::{Content, Fields, Node, Source};
 use crate::format::options::ReadOptions;
 use crate::inertial::Pose;
 use crate::passive;
-use crate::robot::{Base, Coordinate, Drive, Format, Joint, JointKind, Limits, Link, PassiveCoordinate, Robot, RotorInertia};
+use crate::robot::{
+    Base, Coordinate, Drive, Format, Joint, JointKind, Limits, Link, PassiveCoordinate, Robot, RotorInertia,
+};
 use crate::value::{CoordinateId, Value};
 use gate::suggestion::did_you_mean;
 
