@@ -18,6 +18,7 @@
 
 use std::path::Path;
 
+use identification::estimate::ledger::hypotheses::Open;
 use identification::estimate::artefact::Estimate;
 use identification::estimate::fleet::accumulator::Accumulator;
 use identification::estimate::fleet::replicate::Replicate;
@@ -125,9 +126,9 @@ fn solved(robot: &LackOfFit, log: &Log) -> Estimate {
     let source = LogSource::Held(log.clone());
     let records = SourceRecords::new(&robot.robot, std::slice::from_ref(&source), &options.preparation());
     let linear = options.linear_model(&robot.robot);
-    let replicate = records.and_then(|records| Replicate::of(&linear, &source, &records));
+    let replicate = records.and_then(|records| Replicate::of(&linear, &source, &records, Open::default()));
     let reference = ModelReference { name: "ur5".into(), fingerprint: "1".into() };
-    let sums = Settings::new(&robot.robot, reference, None, &options).map(Accumulator::new);
+    let sums = Settings::new(&robot.robot, reference, None, &options, Open::default()).map(Accumulator::new);
     let solved = sums.and_then(|mut sums| {
         sums.add(replicate?)?;
         sums.solve()

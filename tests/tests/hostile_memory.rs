@@ -242,7 +242,7 @@ fn hostile() -> Vec<Hostile> {
         of("links of no robot", format!("<robot name=\"r\">{links}</robot>").into(), urdf, "more than 2000 links"),
         of(
             "sums of a large claim",
-            b"rist-tri 3 9 1000000000000000 0123456789abcdef\nname: r\n\n".into(),
+            b"rist-tri 4 9 1000000000000000 0123456789abcdef\nname: r\n\n".into(),
             sums,
             "cut short",
         ),

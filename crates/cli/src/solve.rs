@@ -1,6 +1,6 @@
 //! `rist solve`: sums -> an estimate.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use clap::Args;
 use serde_json::json;
@@ -10,6 +10,7 @@ use crate::failure::Failure;
 use crate::terminal::print_result;
 use crate::verdict::{as_json, refused};
 use rist::output::{check_output, write_file};
+use rist::{Model, ModelOptions};
 
 /// Solve sums of rist accumulate: the estimate that rist identify makes of the same logs
 #[derive(Args)]
@@ -18,17 +19,32 @@ pub(crate) struct Arguments {
     #[arg(value_name = "FILE.tri")]
     sums: PathBuf,
 
+    /// The description of the robot that the sums are of: how unsure torques are follows from it, use by use
+    #[arg(long, value_name = "MODEL")]
+    model: Option<PathBuf>,
+
     /// Write the estimate as YAML, for rist validate and rist report
     #[arg(long, value_name = "FILE")]
     out: Option<PathBuf>,
 }
 
 pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
-    let inputs = [arguments.sums.as_path()];
+    let inputs: Vec<&Path> = [&arguments.sums].into_iter().chain(&arguments.model).map(PathBuf::as_path).collect();
     arguments.out.iter().try_for_each(|out| check_output(out, &inputs))?;
     let file = arguments.sums.display();
-    let estimate = read_sums(&arguments.sums)?.solve().map_err(|e| Failure::new(format_args!("{file}: {e}")))?;
-    let verdict = rist::verdict::estimate_verdict(&estimate);
+    let sums = read_sums(&arguments.sums)?;
+    let (estimate, verdict) = match &arguments.model {
+        None => {
+            let estimate = sums.solve().map_err(|e| Failure::new(format_args!("{file}: {e}")))?;
+            let verdict = rist::verdict::estimate_verdict(&estimate);
+            (estimate, verdict)
+        }
+        Some(path) => {
+            let options = sums.settings().description.as_ref().map(ModelOptions::of_description);
+            let model = Model::read_with(path, &options.unwrap_or_default())?;
+            rist::verdict::sums_verdict(&model, &sums)?
+        }
+    };
     print_result(format_args!("{estimate}\n{verdict}"), || {
         Ok(json!({"estimate": serde_json::to_value(&estimate)?, "verdict": as_json(&verdict)}))
     })?;

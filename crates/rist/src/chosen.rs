@@ -7,11 +7,13 @@
 //! | delay of the torques | that error, where the passport sees one |
 //! | friction of single joints | the same ([`crate::friction`]) |
 
+use claims::Claim;
 use identification::estimate::delay::{Delay, estimate_delay};
 use identification::estimate::digits::significant;
 use identification::estimate::held_out::cross_validate;
 use identification::estimate::identify::Fit;
 use identification::estimate::ledger::hypotheses::{Open, Tested, Tilt as TiltTorque};
+use identification::estimate::ledger::topics::{DELAY_TAKEN, ROTORS_TAKEN, mended};
 use identification::estimate::options::Options;
 use identification::estimate::passport::Passport;
 use identification::estimate::passport::finding::Fault;
@@ -46,6 +48,8 @@ pub(crate) struct Chosen<'a> {
     pub delay: Option<Delay>,
     /// A sentence on each decision.
     pub sentences: Vec<String>,
+    /// What was mended, with the errors without it and with it.
+    pub mended: Vec<Claim>,
     /// The logs as they were read for it, where the model is the one given.
     pub looked: Option<Looked<'a>>,
 }
@@ -143,6 +147,7 @@ pub(crate) fn choose<'a>(
     // The delay comes last: it is looked for with the model that will be used.
     let may_be_late = request.rows.signals.delay.is_none() && options.signal.delay == 0.0;
     if let Some((rotating, sentence)) = rotors(model, &mut looked, options)? {
+        chosen.mended.push(mended(ROTORS_TAKEN, &sentence));
         chosen.sentences.push(sentence);
         if may_be_late {
             let passport = Looked::of(&rotating, logs, options)?.passport;
@@ -162,6 +167,7 @@ impl Chosen<'_> {
     fn take(&mut self, found: Option<(Delay, String)>) {
         if let Some((delay, sentence)) = found {
             self.delay = Some(delay);
+            self.mended.push(mended(DELAY_TAKEN, &sentence));
             self.sentences.push(sentence);
         }
     }

@@ -6,7 +6,6 @@ use identification::estimate::fleet::replicate::Replicate;
 use identification::estimate::fleet::settings::Settings;
 use identification::estimate::options::Options;
 use identification::estimate::passport::finding::Fault;
-use identification::estimate::passport::passport;
 use identification::signals::cutoff::MotionEnergy;
 use identification::signals::records::{SourceRecords, add_motion};
 use linear_model::friction::terms::{FrictionTerm, JointTerm, check_terms};
@@ -17,6 +16,8 @@ use processor::in_order;
 pub use identification::estimate::fleet::accumulator::Accumulator;
 pub use identification::estimate::fleet::comparison::{Compared, Comparison, compare};
 
+use crate::chosen::with_open;
+use crate::doctor::passport_of;
 use crate::error::Error;
 use crate::model::Model;
 use crate::request::Request;
@@ -49,7 +50,9 @@ fn accumulator_with(model: &Model, mut options: Options, gains: &[(String, f64)]
         options.transmission.drive_gains = known.into_iter().collect();
     }
     let (reference, description) = (model.reference.clone(), model.description.clone());
-    Ok(Accumulator::new(Settings::new(model.regressor(), reference, description, &options)?))
+    let settings =
+        with_open(model, |open| Settings::new(model.regressor(), reference, description, &options, open))?;
+    Ok(Accumulator::new(settings))
 }
 
 /// Adds a log. `anyway`: also one that does not belong to the description.
@@ -163,8 +166,8 @@ fn replicate(model: &Model, options: &Options, log: &LogSource, anyway: bool) ->
     }
     let records = SourceRecords::new(model.regressor(), std::slice::from_ref(log), &options.preparation())?;
     if !anyway {
-        let described = model.described_parameters();
-        let mut found = passport(model.regressor(), &records, &log.report().suspect, described.as_deref())?;
+        let gains = options.transmission.drive_gains.as_deref();
+        let mut found = passport_of(model, std::slice::from_ref(log), &records, gains, options)?;
         // Short logs are accepted, because sums are made for them.
         found.findings.retain(|f| f.fault.is_gross() && !matches!(f.fault, Fault::Short(_)));
         if let Some(finding) = found.findings.first() {
@@ -174,5 +177,5 @@ fn replicate(model: &Model, options: &Options, log: &LogSource, anyway: bool) ->
         }
     }
     let linear = options.linear_model(model.regressor());
-    Ok(Replicate::of(&linear, log, &records)?)
+    Ok(with_open(model, |open| Replicate::of(&linear, log, &records, open))?)
 }

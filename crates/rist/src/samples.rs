@@ -1,5 +1,6 @@
 //! Identifies parameters from logs, step by step: gains, delay, friction, fit, bodies that can exist, load, remarks.
 
+use claims::Claim;
 use identification::estimate::consistent::{bodies, identify_consistent};
 use identification::estimate::delay::Delay;
 use identification::estimate::described::described_residuals;
@@ -8,6 +9,7 @@ use identification::estimate::identify::Fit;
 use identification::estimate::impossible::impossible;
 use identification::estimate::joint_terms::JointTerms;
 use identification::estimate::ledger::hypotheses::{Hypothesis, Tested, hypotheses};
+use identification::estimate::ledger::topics::{ROTORS_TAKEN, mended};
 use identification::estimate::ledger::torque_error::TorqueError;
 use identification::estimate::ledger::unknowns::Step;
 use identification::estimate::ledger::{widen_by_faults, widen_by_unknowns, widen_by_what_may_be_there};
@@ -69,6 +71,8 @@ pub struct Identification {
     pub(crate) unsure: UnsureTorques,
     /// Faults of the logs, each tested as one unknown more.
     pub faults: Vec<Tested>,
+    /// What was mended without being asked for.
+    pub mended: Vec<Claim>,
     /// The last step of the unknowns that were asked for; what they are stands in the options and the description.
     pub unknowns: Vec<Step>,
     /// The base parameters of the description; `None` where it has no inertials.
@@ -119,6 +123,7 @@ impl Identification {
             opens_in_any_motion: self.unsure.opens_in_any_motion,
             torque_errors: &self.torque_errors,
             faults: &self.faults,
+            mended: &self.mended,
         });
         if verdict.trust == Trust::No {
             self.estimate.refusal.clone_from(&verdict.reasons);
@@ -193,6 +198,7 @@ fn identify_kept(
     let Fitted { passport, mut fit, faults, sentence } = fitted(model, logs, chosen.looked, is_open, &mut options)?;
     if let Some((rotating, sentence)) = told_rotors(model, &fit, &faults)? {
         let mut identified = identify_kept(&rotating, logs, loaded, request, kept)?;
+        identified.mended.push(mended(ROTORS_TAKEN, &sentence));
         identified.estimate.remarks.insert(0, sentence);
         return Ok(Identification { model: Some(rotating), ..identified });
     }
@@ -239,6 +245,7 @@ fn identify_kept(
         bodies_evidence: found.evidence,
         unsure,
         faults,
+        mended: chosen.mended,
         unknowns: Vec::new(),
         described_parameters,
     };

@@ -1,6 +1,8 @@
 //! Whether to trust an estimate: one of experiments by itself, one of logs by other logs.
 
 use identification::estimate::described::described_residuals;
+use identification::estimate::fleet::accumulator::Accumulator;
+use identification::estimate::ledger::{widen_by_faults, widen_by_what_may_be_there};
 use identification::estimate::options::Options;
 use identification::estimate::passport::finding::Fault;
 use identification::estimate::verdict::{Evidence, Prediction};
@@ -13,7 +15,9 @@ pub use identification::estimate::verdict::{Trust, UseVerdict, Verdict, claim_li
 use crate::Estimate;
 use crate::doctor::examine;
 use crate::error::Error;
+use crate::fleet::check_sums;
 use crate::model::Model;
+use crate::unsure_torques::{Noise, UnsureTorques};
 
 /// Whether to trust an estimate by its own evidence alone. [`crate::samples::Identification::judged`] has more evidence.
 pub fn estimate_verdict(estimate: &Estimate) -> Verdict {
@@ -23,6 +27,27 @@ pub fn estimate_verdict(estimate: &Estimate) -> Verdict {
 /// The same with the error on motions that it was not made from, where there are some.
 pub fn predicted_verdict(estimate: &Estimate, predicted: Option<f64>) -> Verdict {
     Verdict::of(&evidence(estimate, predicted))
+}
+
+/// The estimate of sums, and whether to trust it for each use of torques; `model`: that of the sums.
+///
+/// Fails where the sums are of another model, and where they have no estimate.
+pub fn sums_verdict(model: &Model, sums: &Accumulator) -> Result<(Estimate, Verdict), Error> {
+    check_sums(model, sums)?;
+    let (mut fit, faults) = sums.fit()?;
+    let (noise, options) = (Noise::of(&fit), &sums.settings().options);
+    let of_noise = noise.deviations(&fit.estimate);
+    let estimate = &mut fit.estimate;
+    widen_by_faults(estimate, &faults);
+    let unsure = UnsureTorques::of(noise, [&of_noise, &of_noise], &faults, model, options, estimate);
+    widen_by_what_may_be_there(estimate, &faults);
+    estimate.torque_errors = unsure.errors(model, options, estimate);
+    let verdict = Verdict::of(&Evidence {
+        opens_in_any_motion: unsure.opens_in_any_motion,
+        faults: &faults,
+        ..evidence(&fit.estimate, None)
+    });
+    Ok((fit.estimate, verdict))
 }
 
 /// What an estimate says of itself. Which motion its parts left out were is not in it; each experiment of a plan is a motion of
@@ -41,6 +66,7 @@ fn evidence(estimate: &Estimate, predicted: Option<f64>) -> Evidence<'_> {
         opens_in_any_motion: false,
         torque_errors: &estimate.torque_errors,
         faults: &[],
+        mended: &[],
     }
 }
 

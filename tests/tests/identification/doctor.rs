@@ -149,6 +149,160 @@ fn nothing_is_found_in_good_logs() {
     assert_eq!(passport.findings.iter().map(|f| f.fault).collect::<Vec<_>>(), [Fault::TorqueSigns], "{passport}");
 }
 
+/// Two arms of three joints on one base, left and right of it: each the mirror image of the other.
+fn two_arms() -> String {
+    let mut text = String::from("<robot name=\"two_arms\"><link name=\"base\"/>\n");
+    for (side, y) in [("left", 1.0), ("right", -1.0)] {
+        let mut parent = "base".to_string();
+        let joints = [("1 0 0", 0.2 * y, 0.0, 0.06), ("0 1 0", 0.1 * y, 0.0, 0.03), ("0 1 0", 0.0, -0.35, 0.02)];
+        for (k, (axis, out, down, eccentric)) in joints.into_iter().enumerate() {
+            let link = format!("{side}_l{}", k + 1);
+            text += &format!(
+                "<link name=\"{link}\"><inertial><origin xyz=\"0.02 {} -0.12\"/><mass value=\"{}\"/><inertia ixx=\"0.02\" \
+                 iyy=\"0.018\" izz=\"0.006\" ixy=\"{}\" ixz=\"0.001\" iyz=\"{}\"/></inertial></link>\n<joint \
+                 name=\"{side}_j{}\" type=\"revolute\"><parent link=\"{parent}\"/><child link=\"{link}\"/><origin xyz=\"0 {out} \
+                 {down}\"/><axis xyz=\"{axis}\"/><limit lower=\"-2\" upper=\"2\" velocity=\"5\" effort=\"90\"/></joint>\n",
+                eccentric * y,
+                2.5 - 0.5 * k as f64,
+                0.002 * y,
+                -0.001 * y,
+                k + 1
+            );
+            parent = link;
+        }
+    }
+    text + "</robot>"
+}
+
+/// The columns of one side stand where those of the other belong: all six joints are named, and no output trusts what was
+/// identified. Columns that are given by their place say whether another order would have shown.
+#[test]
+fn exchanged_sides_are_named_and_never_trusted() {
+    let here = folder("sides");
+    let path = here.join("two_arms.urdf");
+    std::fs::write(&path, two_arms()).unwrap();
+    let model = Model::read(&path).unwrap();
+    let names: Vec<String> = (0..6).map(|k| k.to_string()).collect();
+    let columns = "columns: {position: \"q_{}\", velocity: \"dq_{}\", torque: \"tau_{}\"}\nmodel: two_arms\n";
+    let options = Options::parse("options.yaml", columns).unwrap();
+    let swap = |log: &JointLog| {
+        changed(log, |l| [&mut l.q, &mut l.dq, &mut l.tau].into_iter().for_each(|x| x.rotate_left(3)))
+    };
+    for seed in [3, 4] {
+        let x = unlike(&model.robot, seed);
+        for is_swapped in [false, true] {
+            let log = |name: &str, amplitude: f64| {
+                let log = swinging(&model.robot, &x, amplitude, 0.0);
+                let file = here.join(format!("{name}.csv"));
+                let log = if is_swapped { swap(&log) } else { log };
+                log.write(&file, &names);
+                model.open_log(&file, &options.columns).unwrap().0
+            };
+            let (first, other) = (log("first", 0.7), log("other", 0.9));
+            let logs = [first];
+            let passport = rist::examine(&model, &logs, &options).unwrap();
+            let mut request = rist::IdentifyRequest::default();
+            request.samples.rows.signals.options = Some(options.clone());
+            let mut found = rist::identify(&model, &logs, &request).unwrap();
+            let judged = found.judged(&model, std::slice::from_ref(&other), false).unwrap().verdict;
+            let validated =
+                rist::verdict::validation_verdict(&model, &found.estimate, std::slice::from_ref(&other), 0.01, true);
+            let read_again = rist::verdict::fitted_verdict(&model, &found.estimate, &logs);
+            let all = [judged, validated.unwrap(), read_again.unwrap()];
+            for verdict in &all {
+                assert_eq!(verdict.trust == rist::verdict::Trust::No, is_swapped, "{seed}: {verdict}");
+                let says = verdict.to_string().contains("order of the columns");
+                assert_eq!(says, !is_swapped, "{seed}: {verdict}");
+            }
+            let faults: Vec<Fault> = passport.findings.iter().map(|f| f.fault).collect();
+            match is_swapped {
+                false => assert!(faults.is_empty(), "{seed}: {:?}", passport.findings),
+                true => {
+                    assert_eq!(faults, [Fault::Permuted(Columns::All)], "{seed}: {:?}", passport.findings);
+                    assert_eq!(passport.findings[0].joints, model.regressor().coordinates(), "{seed}");
+                }
+            }
+        }
+    }
+}
+
+/// The last body of the machine lies otherwise than described, turned about its joint: its joint has no wrong zero, since
+/// nothing tells one from the other. The description of a UR5 whose tool is eccentric.
+#[test]
+fn a_last_body_that_lies_otherwise_is_no_wrong_zero() {
+    let here = folder("last_body");
+    let text = std::fs::read_to_string(model_path("ur5.urdf")).unwrap();
+    let tool = "<link name=\"tool_body\"><inertial><origin xyz=\"0.12 0.03 0.05\"/><mass value=\"1.5\"/><inertia ixx=\"0.004\" \
+                iyy=\"0.003\" izz=\"0.005\" ixy=\"0\" ixz=\"0\" iyz=\"0\"/></inertial></link>";
+    let mount = |turn: f64| {
+        format!(
+            "{tool}<joint name=\"tool_mount\" type=\"fixed\"><parent link=\"LAST\"/><child link=\"tool_body\"/><origin xyz=\"0 0 \
+             0\" rpy=\"TURN\"/></joint></robot>"
+        )
+        .replace("TURN", &turned_about_last_axis(&text, turn))
+        .replace("LAST", &last_link(&text))
+    };
+    let with = |turn: f64, name: &str| {
+        let path = here.join(name);
+        std::fs::write(&path, text.replace("</robot>", &mount(turn))).unwrap();
+        Model::read(&path).unwrap()
+    };
+    let model = with(0.0, "described.urdf");
+    for turn in [1.3, -2.2] {
+        let machine = with(turn, "machine.urdf");
+        let log = swinging(&machine.robot, &described(&machine.robot), 1.2, 0.0);
+        let passport = look(&model, &here, &log);
+        assert!(passport.findings.is_empty(), "{turn}: {:?}", passport.findings);
+        let [explained] = passport.explained.as_slice() else { panic!("{turn}: {passport:?}") };
+        assert!(matches!(explained.finding.fault, Fault::Zero(_)) && explained.is_likely, "{explained:?}");
+        // The same in sums.
+        let request = rist::fleet::SumsRequest::default();
+        let mut sums = rist::fleet::accumulator(&model, &request).unwrap();
+        let (source, _) = model.open_log(here.join("log.csv"), &Default::default()).unwrap();
+        rist::fleet::update(&model, &mut sums, &source, false).unwrap();
+    }
+}
+
+/// The name of the link behind the last moving joint of the UR5, and a turn about that joint's axis as roll, pitch, yaw.
+fn last_link(text: &str) -> String {
+    let joint = &text[text.rfind("type=\"revolute\"").unwrap()..];
+    let child = &joint[joint.find("child link=\"").unwrap() + 12..];
+    child[..child.find('"').unwrap()].into()
+}
+
+fn turned_about_last_axis(text: &str, turn: f64) -> String {
+    let joint = &text[text.rfind("type=\"revolute\"").unwrap()..];
+    let axis = &joint[joint.find("axis xyz=\"").unwrap() + 10..];
+    let axis: Vec<f64> = axis[..axis.find('"').unwrap()].split_whitespace().map(|x| x.parse().unwrap()).collect();
+    // The axis is one of the frame's.
+    axis.iter().map(|x| (x * turn).to_string()).collect::<Vec<_>>().join(" ")
+}
+
+/// Torques that are late are named where the machine has rotors of which its URDF does not speak, as identify finds them.
+#[test]
+fn late_torques_are_named_without_rotors_in_the_description() {
+    let here = folder("late_rotors");
+    let model = Model::read(model_path("ur5.urdf")).unwrap();
+    let rotating = ModelOptions { rotor_inertia: Some(RotorInertias::Actuated), ..ModelOptions::default() };
+    let machine = Model::read_with(model_path("ur5.urdf"), &rotating).unwrap();
+    let mut x = unlike(&machine.robot, 6);
+    // Geared arms have rotors as heavy as their links.
+    let all = robot::StandardParameter::all(&machine.robot);
+    let rotor = |(p, x): (&robot::StandardParameter, &mut f64)| {
+        if p.inertial == robot::Inertial::Ia {
+            *x = 1.2;
+        }
+    };
+    all.iter().zip(&mut x).for_each(rotor);
+    for seconds in [0.006, 0.02, 0.06] {
+        let found = look(&model, &here, &swinging(&machine.robot, &x, 1.2, seconds)).findings;
+        let is_late = |f: &Finding| matches!(f.fault, Fault::Delay(s) if (s / seconds - 1.0).abs() < 0.34);
+        assert!(found.len() == 1 && is_late(&found[0]), "{seconds}: {found:?}");
+    }
+    let found = look(&model, &here, &swinging(&machine.robot, &x, 1.2, 0.0)).findings;
+    assert!(found.is_empty(), "{found:?}");
+}
+
 /// A Panda with inertials; the logs are of the arm alone: its fingers do not move.
 fn panda(shared: &Path, here: &Path) -> PathBuf {
     let text = std::fs::read_to_string(shared.join("oracle/panda.urdf")).unwrap();

@@ -97,7 +97,7 @@ fn sums_are_one_pass() {
         assert!(std::fs::read(here.join("merged.tri")).unwrap() == one, "{parts:?}");
     }
     let text = String::from_utf8_lossy(&one);
-    for expected in ["rist-tri 3 ", "fingerprint: ", "cutoff: 5", "name: d.csv", "rows: 1000", "unit: kg m"] {
+    for expected in ["rist-tri 4 ", "fingerprint: ", "cutoff: 5", "name: d.csv", "rows: 1000", "unit: kg m"] {
         assert!(text.contains(expected), "no `{expected}` in the head of a .tri");
     }
     // The estimate goes where others go.

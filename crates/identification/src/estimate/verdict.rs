@@ -15,7 +15,7 @@ use crate::estimate::ledger::hypotheses::Tested;
 use crate::estimate::ledger::purposes::{bodies_purpose, claim_of_torque, torque_purpose};
 use crate::estimate::ledger::purposes::{standing, untold_torques, where_it_stands};
 use crate::estimate::ledger::topics::{
-    BODIES, COMMON_SCALE, GRAVITY_TORQUE, LOG, OTHER_MOTION, TORQUE_AT_LIMITS, TORQUE_SEEN, at,
+    BODIES, COMMON_SCALE, DELAY_TAKEN, GRAVITY_TORQUE, LOG, OTHER_MOTION, ROTORS_TAKEN, TORQUE_AT_LIMITS, TORQUE_SEEN, at,
 };
 use crate::estimate::ledger::torque_error::{TorqueError, Use};
 use crate::estimate::ledger::{
@@ -91,6 +91,8 @@ pub struct Evidence<'a> {
     pub opens_in_any_motion: bool,
     /// How unsure torques are, by use; empty where that is not known.
     pub torque_errors: &'a [TorqueError],
+    /// What was mended without being asked for.
+    pub mended: &'a [Claim],
     /// What unknowns more explain.
     pub faults: &'a [Tested],
 }
@@ -175,6 +177,7 @@ fn claims(evidence: &Evidence) -> Vec<Claim> {
     let fine = faults.into_iter().filter_map(|c| if is_open(&c) { untold_yet(c, &coarse) } else { Some(c) });
     let fine: Vec<Claim> = fine.collect();
     let mut claims = [coarse, fine].concat();
+    claims.extend(evidence.mended.iter().cloned());
     claims.extend(claims_of_bodies(evidence));
     let (opens_in_any_motion, tells_torques) = (evidence.opens_in_any_motion, !evidence.torque_errors.is_empty());
     let beside = Beside { opens_in_any_motion, tells_torques };
@@ -351,8 +354,9 @@ fn use_it(evidence: &Evidence) -> String {
     }
 }
 
-/// Topics of which the table and the reasons tell.
-const IN_THE_TABLE: [Topic; 4] = [GRAVITY_TORQUE, TORQUE_SEEN, TORQUE_AT_LIMITS, OTHER_MOTION];
+/// Topics of which the table, the reasons and the remarks tell.
+const TOLD_ELSEWHERE: [Topic; 6] =
+    [GRAVITY_TORQUE, TORQUE_SEEN, TORQUE_AT_LIMITS, OTHER_MOTION, ROTORS_TAKEN, DELAY_TAKEN];
 
 /// What agrees and what cannot be told, a line each, and an empty line behind them.
 fn write_claims<'a>(f: &mut fmt::Formatter<'_>, claims: impl IntoIterator<Item = &'a Claim>) -> fmt::Result {
@@ -385,7 +389,7 @@ impl fmt::Display for Verdict {
             writeln!(f, "{:<32} {:<9}  {error}{worst}", one.name, one.trust.word())?;
         }
         writeln!(f)?;
-        write_claims(f, self.claims.iter().filter(|claim| !IN_THE_TABLE.contains(&claim.subject().topic)))?;
+        write_claims(f, self.claims.iter().filter(|claim| !TOLD_ELSEWHERE.contains(&claim.subject().topic)))?;
         writeln!(f, "found: {}", self.found)?;
         writeln!(f, "trust: {}", self.trust.word())?;
         self.reasons.iter().try_for_each(|reason| writeln!(f, "  - {reason}"))?;

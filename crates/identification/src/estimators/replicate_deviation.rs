@@ -36,6 +36,7 @@ use std::sync::Arc;
 use linear_model::linear_model::Model;
 use numerics::least_squares::Solution;
 use numerics::student::reach;
+use numerics::triangle::Triangle;
 
 use crate::estimators::clusters::{Cluster, REMAINDER_ROUNDING_SHARE, Whole};
 use crate::estimators::huber::Reweighted;
@@ -154,16 +155,25 @@ pub fn replicate_deviation(
     let parts: Vec<Cluster> = parts.map(|part| Cluster::of(&weighted(part, weights), &solution.x)).collect();
     // psi(u) s = slope w e: what a residual counts in the scores of a robust fit.
     let slope = reweighted.map_or(1.0, |found| found.slope);
-    let logs = observation.logs();
-    let logs: Vec<Cluster> =
-        logs.iter().map(|(_, joints)| Cluster::of(&weighted(joints, weights), &solution.x)).collect();
-    let moved = |log: &Cluster| {
-        let moved = whole.moved(log, BAND_LEVERAGE_EXPONENT, REMAINDER_ROUNDING_SHARE)?;
-        Some(moved.into_iter().map(|s| slope * s).collect::<Vec<f64>>())
-    };
-    let moved_by_logs = logs.iter().filter_map(moved).collect();
+    let moved_by_logs = moved_by_logs(&whole, observation, solution, weights, slope);
     let found = of_clusters(&whole, &parts, bands.clusters(model), slope, white_deviation(solution));
     ReplicateDeviation { moved_by_logs, ..found }
+}
+
+/// By how much the error of each of several logs moves the parameters, times `slope`.
+pub(crate) fn moved_by_logs(
+    whole: &Whole,
+    observation: &Observation,
+    solution: &Solution,
+    weights: &[f64],
+    slope: f64,
+) -> Vec<Vec<f64>> {
+    let moved = |(_, joints): (usize, Vec<Triangle>)| {
+        let log = Cluster::of(&weighted(&joints, weights), &solution.x);
+        let moved = whole.moved(&log, BAND_LEVERAGE_EXPONENT, REMAINDER_ROUNDING_SHARE)?;
+        Some(moved.into_iter().map(|s| slope * s).collect::<Vec<f64>>())
+    };
+    observation.logs().into_iter().filter_map(moved).collect()
 }
 
 /// From all rows, those of the parts, those of the bands of speed and of position, the factor of the scores, and the deviations of white noise.

@@ -22,6 +22,7 @@
 use std::collections::BTreeMap;
 
 use logs::Error;
+use numerics::triangle::Triangle;
 use serde::{Deserialize, Serialize};
 
 use crate::estimate::fleet::replicate::{LogAccount, MAX_BLOCKS_PER_LOG, Replicate};
@@ -142,9 +143,15 @@ impl Accumulator {
         Ok(())
     }
 
-    /// The triangles of all its logs by replicate block, and how the joints moved; `None` without a log.
+    /// The triangles of all its logs by replicate block, and how the joints moved; `None` without a log. Each replicate has a
+    /// number of its own, as logs have.
     pub fn observation(&self) -> Option<Observation> {
-        let mut replicates = self.replicates.iter().map(|r| r.observation.clone());
+        let numbered = |(number, replicate): (usize, &Replicate)| {
+            let mut observation = replicate.observation.clone();
+            observation.log_of.fill(number);
+            observation
+        };
+        let mut replicates = self.replicates.iter().enumerate().map(numbered);
         let mut all = replicates.next()?;
         replicates.for_each(|one| all.append(one));
         Some(all)
@@ -156,6 +163,17 @@ impl Accumulator {
         let mut all = replicates.next()?;
         replicates.for_each(|one| all.absorb(one));
         Some(all)
+    }
+
+    /// The triangles of faults of all its logs, in `groups` groups of neighbours at most.
+    pub(super) fn faults(&self, groups: usize) -> Vec<Triangle> {
+        let all: Vec<&Triangle> = self.replicates.iter().flat_map(|r| &r.faults).collect();
+        let merged = |some: &[&Triangle]| {
+            let mut sum = Triangle::new(some[0].columns());
+            some.iter().for_each(|part| sum.merge(part, 1.0));
+            sum
+        };
+        all.chunks(all.len().div_ceil(groups).max(1)).map(merged).collect()
     }
 
     /// Sorts the logs, and folds their blocks as the head of this file says.
@@ -202,10 +220,14 @@ fn settle_cutoff(settings: &mut Settings, observation: &Observation) {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::estimate::fleet::replicate::MAX_FAULT_PARTS_PER_LOG;
+    use crate::estimate::ledger::hypotheses::{Open, Point, triangles_of_sums};
     use crate::estimate::options::Options;
     use crate::test_arm::Pendulum;
     use linear_model::linear_model::Model;
+    use crate::estimators::weighted::{Weights, fit};
     use linear_model::reference::ModelReference;
+    use linear_model::states::States;
     use random::Random;
 
     fn empty() -> Accumulator {
@@ -213,14 +235,20 @@ mod tests {
         let mut options = Options { friction: Vec::new(), ..Options::default() };
         options.signal.cutoff = Some(10.0);
         let model = ModelReference { name: "arm".into(), fingerprint: "1".into() };
-        Accumulator::new(Settings::new(&arm, model, None, &options).unwrap())
+        Accumulator::new(Settings::new(&arm, model, None, &options, Open::default()).unwrap())
     }
 
     /// Log k of a pendulum.
     fn log(k: u64) -> Replicate {
+        changed_log(k, |_| ())
+    }
+
+    /// The same with other torques.
+    fn changed_log(k: u64, change: impl FnOnce(&mut States)) -> Replicate {
         let arm = Pendulum::new();
         let model = Model::new(&arm, &[], &[]);
         let (mut states, mut random) = (arm.states(100), Random::stream(5, k));
+        change(&mut states);
         states.tau.iter_mut().for_each(|tau| *tau += 0.1 * random.normal());
         let account = LogAccount {
             name: format!("{k:03}.csv"),
@@ -234,7 +262,49 @@ mod tests {
         let observation = Observation::of(&model, &states, MAX_BLOCKS_PER_LOG);
         let mut cells = StateCells::new(&model);
         cells.add(&model, &states);
-        Replicate { logs: vec![account], observation, cells }
+        let (solution, weights) = fit(&observation.joints(|_| true), Weights::Joint);
+        let point = Point { x: &solution.x, weights: &weights, robust: None };
+        let faults = triangles_of_sums(&model, &[states][..], point, Open::default(), MAX_FAULT_PARTS_PER_LOG).unwrap();
+        Replicate { logs: vec![account], observation, cells, faults }
+    }
+
+    fn sums(logs: impl IntoIterator<Item = Replicate>) -> Accumulator {
+        let mut sums = empty();
+        logs.into_iter().for_each(|log| sums.add(log).unwrap());
+        sums
+    }
+
+    /// Four logs whose torques differ by some per cent: their estimate is as unsure as four draws are, and not as the blocks of
+    /// them would be.
+    #[test]
+    fn what_changes_from_log_to_log_is_in_the_deviation() {
+        let scaled = |k: u64| {
+            changed_log(k, |states| states.tau.iter_mut().for_each(|tau| *tau *= 1.0 + 0.06 * (k as f64 - 1.5)))
+        };
+        let estimate = sums((0..4).map(scaled)).solve().unwrap();
+        for p in &estimate.parameters[..2] {
+            // Factors with a deviation of 0.077 leave their mean unsure by half of that.
+            let share = p.sigma.unwrap() / p.value.unwrap().abs();
+            assert!((0.025..0.08).contains(&share), "{p:?}");
+        }
+    }
+
+    /// A spring that the model lacks moves the parameters: what it may move is part of their deviations.
+    #[test]
+    fn faults_are_in_the_deviation() {
+        let sprung = |k: u64| {
+            changed_log(k, |states| states.tau.iter_mut().zip(&states.q).for_each(|(tau, q)| *tau += 0.4 * q))
+        };
+        let with = sums((0..2).map(sprung));
+        let without = sums((0..2).map(sprung).map(|log| Replicate { faults: Vec::new(), ..log }));
+        let [with, without] = [with, without].map(|sums| sums.solve().unwrap());
+        let exact = Pendulum::new().truth;
+        let wider = (0..3).filter(|&c| with.parameters[c].sigma > without.parameters[c].sigma).count();
+        assert!(wider > 0, "{with:?}");
+        for (p, exact) in with.parameters.iter().zip(exact) {
+            // The largest fault alone counts, so three deviations hold it.
+            assert!((p.value.unwrap() - exact).abs() < 3.0 * p.sigma.unwrap(), "{p:?} {exact}");
+        }
     }
 
     /// Merges parts of some logs one after the other, with each log in one part, and logs and parts in any order.

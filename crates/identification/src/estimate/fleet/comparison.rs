@@ -277,6 +277,7 @@ impl ComparedRobot {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::estimate::ledger::hypotheses::Open;
     use crate::estimate::fleet::replicate::{LogAccount, MAX_BLOCKS_PER_LOG, Replicate};
     use crate::estimate::fleet::settings::Settings;
     use crate::estimate::options::Options;
@@ -314,11 +315,11 @@ mod tests {
             period: 0.01,
         };
         let reference = ModelReference { name: "arm".into(), fingerprint: "1".into() };
-        let mut all = Accumulator::new(Settings::new(&arm, reference, None, &options).unwrap());
+        let mut all = Accumulator::new(Settings::new(&arm, reference, None, &options, Open::default()).unwrap());
         let observation = Observation { cutoff: 10.0, ..Observation::of(&model, &states, MAX_BLOCKS_PER_LOG) };
         let mut cells = StateCells::new(&model);
         cells.add(&model, &states);
-        all.add(Replicate { logs: vec![account], observation, cells }).unwrap();
+        all.add(Replicate { logs: vec![account], observation, cells, faults: Vec::new() }).unwrap();
         all
     }
 

@@ -6,14 +6,20 @@
 
 use linear_model::linear_model::Model;
 use logs::{Error, Log, LogSource};
+use numerics::triangle::Triangle;
 use serde::{Deserialize, Serialize};
 
 use crate::estimate::fleet::state_cells::{Grain, StateCells};
+use crate::estimate::ledger::hypotheses::{Open, Point, triangles_of_sums};
+use crate::estimators::weighted::{Weights, fit};
 use crate::rows::observation::Observation;
 use crate::signals::records::{Records, SourceRecords};
 
 /// Largest number of blocks of one log.
 pub(crate) const MAX_BLOCKS_PER_LOG: usize = 16;
+
+/// Largest number of parts of one log for the hypotheses.
+pub(super) const MAX_FAULT_PARTS_PER_LOG: usize = 8;
 
 /// Number of blocks that are folded into one.
 const BLOCKS_PER_FOLD: usize = 4;
@@ -47,13 +53,16 @@ pub struct Replicate {
     pub observation: Observation,
     /// The same rows by the state of their joint.
     pub cells: StateCells,
+    /// Some of the rows with the columns of the hypotheses, weighted as a fit to this log alone weighs them, by part of the log;
+    /// none where nothing is tested.
+    pub faults: Vec<Triangle>,
 }
 
 impl Replicate {
     /// The replicate of the records of one log.
     ///
-    /// Fails when they cannot be read.
-    pub fn of(model: &Model, log: &LogSource, records: &SourceRecords) -> Result<Replicate, Error> {
+    /// `open`: what its mechanics leave open beside the parameters. Fails when they cannot be read.
+    pub fn of(model: &Model, log: &LogSource, records: &SourceRecords, open: Open) -> Result<Replicate, Error> {
         let (mut all, mut samples): (Option<Observation>, usize) = (None, 0);
         let mut cells = StateCells::new(model);
         records.each(&mut |states| {
@@ -81,7 +90,10 @@ impl Replicate {
             duration: report.duration,
             period: report.period,
         };
-        Ok(Replicate { logs: vec![account], observation, cells })
+        let (solution, weights) = fit(&observation.joints(|_| true), Weights::Joint);
+        let point = Point { x: &solution.x, weights: &weights, robust: None };
+        let faults = triangles_of_sums(model, records, point, open, MAX_FAULT_PARTS_PER_LOG)?;
+        Ok(Replicate { logs: vec![account], observation, cells, faults })
     }
 
     /// The name and the digest by which replicates are sorted.
@@ -93,6 +105,10 @@ impl Replicate {
     pub(crate) fn fold_to(&mut self, blocks: usize) {
         while self.observation.parts.len() > blocks.max(1) {
             fold(&mut self.observation, BLOCKS_PER_FOLD);
+        }
+        let parts = blocks * MAX_FAULT_PARTS_PER_LOG / MAX_BLOCKS_PER_LOG;
+        while self.faults.len() > parts.max(1) {
+            fold_faults(&mut self.faults);
         }
         self.cells.fold_to(match blocks {
             0..=1 => Grain::SpeedOnly,
@@ -107,14 +123,26 @@ impl Replicate {
         self.logs.sort_by(|a, b| (&a.name, &a.digest).cmp(&(&b.name, &b.digest)));
         self.observation.append(other.observation);
         self.cells.absorb(other.cells);
+        self.faults.append(&mut other.faults);
+        fold_faults(&mut self.faults);
         let blocks = self.observation.parts.len();
         fold(&mut self.observation, blocks);
     }
 }
 
+/// Merges four neighbouring parts at a time.
+fn fold_faults(parts: &mut Vec<Triangle>) {
+    let merged = |some: &[Triangle]| {
+        let mut sum = Triangle::new(some[0].columns());
+        some.iter().for_each(|part| sum.merge(part, 1.0));
+        sum
+    };
+    *parts = parts.chunks(BLOCKS_PER_FOLD).map(merged).collect();
+}
+
 /// Merges `together` neighbouring parts at a time.
 fn fold(observation: &mut Observation, together: usize) {
-    let merged = |parts: &[Vec<numerics::triangle::Triangle>]| {
+    let merged = |parts: &[Vec<Triangle>]| {
         let mut first = parts[0].clone();
         for part in &parts[1..] {
             first.iter_mut().zip(part).for_each(|(a, b)| a.merge(b, 1.0));
@@ -122,6 +150,7 @@ fn fold(observation: &mut Observation, together: usize) {
         first
     };
     observation.parts = observation.parts.chunks(together.max(2)).map(merged).collect();
+    observation.log_of.truncate(observation.parts.len());
 }
 
 /// A hash after FNV-1a that takes a word at a time and rotates.
@@ -164,9 +193,7 @@ fn digest(log: &LogSource) -> Result<u64, Error> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::estimators::weighted::{Weights, fit};
     use crate::test_arm::Pendulum;
-    use numerics::triangle::Triangle;
     use random::Random;
 
     /// Sixteen blocks give the same bits whether they are folded at once or first to four.
@@ -177,7 +204,8 @@ mod tests {
         let observation = Observation::of(&model, &arm.states(1000), MAX_BLOCKS_PER_LOG);
         let mut cells = StateCells::new(&model);
         cells.add(&model, &arm.states(1000));
-        let whole = Replicate { logs: Vec::new(), observation, cells };
+        let faults = observation.parts[..MAX_FAULT_PARTS_PER_LOG].iter().map(|part| part[0].clone()).collect();
+        let whole = Replicate { logs: Vec::new(), observation, cells, faults };
         let (mut at_once, mut slowly) = (whole.clone(), whole);
         at_once.fold_to(1);
         slowly.fold_to(4);
@@ -186,6 +214,7 @@ mod tests {
         assert_eq!(at_once.observation.parts, slowly.observation.parts);
         assert_eq!(at_once.observation.parts.len(), 1);
         assert_eq!(at_once.cells, slowly.cells);
+        assert!(at_once.faults == slowly.faults && at_once.faults.len() == 1);
     }
 
     /// A thousand partitions of the rows of a log, merged in any order, give R'R and the solution of one pass.

@@ -14,6 +14,7 @@ use linear_model::unit::Unit;
 use logs::Error;
 use serde::{Deserialize, Serialize};
 
+use crate::estimate::ledger::hypotheses::{Hypothesis, Open, hypotheses_of};
 use crate::estimate::options::Options;
 use crate::estimators::weighted::Weights;
 
@@ -32,6 +33,8 @@ pub struct Settings {
     pub columns: Vec<Column>,
     /// The options of the identification.
     pub options: Options,
+    /// In the order of the columns behind those of the parameters, in the triangles of faults.
+    pub hypotheses: Vec<Hypothesis>,
 }
 
 /// A coordinate.
@@ -78,6 +81,7 @@ impl Settings {
         model: ModelReference,
         description: Option<DescriptionOptions>,
         options: &Options,
+        open: Open,
     ) -> Result<Settings, Error> {
         if !options.weights.losses().is_empty() {
             return Err(Error::new(format!(
@@ -89,11 +93,12 @@ impl Settings {
         let mut options = options.clone();
         options.model = model.name.clone();
         let couplings = options.transmission.coupled();
-        let columns =
-            Model::new(regressor, &options.friction, &couplings).parameters.iter().map(Column::from).collect();
+        let linear = Model::new(regressor, &options.friction, &couplings);
+        let columns = linear.parameters.iter().map(Column::from).collect();
+        let hypotheses = hypotheses_of(&linear, open);
         let axis = |(k, name): (usize, &String)| Axis { name: name.clone(), slides: regressor.is_prismatic(k) };
         let coordinates = regressor.coordinates().iter().enumerate().map(axis).collect();
-        Ok(Settings { model, description, coordinates, columns, options })
+        Ok(Settings { model, description, coordinates, columns, options, hypotheses })
     }
 
     /// What differs from other settings, one phrase each; empty where sums of both can be added.
@@ -127,6 +132,9 @@ impl Settings {
         };
         compare("signal", rest(ours), rest(theirs));
         compare("covariance", ours.covariance.to_string(), theirs.covariance.to_string());
+        if found.is_empty() && self.hypotheses != other.hypotheses {
+            found.push("the faults that were looked for differ".into());
+        }
         // Alike settings give alike columns; where they do not, the files were made differently.
         if found.is_empty() && (self.columns != other.columns || self.coordinates != other.coordinates) {
             let odd = self.columns.iter().zip(&other.columns).find(|(a, b)| a != b);
@@ -166,7 +174,8 @@ impl Settings {
         // The numbers in a file may point beyond its coordinates.
         let is_inside = |c: &Column| c.moves_with.iter().all(|&k| k < n);
         let is_motor = couplings.iter().all(|c| c.rows().all(|k| k < n));
-        if !is_motor || !self.columns.iter().all(is_inside) {
+        let is_tested = self.hypotheses.iter().all(|hypothesis| hypothesis.is_of(n));
+        if !is_motor || !is_tested || !self.columns.iter().all(is_inside) {
             return Err(unlike());
         }
         // The columns that these options give must be those of the file, one by one.
@@ -216,7 +225,7 @@ mod tests {
     use linear_model::friction::terms::FrictionTerm;
 
     fn settings(options: &Options) -> Result<Settings, Error> {
-        Settings::new(&Pendulum::new(), ModelReference { name: "arm".into(), fingerprint: "1".into() }, None, options)
+        Settings::new(&Pendulum::new(), ModelReference { name: "arm".into(), fingerprint: "1".into() }, None, options, Open::default())
     }
 
     #[test]

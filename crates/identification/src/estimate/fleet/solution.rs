@@ -3,7 +3,8 @@
 //! Values, residuals and the error on left-out blocks are those of `estimate::identify`. The deviation comes from the
 //! blocks (`estimators::block_deviation`), scaled by Student's t of its degrees of freedom, so that 1.96 of it hold 95 %,
 //! and from the bands of speed and position (`state_cells`), together as `estimators::replicate_deviation` takes them. It
-//! is at least that of white noise. Not here, because they need the rows: residuals that move with another joint, rows
+//! is at least that of white noise, and that between logs. Faults widen it as they do in `identify`, told by the triangles that
+//! each log leaves for them beside its own fit. Not here, because they need the rows: residuals that move with another joint, rows
 //! that do not fit.
 //!
 //! A difference of two sums (`comparison`) is judged by the blocks alone: what a model lacks is the same on both sides.
@@ -19,10 +20,13 @@ use crate::estimate::fleet::settings::ColumnsAlone;
 use crate::estimate::fleet::state_cells::StateCells;
 use crate::estimate::held_out::cross_validate;
 use crate::estimate::identified::INTERVAL;
-use crate::estimate::identify::{NO_JOINT_MOVES, of_signals, report, with_deviations};
+use crate::estimate::identify::{Fit, NO_JOINT_MOVES, of_signals, report, with_deviations};
+use crate::estimate::ledger::hypotheses::{Tested, tested};
+use crate::estimate::ledger::{widen_by_faults, widen_by_what_may_be_there};
+use crate::estimate::logs_left_out::{logs_left_out, sentence as of_left_out};
 use crate::estimators::block_deviation::{BlockDeviation, block_deviation};
 use crate::estimators::clusters::Whole;
-use crate::estimators::replicate_deviation::{ReplicateDeviation, by_band, white_deviation};
+use crate::estimators::replicate_deviation::{ReplicateDeviation, by_band, moved_by_logs, white_deviation};
 use crate::estimators::weighted::fit;
 use crate::rows::observation::{Observation, weighted};
 
@@ -63,8 +67,8 @@ impl Solved {
         both.map(|(white, (blocks, freedom))| white.max(reach(*freedom) * blocks)).collect()
     }
 
-    /// The deviation to believe: by blocks, and by the bands of these cells.
-    fn believed(&self, cells: &StateCells) -> Vec<f64> {
+    /// The deviations: by blocks, by the bands of these cells, and by logs.
+    fn believed(&self, cells: &StateCells) -> ReplicateDeviation {
         let interval = |freedom: f64| reach(0.05, freedom) / INTERVAL;
         // Below one degree of freedom the reach would grow without end, and the deviation is no estimate.
         let by_part = self.sigma(|freedom| interval(freedom.max(1.0)));
@@ -73,7 +77,8 @@ impl Solved {
         let bands = cells.clusters(&self.solution.x, &self.weights);
         let [by_speed, by_position] = bands.map(|bands| by_band(&whole, &bands, wider));
         let white = white_deviation(&self.solution);
-        ReplicateDeviation { white, by_part, by_speed, by_position, moved_by_logs: Vec::new(), correlated: 1.0 }.sigma()
+        let moved_by_logs = moved_by_logs(&whole, &self.observation, &self.solution, &self.weights, 1.0);
+        ReplicateDeviation { white, by_part, by_speed, by_position, moved_by_logs, correlated: 1.0 }
     }
 
     /// Degrees of freedom of the deviation by blocks.
@@ -82,18 +87,33 @@ impl Solved {
     }
 }
 
+/// Parts of the sums that are left out in turn where faults are tested.
+const LEFT_OUT_GROUPS: usize = 10;
+
 impl Accumulator {
-    /// The estimate of all its logs.
+    /// The estimate of all its logs, as wide as the faults make it that their rows tell or do not exclude.
     ///
     /// Fails where there is no log, and where no joint ever moves. Parameters that the data do not determine are a
     /// status.
     pub fn solve(&self) -> Result<Estimate, Error> {
+        let (Fit { mut estimate, .. }, faults) = self.fit()?;
+        widen_by_faults(&mut estimate, &faults);
+        widen_by_what_may_be_there(&mut estimate, &faults);
+        Ok(estimate)
+    }
+
+    /// The estimate of all its logs with what it came from, and what unknowns more explain.
+    ///
+    /// Fails as [`Accumulator::solve`] does.
+    pub fn fit(&self) -> Result<(Fit, Vec<Tested>), Error> {
         let columns: ColumnsAlone = self.settings().columns_alone()?;
         let options = &self.settings().options;
         let model = options.linear_model(&columns);
         let solved = Solved::of(self)?;
-        let sigma = self.cells().map_or(Vec::new(), |cells| solved.believed(&cells));
-        let mut estimate = report(&model, &solved.joints, &solved.observation, &solved.solution, &sigma);
+        let cells = self.cells().ok_or_else(|| Error::new("no log is in these sums; at least one is needed"))?;
+        let deviation = solved.believed(&cells);
+        let mut estimate =
+            report(&model, &solved.joints, &solved.observation, &solved.solution, &deviation.sigma());
         let held_out = cross_validate(&model, &solved.observation, options.weights);
         estimate.cross_validation = Some(held_out.total);
         for (joint, out) in estimate.joints.iter_mut().zip(held_out.joints) {
@@ -111,9 +131,20 @@ impl Accumulator {
         estimate.method = format!("{}, from sums", options.weights.method());
         estimate.logs = self.logs().into_iter().map(|log| log.name.clone()).collect();
         if options.covariance {
-            estimate.covariance = with_deviations(&solved.solution.inverse, &sigma);
+            estimate.covariance = with_deviations(&solved.solution.inverse, &deviation.sigma());
         }
-        Ok(estimate)
+        let Solved { observation, solution, weights, .. } = solved;
+        let mut fit = Fit { estimate, observation, solution, weights, robust: None, deviation };
+        if self.replicates().len() == fit.estimate.logs.len() {
+            let sentence = of_left_out(&logs_left_out(&model, &fit, None), &fit.estimate.logs);
+            fit.estimate.remarks.extend(sentence);
+        }
+        let parts = self.faults(LEFT_OUT_GROUPS);
+        let faults = match parts.is_empty() {
+            true => Vec::new(),
+            false => tested(&parts, &fit.solution.x, &settings.hypotheses),
+        };
+        Ok((fit, faults))
     }
 
     /// A sentence on what the deviations are taken from.

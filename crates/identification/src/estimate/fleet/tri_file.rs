@@ -1,7 +1,7 @@
 //! The file of an accumulator, `.tri`: a line, a head in YAML, the triangles.
 //!
 //! ```text
-//! rist-tri 3 2712 18440 8a41f00c5be7d913      version, bytes of the head, bytes of the triangles, digest of both
+//! rist-tri 4 2712 18440 8a41f00c5be7d913      version, bytes of the head, bytes of the triangles, digest of both
 //! settings: ..                                the head: robot, columns, options, logs, failed logs
 //! <triangles>                                 numbers of 8 bytes, little endian: a round trip changes no bit
 //! ```
@@ -10,7 +10,8 @@
 //! largest position, speed, effort, f95 and samples at rest. The cut-off follows. Columns that hold only zeros have
 //! no place. Last are the cells of states: how coarse they are (0, 1, 2), of each coordinate the number of its columns and
 //! which these are, the number of cells, and of each its coordinate, 0 for speed and 1 for position, its index, and the
-//! products of its columns and of the torque behind them, column by column down to the diagonal.
+//! products of its columns and of the torque behind them, column by column down to the diagonal. Behind them stand the number
+//! of triangles of faults and these, whose columns are the parameters and the hypotheses of the head.
 
 use std::io::{Cursor, ErrorKind, Read};
 use std::path::Path;
@@ -33,8 +34,8 @@ const TRI_MAGIC_WORD: &str = "rist-tri";
 /// The version that is written and read.
 ///
 /// Version 1 holds accelerations by differences of second order, and digests of other blocks, version 2 has no cells of
-/// states, so their sums do not add to these.
-const TRI_FORMAT_VERSION: u32 = 3;
+/// states, version 3 no triangles of faults, so their sums do not add to these.
+const TRI_FORMAT_VERSION: u32 = 4;
 
 /// Largest file of sums.
 const MAX_TRI_BYTES: u64 = 1 << 31;
@@ -71,6 +72,7 @@ impl Accumulator {
         for replicate in self.replicates() {
             body.replicate(&replicate.observation);
             body.cells(&replicate.cells);
+            body.faults(&replicate.faults);
         }
         Ok(joined(&head, &body.0))
     }
@@ -104,7 +106,8 @@ impl Accumulator {
             yaml::read(head).map_err(|e| at(format!("its head is not that of sums of this version: {e}")))?;
         let damaged = || at("its triangles are not those of its head: make it again".into());
         head.settings.columns_alone().map_err(|e| at(e.to_string()))?;
-        let (n, p) = (head.settings.coordinates.len(), head.settings.columns.len());
+        let (n, p, tested) =
+            (head.settings.coordinates.len(), head.settings.columns.len(), head.settings.hypotheses.len());
         let mut words = Words { left: body, budget: Budget::of(bytes.len()), excess: None };
         // A solution takes so many matrices of all columns, whatever the triangles hold.
         words.budget.draw(SOLUTION_MATRICES.saturating_mul(Triangle::bytes(p, p + 1))).map_err(at)?;
@@ -113,7 +116,9 @@ impl Accumulator {
             let observation = words.replicate(n, p).filter(|_| !logs.is_empty());
             let observation = observation.ok_or_else(|| words.excess.take().map_or_else(damaged, at))?;
             let cells = words.cells(n, p).ok_or_else(|| words.excess.take().map_or_else(damaged, at))?;
-            replicates.push(Replicate { logs, observation, cells });
+            let faults = words.faults(p.saturating_add(tested), tested > 0);
+            let faults = faults.ok_or_else(|| words.excess.take().map_or_else(damaged, at))?;
+            replicates.push(Replicate { logs, observation, cells, faults });
         }
         if !words.left.is_empty() || replicates.len() > MAX_REPLICATES {
             return Err(damaged());
@@ -178,8 +183,9 @@ fn divided(bytes: &[u8]) -> Result<(&str, &[u8]), String> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::estimate::fleet::replicate::MAX_BLOCKS_PER_LOG;
+    use crate::estimate::fleet::replicate::{MAX_BLOCKS_PER_LOG, MAX_FAULT_PARTS_PER_LOG};
     use crate::estimate::fleet::state_cells::StateCells;
+    use crate::estimate::ledger::hypotheses::Open;
     use crate::estimate::options::Options;
     use crate::rows::observation::Observation;
     use crate::test_arm::Pendulum;
@@ -192,7 +198,7 @@ mod tests {
         // A cut-off with all the digits a number has.
         options.signal.cutoff = Some(10.0 / 3.0);
         let model = ModelReference { name: "arm".into(), fingerprint: "0f".into() };
-        let mut all = Accumulator::new(Settings::new(&arm, model, None, &options).unwrap());
+        let mut all = Accumulator::new(Settings::new(&arm, model, None, &options, Open::default()).unwrap());
         let linear = Model::new(&arm, &options.friction, &[]);
         let account = LogAccount {
             name: "day 1: morning.csv".into(),
@@ -207,7 +213,10 @@ mod tests {
         observation.f95 = vec![0.1];
         let mut cells = StateCells::new(&linear);
         cells.add(&linear, &arm.states(100));
-        all.add(Replicate { logs: vec![account], observation, cells }).unwrap();
+        let wide = linear.p() + all.settings().hypotheses.len();
+        let faults = (0..MAX_FAULT_PARTS_PER_LOG).map(|k| Triangle::of_numbers(wide, &[0, wide], 5, &[1.0, 0.5, k as f64]));
+        let faults = faults.map(Option::unwrap).collect();
+        all.add(Replicate { logs: vec![account], observation, cells, faults }).unwrap();
         all.fail("b.csv".into(), "b.csv: cut short\n\tin its middle".into());
         all
     }
@@ -221,6 +230,7 @@ mod tests {
         assert_eq!(again.replicates()[0].observation.parts, all.replicates()[0].observation.parts);
         assert!(!all.replicates()[0].cells.products.is_empty());
         assert_eq!(again.replicates()[0].cells, all.replicates()[0].cells);
+        assert_eq!(again.replicates()[0].faults, all.replicates()[0].faults);
         assert_eq!((again.logs(), again.failed()), (all.logs(), all.failed()));
         assert_eq!(again.to_bytes().unwrap(), bytes);
     }
@@ -257,8 +267,8 @@ mod tests {
     fn another_version_is_named() {
         let mut bytes = some().to_bytes().unwrap();
         let versions = [
-            (b'4', "version 4 of its format, and this program reads up to 3"),
-            (b'2', "version 2 of its format, whose sums do not add to those of version 3: make it again"),
+            (b'5', "version 5 of its format, and this program reads up to 4"),
+            (b'3', "version 3 of its format, whose sums do not add to those of version 4: make it again"),
         ];
         for (version, message) in versions {
             bytes[TRI_MAGIC_WORD.len() + 1] = version;

@@ -6,7 +6,7 @@ use std::collections::BTreeMap;
 use gate::budget::Budget;
 use numerics::triangle::Triangle;
 
-use crate::estimate::fleet::replicate::MAX_BLOCKS_PER_LOG;
+use crate::estimate::fleet::replicate::{MAX_BLOCKS_PER_LOG, MAX_FAULT_PARTS_PER_LOG};
 use crate::estimate::fleet::state_cells::{Cell, Grain, StateCells};
 use crate::estimators::state_bands::Shared;
 use crate::rows::observation::Observation;
@@ -51,6 +51,11 @@ impl Body {
                 column[..=j].iter().for_each(|&x| self.number(x));
             }
         }
+    }
+
+    pub(super) fn faults(&mut self, faults: &[Triangle]) {
+        self.word(faults.len() as u64);
+        faults.iter().for_each(|triangle| self.triangle(triangle));
     }
 
     pub(super) fn triangle(&mut self, triangle: &Triangle) {
@@ -131,6 +136,12 @@ impl Words<'_> {
             products.insert(Cell { joint, shared, index }, of_cell);
         }
         Some(StateCells { grain, columns, products })
+    }
+
+    /// Triangles of `width` columns; of none there are none.
+    pub(super) fn faults(&mut self, width: usize, is_tested: bool) -> Option<Vec<Triangle>> {
+        let count = self.count(if is_tested { MAX_FAULT_PARTS_PER_LOG } else { 0 })?;
+        (0..count).map(|_| self.triangle(width)).collect()
     }
 
     pub(super) fn triangle(&mut self, p: usize) -> Option<Triangle> {

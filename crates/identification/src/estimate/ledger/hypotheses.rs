@@ -124,7 +124,7 @@ const SMALLEST_SPRING_SHARE: f64 = 1.25 * SMALLEST_SHARE;
 const LEAST_ANGLE_RAD: f64 = std::f64::consts::PI / 180.0;
 const LEAST_SCALE: f64 = 0.03;
 /// Parts of the record that are left out in turn.
-const LEFT_OUT_PARTS: usize = 10;
+pub(super) const LEFT_OUT_PARTS: usize = 10;
 /// Share of a column's norm with which its parameter is held at the fit, for parameters that the data leave open.
 const HELD_COLUMN_SHARE: f64 = 1e-4;
 /// A column that the parameters explain but for this share of its norm tells nothing.
@@ -149,17 +149,40 @@ pub fn hypotheses<R: Records + ?Sized>(
     fit: Point,
     open: Open,
 ) -> Result<Vec<Tested>, Error> {
-    if model.n() > MOST_COORDINATES || model.regressor.parameters().is_empty() {
+    let all = hypotheses_of(model, open);
+    if all.is_empty() {
         return Ok(Vec::new());
     }
-    let all = all(model, open);
-    let (parts, torques) = triangles(model, records, fit, open, &all)?;
+    let (parts, torques) = triangles(model, records, fit, open, &all, LEFT_OUT_PARTS)?;
     let share = |of: &Hypothesis| of.joint().map_or(1.0, |k| (torques[k] / torques.iter().sum::<f64>()).sqrt());
     let found = tested(&parts, fit.x, &all).into_iter();
     Ok(found.map(|one| Tested { torque_share: share(&one.of), ..one }).collect())
 }
 
-/// One triangle per tenth of the records, of the rows [W | h] and tau, weighted as the fit weighs them; and the squares of these tau by joint.
+/// What sums keep of the hypotheses: one triangle per part of a record, as [`triangles`] makes them beside a fit to it alone.
+/// Empty where [`hypotheses`] is.
+///
+/// Fails when a record cannot be read.
+pub(crate) fn triangles_of_sums<R: Records + ?Sized>(
+    model: &Model,
+    records: &R,
+    fit: Point,
+    open: Open,
+    parts: usize,
+) -> Result<Vec<Triangle>, Error> {
+    let all = hypotheses_of(model, open);
+    if all.is_empty() { Ok(Vec::new()) } else { Ok(triangles(model, records, fit, open, &all, parts)?.0) }
+}
+
+/// Every hypothesis of a model; none for a robot of many coordinates, and where there is no parameter.
+pub fn hypotheses_of(model: &Model, open: Open) -> Vec<Hypothesis> {
+    match model.n() > MOST_COORDINATES || model.regressor.parameters().is_empty() {
+        true => Vec::new(),
+        false => all(model, open),
+    }
+}
+
+/// One triangle per part of the records, of the rows [W | h] and tau, weighted as the fit weighs them; and the squares of these tau by joint.
 ///
 /// Fails when a record cannot be read.
 pub(super) fn triangles<R: Records + ?Sized>(
@@ -168,19 +191,20 @@ pub(super) fn triangles<R: Records + ?Sized>(
     fit: Point,
     open: Open,
     all: &[Hypothesis],
+    count_of_parts: usize,
 ) -> Result<(Vec<Triangle>, Vec<f64>), Error> {
     let n = model.n();
     // Every m-th sample only: each sample costs several calls of the regressor.
     let thinned = records.thinned(MOST_THINNED_SAMPLES)?;
     let (count, every) = (thinned.count, thinned.every);
     let (p, width) = (model.p(), model.p() + all.len());
-    let mut parts: Vec<TriangleBuilder> = (0..LEFT_OUT_PARTS).map(|_| TriangleBuilder::new(width)).collect();
+    let mut parts: Vec<TriangleBuilder> = (0..count_of_parts).map(|_| TriangleBuilder::new(width)).collect();
     let mut torques = vec![0.0; n];
     for (first, kept) in &thinned.records {
         let columns = columns(model, kept, fit.x, all, open.tilts);
         let mut row = vec![0.0; width];
         model.rows(kept, 0..kept.len(), |r, w| {
-            let part = (first + r * every) * LEFT_OUT_PARTS / count.max(1);
+            let part = (first + r * every) * count_of_parts / count.max(1);
             for j in (0..n).filter(|j| kept.used[r * n + j]) {
                 let (w, tau) = (&w[j * p..(j + 1) * p], kept.tau[r * n + j]);
                 let weight = fit.weights[j] * row_factor(fit.robust, j, tau - dot(w, fit.x));
@@ -192,7 +216,7 @@ pub(super) fn triangles<R: Records + ?Sized>(
                 }
                 let torque = weight * tau;
                 torques[j] += torque * torque;
-                parts[part.min(LEFT_OUT_PARTS - 1)].push(&row, torque);
+                parts[part.min(count_of_parts - 1)].push(&row, torque);
             }
         });
     }
@@ -200,7 +224,7 @@ pub(super) fn triangles<R: Records + ?Sized>(
 }
 
 /// The hypotheses by the triangles of parts of the record.
-fn tested(parts: &[Triangle], x: &[f64], all: &[Hypothesis]) -> Vec<Tested> {
+pub(crate) fn tested(parts: &[Triangle], x: &[f64], all: &[Hypothesis]) -> Vec<Tested> {
     let p = x.len();
     // Rows of the weight `HELD_COLUMN_SHARE` hold at x what the data leave open.
     let whole = merged(parts, None);

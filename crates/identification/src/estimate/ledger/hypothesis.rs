@@ -1,9 +1,12 @@
 //! A fault of a log, or a rotor that a model lacks, that a fit may tell as one unknown more.
 
+use serde::{Deserialize, Serialize};
+
 use crate::estimators::huber::Robust;
 
 /// One fault of a log.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
 pub enum Hypothesis {
     /// The zero of a coordinate is off, rad.
     Zero(usize),
@@ -38,6 +41,15 @@ impl Hypothesis {
             | Hypothesis::Drift(k)
             | Hypothesis::LoadFriction(k)
             | Hypothesis::CrossTalk(k, _) => Some(k),
+        }
+    }
+
+    /// Whether a robot of n coordinates may have it.
+    pub(crate) fn is_of(&self, n: usize) -> bool {
+        match *self {
+            Hypothesis::Mount(axis) => axis < 2,
+            Hypothesis::CrossTalk(k, i) => k < n && i < n,
+            _ => self.joint().is_none_or(|k| k < n),
         }
     }
 

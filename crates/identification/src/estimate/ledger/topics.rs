@@ -45,6 +45,15 @@ pub(crate) const TORQUE_AT_LIMITS: Topic = Topic("torque at the speed limits");
 /// The bodies for a simulator.
 pub const BODIES: Topic = Topic("bodies");
 
+/// What identify mended by itself.
+pub const ROTORS_TAKEN: Topic = Topic("rotor inertias taken");
+pub const DELAY_TAKEN: Topic = Topic("delay taken back");
+
+/// What was mended without being asked for; `what` has the errors without it and with it.
+pub fn mended(topic: Topic, what: &str) -> Claim {
+    Claim::new(Subject::whole(topic), Outcome::Assumed { what: what.into(), by: "default".into() })
+}
+
 /// That something cannot be told.
 pub(crate) fn cannot_tell(subject: Subject, why: impl Into<String>, would_tell: impl Into<String>) -> Claim {
     Claim::new(subject, Outcome::CannotTell { why: why.into(), would_tell: would_tell.into() })

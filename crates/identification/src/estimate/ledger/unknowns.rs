@@ -21,7 +21,7 @@ use numerics::triangle::{Triangle, TriangleBuilder};
 
 use crate::estimate::artefact::Estimate;
 use crate::estimate::ledger::hypotheses::{
-    EXPLAINED_COLUMN_SHARE, Hypothesis, MOST_COORDINATES, Open, Point, coefficients, held, jackknife, merged, triangles,
+    EXPLAINED_COLUMN_SHARE, Hypothesis, LEFT_OUT_PARTS, MOST_COORDINATES, Open, Point, coefficients, held, jackknife, merged, triangles,
 };
 use crate::estimate::ledger::hypothesis_columns::all;
 use crate::signals::records::Records;
@@ -63,7 +63,7 @@ pub fn step<R: Records + ?Sized>(
         return Err(Error::new(message));
     }
     let wanted: Vec<Hypothesis> = all(model, open).into_iter().filter(is_wanted).collect();
-    let (parts, _) = triangles(model, records, fit, open, &wanted)?;
+    let (parts, _) = triangles(model, records, fit, open, &wanted, LEFT_OUT_PARTS)?;
     let ids: Vec<ParameterId> = model.parameters.iter().map(|p| p.id.clone()).collect();
     Ok(solved(&parts, fit.x, &wanted, &ids, zeros))
 }

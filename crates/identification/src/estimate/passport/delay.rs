@@ -1,9 +1,10 @@
 //! By how much the rows must be shifted to explain torques that are logged late or early, whatever the description.
 //!
 //! ```text
-//! tau_j(t) = Y_j(t - d) X + b_j dq_j(t - d) + c_j direction_j + e_j |T_j| direction_j + o_j
+//! tau_j(t) = Y_j(t - d) X + a_j ddq_j(t - d) + b_j dq_j(t - d) + c_j direction_j + e_j |T_j| direction_j + o_j
 //! ```
-//! T_j is what the other columns explain; d and X are common to all joints. With Y_j(t - d) = Y_j - d dY_j/dt the
+//! T_j is what the other columns explain; d and X are common to all joints. a_j is a rotor, of which many descriptions do not
+//! speak: late torques and a rotor that the model lacks look alike. With Y_j(t - d) = Y_j - d dY_j/dt the
 //! search is Gauss-Newton in d. The torques are regressed on the shifted columns and on the rate of what these explain,
 //! and joints are weighted by what they leave. Friction that grows with the load is among the columns, because it
 //! changes sign with the joint as late torques do. Rows within 1 / f_c of a reversal are left out (|dq| < |ddq| / f_c),
@@ -44,6 +45,9 @@ const SETTLED_STEP_S: f64 = 1e-4;
 /// Robots of more joints have too many columns for a look.
 const MAX_JOINTS_FOR_DELAY: usize = 8;
 
+/// Columns of a joint of its own.
+const OWN_COLUMNS: usize = 5;
+
 /// Largest number of rows that are taken of a joint.
 const MAX_ROWS_PER_JOINT: usize = 200;
 
@@ -83,7 +87,7 @@ struct JointRows {
 }
 
 struct Row {
-    /// Y_j and dq_j, and their rates.
+    /// Y_j, dq_j and ddq_j, and their rates.
     columns: Vec<f64>,
     rates: Vec<f64>,
     direction: f64,
@@ -110,7 +114,7 @@ impl JointRows {
             let at = r * n..(r + 1) * n;
             let mut y = vec![0.0; n * p];
             regressor.fill(&states.q[at.clone()], &states.dq[at.clone()], &states.ddq[at], &mut y);
-            [&y[j * p..(j + 1) * p], &[states.dq[r * n + j]]].concat()
+            [&y[j * p..(j + 1) * p], &[states.dq[r * n + j], states.ddq[r * n + j]]].concat()
         };
         let row = |&r: &usize| {
             let (before, after) = (columns(&samples.before, r), columns(&samples.after, r));
@@ -134,16 +138,16 @@ impl JointRows {
 
 /// Fits all joints with rows shifted by `seconds`; `None` without rows, or where nothing is left of a joint.
 fn fit(joints: &[JointRows], n: usize, seconds: f64) -> Option<Left> {
-    let base = joints.first()?.rows.first()?.columns.len() - 1;
-    // The unknowns are X, then b, c, e, o of each joint, then the step.
-    let width = base + 4 * n + 1;
+    let base = joints.first()?.rows.first()?.columns.len() - 2;
+    // The unknowns are X, then b, a, c, e, o of each joint, then the step.
+    let (width, own) = (base + OWN_COLUMNS * n + 1, |joint: usize| base + OWN_COLUMNS * joint);
     let shifted =
         |row: &Row| -> Vec<f64> { row.columns.iter().zip(&row.rates).map(|(y, rate)| y - seconds * rate).collect() };
     let entries = |joint: usize, row: &Row, load: f64, rate: f64| -> Vec<f64> {
         let (shifted, mut all) = (shifted(row), vec![0.0; width]);
         all[..base].copy_from_slice(&shifted[..base]);
-        let own = [shifted[base], row.direction, load * row.direction, 1.0];
-        all[base + 4 * joint..base + 4 * (joint + 1)].copy_from_slice(&own);
+        let columns = [shifted[base], shifted[base + 1], row.direction, load * row.direction, 1.0];
+        all[own(joint)..own(joint + 1)].copy_from_slice(&columns);
         all[width - 1] = rate;
         all
     };
@@ -160,7 +164,10 @@ fn fit(joints: &[JointRows], n: usize, seconds: f64) -> Option<Left> {
     let unloaded = solved(&|joint, row| entries(joint, row, 0.0, 0.0));
     let load = |joint: usize, row: &Row| dot(&entries(joint, row, 0.0, 0.0), &unloaded).abs();
     let x = solved(&|joint, row| entries(joint, row, load(joint, row), 0.0));
-    let rate = |joint: usize, row: &Row| -dot(&row.rates[..base], &x[..base]) - row.rates[base] * x[base + 4 * joint];
+    let rate = |joint: usize, row: &Row| {
+        let moved = dot(&row.rates[..base], &x[..base]) + dot(&row.rates[base..], &x[own(joint)..own(joint) + 2]);
+        -moved
+    };
     let step = solved(&|joint, row| entries(joint, row, load(joint, row), rate(joint, row)))[width - 1];
     let rest = |joint: usize, row: &Row| (row.tau - dot(&entries(joint, row, load(joint, row), 0.0), &x)).powi(2);
     let squares: Vec<f64> = joints.iter().map(|j| j.rows.iter().map(|row| rest(j.joint, row)).sum()).collect();

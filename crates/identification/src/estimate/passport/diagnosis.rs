@@ -147,20 +147,7 @@ impl Look<'_> {
             velocities: &suspicions(velocities),
         };
         let (changes, misfits) = search.best(slopes);
-        let is_new = |change: &&Suspicion| change.fault() != Fault::Degrees || self.degrees().is_none();
-        let free = FreeBodies { regressor: self.regressor, samples: self.samples, joints: &passport.joints };
-        let needed = free.needed(&changes);
-        let of = |is_needed: bool| -> Vec<Suspicion> {
-            let all = changes.iter().zip(&needed).filter(|(_, needed)| **needed == is_needed);
-            all.map(|(change, _)| change.clone()).collect()
-        };
-        let [needed, explained] = [of(true), of(false)];
-        found.extend(needed.iter().filter(is_new).map(|change| self.changed(change, &needed, &list())));
-        let explained = explained.iter().map(|change| Explained {
-            finding: self.changed(change, &explained, &list()),
-            is_likely: change.after < LIKELY_MISFIT_SHARE * change.before,
-        });
-        passport.explained.extend(explained);
+        found.extend(self.judged(&changes, &list(), passport));
         // What nothing explains: another robot, a common factor, or nothing that can be told.
         if changes.is_empty() {
             found.extend(self.other_robot(&misfits, slopes, scale, passport, list()));
@@ -172,6 +159,24 @@ impl Look<'_> {
             passport.untold.push("no joint's torque follows the description: units and signs cannot be told".into());
         }
         found
+    }
+
+    /// The suspicions that the log needs as findings; those that other bodies explain as well go to the passport.
+    fn judged(&self, changes: &[Suspicion], slopes: &str, passport: &mut Passport) -> Vec<Finding> {
+        let free = FreeBodies { regressor: self.regressor, samples: self.samples, joints: &passport.joints };
+        let needed = free.needed(changes);
+        let of = |is_needed: bool| -> Vec<Suspicion> {
+            let all = changes.iter().zip(&needed).filter(|(_, needed)| **needed == is_needed);
+            all.map(|(change, _)| change.clone()).collect()
+        };
+        let [needed, explained] = [of(true), of(false)];
+        let explained = explained.iter().map(|change| Explained {
+            finding: self.changed(change, &explained, slopes),
+            is_likely: change.after < LIKELY_MISFIT_SHARE * change.before,
+        });
+        passport.explained.extend(explained);
+        let is_new = |change: &&Suspicion| change.fault() != Fault::Degrees || self.degrees().is_none();
+        needed.iter().filter(is_new).map(|change| self.changed(change, &needed, slopes)).collect()
     }
 
     /// A factor that all slopes share.
