@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use clap::Args;
-use rist::request::EvaluateRequest;
+use rist::request::{EvaluateRequest, StateQuantity};
 
 use crate::failure::Failure;
 use crate::flags::Flags;
@@ -32,5 +32,9 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let quantity = arguments.request.read()?.quantity;
     let unsaid = || Failure::new("say what to compute: [quantity=torque], regressor or base-regressor");
     let quantity = quantity.ok_or_else(unsaid)?;
-    print(&rist::evaluate(&mut arguments.model.derive()?, &arguments.states, quantity)?)
+    let mut model = match quantity {
+        StateQuantity::BaseRegressor => arguments.model.derive()?,
+        StateQuantity::Regressor | StateQuantity::Torque => arguments.model.derive_at_any_rank()?,
+    };
+    print(&rist::evaluate(&mut model, &arguments.states, quantity)?)
 }

@@ -5,7 +5,7 @@
 
 use expr::Function;
 
-use crate::base::base_parameters::{BaseParameters, base_parameters};
+use crate::base::base_parameters::{BaseParameters, base_parameters, ungrouped};
 use crate::base::unclear_rank::UnclearRank;
 use crate::derivation::Derivation;
 use crate::dynamics::energy::{energies, energy};
@@ -225,5 +225,16 @@ impl Derivation<'_> {
     /// not clear-cut.
     pub fn base_parameters(&mut self, regressor: &Function) -> Result<BaseParameters, UnclearRank> {
         base_parameters(self, regressor)
+    }
+
+    /// The same, but where they are refused although all numbers are finite, the standard parameters, each for itself
+    /// ([`BaseParameters::refused`]): what follows from those is right at any rank.
+    ///
+    /// Fails where a torque is no finite number.
+    pub fn parameters_at_any_rank(&mut self, regressor: &Function) -> Result<BaseParameters, UnclearRank> {
+        base_parameters(self, regressor).or_else(|refused| match refused {
+            UnclearRank::NotFinite { .. } | UnclearRank::NeverCloses(_) => Err(refused),
+            _ => Ok(ungrouped(self, regressor, refused)),
+        })
     }
 }

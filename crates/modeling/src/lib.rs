@@ -17,7 +17,7 @@ mod robot_function;
 mod robot_module;
 mod size;
 
-pub use base::base_parameters::{BaseParameter, BaseParameters, Term};
+pub use base::base_parameters::{BaseParameter, BaseParameters, Term, Weak};
 pub use base::closed::reason::NoCertificate;
 pub use base::evidence::{ExactRank, Rank};
 pub use base::meaning::standard_meaning;

@@ -7,7 +7,7 @@ use robot::Robot;
 use crate::base::base_parameters::BaseParameters;
 use crate::base::unclear_rank::UnclearRank;
 use crate::derivation::Derivation;
-use crate::robot_function::{Derived, RobotFunction};
+use crate::robot_function::{Derived, RobotFunction, parameters_of};
 use crate::robot_module::wrapped;
 
 /// Functions with what is to be said of them.
@@ -20,11 +20,12 @@ pub struct RobotFormulas {
     pub constants: Vec<(String, Vec<String>)>,
 }
 
-/// The functions of a robot. Refused when the rank of its base parameters is not clear-cut.
+/// The functions of a robot. Where the rank of its base parameters is not clear-cut, those of the standard ones, but for
+/// the base regressor: refused.
 pub fn formulas(robot: &Robot, functions: &[RobotFunction]) -> Result<RobotFormulas, UnclearRank> {
     let mut derivation = Derivation::with_names(robot)?;
     let standard = derivation.regressor();
-    let base = derivation.base_parameters(&standard)?;
+    let base = parameters_of(functions, &mut derivation, &standard)?;
     let derived = Derived { standard: &standard, base: &base };
     let derive = |which: &RobotFunction| {
         let (doc, function) = which.derive(&mut derivation, &derived);
@@ -66,7 +67,7 @@ fn doc(robot: &Robot, base: &BaseParameters, functions: &[(Vec<String>, Function
     let reads =
         |p: usize| functions.iter().any(|(_, f)| f.inputs.iter().any(|i| i.name == "x" && i.entries.len() == p));
     let has_columns = |n: usize| functions.iter().any(|(_, f)| f.outputs.iter().any(|o| o.columns == n));
-    if reads(base.len()) || has_columns(base.len()) {
+    if base.refused.is_none() && (reads(base.len()) || has_columns(base.len())) {
         doc.push(
             "The base parameters, in the order of x and of the columns of Y, each with what regroups into it:".into(),
         );

@@ -4,6 +4,7 @@ use expr::{Function, Graph};
 use robot::Robot;
 
 use crate::base::base_parameters::BaseParameters;
+use crate::base::unclear_rank::UnclearRank;
 use crate::derivation::Derivation;
 use crate::dynamics::inverse_arm::NoClosedForm;
 use crate::dynamics::link_frame::LinkFrame;
@@ -193,6 +194,18 @@ impl Derivation<'_> {
     }
 }
 
+/// The parameters that functions are of: base parameters, which the base regressor needs, else those of any rank.
+pub(crate) fn parameters_of(
+    functions: &[RobotFunction],
+    derivation: &mut Derivation,
+    regressor: &Function,
+) -> Result<BaseParameters, UnclearRank> {
+    match functions.is_empty() || functions.iter().any(RobotFunction::is_base_regressor) {
+        true => derivation.base_parameters(regressor),
+        false => derivation.parameters_at_any_rank(regressor),
+    }
+}
+
 /// Why a robot does not have a function.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum NotThere {
@@ -276,7 +289,14 @@ impl RobotFunction {
     /// The sentence above it, and the function.
     pub(crate) fn derive(&self, derivation: &mut Derivation, derived: &Derived) -> (String, Function) {
         match &self.0 {
-            Row::OfRobot(i) => (FUNCTIONS_OF_ROBOT[*i].1.to_string(), FUNCTIONS_OF_ROBOT[*i].2(derivation, derived)),
+            Row::OfRobot(i) => {
+                let (_, sentence, derive) = FUNCTIONS_OF_ROBOT[*i];
+                let sentence = match derived.base.refused {
+                    None => sentence.to_string(),
+                    Some(_) => sentence.replace("base parameter", "standard parameter"),
+                };
+                (sentence, derive(derivation, derived))
+            }
             Row::OfLink(i, of) => {
                 let (frame, reference) = of.as_ref();
                 let OfLink { sentence: [before, behind], derive, has_reference, .. } = &FUNCTIONS_OF_LINK[*i];

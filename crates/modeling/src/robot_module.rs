@@ -6,13 +6,16 @@ use robot::Robot;
 use crate::base::base_parameters::BaseParameters;
 use crate::base::unclear_rank::UnclearRank;
 use crate::derivation::Derivation;
-use crate::robot_function::{Derived, RobotFunction};
+use crate::robot_function::{Derived, RobotFunction, parameters_of};
 
-/// The file of a robot's base regressor and of other functions of it, each once. Refused when the rank is not
-/// clear-cut.
+/// The file of a robot's base regressor and of other functions of it, each once. Where the rank is not clear-cut, the
+/// regressor is that of the standard parameters, unless no function is asked for but the base regressor: refused.
 pub fn module(robot: &Robot, functions: &[RobotFunction]) -> Result<Module, UnclearRank> {
     Ok(module_with_symbols(robot, functions, &|_| false)?.module)
 }
+
+/// Name of the regressor of the standard parameters.
+const STANDARD: &str = "regressor";
 
 /// A module in which some lengths, angles and components of gravity are an argument of all functions.
 pub struct ModuleWithSymbols {
@@ -32,7 +35,7 @@ pub fn module_with_symbols(
 ) -> Result<ModuleWithSymbols, UnclearRank> {
     let mut derivation = Derivation::new(robot)?;
     let standard = derivation.regressor();
-    let base = derivation.base_parameters(&standard)?;
+    let base = parameters_of(functions, &mut derivation, &standard)?;
     let places = derivation.constants.places(&derivation.graph);
     let values = named_constants(&derivation);
     let all_names = |(name, _): &(String, f64)| {
@@ -63,6 +66,10 @@ pub fn module_with_symbols(
             continue;
         }
         let (doc, function) = which.derive(d, &derived);
+        // The file has it already.
+        if base.refused.is_some() && function.name == STANDARD {
+            continue;
+        }
         let mut function = bind(function);
         // Two names may make one word.
         while module.functions.iter().any(|f| f.function.name == function.name) {
@@ -82,13 +89,21 @@ fn robot_module(
     symbols: &[String],
     mut regressor: Function,
 ) -> Module {
-    regressor.name = "base_regressor".into();
+    let of = if base.refused.is_some() { "standard" } else { "base" };
+    regressor.name = if base.refused.is_some() { STANDARD } else { "base_regressor" }.into();
     let parameters: Vec<String> = base.base.iter().map(|b| b.name.clone()).collect();
     let coordinates: Vec<String> = robot.coordinates.iter().map(|c| c.name.clone()).collect();
 
     let mut module = Module::new(&robot.name);
     let doc = &mut module.doc;
-    doc.push(format!("{}: the base regressor, tau = Y(q, dq, ddq) X.", robot.name));
+    match &base.refused {
+        None => doc.push(format!("{}: the base regressor, tau = Y(q, dq, ddq) X.", robot.name)),
+        Some(why) => {
+            let regressor =
+                "the regressor of the standard parameters, tau = Y(q, dq, ddq) X. There are no base parameters";
+            doc.extend(wrapped(&format!("{}: {regressor}: {why}", robot.name), 100));
+        }
+    }
     doc.push(String::new());
     // The head of the file: what Y is, its units, its source, the rules, what has no effect.
     let (n, p, entries) = (coordinates.len(), parameters.len(), regressor.non_zeros(0).len());
@@ -104,7 +119,10 @@ fn robot_module(
         doc.extend(wrapped(&format!("Not as given: {}.", taken.join("; ")), 100));
     }
     doc.push(String::new());
-    doc.push("The base parameters X, each with what regroups into it:".into());
+    doc.push(match base.refused {
+        None => "The base parameters X, each with what regroups into it:".into(),
+        Some(_) => "The standard parameters X:".into(),
+    });
     doc.push("```text".into());
     doc.extend(base.rule_lines());
     let no_effect: Vec<String> = base.no_effect.iter().map(|&c| base.standard[c].display(robot).to_string()).collect();
@@ -127,8 +145,8 @@ fn robot_module(
     // What a program may ask at run time.
     module.constant("NAME", "The robot.", Value::Text(robot.name.clone()));
     module.constant("COORDINATES", "The coordinates, in the order of q.", Value::Texts(coordinates));
-    let in_order = "The base parameters, in the order of the columns of Y.";
-    module.constant("PARAMETERS", in_order, Value::Texts(parameters));
+    let in_order = format!("The {of} parameters, in the order of the columns of Y.");
+    module.constant("PARAMETERS", &in_order, Value::Texts(parameters));
     let tells = "Tells this function from that of any other robot or geometry.";
     module.constant("FINGERPRINT", tells, Value::Number(regressor.fingerprint()));
     let shape = "Y(q, dq, ddq), row by row: `y[i][c]` is the torque of coordinate i per unit of parameter c.";

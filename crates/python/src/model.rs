@@ -49,7 +49,7 @@ use crate::work::alone;
 ///   says. 3.1416,0,0 is a robot on a ceiling [default: as the file says]
 /// - floating_base: Let the base float: six coordinates come first (base_x, base_y, base_z, base_yaw, base_pitch,
 ///   base_roll), and the base becomes a link with its own parameters [default: False]
-/// - any_size: Derive the model even where that takes more than about 2 s or 1 GiB, which is refused with the
+/// - any_size: Derive the model even where that takes more than about 10 s or 1 GiB, which is refused with the
 ///   figures otherwise [default: False]
 #[pyclass(frozen, module = "rist")]
 pub struct Model {
@@ -179,7 +179,7 @@ impl Model {
     ///   says. 3.1416,0,0 is a robot on a ceiling [default: as the file says]
     /// - floating_base: Let the base float: six coordinates come first (base_x, base_y, base_z, base_yaw, base_pitch,
     ///   base_roll), and the base becomes a link with its own parameters [default: False]
-    /// - any_size: Derive the model even where that takes more than about 2 s or 1 GiB, which is refused with the
+    /// - any_size: Derive the model even where that takes more than about 10 s or 1 GiB, which is refused with the
     ///   figures otherwise [default: False]
     #[staticmethod]
     #[pyo3(signature = (path, **options), text_signature = "(path, *, value=None, arg=None, package=None, mimic='constraint', angles='meant', rotor_inertia=None, lock=None, base=None, floating_base=False, any_size=False)")]
@@ -208,7 +208,7 @@ impl Model {
     ///   says. 3.1416,0,0 is a robot on a ceiling [default: as the file says]
     /// - floating_base: Let the base float: six coordinates come first (base_x, base_y, base_z, base_yaw, base_pitch,
     ///   base_roll), and the base becomes a link with its own parameters [default: False]
-    /// - any_size: Derive the model even where that takes more than about 2 s or 1 GiB, which is refused with the
+    /// - any_size: Derive the model even where that takes more than about 10 s or 1 GiB, which is refused with the
     ///   figures otherwise [default: False]
     #[staticmethod]
     #[pyo3(signature = (text, name="robot.urdf", **options), text_signature = "(text, name='robot.urdf', *, value=None, arg=None, package=None, mimic='constraint', angles='meant', rotor_inertia=None, lock=None, base=None, floating_base=False, any_size=False)")]

@@ -146,7 +146,7 @@ impl Sheet {
             no_effect: parameters.no_effect.iter().map(|&c| name(c)).collect(),
             drawing: Drawing::new(robot, source.closed_at),
             fates: fates(robot, parameters),
-            evidence: evidence(parameters),
+            evidence: evidence(robot, parameters),
             operations: source.operations.iter().map(operation).collect(),
         }
     }
@@ -283,9 +283,12 @@ fn fates(robot: &Robot, parameters: &BaseParameters) -> Vec<Fates> {
     fates
 }
 
-fn evidence(parameters: &BaseParameters) -> Vec<String> {
+fn evidence(robot: &Robot, parameters: &BaseParameters) -> Vec<String> {
     let rank = &parameters.rank;
     let certificate = match rank.exact.rank() {
+        Some(_) if !parameters.weak.is_empty() => {
+            format!("rank {}, numeric: {}", rank.numeric, parameters.evidence_of_rank(robot))
+        }
         Some(exact) => format!(
             "rank {exact}, exact: no experiment can tell more than these {exact} numbers, and the right motion tells all of \
              them ({})",

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use expr::Count;
-use modeling::Rules;
+use modeling::{BaseParameters, Rules, Weak};
 use report::sheet::{self, Sheet, Source, geometry};
 use robot::Robot;
 use robot::format::Angles;
@@ -120,7 +120,7 @@ impl Tilted {
             Err(why) => return Some(format!("the angles as given have no clear base parameters ({because}): {why}")),
         };
         if appear.is_empty() {
-            return Some(format!("with the angles as given the base parameters are the same ({because})"));
+            return Some(format!("with the angles as given there are no more base parameters ({because})"));
         }
         let largest = appear.iter().map(|a| a.1).fold(0.0, f64::max);
         let names: Vec<&str> = appear.iter().map(|a| a.0.as_str()).collect();
@@ -231,11 +231,16 @@ fn symbol(robot: &Robot, i: usize) -> Value {
 }
 
 /// How sure the rank is.
-fn rank(rank: &modeling::Rank) -> Value {
+fn rank(robot: &Robot, parameters: &BaseParameters) -> Value {
+    let rank = &parameters.rank;
+    let weak =
+        |w: &Weak| json!({"parameter": parameters.standard[w.column].display(robot).to_string(), "share": w.share});
     json!({
+        "weak": parameters.weak.iter().map(weak).collect::<Vec<_>>(),
+        "left_out": rank.left_out,
         "numeric": rank.numeric,
         "exact": rank.exact.rank(),
-        "evidence": rank.exact.to_string(),
+        "evidence": parameters.evidence_of_rank(robot),
         // JSON has no infinity, which stands for a model without dropped columns.
         "gap": if rank.gap().is_finite() { json!(rank.gap()) } else { Value::Null },
         "smallest_kept": rank.smallest_kept,
@@ -267,7 +272,7 @@ fn as_json(derived: &Model, rules: &Rules, tilted: &Tilted) -> Value {
         "as_given": tilted.appear.iter().flatten().map(added).collect::<Vec<_>>(),
         "as_given_refused": tilted.appear.as_ref().err(),
         "no_effect": names(&parameters.no_effect),
-        "rank": rank(&parameters.rank),
+        "rank": rank(robot, parameters),
         "ops": {
             "regressor": count(derived.standard_regressor.count()),
             "base_regressor": count(derived.base_regressor.count()),

@@ -74,11 +74,21 @@ impl Model {
     /// Fails where the rank of the base parameters is not clear-cut, and on robots whose derivation takes long or much
     /// memory, with the figures, unless `any_size` asks for it.
     pub fn of(robot: Robot, path: &Path, any_size: bool) -> Result<Model, Error> {
+        let model = Model::at_any_rank(robot, path, any_size)?;
+        match &model.parameters.refused {
+            Some(unclear) => Err(Error::new(format_args!("{}: {unclear}", path.display()))),
+            None => Ok(model),
+        }
+    }
+
+    /// The same, but where the base parameters are refused, [`Model::parameters`] are the standard ones, each for itself:
+    /// for torques, poses and all that needs no base parameters.
+    pub fn at_any_rank(robot: Robot, path: &Path, any_size: bool) -> Result<Model, Error> {
         check_size(&robot, any_size).map_err(|e| Error::new(format_args!("{}: {e}", path.display())))?;
         let refused = |unclear: UnclearRank| Error::new(format_args!("{}: {unclear}", path.display()));
         let mut derivation = Derivation::new(&robot).map_err(|e| refused(e.into()))?;
         let standard = derivation.regressor();
-        let parameters = derivation.base_parameters(&standard).map_err(refused)?;
+        let parameters = derivation.parameters_at_any_rank(&standard).map_err(refused)?;
         let base_regressor = parameters.regressor(&standard).bound();
         let (torque, closure) = (derivation.torque().bound(), derivation.closure());
         let (for_regressor, assembly) = (derivation.closure(), assembly(&robot, derivation.closure()));

@@ -341,6 +341,123 @@ fn what_is_not_read_is_named() {
     }
 }
 
+/// M11 of an arm of MuJoCo, kg m^2, about the y axis of its joint: 0.01 + 1 * 0.1^2 = 0.02, and what its rotors add.
+fn geared(joint: &str, actuators: &str) -> Robot {
+    read(&format!(
+        "<mujoco><default><pid armature=\"3\"/></default><worldbody><body name=\"a\"><joint name=\"j\" axis=\"0 1 0\" {joint}/>
+<inertial pos=\".1 0 0\" mass=\"1\" diaginertia=\".01 .01 .01\"/></body></worldbody><actuator>{actuators}</actuator></mujoco>"
+    ))
+}
+
+/// M is 0.02 + armature + sum gear^2 armature, the damping likewise (MuJoCo 4.0: 0.31 and 0.7 of the first).
+#[test]
+fn an_actuator_brings_its_rotor_and_its_damping() {
+    let motor = "<motor joint=\"j\" gear=\"20\" armature=\"0.0005\" damping=\"0.001\"/>";
+    let other = "<position joint=\"j\" kp=\"1\" gear=\"-10 2\" armature=\"0.001\"/>";
+    let pid = "<pid joint=\"j\" kp=\"1\" gear=\"0.5\"/>";
+    for (joint, actuators, rotor, viscous) in [
+        ("armature=\".1\" damping=\".3\"", motor, 0.1 + 400.0 * 0.0005, Some(0.3 + 400.0 * 0.001)),
+        ("", motor, 400.0 * 0.0005, Some(400.0 * 0.001)),
+        ("", &format!("{motor}{other}"), 400.0 * 0.0005 + 100.0 * 0.001, Some(400.0 * 0.001)),
+        ("", other, 100.0 * 0.001, None),
+        // Its class says the armature.
+        ("", pid, 0.25 * 3.0, None),
+        ("", "<motor joint=\"j\" gear=\"0\" armature=\"2\"/>", 0.0, None),
+    ] {
+        let robot = geared(joint, actuators);
+        let found = robot.links[0].joint.clone();
+        let known = if let RotorInertia::Known(x) = found.rotor_inertia { x } else { 0.0 };
+        assert!((known - rotor).abs() < 1e-15, "{actuators}: {known}");
+        // A sum of two products rounds by some 1e-17.
+        let differ = |(a, b): (f64, f64)| (a - b).abs() > 1e-15;
+        assert!(found.friction.viscous.is_some() == viscous.is_some(), "{actuators}");
+        assert!(!found.friction.viscous.zip(viscous).is_some_and(differ), "{actuators}: {:?}", found.friction);
+        assert!(!robot.notes.iter().any(|n| n.text.contains("not read")), "{:?}", robot.notes);
+    }
+    let said = |actuators: &str, text: &str| geared("", actuators).notes.iter().any(|n| n.text.contains(text));
+    let polynomial = motor.replace("0.001", "0.001 0.2");
+    assert!(said(&polynomial, "polynomial") && !said(motor, "polynomial"));
+    let tendon = motor.replace("joint=\"j\"", "tendon=\"t\"");
+    assert!(said(&tendon, "`armature` and `damping` are not read"));
+    assert!(!said("<motor tendon=\"t\" gear=\"3\" armature=\"0\"/>", "are not read"));
+}
+
+/// With `inertiafromgeom`, a body whose shapes weigh nothing, or stand in no group that weighs, keeps its `<inertial>`.
+#[test]
+fn a_body_without_a_shape_that_weighs_keeps_its_inertial() {
+    let own = "<inertial pos=\"0.2 0 0\" mass=\"2\" diaginertia=\"0.02 0.02 0.01\"/>";
+    let of = |compiler: &str, shape: &str| {
+        let text = one(&format!("inertiafromgeom=\"true\" {compiler}"), "", &format!("{own}{shape}"));
+        read(&text).links[0].inertial.unwrap()
+    };
+    let kept = of("", "");
+    assert_eq!(kept[9], 2.0);
+    for (compiler, shape) in [
+        ("", "<geom size=\"0.3\" mass=\"0\"/>"),
+        ("", "<geom size=\"0.3\" density=\"0\"/>"),
+        ("inertiagrouprange=\"0 1\"", "<geom size=\"0.3\" group=\"2\"/>"),
+    ] {
+        assert_eq!(of(compiler, shape), kept, "{shape}");
+    }
+    // One that weighs stands for it.
+    assert_eq!(of("", "<geom size=\"0.3\" mass=\"5\"/>")[9], 5.0);
+}
+
+/// A free joint takes the armature of a class, where a freejoint takes none: MuJoCo counts it, and it is named.
+#[test]
+fn what_a_free_joint_has_of_its_class_is_named() {
+    let of = |joint: &str| {
+        let text = format!(
+            "<mujoco><default><joint armature=\"0.1\"/></default><worldbody><body name=\"trunk\">{joint}
+<inertial pos=\"0 0 0\" mass=\"2\"/><body name=\"leg\"><joint name=\"hip\" axis=\"0 1 0\"/><inertial pos=\"0 0 -0.1\" mass=\"0.5\"/>
+</body></body></worldbody></mujoco>"
+        );
+        let robot = read_as(&text, ReadOptions { floating_base: true, ..options() }).unwrap();
+        assert_eq!(robot.links[0].joint.rotor_inertia, RotorInertia::Known(0.1));
+        robot.notes.iter().filter(|n| n.subject == "trunk").map(|n| n.text.clone()).collect::<String>()
+    };
+    let said = of("<joint name=\"root\" type=\"free\"/>");
+    assert!(said.contains("`armature` 0.1 on its free joint, which is not read"), "{said}");
+    assert_eq!(of("<freejoint name=\"root\"/>"), "");
+    assert_eq!(of("<joint name=\"root\" type=\"free\" armature=\"0\"/>"), "");
+}
+
+/// What the file disables does not tie joints, and is named.
+#[test]
+fn a_disabled_equality_ties_nothing() {
+    let of = |flags: &str, active: &str| {
+        read(&format!(
+            "<mujoco>{flags}<worldbody><body name=\"a\"><joint name=\"j1\" axis=\"0 1 0\"/><geom size=\".1\"/>
+<body name=\"b\" pos=\".3 0 0\"><joint name=\"j2\" axis=\"0 1 0\"/><geom size=\".1\"/></body></body></worldbody>
+<equality><joint joint1=\"j2\" joint2=\"j1\" polycoef=\"0 2 0 0 0\" {active}/></equality></mujoco>"
+        ))
+    };
+    let flag = |what: &str| format!("<option><flag {what}/></option>");
+    for (flags, active, coordinates, said) in [
+        ("".into(), "", 1, ""),
+        (flag("equality=\"disable\""), "", 2, "disabled in the file (`equality` of <flag>)"),
+        (flag("constraint=\"disable\""), "", 2, "disabled in the file (`constraint` of <flag>)"),
+        (flag("equality=\"enable\""), "", 1, ""),
+        // The last one counts.
+        (flag("equality=\"disable\"") + &flag("equality=\"enable\""), "", 1, ""),
+        ("".into(), "active=\"false\"", 2, "not active"),
+    ] {
+        let robot = of(&flags, active);
+        assert_eq!(robot.n_coordinates(), coordinates, "{flags}");
+        let notes: String = robot.notes.iter().map(|n| n.text.clone()).collect();
+        assert!(notes.contains(said) && (said.is_empty() == notes.is_empty()), "{notes}");
+    }
+    assert!(
+        read(&format!(
+            "<mujoco>{}<worldbody><body name=\"a\"><joint/><geom size=\".1\"/></body></worldbody></mujoco>",
+            flag("gravity=\"disable\"")
+        ))
+        .gravity
+        .iter()
+        .all(|g| g.number(&[]) == 0.0)
+    );
+}
+
 /// Includes come from below the folder of the file, once.
 #[test]
 fn includes_stay_in_the_folder() {

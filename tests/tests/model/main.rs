@@ -24,3 +24,4 @@ mod parameter_names;
 mod random_robots;
 mod random_structures;
 mod regrouping;
+mod weak_columns;

@@ -1,4 +1,4 @@
-//! The angles of a graph that are ratios of its symbols.
+//! The angles of a graph that are ratios of its symbols, and the numbers that are products of such ratios.
 //!
 //! A joint that turns by a ratio of a coordinate, theta = (n/d) q, turns by a power: with w the point of q over the common
 //! denominator D of all such ratios, that of q is w^D, that of (n/d) q is w^(D n/d), products taken as of complex numbers.
@@ -7,7 +7,7 @@ use std::collections::BTreeMap;
 
 use expr::{Expr, Graph, Node, Symbol};
 
-use crate::base::field::small_ratio;
+use crate::base::field::{DIGITS, Residue, short_ratio};
 
 /// The angles of a graph that are ratios of its symbols, by the argument of their sine or cosine.
 pub(crate) struct Angles {
@@ -15,6 +15,8 @@ pub(crate) struct Angles {
     powers: BTreeMap<Expr, (Symbol, u128)>,
     /// The common denominator of each symbol's ratios.
     common: BTreeMap<Symbol, u128>,
+    /// The bits of a number -> the product that it is.
+    products: BTreeMap<u64, Residue>,
 }
 
 impl Angles {
@@ -38,7 +40,13 @@ impl Angles {
             Some((*argument, (*symbol, power)))
         };
         let powers = ratios.iter().filter_map(power).collect();
-        Angles { powers, common: common.iter().filter_map(|(&s, &d)| Some((s, d?))).collect() }
+        let common = common.iter().filter_map(|(&s, &d)| Some((s, d?))).collect();
+        Angles { powers, common, products: products(graph) }
+    }
+
+    /// The element of a number of the graph.
+    pub(crate) fn number(&self, x: f64) -> Residue {
+        self.products.get(&x.to_bits()).copied().unwrap_or_else(|| Residue::number(x))
     }
 
     /// The symbol of an argument, and by which power of its point it turns.
@@ -51,6 +59,26 @@ impl Angles {
         let &(symbol, power) = self.powers.get(&argument)?;
         Some((symbol, power, self.common[&symbol]))
     }
+}
+
+/// Digits of the factors of a product. Of other doubles one in a thousand is such a decimal but for its rounding.
+const FACTOR_DIGITS: usize = 12;
+
+/// The numbers of a graph that are products of two others and have more digits than a double: where two joints follow one
+/// coordinate, the torque of a body has the product of their ratios.
+fn products(graph: &Graph) -> BTreeMap<u64, Residue> {
+    let constant = |node: &Node| if let Node::Constant(x) = node { Some(*x) } else { None };
+    let is_short = |x: &f64| short_ratio(*x, FACTOR_DIGITS).is_some();
+    let (mut short, long): (Vec<f64>, Vec<f64>) = graph.nodes().iter().filter_map(constant).partition(is_short);
+    short.sort_unstable_by(f64::total_cmp);
+    let product = |x: f64| {
+        short.iter().find_map(|&a| {
+            let b = *short.get(short.partition_point(|b| a * b < x * (1.0 - 2.0 * f64::EPSILON)))?;
+            let is_near = (a * b - x).abs() <= 2.0 * f64::EPSILON * x;
+            is_near.then(|| (x.to_bits(), Residue::number(a) * Residue::number(b)))
+        })
+    };
+    long.into_iter().filter_map(product).collect()
 }
 
 /// The largest power an angle is taken to.
@@ -75,7 +103,7 @@ fn ratio_of_a_symbol(graph: &Graph, argument: Expr) -> Option<(Symbol, (i64, i64
                 (_, Some(factor)) => (factor, symbol(a)?),
                 _ => return None,
             };
-            small_ratio(factor).filter(|(n, _)| *n > 0).map(|ratio| (s, ratio))
+            short_ratio(factor, DIGITS).filter(|(n, _)| *n > 0).map(|ratio| (s, ratio))
         }
         _ => None,
     }

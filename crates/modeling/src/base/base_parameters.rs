@@ -9,30 +9,31 @@
 //! ```text
 //! X_base,k = X_k + sum_d beta_kd X_d        [Gautier 1991]
 //! ```
-//! The numbers must find the same rank, and the chosen columns independent. The beta are exact in the robot's symbols
-//! ([`crate::base::regrouping`]) and are checked against the numeric ones. Where any of this fails there are no base
-//! parameters ([`crate::base::gate`]). Their text is written only on request
+//! The numbers must find the same rank, and the chosen columns independent; where they find fewer because columns of the
+//! field are too weak for them, the numeric ones are kept and those named ([`Weak`]). The beta are exact in the robot's
+//! symbols ([`crate::base::regrouping`]) and are checked against the numeric ones. Where any of this fails there are no
+//! base parameters ([`crate::base::gate`]). Their text is written only on request
 //! ([`crate::base::written_rules`]).
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
-use expr::{Function, SymbolKind, Tape};
+use expr::{Function, SymbolKind};
 use nalgebra::DMatrix;
 use robot::{Robot, StandardParameter};
 
-use crate::base::closed::closed_rank::closed_rank;
+use crate::base::closed::closed_rank::{ClosedRank, closed_rank};
 use crate::base::evidence::{ExactRank, Rank};
 use crate::base::exact_rank::independent_columns;
 use crate::base::gate::{clear_cut, held_against_numbers, of_one_rank, stand_out};
 use crate::base::names;
 use crate::base::rank::{Scan, scan};
-use crate::base::regrouping::{Share, Shares, regrouping};
+use crate::base::regrouping::{Regrouping, Share, Shares, regrouping};
+use crate::base::samples::sampled;
 use crate::base::triangle::triangle;
 use crate::base::unclear_rank::UnclearRank;
+use crate::base::weak::{MOST_LEFT_OUT, are_weak, left_out};
 use crate::base::written_rules::{RuleSources, Rules};
 use crate::derivation::Derivation;
-use crate::kinematics::closure::Closure;
-use random::SplitMix;
 
 /// The base parameters of a robot and the regrouping that leads to them.
 #[derive(Clone, Debug)]
@@ -43,11 +44,16 @@ pub struct BaseParameters {
     pub base: Vec<BaseParameter>,
     /// Indices of the standard parameters that have no effect on the torque.
     pub no_effect: Vec<usize>,
+    /// Those that are independent for almost every robot of this structure, but at these numbers so weak that no motion
+    /// shows them: they are left out.
+    pub weak: Vec<Weak>,
     /// The evidence for the number of base parameters.
     pub rank: Rank,
     /// What rules and coefficients may name, with its value, m or rad: the symbols of the file, and numbers by their place
     /// (`d3`, `alpha5`; always their magnitude).
     pub constants: Vec<(String, f64)>,
+    /// Why there are none: these are the standard parameters, each for itself.
+    pub refused: Option<UnclearRank>,
     /// The data from which [`BaseParameters::rules`] writes the rules.
     pub(crate) sources: RuleSources,
 }
@@ -64,6 +70,15 @@ pub struct BaseParameter {
     pub terms: Vec<Term>,
     /// What its column adds to those before it, relative to the largest column: what weight it can have in
     /// the torque.
+    pub share: f64,
+}
+
+/// A standard parameter whose column no motion shows.
+#[derive(Clone, Copy, Debug)]
+pub struct Weak {
+    /// Its column in D.
+    pub column: usize,
+    /// What its column adds to those that are kept before it, relative to the largest column.
     pub share: f64,
 }
 
@@ -127,6 +142,22 @@ impl BaseParameters {
     }
 }
 
+/// The standard parameters of `regressor`, each for itself, for functions that need no base parameters.
+pub(crate) fn ungrouped(derivation: &Derivation, regressor: &Function, refused: UnclearRank) -> BaseParameters {
+    let robot = derivation.robot;
+    let standard = StandardParameter::all(robot);
+    let itself = |(column, s): (usize, &StandardParameter)| {
+        let terms = vec![Term { parameter: column, coefficient: 1.0 }];
+        BaseParameter { name: s.display(robot).to_string(), column, terms, share: 0.0 }
+    };
+    let base = standard.iter().enumerate().map(itself).collect();
+    let places = derivation.constants.places(&derivation.graph);
+    let constants = constants(regressor, &places);
+    let sources = RuleSources::new(Regrouping::default(), robot, &standard, regressor.graph(), places);
+    let (no_effect, weak, rank) = (Vec::new(), Vec::new(), Rank::of(&Scan::default()));
+    BaseParameters { standard, base, no_effect, weak, rank, constants, refused: Some(refused), sources }
+}
+
 /// The base parameters of `regressor`, which must be the derivation's own.
 pub(crate) fn base_parameters(
     derivation: &mut Derivation,
@@ -134,56 +165,108 @@ pub(crate) fn base_parameters(
 ) -> Result<BaseParameters, UnclearRank> {
     let robot = derivation.robot;
     let standard = StandardParameter::all(robot);
-    let name = |c: usize| standard[c].display(robot).to_string();
-    let joints = regressor.outputs[0].rows;
-
-    // Which columns are independent: by numbers, and exactly, in a finite field where loops allow it.
-    let sampled = sampled(regressor, derivation.closure());
-    let mut closed = None;
-    let exact = |stand_out: &dyn Fn(&[usize]) -> bool, expected: usize| {
-        if derivation.robot.passive.is_empty() {
-            let columns = independent_columns(regressor);
-            return (ExactRank::Free(columns.len()), columns);
-        }
-        match closed_rank(derivation, regressor, stand_out, expected) {
-            Ok(found) => {
-                let columns = closed.insert(found).columns.clone();
-                let other_assemblies = closed.as_ref().is_some_and(|c| c.other_assemblies);
-                (ExactRank::Closed { rank: columns.len(), other_assemblies }, columns)
-            }
-            Err(reason) => (ExactRank::Unknown(reason), Vec::new()),
-        }
-    };
-    let (scan, exact) = chosen_columns(&sampled, joints, exact, name)?;
-    let mut rank = Rank::of(&scan);
-    rank.exact = exact;
-
-    // The beta of each dropped column, and how each is known: exactly, at general points, by numbers.
-    let regrouping = regrouping(derivation, regressor, &standard, &scan, closed.as_ref().map(|closed| &closed.points));
+    let Settled { scan, regrouping, weak, inexact, rank } = settled(derivation, regressor, &standard)?;
     let shares = &regrouping.shares;
-    for (&column, row) in shares {
-        let support: Vec<usize> = row.iter().map(|(kept, _)| *kept).collect();
-        let count = if row.iter().all(|(_, share)| share.residue.is_some()) {
-            &mut rank.exact_relations
-        } else if closed.as_ref().is_some_and(|closed| closed.is_spanned(column, &support)) {
-            &mut rank.general_relations
-        } else {
-            &mut rank.numeric_relations
-        };
-        *count += 1;
-    }
-    held_against_numbers(&scan, shares, name)?;
 
     // Each kept column is a base parameter; a dropped one that joins none has no effect.
     let base: Vec<BaseParameter> =
         scan.kept.iter().map(|&c| base_parameter(robot, &standard, &scan, shares, c)).collect();
     let no_effect = (0..standard.len())
         .filter(|c| scan.kept.binary_search(c).is_err() && shares.get(c).is_none_or(Vec::is_empty))
+        .filter(|c| !inexact.contains(c))
         .collect();
+    let size = |c: usize| if scan.zero.contains(&c) { scan.distance[c] } else { scan.share[c] };
+    let weak = weak.into_iter().map(|column| Weak { column, share: size(column) }).collect();
     let places = derivation.constants.places(&derivation.graph);
     let constants = constants(regressor, &places);
     let sources = RuleSources::new(regrouping, robot, &standard, regressor.graph(), places);
-    Ok(BaseParameters { standard, base, no_effect, rank, constants, sources })
+    Ok(BaseParameters { standard, base, no_effect, weak, rank, constants, refused: None, sources })
+}
+
+/// Which columns are kept, and what the others are made of.
+struct Settled {
+    scan: Scan,
+    regrouping: Regrouping,
+    /// Columns of the field that are too weak to be kept.
+    weak: Vec<usize>,
+    /// Columns whose relations leave out what weak ones add.
+    inexact: BTreeSet<usize>,
+    rank: Rank,
+}
+
+fn settled(
+    derivation: &mut Derivation,
+    regressor: &Function,
+    standard: &[StandardParameter],
+) -> Result<Settled, UnclearRank> {
+    let robot = derivation.robot;
+    let name = |c: usize| standard[c].display(robot).to_string();
+
+    // Which columns are independent: by numbers, and exactly, in a finite field where loops allow it.
+    let triangle = triangle(&sampled(regressor, derivation.closure(), &[]), regressor.outputs[0].rows);
+    let mut closed = None;
+    let exact = |stand_out: &dyn Fn(&[usize]) -> bool, expected: usize| {
+        if robot.passive.is_empty() {
+            let columns = independent_columns(regressor);
+            return (ExactRank::Free(columns.len()), columns);
+        }
+        match closed_rank(derivation, regressor, stand_out, expected) {
+            Ok(found) => {
+                let ClosedRank { columns, other_assemblies, .. } = closed.insert(found);
+                (ExactRank::Closed { rank: columns.len(), other_assemblies: *other_assemblies }, columns.clone())
+            }
+            Err(reason) => (ExactRank::Unknown(reason), Vec::new()),
+        }
+    };
+    let Choice { numeric, chosen, exact, columns } = choice(&triangle, exact, name)?;
+
+    // The beta of each dropped column.
+    let mut related = |scan: Scan, weak: &[usize]| {
+        let points = closed.as_ref().map(|closed| &closed.points);
+        let regrouping = regrouping(derivation, regressor, standard, &scan, points);
+        held_against_numbers(&scan, &regrouping, weak, name).map(|()| (scan, regrouping))
+    };
+    let mut weak = Vec::new();
+    let (scan, regrouping) = match chosen.and_then(|scan| related(scan, &[])) {
+        Ok(found) => found,
+        Err(refusal) => {
+            let numeric = numeric?;
+            weak = columns.iter().copied().filter(|c| numeric.kept.binary_search(c).is_err()).collect();
+            let has_more = exact.rank().is_some_and(|exact| exact > numeric.kept.len());
+            if !has_more || !are_weak(robot, regressor, &numeric, &weak) {
+                exact.rank().map_or(Ok(()), |_| of_one_rank(&numeric, &columns, name))?;
+                return Err(refusal);
+            }
+            related(numeric, &weak)?
+        }
+    };
+    let inexact = regrouping.built_on(&weak);
+    let left_out = left_out(&triangle, &regrouping.shares, &inexact);
+    if left_out > MOST_LEFT_OUT {
+        let weak = weak.iter().map(|&c| (name(c), scan.distance[c])).collect();
+        return Err(UnclearRank::Weak { weak, largest_dropped: left_out });
+    }
+    let mut rank = Rank { exact, left_out, ..Rank::of(&scan) };
+    count_relations(&mut rank, &regrouping.shares, &inexact, closed.as_ref());
+    Ok(Settled { scan, regrouping, weak, inexact, rank })
+}
+
+/// How each relation is known: exactly, at general points, by numbers.
+fn count_relations(rank: &mut Rank, shares: &Shares, inexact: &BTreeSet<usize>, closed: Option<&ClosedRank>) {
+    for (&column, row) in shares {
+        let support: Vec<usize> = row.iter().map(|(kept, _)| *kept).collect();
+        let is_exact = row.iter().all(|(_, share)| share.residue.is_some());
+        let count = if inexact.contains(&column) {
+            &mut rank.numeric_relations
+        } else if is_exact {
+            &mut rank.exact_relations
+        } else if closed.is_some_and(|closed| closed.is_spanned(column, &support)) {
+            &mut rank.general_relations
+        } else {
+            &mut rank.numeric_relations
+        };
+        *count += 1;
+    }
 }
 
 /// The named constants of the regressor, each number at each of its places.
@@ -202,18 +285,27 @@ fn constants(regressor: &Function, places: &BTreeMap<String, Vec<String>>) -> Ve
         .collect()
 }
 
+/// The columns that may be kept.
+struct Choice {
+    /// By the numbers alone, where they leave a clear gap.
+    numeric: Result<Scan, UnclearRank>,
+    /// Those of the field, where they stand out by the numbers; without such those of the numbers.
+    chosen: Result<Scan, UnclearRank>,
+    exact: ExactRank,
+    /// Those of the field.
+    columns: Vec<usize>,
+}
+
 /// The columns to keep, with the evidence of the numbers: those of the field where there are such. `exact` may ask
 /// whether columns stand out by the numbers.
-fn chosen_columns(
-    sampled: &DMatrix<f64>,
-    joints: usize,
+fn choice(
+    triangle: &DMatrix<f64>,
     exact: impl FnOnce(&dyn Fn(&[usize]) -> bool, usize) -> (ExactRank, Vec<usize>),
     name: impl Fn(usize) -> String,
-) -> Result<(Scan, ExactRank), UnclearRank> {
+) -> Result<Choice, UnclearRank> {
     let not_finite =
         |broken: Vec<usize>| UnclearRank::NotFinite { parameters: broken.into_iter().map(&name).collect() };
-    let triangle = triangle(sampled, joints);
-    let numeric = scan(&triangle, None).map_err(not_finite)?;
+    let numeric = scan(triangle, None).map_err(not_finite)?;
     let is_clear = clear_cut(&numeric, &Rank::of(&numeric), &name);
     // The numbers alone draw the line at one distance for all robots. Where the chosen columns stand out of the others
     // clearly, they may do so by less.
@@ -221,19 +313,13 @@ fn chosen_columns(
         if is_clear.is_ok() && numeric.kept == columns {
             return Ok(numeric.clone());
         }
-        let chosen = scan(&triangle, Some(columns)).map_err(not_finite)?;
+        let chosen = scan(triangle, Some(columns)).map_err(not_finite)?;
         stand_out(&chosen, columns, &name).map(|()| chosen)
     };
     let (exact, columns) = exact(&|columns: &[usize]| chosen(columns).is_ok(), numeric.kept.len());
-    if exact.rank().is_none() {
-        return is_clear.map(|()| (numeric, exact));
-    }
-    let scan = chosen(&columns).or_else(|weak| {
-        is_clear?;
-        of_one_rank(&numeric, &columns, &name)?;
-        Err(weak)
-    })?;
-    Ok((scan, exact))
+    let by_field = exact.rank().map(|_| chosen(&columns));
+    let numeric = is_clear.map(|()| numeric);
+    Ok(Choice { chosen: by_field.unwrap_or_else(|| numeric.clone()), numeric, exact, columns })
 }
 
 /// The base parameter of a kept column: what it absorbs, and its name.
@@ -252,29 +338,4 @@ fn base_parameter(
     let bare = if terms.len() > 1 { names::regrouped(&plain, standard[column].inertial) } else { plain };
     let name = names::base(robot, standard[column], bare);
     BaseParameter { name, column, terms, share: scan.share[column] }
-}
-
-/// D at random states with closed loops, stacked state by state.
-fn sampled(regressor: &Function, closure: Option<Closure>) -> DMatrix<f64> {
-    let tape = Tape::new(regressor);
-    let (n, p) = (regressor.outputs[0].rows, regressor.outputs[0].columns);
-    // Three times as many rows as columns, even where a link's columns are non-zero only in the row of its own joint.
-    let n_states = if n == 0 { 0 } else { 3 * p.div_ceil(n) + 8 };
-    let mut random = SplitMix(1995);
-    let closed = closure.map(|mut closure| closure.sample(n, n_states, &mut random));
-    let n_states = closed.as_ref().map_or(n_states, Vec::len);
-    let mut states = Vec::with_capacity(n_states * tape.n_inputs());
-    for s in 0..n_states {
-        match &closed {
-            Some(closed) => states.extend(closed[s].0.iter().chain(&closed[s].1)),
-            None => states.extend((0..n).map(|_| std::f64::consts::PI * random.unit())),
-        }
-        // Rates that let inertia, centrifugal and gravity terms weigh alike.
-        for scale in [2.0, 4.0] {
-            states.extend((0..n).map(|_| scale * random.unit()));
-        }
-    }
-    let mut values = vec![0.0; n_states * n * p];
-    tape.evaluate_many(&states, &mut tape.workspace(), &mut values);
-    DMatrix::from_row_slice(n_states * n, p, &values)
 }

@@ -17,6 +17,9 @@ pub struct Rank {
     /// Largest relative distance of a dropped one; zero columns count with their norm relative to
     /// the largest column's.
     pub largest_dropped: f64,
+    /// The most that relations leave out of a column because others are too weak to be kept, relative to the largest
+    /// column: D_base X_base differs from D X by this part of a torque of the same parameter.
+    pub left_out: f64,
     /// How many relations are proven in the symbols.
     pub exact_relations: usize,
     /// How many relations hold at every value of the symbols, with coefficients that are known as numbers only.
@@ -89,6 +92,7 @@ impl Rank {
             exact: ExactRank::Unknown(NoCertificate::OtherForm),
             smallest_kept,
             largest_dropped,
+            left_out: 0.0,
             exact_relations: 0,
             general_relations: 0,
             numeric_relations: 0,

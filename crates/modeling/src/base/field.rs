@@ -33,10 +33,10 @@ impl Residue {
         element(n) * element(d).inverse()
     }
 
-    /// The f64 as the rational it is: a ratio of small integers where it is one but for rounding (a third, 0.35), else the
-    /// dyadic number.
+    /// The f64 as the rational it is: a ratio of small integers or a decimal where it is one but for rounding (a third,
+    /// 0.35), else the dyadic number.
     pub(crate) fn number(x: f64) -> Residue {
-        match small_ratio(x) {
+        match short_ratio(x, DIGITS) {
             Some((n, d)) => Residue::ratio((n.into(), d.into())),
             None => Residue::dyadic(x),
         }
@@ -134,12 +134,27 @@ impl std::ops::Mul for Residue {
 
 const LOW_BITS: u64 = (1 << 61) - 1;
 
-/// Denominators of ratios that count as small: those of decimals with six digits.
+/// Denominators of ratios that count as small.
 const MAX_DENOMINATOR: i64 = 1_000_000;
+/// Digits of a decimal that is another double than its neighbours.
+pub(crate) const DIGITS: usize = 15;
+
+/// n/d, where `x` is a ratio of small integers or a decimal of so many digits, but for two units of its last place.
+pub(crate) fn short_ratio(x: f64, digits: usize) -> Option<(i64, i64)> {
+    small_ratio(x).or_else(|| {
+        let text = format!("{x:.0$e}", digits - 1);
+        let is_near = (text.parse::<f64>().ok()? - x).abs() <= 2.0 * f64::EPSILON * x.abs();
+        let (figures, power) = text.split_once('e').filter(|_| is_near)?;
+        let figures = figures.trim_end_matches('0');
+        let behind = figures.split_once('.').map_or(0, |(_, behind)| behind.len()) as i32;
+        let places = u32::try_from(behind - power.parse::<i32>().ok()?).ok()?;
+        Some((figures.replace('.', "").parse().ok()?, 10_i64.checked_pow(places)?))
+    })
+}
 
 /// n/d with a small denominator, where `x` is such a ratio but for two units of its last place: by the continued fraction.
 /// Of numbers with other digits one in a thousand is taken for such a ratio.
-pub(crate) fn small_ratio(x: f64) -> Option<(i64, i64)> {
+fn small_ratio(x: f64) -> Option<(i64, i64)> {
     let near = |n: i64, d: i64| (x.abs() - n as f64 / d as f64).abs() <= 2.0 * f64::EPSILON * x.abs();
     if x.is_nan() || x.abs() >= 1e9 {
         return None;
@@ -299,6 +314,14 @@ mod tests {
         assert_eq!(small_ratio(1.0 / 3.0 + 1e-12), None);
         assert_eq!(small_ratio(std::f64::consts::PI), None);
         assert_eq!(small_ratio(f64::INFINITY).or(small_ratio(f64::NAN)), None);
+        // Decimals of more digits, and products of such that rounded.
+        assert_eq!(short_ratio(0.761_236_88, 12), Some((76_123_688, 100_000_000)));
+        assert_eq!(short_ratio(0.8024 * 0.9487, 12), Some((76_123_688, 100_000_000)));
+        assert_eq!(short_ratio(-0.123_456_789_012_345, DIGITS), Some((-123_456_789_012_345, 1_000_000_000_000_000)));
+        assert_eq!(short_ratio(0.123_456_789_012_345, 12), None);
+        for x in [std::f64::consts::PI, f64::INFINITY, f64::NAN, 1e300, 1e-300] {
+            assert_eq!(short_ratio(x, DIGITS), None, "{x}");
+        }
     }
 
     #[test]

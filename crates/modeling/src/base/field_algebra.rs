@@ -50,7 +50,7 @@ impl<'a> FieldAlgebra<'a> {
 impl Algebra for FieldAlgebra<'_> {
     type Value = Residue;
     fn constant(&mut self, x: f64) -> Residue {
-        Residue::number(x)
+        self.angles.number(x)
     }
     fn symbol(&mut self, symbol: Symbol) -> Residue {
         match self.graph.symbols()[symbol.0 as usize].1 {

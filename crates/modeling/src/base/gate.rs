@@ -12,7 +12,7 @@ use std::cmp::Ordering;
 
 use crate::base::evidence::{Rank, agree};
 use crate::base::rank::{CLEAR_GAP, Scan};
-use crate::base::regrouping::Shares;
+use crate::base::regrouping::Regrouping;
 use crate::base::unclear_rank::UnclearRank;
 
 /// Refuses a rank without a clear gap, with the columns that are in doubt.
@@ -47,7 +47,7 @@ pub(crate) fn of_one_rank(scan: &Scan, exact: &[usize], name: impl Fn(usize) -> 
 }
 
 /// Rounding of a column of unit norm in a scan, before weak columns amplify it.
-const SCAN_ROUNDING: f64 = 1e-14;
+pub(crate) const SCAN_ROUNDING: f64 = 1e-14;
 
 /// Refuses chosen columns that do not stand out of the span of the others, and others that do. `scan` is the one that keeps
 /// the chosen.
@@ -72,17 +72,20 @@ pub(crate) fn stand_out(scan: &Scan, chosen: &[usize], name: impl Fn(usize) -> S
     if weak.is_empty() { Ok(()) } else { Err(UnclearRank::Weak { weak, largest_dropped }) }
 }
 
-/// Refuses exact coefficients that differ from the numeric ones by more than the accuracy of the latter.
+/// Refuses exact coefficients that differ from the numeric ones by more than the accuracy of the latter. What is built on
+/// weak columns lacks what those add, and its coefficients are not those of a fit.
 pub(crate) fn held_against_numbers(
     scan: &Scan,
-    shares: &Shares,
+    regrouping: &Regrouping,
+    weak: &[usize],
     name: impl Fn(usize) -> String,
 ) -> Result<(), UnclearRank> {
     let nothing = vec![0.0; scan.kept.len()];
     let rows = scan.dependent.iter().map(|(c, x)| (*c, x)).chain(scan.zero.iter().map(|&c| (c, &nothing)));
-    for (dropped, x) in rows {
+    let built = regrouping.built_on(weak);
+    for (dropped, x) in rows.filter(|row| !built.contains(&row.0)) {
         for (place, &kept) in scan.kept.iter().enumerate() {
-            let share = shares[&dropped].iter().find(|(k, _)| *k == kept);
+            let share = regrouping.shares[&dropped].iter().find(|(k, _)| *k == kept);
             let exact = share.map_or(0.0, |(_, share)| share.number);
             if !agree(exact, x[place]) {
                 let (dropped, kept) = (name(dropped), name(kept));
@@ -91,4 +94,21 @@ pub(crate) fn held_against_numbers(
         }
     }
     Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Where the numbers keep more than the field, they are refused; where fewer, the field's others are named.
+    #[test]
+    fn the_rank_of_the_numbers_is_that_of_the_field_or_refused() {
+        let scan = Scan { kept: vec![0, 2, 5], ..Scan::default() };
+        let refused = |exact: &[usize]| of_one_rank(&scan, exact, |c| format!("X{c}")).err();
+        assert!(refused(&[0, 2, 5]).is_none());
+        let Some(UnclearRank::Exact { numeric: 3, exact: 2, only_numeric }) = refused(&[0, 2]) else { panic!() };
+        assert_eq!(only_numeric, ["X5"]);
+        let Some(UnclearRank::Coincident { only_exact, .. }) = refused(&[0, 2, 5, 7]) else { panic!() };
+        assert_eq!(only_exact, ["X7"]);
+    }
 }

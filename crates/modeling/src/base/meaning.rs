@@ -6,7 +6,7 @@
 
 use robot::{Inertial, LinkId, Robot, StandardParameter};
 
-use crate::base::base_parameters::BaseParameters;
+use crate::base::base_parameters::{BaseParameters, Weak};
 
 impl BaseParameters {
     /// What base parameter k of `robot` means, in words.
@@ -29,6 +29,22 @@ impl BaseParameters {
             text += &format!(", with what {} {adds} to it", listed(robot, &links));
         }
         text
+    }
+
+    /// What a finite field says of the rank of `robot`, and which columns are too weak for a motion.
+    pub fn evidence_of_rank(&self, robot: &Robot) -> String {
+        let weak = |w: &Weak| format!("{} ({:.0e})", self.standard[w.column].display(robot), w.share);
+        let weak: Vec<String> = self.weak.iter().map(weak).collect();
+        match (weak.len(), self.rank.exact.rank()) {
+            (1.., Some(exact)) => format!(
+                "at other lengths and angles of this structure {exact} columns are independent; so weak that no motion shows \
+                 them, and left out, {}: {}. That changes a torque by {:.0e} of the largest of a parameter at most",
+                if weak.len() == 1 { "is" } else { "are" },
+                weak.join(" "),
+                self.rank.left_out
+            ),
+            _ => self.rank.exact.to_string(),
+        }
     }
 }
 

@@ -20,6 +20,8 @@ pub(crate) mod rank;
 pub(crate) mod regrouping;
 pub(crate) mod rigid_regrouping;
 pub(crate) mod rule;
+pub(crate) mod samples;
 pub(crate) mod triangle;
 pub(crate) mod unclear_rank;
+pub(crate) mod weak;
 pub(crate) mod written_rules;

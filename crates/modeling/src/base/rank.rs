@@ -18,7 +18,7 @@ const NEGLIGIBLE_PIVOT_RATIO: f64 = 1e-9;
 pub(crate) const CLEAR_GAP: f64 = 1e3;
 
 /// The outcome of the scan.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub struct Scan {
     /// Columns kept, ascending.
     pub kept: Vec<usize>,

@@ -12,7 +12,7 @@
 //! The rules are kept as they were found: each leads to the columns next to its own. Here they are multiplied out only
 //! as numbers; [`crate::base::written_rules`] writes them as text.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use expr::{Function, Graph};
 use robot::{Inertial, JointKind, LinkId, Robot, StandardParameter};
@@ -75,7 +75,7 @@ impl Share {
 }
 
 /// The regrouping, as it was found and as it is when every rule is put in.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub(crate) struct Regrouping {
     /// By dropped column without a tree rule: the kept columns it is made of. Empty for a column that is zero.
     pub solved: BTreeMap<usize, Vec<(usize, Beta)>>,
@@ -83,6 +83,19 @@ pub(crate) struct Regrouping {
     pub rules: Rules,
     /// By dropped column: the kept columns it is made of.
     pub shares: Shares,
+}
+
+impl Regrouping {
+    /// Columns that rules lead to these, and these: what they are made of leaves out what these add.
+    pub(crate) fn built_on(&self, weak: &[usize]) -> BTreeSet<usize> {
+        let mut built: BTreeSet<usize> = weak.iter().copied().collect();
+        for (dropped, terms) in &self.rules {
+            if terms.iter().any(|(c, _)| built.contains(c)) {
+                built.insert(*dropped);
+            }
+        }
+        built
+    }
 }
 
 /// By dropped column: the kept columns it is made of, each with its coefficient.
@@ -99,7 +112,9 @@ pub(crate) fn regrouping(
     scan: &Scan,
     closed: Option<&ClosedPoints>,
 ) -> Regrouping {
-    let rules = rules_by_column(derivation, standard);
+    let mut rules = rules_by_column(derivation, standard);
+    // Where a column that a rule leads to is too weak to be kept, the dropped one may be kept in its place.
+    rules.retain(|column, _| scan.kept.binary_search(column).is_err());
     let numeric: BTreeMap<usize, &Vec<f64>> = scan.dependent.iter().map(|(c, x)| (*c, x)).collect();
     let unexplained = unexplained(derivation.robot, standard, scan, &rules, &numeric);
     let solved = solved(derivation.robot, regressor, scan, &unexplained, &numeric, closed);

@@ -109,7 +109,7 @@ class Model:
           says. 3.1416,0,0 is a robot on a ceiling [default: as the file says]
         - floating_base: Let the base float: six coordinates come first (base_x, base_y, base_z, base_yaw, base_pitch,
           base_roll), and the base becomes a link with its own parameters [default: False]
-        - any_size: Derive the model even where that takes more than about 2 s or 1 GiB, which is refused with the
+        - any_size: Derive the model even where that takes more than about 10 s or 1 GiB, which is refused with the
           figures otherwise [default: False]"""
     @staticmethod
     def read(
@@ -146,7 +146,7 @@ class Model:
           says. 3.1416,0,0 is a robot on a ceiling [default: as the file says]
         - floating_base: Let the base float: six coordinates come first (base_x, base_y, base_z, base_yaw, base_pitch,
           base_roll), and the base becomes a link with its own parameters [default: False]
-        - any_size: Derive the model even where that takes more than about 2 s or 1 GiB, which is refused with the
+        - any_size: Derive the model even where that takes more than about 10 s or 1 GiB, which is refused with the
           figures otherwise [default: False]"""
     @staticmethod
     def parse(
@@ -183,7 +183,7 @@ class Model:
           says. 3.1416,0,0 is a robot on a ceiling [default: as the file says]
         - floating_base: Let the base float: six coordinates come first (base_x, base_y, base_z, base_yaw, base_pitch,
           base_roll), and the base becomes a link with its own parameters [default: False]
-        - any_size: Derive the model even where that takes more than about 2 s or 1 GiB, which is refused with the
+        - any_size: Derive the model even where that takes more than about 10 s or 1 GiB, which is refused with the
           figures otherwise [default: False]"""
     @property
     def name(self) -> str:

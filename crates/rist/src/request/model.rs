@@ -31,7 +31,7 @@ request! {
         /// Let the base float: six coordinates come first (base_x, base_y, base_z, base_yaw, base_pitch, base_roll), and
         /// the base becomes a link with its own parameters.
         floating_base: bool = false;
-        /// Derive the model even where that takes more than about 2 s or 1 GiB, which is refused with the figures otherwise.
+        /// Derive the model even where that takes more than about 10 s or 1 GiB, which is refused with the figures otherwise.
         any_size: bool = false;
     }
 }

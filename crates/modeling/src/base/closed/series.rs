@@ -194,7 +194,7 @@ impl<'a> SeriesAlgebra<'a> {
 impl Algebra for SeriesAlgebra<'_> {
     type Value = Series;
     fn constant(&mut self, x: f64) -> Series {
-        Series::number(Residue::number(x))
+        Series::number(self.angles.number(x))
     }
     fn symbol(&mut self, symbol: Symbol) -> Series {
         let s = symbol.0 as usize;

@@ -5,7 +5,7 @@
 //! since the field lacks other roots.
 
 use crate::base::angles::least_common_multiple;
-use crate::base::field::{Point, Residue, circle, small_ratio, times};
+use crate::base::field::{DIGITS, Point, Residue, circle, short_ratio, times};
 use crate::kinematics::loop_chain::ChainJoint;
 use random::SplitMix;
 use robot::JointKind;
@@ -34,7 +34,7 @@ impl Variables {
                 match joint.kind {
                     JointKind::Revolute => {
                         all.turns[k] = true;
-                        let (_, d) = small_ratio(c)?;
+                        let (_, d) = short_ratio(c, DIGITS)?;
                         all.denominators[k] = least_common_multiple(all.denominators[k], d as u128)?;
                     }
                     JointKind::Prismatic => all.slides[k] = true,
@@ -62,7 +62,7 @@ impl Variables {
     /// The angle of a revolute joint.
     pub(crate) fn powers(&self, joint: &ChainJoint) -> Powers {
         let power = |&(k, c): &(usize, f64)| {
-            let (n, d) = small_ratio(c).unwrap_or_default();
+            let (n, d) = short_ratio(c, DIGITS).unwrap_or_default();
             (k, i128::from(n) * (self.denominators[k] / d.max(1) as u128) as i128)
         };
         joint.terms.iter().map(power).filter(|t| t.1 != 0).collect()

@@ -1,8 +1,11 @@
 //! `<actuator>`: which joints are driven, by which gear, and how strongly.
+//!
+//! With gear g, `armature` J (kg m^2) and `damping` d (N m s/rad) an actuator adds g^2 J to the rotor inertia of its joint and
+//! g^2 d to its viscous friction, as in MuJoCo.
 
 use super::defaults::{Defaults, View};
 use super::element::Element;
-use super::joints::MjcfJoint;
+use super::joints::{MjcfJoint, POLYNOMIAL_DAMPING};
 use crate::error::Error;
 use crate::format::shown::shown;
 use crate::robot::Note;
@@ -18,24 +21,40 @@ pub(super) struct Drives {
     pub effort: Option<f64>,
 }
 
-/// The drives of the joints, in their order.
-pub(super) fn drives(root: &Element, defaults: &Defaults, joints: &[MjcfJoint]) -> Result<Vec<Drives>, Error> {
+/// The drives of the joints, in their order; the joints take up the rotors and dampers of theirs.
+pub(super) fn drives(
+    root: &Element,
+    defaults: &Defaults,
+    joints: &mut [MjcfJoint],
+    notes: &mut Vec<Note>,
+) -> Result<Vec<Drives>, Error> {
     let mut drives = vec![Drives { is_driven: false, gear: 1.0, effort: None }; joints.len()];
     for element in root.children("actuator").flat_map(|actuators| &actuators.children) {
         let view = defaults.view(element, None)?;
-        let Some(name) = view.get("joint").or(view.get("jointinparent")) else { continue };
-        let Some(k) = joints.iter().position(|joint| joint.name == name) else {
-            // A free joint is driven by nobody's measured torque.
-            if root_has_joint(root, name) {
-                continue;
+        let armature = view.number("armature")?.unwrap_or(0.0);
+        let damping = view.numbers("damping", 1, 9)?.unwrap_or_default();
+        let mut left_out = |what: &str| notes.push(Note { subject: element.called(), text: what.into() });
+        let name = view.get("joint").or(view.get("jointinparent"));
+        let Some(k) = name.and_then(|name| joints.iter().position(|joint| joint.name == name)) else {
+            if let Some(name) = name
+                && !root_has_joint(root, name)
+            {
+                let meant = did_you_mean(name, joints.iter().map(|joint| joint.name.as_str()));
+                return Err(element.error(format!(
+                    "{} drives `{}`, which is no joint{meant}",
+                    element.called(),
+                    shown(name)
+                )));
             }
-            let meant = did_you_mean(name, joints.iter().map(|joint| joint.name.as_str()));
-            return Err(element.error(format!(
-                "{} drives `{}`, which is no joint{meant}",
-                element.called(),
-                shown(name)
-            )));
+            // A free joint is driven by nobody's measured torque.
+            if armature != 0.0 || damping.iter().any(|d| *d != 0.0) {
+                left_out("moves no hinge and no slide: its `armature` and `damping` are not read");
+            }
+            continue;
         };
+        if damping.iter().skip(1).any(|d| *d != 0.0) {
+            left_out(POLYNOMIAL_DAMPING);
+        }
         drives[k].is_driven = true;
         let gear = view.numbers("gear", 1, 6)?.map_or(1.0, |gear| gear[0]);
         let effort = most(view, gear)?;
@@ -45,6 +64,10 @@ pub(super) fn drives(root: &Element, defaults: &Defaults, joints: &[MjcfJoint]) 
         };
         if gear != 0.0 {
             drives[k].gear = gear;
+        }
+        joints[k].armature += gear * gear * armature;
+        if let Some(d) = damping.first().filter(|d| **d != 0.0) {
+            *joints[k].friction.viscous.get_or_insert(0.0) += gear * gear * d;
         }
     }
     Ok(drives)

@@ -25,12 +25,13 @@ const MAIN: &str = "main";
 
 /// Elements that share the defaults of one kind.
 fn kind(tag: &str) -> Option<&'static str> {
-    const ACTUATORS: [&str; 10] = [
+    const ACTUATORS: [&str; 11] = [
         "general",
         "motor",
         "position",
         "velocity",
         "intvelocity",
+        "pid",
         "damper",
         "cylinder",
         "muscle",

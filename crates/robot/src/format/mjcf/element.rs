@@ -40,6 +40,12 @@ impl Element {
         self.children.iter().filter(move |child| child.tag == tag)
     }
 
+    /// Whether the last `<flag>` that names a thing disables it.
+    pub(super) fn disables(&self, name: &str) -> bool {
+        let flags = self.children("option").flat_map(|option| option.children("flag"));
+        flags.filter_map(|flag| flag.attribute(name)).last() == Some("disable")
+    }
+
     pub(super) fn at(&self) -> (usize, usize) {
         (self.line, self.column)
     }

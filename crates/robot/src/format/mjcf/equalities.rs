@@ -46,6 +46,7 @@ pub(super) fn equalities(
     // Behind the joints stands one that never moves, for those that are held.
     let mut next: Vec<Option<Follows>> = vec![None; moved.joints.len() + 1];
     let mut connects = Vec::new();
+    let is_off = ["equality", "constraint"].into_iter().find(|flag| root.disables(flag));
     for element in root.children("equality").flat_map(|equality| &equality.children) {
         let view = defaults.view(element, None)?;
         let mut left_out = |why: &str| {
@@ -54,6 +55,10 @@ pub(super) fn equalities(
         };
         if view.flag("active")? == Some(false) {
             left_out("is not active in the file");
+            continue;
+        }
+        if let Some(flag) = is_off {
+            left_out(&format!("is disabled in the file (`{flag}` of <flag>)"));
             continue;
         }
         match element.tag.as_str() {

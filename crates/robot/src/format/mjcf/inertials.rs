@@ -156,20 +156,17 @@ pub(super) fn part(
         InertiaFromGeom::Always => true,
         InertiaFromGeom::Auto => inertial.is_none(),
     };
-    let part = match (from_shapes, inertial) {
-        (false, None) => None,
-        (false, Some(inertial)) => Some(explicit(inertial, compiler, snapped)?),
-        (true, _) => {
-            let mut parts = Vec::new();
-            for shape in shapes {
-                let group = shape.view.number("group")?.unwrap_or(0.0);
-                if group >= compiler.groups.0 && group <= compiler.groups.1 {
-                    parts.extend(shape.part(meshes)?);
-                }
-            }
-            let x = sum(&parts);
-            x.and_then(|x| Part::from_parameters(name.to_string(), &x, Pose::IDENTITY.rotation))
+    let mut parts = Vec::new();
+    for shape in shapes.iter().filter(|_| from_shapes) {
+        let group = shape.view.number("group")?.unwrap_or(0.0);
+        if group >= compiler.groups.0 && group <= compiler.groups.1 {
+            parts.extend(shape.part(meshes)?);
         }
+    }
+    let part = match inertial {
+        // Where no shape weighs, MuJoCo keeps what the body says itself.
+        Some(inertial) if parts.is_empty() => Some(explicit(inertial, compiler, snapped)?),
+        _ => sum(&parts).and_then(|x| Part::from_parameters(name.to_string(), &x, Pose::IDENTITY.rotation)),
     };
     let part = part.unwrap_or(Part { name: name.into(), pose: Pose::IDENTITY, mass: 0.0, inertia: [0.0; 6] });
     let part = bounded(Part { name: name.to_string(), ..part }, compiler);

@@ -28,6 +28,9 @@ pub(super) struct MjcfJoint<'a> {
     pub armature: f64,
 }
 
+/// What is said of a `damping` of several numbers.
+pub(super) const POLYNOMIAL_DAMPING: &str = "is damped by a polynomial of its speed; the first coefficient is read";
+
 /// The bodies in the frames of the joints that move them.
 pub(super) struct Moved<'a> {
     /// Antecedents first, in the order of MuJoCo's coordinates.
@@ -157,6 +160,18 @@ fn parts(bodies: &[Body], floats: bool, notes: &mut Vec<Note>) -> Result<(Option
         notes.push(Note { subject: named(&objects[..1]), text });
     }
     let floating = robots.first().map(|f| f.0);
+    for (b, view) in robots {
+        for name in ["armature", "damping", "frictionloss"] {
+            if let Some(given) = view.numbers(name, 1, 9)?.filter(|given| given.iter().any(|x| *x != 0.0)) {
+                let text = format!(
+                    "has the `{name}` {} on its free joint, which is not read: no motor turns a floating base. \
+                     MuJoCo counts it; <freejoint> takes none from a <default>",
+                    given[0]
+                );
+                notes.push(Note { subject: shown(&bodies[*b].name), text });
+            }
+        }
+    }
     let is_part = |b: usize| match floating {
         Some(f) => top[b] == f,
         None => !objects.iter().any(|o| o.0 == top[b]),
@@ -186,7 +201,7 @@ fn joint<'a>(
     let mut note = |text: &str| notes.push(Note { subject: subject.clone(), text: text.into() });
     let damping = view.numbers("damping", 1, 9)?;
     if damping.as_ref().is_some_and(|d| d[1..].iter().any(|x| *x != 0.0)) {
-        note("is damped by a polynomial of its speed; the first coefficient is read");
+        note(POLYNOMIAL_DAMPING);
     }
     let joint = MjcfJoint {
         name,

@@ -2,8 +2,8 @@
 //!
 //! element.rs reads the elements and what they include, defaults.rs what they leave to their class, bodies.rs and
 //! joints.rs order them into a tree of joints, and [`jointed`] makes a robot of them. Coordinates are those of MuJoCo, in
-//! its order. What a body weighs is its `<inertial>` or its shapes (inertials.rs). `armature` is a rotor inertia,
-//! `damping` and `frictionloss` are friction.
+//! its order. What a body weighs is its `<inertial>` or its shapes (inertials.rs). `armature` of a joint and
+//! of its actuators is a rotor inertia, `damping` and `frictionloss` are friction.
 //!
 //! Not here: tendons, contacts, springs, muscles; ball joints (refused); soft bodies and what is made by rules
 //! (refused, with the call that writes it out).
@@ -48,8 +48,8 @@ pub(in crate::format) fn read_mjcf_with(
     let meshes = Meshes::new(&root, &defaults, &compiler, folder)?;
     let (mut notes, mut snapped) = (Vec::new(), Vec::new());
     let bodies = bodies(&root, &defaults, &compiler, &mut snapped)?;
-    let moved = moved(&bodies, &compiler, options.floating_base, &mut notes)?;
-    let drives = drives(&root, &defaults, &moved.joints)?;
+    let mut moved = moved(&bodies, &compiler, options.floating_base, &mut notes)?;
+    let drives = drives(&root, &defaults, &mut moved.joints, &mut notes)?;
     let tied = equalities(&root, &defaults, &bodies, &moved, &drives, options.mimic, &mut notes)?;
     let mut carried = carried(&bodies, &moved, &compiler, &meshes, &mut snapped)?;
     if let Some(total) = compiler.total_mass {
@@ -168,10 +168,6 @@ fn gravity(root: &Element) -> Result<[Value; 3], Error> {
     let mut gravity = [0.0, 0.0, -9.81];
     for element in root.children("option") {
         gravity = View::bare(element).vector("gravity")?.unwrap_or(gravity);
-        let is_off = |flag: &Element| flag.attribute("gravity") == Some("disable");
-        if element.children("flag").any(is_off) {
-            gravity = [0.0; 3];
-        }
     }
-    Ok(gravity.map(Value::Number))
+    Ok(if root.disables("gravity") { [0.0; 3] } else { gravity }.map(Value::Number))
 }

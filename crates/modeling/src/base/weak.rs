@@ -1,0 +1,62 @@
+//! Columns that are independent, but too weak for a motion to show them.
+//!
+//! Where two axes are parallel but for an angle a, some columns stand out of the span of the others by a or a^2 of their
+//! norm, which a double cannot tell from rounding, or no measurement from noise. The finite field finds them independent;
+//! the numbers drop them. So do they where two lengths agree by chance, which is another matter: there the columns are
+//! ordinary ones of almost every robot. The two are told apart by changing all numbers.
+
+use std::collections::BTreeSet;
+
+use expr::{Expr, Function, Node};
+use nalgebra::DMatrix;
+use random::SplitMix;
+use robot::Robot;
+
+use crate::base::gate::SCAN_ROUNDING;
+use crate::base::rank::{CLEAR_GAP, INDEPENDENT, Scan, scan};
+use crate::base::regrouping::Shares;
+use crate::base::samples::sampled;
+use crate::base::triangle::triangle;
+
+/// What relations may leave out of a column, relative to the largest: a torque to six digits.
+pub(crate) const MOST_LEFT_OUT: f64 = 1e-6;
+
+/// The most that the relations of some columns leave out of them, relative to the largest column.
+pub(crate) fn left_out(triangle: &DMatrix<f64>, shares: &Shares, inexact: &BTreeSet<usize>) -> f64 {
+    let largest = triangle.column_iter().map(|c| c.norm()).fold(0.0, f64::max);
+    let rest = |&c: &usize| {
+        let made = |rest, (kept, share): &(usize, Share)| rest - share.number * triangle.column(*kept);
+        shares.get(&c).map_or(0.0, |row| row.iter().fold(triangle.column(c).into_owned(), made).norm())
+    };
+    inexact.iter().map(rest).fold(0.0, f64::max) / largest.max(f64::MIN_POSITIVE)
+}
+
+/// Lengths, and what angles differ by from a twelfth of pi, are changed by up to this part of themselves.
+const CHANGE: f64 = 0.25;
+/// Distance, and share of the largest column, of a column that stays weak where all numbers are changed: a hundred and ten
+/// times what the numbers drop, because it grows with the second power of an angle or the fourth of a length.
+const STAYS_WEAK: (f64, f64) = (100.0 * INDEPENDENT, 1e-8);
+
+/// Whether columns that the numbers drop are nearly in the span of the others at other numbers too: an angle that is
+/// nearly, but not quite, zero makes such. Columns that two equal lengths tie together are not. Of loops, which close at
+/// few other numbers, those are weak that stand out by more than rounding.
+pub(crate) fn are_weak(robot: &Robot, regressor: &Function, numeric: &Scan, weak: &[usize]) -> bool {
+    if !robot.passive.is_empty() {
+        return weak.iter().all(|&c| numeric.distance[c] > CLEAR_GAP * SCAN_ROUNDING);
+    }
+    let constants = regressor.constants();
+    let graph = regressor.graph();
+    let is_angle = |e: Expr| graph.nodes().iter().any(|n| matches!(n, Node::Sin(a) | Node::Cos(a) if *a == e));
+    let mut random = SplitMix(2001);
+    let changed = |(e, _, x): &(Expr, String, f64)| {
+        let twelfth = std::f64::consts::PI / 12.0;
+        let special = if is_angle(*e) { (x / twelfth).round() * twelfth } else { 0.0 };
+        special + (x - special) * (1.0 + CHANGE * random.unit())
+    };
+    let values: Vec<f64> = constants.iter().map(changed).collect();
+    let names: Vec<String> = constants.into_iter().map(|(_, name, _)| name).collect();
+    let function = regressor.with_constants_as_input("constants", &names);
+    let triangle = triangle(&sampled(&function, None, &values), regressor.outputs[0].rows);
+    let stays = |scan: &Scan| weak.iter().all(|&c| scan.distance[c] < STAYS_WEAK.0 || scan.share[c] < STAYS_WEAK.1);
+    scan(&triangle, Some(&numeric.kept)).is_ok_and(|scan| stays(&scan))
+}

@@ -1,0 +1,250 @@
+//! Ratios of any length are exact, and columns too weak for a motion are named and left out, with what that leaves out.
+
+use std::f64::consts::FRAC_PI_2;
+
+use expr::Tape;
+use modeling::{BaseParameters, Derivation, UnclearRank};
+use nalgebra::DMatrix;
+use robot::{Robot, Value, format};
+use tests::random::Random;
+
+fn read(text: &str) -> Robot {
+    format::read_yaml(text, "weak.yaml").unwrap_or_else(|e| panic!("{e}\n{text}"))
+}
+
+fn base(robot: &Robot) -> Result<BaseParameters, UnclearRank> {
+    let mut derivation = Derivation::new(robot).unwrap();
+    let regressor = derivation.regressor();
+    derivation.base_parameters(&regressor)
+}
+
+/// Law 2 with what is left out: |D_base X_base - D X| <= left_out |D|_max sum |X|, row by row of `states` states, where
+/// |D|_max is the norm of the largest column over them. Two, since the states are not those of the derivation.
+fn loses_only_what_is_said(robot: &Robot, base: &BaseParameters, what: &str) {
+    assert!(base.rank.left_out <= 1e-6, "{what}: {:?}", base.rank);
+    let mut derivation = Derivation::new(robot).unwrap();
+    let regressor = derivation.regressor();
+    let (n, p) = (robot.n_coordinates(), base.standard.len());
+    let states = 3 * p / n + 10;
+    let mut random = Random(12);
+    let inputs: Vec<f64> = (0..states).flat_map(|_| random.state(robot).inputs()).collect();
+    let tape = Tape::new(&regressor);
+    let mut values = vec![f64::NAN; states * n * p];
+    tape.evaluate_many(&inputs, &mut tape.workspace(), &mut values);
+    let d = DMatrix::from_row_slice(states * n, p, &values);
+    let largest = d.column_iter().map(|c| c.norm()).fold(0.0, f64::max);
+    let mut most: f64 = 0.0;
+    for c in 0..p {
+        let mut rest = d.column(c).into_owned();
+        for b in &base.base {
+            b.terms.iter().filter(|t| t.parameter == c).for_each(|t| rest -= d.column(b.column) * t.coefficient);
+        }
+        // Rounding of some hundred operations.
+        assert!(
+            rest.norm() <= (2.0 * base.rank.left_out + 1e-12) * largest,
+            "{what}: column {c}: {:e}",
+            rest.norm() / largest
+        );
+        most = most.max(rest.norm() / largest);
+    }
+    // What is said is not far from what is so.
+    assert!(base.weak.is_empty() == (base.rank.left_out == 0.0), "{what}: {:?}", base.rank);
+    assert!(base.rank.left_out <= 1e-13 || most >= 0.1 * base.rank.left_out, "{what}: {most:e} {:?}", base.rank);
+}
+
+/// Two fingers' joints follow one coordinate: the second by the product of two ratios, of eight digits.
+fn thumb(first: &str, second: &str) -> Robot {
+    read(&format!(
+        "convention: khalil-kleinfinger
+name: thumb
+rotor_inertia: none
+coordinates: [q0, q1, q2]
+links:
+  - {{link: 9, antecedent: base, theta: q0}}
+  - {{link: 1, antecedent: 9, alpha: -pi/2, d: 0.02101, theta: q1 - 1.309, r: 0.1156}}
+  - {{link: 2, antecedent: 1, alpha: pi/2, d: 0.0099, theta: q2 + 0.59}}
+  - {{link: 3, antecedent: 2, drive: passive, d: 0.0378, theta: {first}*q2 - 0.0615}}
+  - {{link: 4, antecedent: 3, drive: passive, d: 0.02538, theta: {second}*q2}}
+"
+    ))
+}
+
+#[test]
+fn ratios_of_any_length_are_exact() {
+    let decimal = |n: usize, places: usize| {
+        format!("{}{}.{:0places$}", "", n / 10usize.pow(places as u32), n % 10usize.pow(places as u32))
+    };
+    let mut random = Random(61);
+    for _ in 0..12 {
+        let [a, b, c] = [(); 3].map(|()| 1001 + random.below(8999));
+        for (first, second) in [
+            (decimal(a, 4), decimal(a * b, 8)),
+            (decimal(a, 4), decimal(a * b * c, 12)),
+            (format!("-{}", decimal(a * b, 8)), decimal(a * b * c, 12)),
+        ] {
+            let robot = thumb(&first, &second);
+            let found = base(&robot).unwrap_or_else(|e| panic!("{first} {second}: {e}"));
+            // 28 at any ratios (60 digits: the smallest distance is 0.19).
+            assert_eq!((found.len(), found.rank.exact.rank()), (28, Some(28)), "{first} {second}");
+            assert!(found.weak.is_empty() && found.rank.left_out == 0.0);
+        }
+    }
+    // The product as a file's reader multiplies it.
+    let product = (0.8024 * 0.9487).to_string();
+    assert_eq!(base(&thumb("0.8024", &product)).unwrap().len(), 28);
+}
+
+/// A finger on an arm: its second axis nearly parallel to the first, nearly square where `square`.
+fn nearly(tilts: [f64; 3], square: bool, rotors: bool) -> Robot {
+    let rotors = if rotors { "actuated" } else { "none" };
+    let mut robot = read(&format!(
+        "convention: khalil-kleinfinger
+name: finger
+rotor_inertia: {rotors}
+gravity: [0, -9.81, 0]
+links:
+  - {{link: 1, antecedent: base, theta: q1}}
+  - {{link: 2, antecedent: 1, alpha: 0.5, d: 0.04, theta: q2}}
+  - {{link: 3, antecedent: 2, alpha: 0.5, d: 0.03, theta: q3}}
+  - {{link: 4, antecedent: 3, alpha: 0.5, d: 0.02, theta: q4}}
+"
+    ));
+    for (link, tilt) in robot.links[1..].iter_mut().zip(tilts) {
+        link.geometry.alpha = Value::Number(if square { FRAC_PI_2 } else { 0.0 } + tilt);
+    }
+    robot
+}
+
+#[test]
+fn nearly_parallel_axes_leave_weak_columns() {
+    let (mut weak, mut refused) = (0, Vec::new());
+    let mut random = Random(7);
+    for draw in 0..48 {
+        let power = |random: &mut Random| 10f64.powf(-7.0 + 3.0 * random.unit().abs());
+        let mut tilts = [power(&mut random), 0.0, 0.0];
+        if draw % 3 > 0 {
+            tilts[1] = power(&mut random);
+        }
+        let robot = nearly(tilts, draw % 2 == 1, draw % 4 > 1);
+        let what = format!("{draw} {tilts:?}");
+        match base(&robot) {
+            Ok(found) => {
+                weak += usize::from(!found.weak.is_empty());
+                let exact = found.rank.exact.rank().unwrap();
+                // Each has its name, and none is told to have no effect.
+                assert!(found.len() <= exact && (found.len() < exact) == !found.weak.is_empty(), "{what}");
+                assert!(found.weak.iter().all(|w| !found.no_effect.contains(&w.column) && w.share < 1e-6), "{what}");
+                loses_only_what_is_said(&robot, &found, &what);
+            }
+            Err(e) => refused.push(format!("{what}: {e}")),
+        }
+    }
+    println!("{weak} weak; refused: {refused:#?}");
+    assert!(weak > 10 && refused.is_empty(), "{weak} {refused:#?}");
+}
+
+#[test]
+fn a_weak_ratio_leaves_weak_columns() {
+    let mut seen = 0;
+    for (k, ratio) in ["-0.0123", "0.0123", "101", "-0.00123", "0.000123"].into_iter().enumerate() {
+        for alpha in ["0", "pi/2", "0.4"] {
+            let robot = read(&format!(
+                "convention: khalil-kleinfinger
+name: ratio
+gravity: [1.2, -3.4, -9.1]
+links:
+  - {{link: 1, antecedent: base, theta: q1}}
+  - {{link: 2, antecedent: 1, alpha: {alpha}, d: 0.2, drive: passive, theta: {ratio}*q1 + 0.3}}
+  - {{link: 3, antecedent: 2, alpha: 0.7, d: 0.1, theta: q3}}
+"
+            ));
+            let found = base(&robot).unwrap_or_else(|e| panic!("{ratio} {alpha}: {e}"));
+            seen += usize::from(!found.weak.is_empty());
+            loses_only_what_is_said(&robot, &found, &format!("{k} {ratio} {alpha}"));
+        }
+    }
+    println!("{seen}");
+}
+
+/// The sentence has the names, both ranks and the size; it is not there where nothing is weak.
+#[test]
+fn weak_columns_are_named() {
+    let robot = nearly([7.8504e-5, 0.3, 0.4], false, false);
+    let found = base(&robot).unwrap();
+    let text = found.evidence_of_rank(&robot);
+    let names: Vec<String> = found.weak.iter().map(|w| found.standard[w.column].display(&robot).to_string()).collect();
+    assert!(!names.is_empty() && names.iter().all(|name| text.contains(name)), "{text}");
+    assert!(text.contains("so weak that no motion shows"), "{text}");
+    assert!(text.contains(&found.rank.exact.rank().unwrap().to_string()), "{text}");
+    let robot = nearly([0.2, 0.3, 0.4], false, false);
+    let text = base(&robot).unwrap().evidence_of_rank(&robot);
+    assert!(!text.contains("weak") && text.contains("finite field"), "{text}");
+}
+
+/// Gravity along a slanted rail by chance: no base parameters.
+const BY_CHANCE: &str = "convention: khalil-kleinfinger
+name: rail
+gravity: [0, 3.8202140182587, -9.035788350852]
+links:
+  - {link: 1, antecedent: base, joint: prismatic, alpha: 0.4, r: q1}
+  - {link: 2, antecedent: 1, joint: prismatic, alpha: pi/2, r: q2}
+  - {link: 3, antecedent: 2, d: 0.1, theta: q3}
+";
+
+/// What needs no base parameters is there for a robot that has none, and is right; what needs them refuses.
+#[test]
+fn only_what_uses_base_parameters_asks_for_their_rank() {
+    let gravity = 0.4f64.sin_cos();
+    let text = BY_CHANCE
+        .replace("3.8202140182587", &(9.81 * gravity.0).to_string())
+        .replace("9.035788350852", &(9.81 * gravity.1).to_string());
+    let robot = read(&text);
+    assert!(matches!(base(&robot), Err(UnclearRank::Coincident { .. })), "{:?}", base(&robot).map(|b| b.len()));
+    let path = std::path::Path::new("rail.yaml");
+    let refused = rist::Model::of(robot.clone(), path, false).map(|_| ()).unwrap_err().to_string();
+    assert!(refused.contains("Two lengths or angles agree"), "{refused}");
+    let model = rist::Model::at_any_rank(robot.clone(), path, false).unwrap();
+    assert!(model.parameters.refused.is_some());
+
+    let mut random = Random(3);
+    let (state, x) = (random.state(&robot), random.physical_parameters(&robot));
+    let tau = tests::recursion::torque(&robot, &state, &x);
+    let at = |name: &str, others: &[(&str, &[f64])]| {
+        let evaluation = rist::evaluation::Evaluation::of_function(&model, name).unwrap();
+        let mut outputs = vec![f64::NAN; evaluation.outputs().iter().map(|o| o.rows * o.columns).sum()];
+        let states =
+            rist::evaluation::ManyStates { q: &state.q, dq: &state.dq, ddq: &state.ddq, parameters: &x, others };
+        evaluation.fill(&model, &states, &mut outputs).unwrap();
+        outputs
+    };
+    // Two ways to sums of some hundred terms of order ten.
+    let same = |found: &[f64], wanted: &[f64]| {
+        assert_eq!(found.len(), wanted.len());
+        found
+            .iter()
+            .zip(wanted)
+            .for_each(|(a, b)| assert!((a - b).abs() < 1e-11 * (1.0 + b.abs()), "{found:?} {wanted:?}"));
+    };
+    same(&at("torque", &[]), &tau);
+    same(&at("inverse-dynamics", &[]), &tau);
+    same(&at("forward-dynamics", &[("tau", &tau)]), &state.ddq);
+    let by_regressor: Vec<f64> = at("regressor", &[]).chunks(x.len()).map(|row| tests::dot(row, &x).0).collect();
+    same(&by_regressor, &tau);
+    assert!(at("pose=3", &[]).iter().all(|x| x.is_finite()));
+
+    let function = |word: &str| modeling::RobotFunction::of_robot(word).unwrap();
+    let pose = modeling::RobotFunction::of_link("pose").unwrap()(robot::LinkId(2).into());
+    let asked = [function("forward-dynamics"), function("regressor"), pose];
+    let formulas = modeling::formulas(&robot, &asked).unwrap();
+    assert!(formulas.functions[0].0[0].contains("accelerations"), "{:?}", formulas.functions[0].0);
+    let doc = formulas.doc.join(" ");
+    assert!(doc.contains("standard parameters, in the order") && !doc.contains("base parameters"), "{doc}");
+    let module = modeling::module(&robot, &asked).unwrap();
+    let source = codegen::rust_file(&module, "a test");
+    assert!(source.contains("The standard parameters X") && source.contains("Two lengths or angles agree"), "{source}");
+    assert!(!source.contains("base_regressor") && source.matches("pub fn regressor").count() == 1, "{source}");
+    for refused in [&[][..], &[function("base-regressor")]] {
+        assert!(modeling::module(&robot, refused).is_err());
+    }
+    assert!(modeling::formulas(&robot, &[function("base-regressor")]).is_err());
+}
