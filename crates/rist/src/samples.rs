@@ -28,7 +28,7 @@ use crate::chosen::{Chosen, Looked, choose, found_delay, told_rotors, with_open}
 use crate::drive_gains::{OWN_SCALE, drive_gains, gain_remark, is_own_scale, widen};
 use crate::error::Error;
 use crate::friction::{ChosenFriction, Kept, choose_friction, not_looked_for, worthwhile_joint_terms};
-use crate::load::{Load, load};
+use crate::load::{Load, Scales, load};
 use crate::model::Model;
 use crate::request::Request;
 pub use crate::request::{IdentifyRequest, SamplesRequest};
@@ -195,7 +195,8 @@ fn identify_kept(
         return Ok(Identification { model: Some(rotating), ..identified });
     }
     let link = request.loaded_link.as_deref();
-    let load = (!loaded.is_empty()).then(|| load(model, link, &fit, loaded, &options)).transpose()?;
+    let scales = Scales { gains: gains.as_ref(), faults: &faults, passport: &passport };
+    let load = (!loaded.is_empty()).then(|| load(model, link, &fit, loaded, &options, &scales)).transpose()?;
     let (noise, described_parameters) = (Noise::of(&fit), model.described_parameters());
     let described = described_parameters.as_ref().map(|x| described_error(model, &fit, &options, x));
     if kept == Kept::Essential {

@@ -27,3 +27,4 @@ pub mod rotors;
 pub mod selection;
 pub mod validation;
 pub mod verdict;
+pub mod wrench_verdict;
