@@ -18,6 +18,7 @@ use gate::source;
 
 use robot::mesh;
 use robot::vector::Vector3;
+use robot::{CollisionShape, Robot};
 
 /// Largest file that is read. Larger ones are no collision geometry.
 const MAX_MESH_BYTES: u64 = 256 << 20;
@@ -45,9 +46,20 @@ pub(crate) fn mesh_path(name: &str, directory: &Path) -> Result<PathBuf, String>
     if let Some(found) = places.iter().find(|path| path.is_file()) {
         return Ok(found.clone());
     }
-    let first = places.first().map_or(String::new(), |path| path.display().to_string());
-    let above = if places.len() > 1 { " or in the folders above" } else { "" };
-    Err(format!("there is no {first}{above}"))
+    let first = places.first().map(PathBuf::as_path).unwrap_or(Path::new(name));
+    let there = places.iter().find(|path| path.exists());
+    let above = if places.len() > 1 && there.is_none() { " or in the folders above" } else { "" };
+    Err(source::no_file(there.map_or(first, PathBuf::as_path)).unwrap_or_default() + above)
+}
+
+/// The files of the meshes that a robot's bodies name; `directory`: that of the description.
+pub fn mesh_files(robot: &Robot, directory: &Path) -> Vec<PathBuf> {
+    let all = robot.links.iter().flat_map(|link| &link.collisions).chain(&robot.base.collisions);
+    let file = |shape: &CollisionShape| match shape {
+        CollisionShape::Mesh { file, .. } => mesh_path(file, directory).ok(),
+        _ => None,
+    };
+    all.filter_map(|collision| file(&collision.shape)).collect()
 }
 
 /// The distinct vertices of a file, in its own units; its extension tells the format.

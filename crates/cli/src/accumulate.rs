@@ -8,12 +8,12 @@ use rist::Accumulator;
 use rist::request::AccumulateRequest;
 use serde_json::json;
 
-use crate::artefact::read_sums;
+use crate::artefact::{read_sums, write_file};
 use crate::failure::Failure;
 use crate::flags::Flags;
 use crate::model::ModelArguments;
 use crate::terminal::{at_work, print_result};
-use rist::output::{check_output, is_same, write_file};
+use rist::output::{check_output, is_same};
 
 /// Add logs up into sums, which rist merge, rist solve and rist compare take instead of the logs
 ///
@@ -67,7 +67,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
             rist::accumulate(&model, logs, &request)?
         }
     };
-    write_file(&arguments.out, &sums.to_bytes()?, &inputs)?;
+    write_file(&arguments.out, &sums.to_bytes()?)?;
     print_account(&sums)
 }
 

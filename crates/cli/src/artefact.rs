@@ -2,12 +2,14 @@
 
 use std::path::{Path, PathBuf};
 
+use rist::gate::opened;
 use rist::output::{check_output, is_same};
 pub(crate) use rist::read_text;
 use rist::validation::{TorqueSeries, series_to_csv, series_to_parquet};
 use rist::{Accumulator, Estimate, ExcitingMotion, ExperimentPlan, Kind, Model};
 
 use crate::failure::Failure;
+use crate::interrupt::undivided;
 use crate::model::ModelArguments;
 
 /// Makes a directory where there is none, but not those that it stands in: they would be typing errors.
@@ -76,6 +78,13 @@ pub(crate) fn read_motions(path: &Path, model: &Model) -> Result<MotionFile, Fai
     model.check(path, &motion.model)?;
     motion.motion(&file)?;
     Ok(MotionFile::Motion(Box::new(motion)))
+}
+
+/// Writes a whole file or nothing, and never over what the program read.
+pub(crate) fn write_file(out: &Path, content: impl AsRef<[u8]>) -> Result<(), rist::Error> {
+    let read = opened::all();
+    let inputs: Vec<&Path> = read.iter().map(PathBuf::as_path).collect();
+    undivided(|| rist::output::write_file(out, content, &inputs))
 }
 
 /// Refuses outputs over inputs or over each other.

@@ -6,11 +6,11 @@ use clap::Args;
 use rist::Accumulator;
 use rist::request::CompareRequest;
 
-use crate::artefact::read_sums;
+use crate::artefact::{read_sums, write_file};
 use crate::failure::Failure;
 use crate::flags::Flags;
 use crate::terminal::print_result;
-use rist::output::{check_output, write_file};
+use rist::output::check_output;
 
 /// Say which parameters moved between sums: two robots, or two days of one
 ///
@@ -45,7 +45,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let found = rist::compare((&name(&arguments.reference), &reference), &named, asked.of, asked.fdr)?;
     print_result(&found, || serde_json::to_value(&found))?;
     if let Some(out) = &arguments.out {
-        write_file(out, &found.to_yaml()?, &inputs)?;
+        write_file(out, &found.to_yaml()?)?;
     }
     match found.changed() {
         0 => Ok(()),

@@ -3,9 +3,9 @@
 use std::path::PathBuf;
 
 use clap::Args;
-use rist::output::write_file;
 use rist::request::{ConvertRequest, DescriptionFormat};
 
+use crate::artefact::write_file;
 use crate::failure::Failure;
 use crate::flags::Flags;
 use crate::model::ModelArguments;
@@ -28,7 +28,7 @@ pub(crate) struct Arguments {
 pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let model = &arguments.model;
     let write = |text: &str| match &arguments.out {
-        Some(out) => Ok(write_file(out, text, &[&model.model])?),
+        Some(out) => Ok(write_file(out, text)?),
         None => print(text),
     };
     let format = match arguments.request.read()? {

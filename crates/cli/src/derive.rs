@@ -3,10 +3,10 @@
 use std::path::PathBuf;
 
 use clap::Args;
-use rist::output::write_file;
 use rist::request::spelling::flags;
 use rist::request::{DeriveRequest, Request};
 
+use crate::artefact::write_file;
 use crate::failure::Failure;
 use crate::flags::Flags;
 use crate::model::ModelArguments;
@@ -36,6 +36,6 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let text = rist::derive(&robot, &request, &made_by, options.any_size).map_err(refused)?;
     match &arguments.out {
         None => print(&text),
-        Some(out) => Ok(write_file(out, &text, &[arguments.model.model.as_path()])?),
+        Some(out) => Ok(write_file(out, &text)?),
     }
 }

@@ -6,14 +6,13 @@ use clap::Args;
 use rist::request::ExciteRequest;
 use rist::{ExcitingMotion, Player};
 
-use crate::artefact::check_outputs;
+use crate::artefact::{check_outputs, write_file};
 use crate::failure::Failure;
 use crate::flags::Flags;
 use crate::interrupt::interruptible;
 use crate::model::{ModelArguments, is_prismatic};
 use crate::report::page_of_motion;
 use crate::terminal::{self, print_result, progress};
-use rist::output::write_file;
 
 /// Search one motion that makes the parameters visible, and prove that it keeps its limits
 ///
@@ -75,13 +74,13 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
         )));
     }
     for (file, player) in arguments.play.iter().zip(players) {
-        write_file(file, player.text(&found)?, &inputs)?;
+        write_file(file, player.text(&found)?)?;
     }
     if let Some(out) = &arguments.out {
-        write_file(out, &ExcitingMotion::to_yaml(&found)?, &inputs)?;
+        write_file(out, &ExcitingMotion::to_yaml(&found)?)?;
     }
     if let Some(out) = &arguments.report {
-        write_file(out, page_of_motion(&model, &found, arguments.date.as_deref())?, &inputs)?;
+        write_file(out, page_of_motion(&model, &found, arguments.date.as_deref())?)?;
     }
     Ok(())
 }

@@ -7,12 +7,11 @@ use rist::request::spelling::flags;
 use rist::request::{GenerateRequest, Request, SourceLanguage};
 use rist::source::Language;
 
-use crate::artefact::read_estimate;
+use crate::artefact::{read_estimate, write_file};
 use crate::failure::Failure;
 use crate::flags::Flags;
 use crate::model::ModelArguments;
 use crate::terminal::{at_work, note, print, progress};
-use rist::output::write_file;
 
 /// Write a robot's base regressor and other functions as source that stands alone
 #[derive(Args)]
@@ -69,14 +68,12 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
     }
     // Without a file, the source alone is printed.
     let Some(out) = &arguments.out else { return print(&source.text) };
-    let read: Vec<&Path> =
-        [&arguments.model.model].into_iter().chain(&request.estimate).map(PathBuf::as_path).collect();
     match &source.header {
         Some(header) => {
-            write_file(&beside(out, "h"), header, &read)?;
-            write_file(&beside(out, "c"), &source.text, &read)?;
+            write_file(&beside(out, "h"), header)?;
+            write_file(&beside(out, "c"), &source.text)?;
         }
-        None => write_file(out, &source.text, &read)?,
+        None => write_file(out, &source.text)?,
     }
     for (name, c) in &source.counts {
         progress(format_args!("{name}: {} mul, {} add, {} sin_cos a call", c.mul, c.add, c.sin_cos));

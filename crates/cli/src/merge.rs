@@ -5,9 +5,9 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 
 use crate::accumulate::print_account;
-use crate::artefact::read_sums;
+use crate::artefact::{read_sums, write_file};
 use crate::failure::Failure;
-use rist::output::{check_output, write_file};
+use rist::output::check_output;
 
 /// Merge sums of rist accumulate: the same as one sum over all logs, in whatever order
 #[derive(Args)]
@@ -32,6 +32,6 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
             Failure::new(format_args!("{} cannot be added to {}: {e}", path.display(), first.display()))
         })?;
     }
-    write_file(&arguments.out, &all.to_bytes()?, &inputs)?;
+    write_file(&arguments.out, &all.to_bytes()?)?;
     print_account(&all)
 }

@@ -7,14 +7,14 @@ use rist::request::{PlanRequest, TrajectoryFiles};
 use rist::{Checked, trajectory_file};
 use serde_json::json;
 
-use crate::artefact::make_directory;
+use crate::artefact::{make_directory, write_file};
 use crate::check::value;
 use crate::failure::Failure;
 use crate::flags::Flags;
 use crate::interrupt::interruptible;
 use crate::model::ModelArguments;
 use crate::terminal::{self, print_result, progress};
-use rist::output::{check_output, write_file};
+use rist::output::check_output;
 
 /// Plan the exciting experiments of identification by spectrum analysis
 ///
@@ -64,11 +64,11 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
         make_directory(directory)?;
         for (e, t) in plan.experiments.iter().zip(plan.trajectories("plan")?) {
             let text = trajectory_file(&t.reference(), &plan.coordinates, request.rate, files.format);
-            write_file(&directory.join(format!("{}.{}", e.name, files.format.extension())), &text, &inputs)?;
+            write_file(&directory.join(format!("{}.{}", e.name, files.format.extension())), &text)?;
         }
     }
     match &arguments.out {
-        Some(out) => Ok(write_file(out, &plan.to_yaml()?, &inputs)?),
+        Some(out) => Ok(write_file(out, &plan.to_yaml()?)?),
         None => Ok(()),
     }
 }

@@ -7,13 +7,12 @@ use rist::ExcitingMotion;
 use rist::request::PlayRequest;
 use serde_json::json;
 
-use crate::artefact::{check_outputs, read_text};
+use crate::artefact::{check_outputs, read_text, write_file};
 use crate::check::value;
 use crate::failure::Failure;
 use crate::flags::Flags;
 use crate::model::ModelArguments;
 use crate::terminal::{self, print_result};
-use rist::output::write_file;
 
 /// Write a motion for a controller, with the way to it and back, at its speed or slower
 ///
@@ -66,9 +65,9 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
     if !faults.is_empty() {
         return Err(Failure::verdict(format_args!("{}: {}; nothing is written", file.display(), faults.join("; "))));
     }
-    write_file(&arguments.out, &staged.text, &inputs)?;
+    write_file(&arguments.out, &staged.text)?;
     match &arguments.template {
-        Some(template) => Ok(write_file(template, &staged.template, &inputs)?),
+        Some(template) => Ok(write_file(template, &staged.template)?),
         None => Ok(()),
     }
 }

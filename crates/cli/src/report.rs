@@ -14,11 +14,11 @@ use rist::validation::Portrait;
 use rist::verdict::Verdict;
 use rist::{Estimate, ExperimentPlan, LogSource, Model, ModelOptions, Validation};
 
-use crate::artefact::{make_directory, read_text};
+use crate::artefact::{make_directory, read_text, write_file};
 use crate::failure::Failure;
 use crate::flags::Flags;
 use crate::terminal::at_work;
-use rist::output::{check_output, write_file};
+use rist::output::check_output;
 
 /// Write plan, motion, estimate and validation as one self-contained HTML page
 ///
@@ -90,10 +90,10 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
     if let Some(directory) = &files.svg {
         make_directory(directory)?;
         for (name, svg) in &pictures {
-            write_file(&directory.join(name), svg, &inputs)?;
+            write_file(&directory.join(name), svg)?;
         }
     }
-    Ok(write_file(&arguments.out, &page, &inputs)?)
+    Ok(write_file(&arguments.out, &page)?)
 }
 
 /// Refuses a page of nothing, and parts that need others.

@@ -5,10 +5,9 @@ use std::path::PathBuf;
 use clap::{Args, Command};
 use clap_complete::Shell;
 
-use crate::artefact::make_directory;
+use crate::artefact::{make_directory, write_file};
 use crate::failure::Failure;
 use crate::terminal::print;
-use rist::output::write_file;
 
 /// Print the completions of a shell
 ///
@@ -45,7 +44,7 @@ pub(crate) fn manual(arguments: &ManualArguments, command: Command) -> Result<()
         let place = arguments.out.join(manual.get_filename());
         let mut page = Vec::new();
         manual.render(&mut page).map_err(|e| Failure::new(format_args!("{}: {e}", place.display())))?;
-        write_file(&place, &page, &[])?;
+        write_file(&place, &page)?;
     }
     Ok(())
 }

@@ -7,12 +7,11 @@ use rist::Record;
 use rist::simulation::{Motions, SimulateRequest};
 use serde_json::json;
 
-use crate::artefact::{MotionFile, make_directory, model_of, read_motions};
+use crate::artefact::{MotionFile, check_outputs, make_directory, model_of, read_motions, write_file};
 use crate::failure::Failure;
 use crate::flags::Flags;
 use crate::model::ModelArguments;
 use crate::terminal::{self, at_work, print_result};
-use rist::output::write_file;
 
 /// Simulate the experiments of a plan, or an exciting motion, in closed loop, with friction, noise and drive gains
 ///
@@ -45,6 +44,8 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let of_user = [&arguments.model.model, &arguments.motions].into_iter().map(PathBuf::as_path);
     let inputs: Vec<&Path> = of_user.chain(arguments.request.files()).collect();
     make_directory(&arguments.out)?;
+    let [truth, loaded_truth] = ["truth.yaml", "truth_loaded.yaml"].map(|name| arguments.out.join(name));
+    check_outputs([&truth, &loaded_truth], &inputs)?;
     let coordinates = model.regressor().coordinates();
     let (motions, count) = match &file {
         MotionFile::Plan(plan) => (Motions::from(plan.as_ref()), format!("{} experiments", plan.experiments.len())),
@@ -56,19 +57,18 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let mut write = |name: &str, record: &Record| {
         let (text, file) = (record.to_csv(coordinates, effort), arguments.out.join(format!("{name}.csv")));
         at_work(format_args!("simulating: {} is written", file.display()));
-        write_file(&file, &text, &inputs)?;
+        write_file(&file, &text)?;
         written.push(file.display().to_string());
         Ok(())
     };
     at_work("simulating");
     let found = rist::simulate(&model, motions, &request, &mut write)?;
-    write_file(&arguments.out.join("truth.yaml"), &found.truth.to_yaml()?, &inputs)?;
-    let loaded_truth = arguments.out.join("truth_loaded.yaml");
+    write_file(&truth, &found.truth.to_yaml()?)?;
     if let Some(loaded) = &found.loaded_truth {
-        write_file(&loaded_truth, &loaded.to_yaml()?, &inputs)?;
+        write_file(&loaded_truth, &loaded.to_yaml()?)?;
     }
     let loaded_truth = found.loaded_truth.as_ref().map(|_| loaded_truth.display().to_string());
-    let (truth, notes) = (arguments.out.join("truth.yaml").display().to_string(), &found.notes);
+    let (truth, notes) = (truth.display().to_string(), &found.notes);
     let lines = terminal::notes(notes);
     let with_load = if request.load.is_some() { ", as many with the load," } else { "" };
     let (validation, out) = (request.validation, arguments.out.display());

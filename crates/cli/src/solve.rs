@@ -5,11 +5,11 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 use serde_json::json;
 
-use crate::artefact::read_sums;
+use crate::artefact::{read_sums, write_file};
 use crate::failure::Failure;
 use crate::terminal::print_result;
 use crate::verdict::{as_json, refused};
-use rist::output::{check_output, write_file};
+use rist::output::check_output;
 use rist::{Model, ModelOptions};
 
 /// Solve sums of rist accumulate: the estimate that rist identify makes of the same logs
@@ -49,7 +49,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
         Ok(json!({"estimate": serde_json::to_value(&estimate)?, "verdict": as_json(&verdict)}))
     })?;
     if let Some(out) = &arguments.out {
-        write_file(out, &estimate.to_yaml()?, &inputs)?;
+        write_file(out, &estimate.to_yaml()?)?;
     }
     refused(&verdict, false)
 }

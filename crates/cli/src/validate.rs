@@ -8,14 +8,14 @@ use rist::request::ValidateRequest;
 use rist::validation::is_fitted;
 use serde_json::json;
 
-use crate::artefact::{read_estimate, series_text};
+use crate::artefact::{read_estimate, series_text, write_file};
 use crate::failure::Failure;
 use crate::flags::Flags;
 use crate::model::ModelArguments;
 use crate::report::page_of;
 use crate::terminal::{at_work, note, print_result};
 use crate::verdict::{as_json, refused};
-use rist::output::{check_output, write_file};
+use rist::output::check_output;
 
 /// Compare measured and predicted torques on motions that were not used
 #[derive(Args)]
@@ -89,15 +89,15 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
     })?;
     at_work("writing");
     if let Some(out) = &arguments.out {
-        write_file(out, &validation.to_yaml()?, &inputs)?;
+        write_file(out, &validation.to_yaml()?)?;
     }
     if let Some(out) = &arguments.series {
         let series = rist::validation::predicted_torques(&model, &estimate, &logs)?;
-        write_file(out, series_text(out, &series, model.regressor().coordinates())?, &inputs)?;
+        write_file(out, series_text(out, &series, model.regressor().coordinates())?)?;
     }
     if let Some(out) = &arguments.report {
         let page = page_of(&model, &estimate, &logs, Some(&validation), &verdict, arguments.date.as_deref())?;
-        write_file(out, page, &inputs)?;
+        write_file(out, page)?;
     }
     refused(&verdict, false)
 }

@@ -13,6 +13,8 @@ use std::path::Path;
 use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::SystemTime;
 
+use crate::opened;
+
 /// Bytes at both ends of a grown file that are compared with what was read.
 const COMPARED_BYTES: usize = 1 << 12;
 
@@ -36,8 +38,13 @@ struct RegularFile {
 }
 
 impl Source {
-    /// Opens a file, a pipe or a device.
+    /// Opens a file, a pipe or a device, and notes that it is an input ([`opened`]).
     pub fn open(path: &Path) -> io::Result<Source> {
+        opened::note(path);
+        Source::unnoted(path)
+    }
+
+    fn unnoted(path: &Path) -> io::Result<Source> {
         let file = File::open(path)?;
         let found = file.metadata()?;
         if !found.is_file() {
@@ -142,13 +149,28 @@ pub fn told_by_system(path: &Path, most: usize) -> io::Result<Vec<u8>> {
     Source::of(File::open(path)?).head(most)
 }
 
-/// The first `most` bytes of a regular file; `None` where there is none, so that no pipe is opened a second time.
+/// The first `most` bytes of a regular file, which does not become an input by that; `None` where there is none, so that no
+/// pipe is opened a second time.
 pub fn glance(path: &Path, most: usize) -> Option<Vec<u8>> {
     // Whoever opens a pipe that nobody writes to waits for ever.
     if !std::fs::metadata(path).is_ok_and(|found| found.is_file()) {
         return None;
     }
-    Source::open(path).ok()?.head(most).ok()
+    Source::unnoted(path).ok()?.head(most).ok()
+}
+
+/// Why a path is not read where a regular file is expected; `None` where it is one.
+pub fn no_file(path: &Path) -> Option<String> {
+    let found = std::fs::metadata(path).ok().map(|found| found.file_type());
+    let what = match found {
+        None => return Some(format!("there is no {}", path.display())),
+        Some(kind) if kind.is_file() => return None,
+        Some(kind) if kind.is_dir() => "a directory",
+        #[cfg(unix)]
+        Some(kind) if std::os::unix::fs::FileTypeExt::is_fifo(&kind) => "a named pipe",
+        Some(_) => "a device",
+    };
+    Some(format!("{} is {what}, and a file is expected", path.display()))
 }
 
 impl Read for Source {
@@ -295,5 +317,7 @@ mod tests {
         assert_eq!(Source::of(io::repeat(0)).whole(1000).unwrap_err().kind(), io::ErrorKind::FileTooLarge);
         #[cfg(unix)]
         assert!(glance(Path::new("/dev/zero"), 7).is_none());
+        assert_eq!(no_file(Path::new("/dev/zero")).unwrap(), "/dev/zero is a device, and a file is expected");
+        assert_eq!(no_file(Path::new("/no/such")).unwrap(), "there is no /no/such");
     }
 }

@@ -23,6 +23,7 @@ mod read;
 mod stream;
 mod table;
 mod timeline;
+mod wrench_options;
 mod wrenches;
 
 pub use cleaning::account::{GAP_PERIODS, LogReport};
@@ -47,4 +48,5 @@ pub use log::{Log, Window};
 pub use postures::Postures;
 pub use stream::{LogSource, LogStream};
 pub use table::{Lines, Table};
+pub use wrench_options::{Corrections, WrenchColumns, WrenchOptions};
 pub use wrenches::Wrenches;

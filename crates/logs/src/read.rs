@@ -9,6 +9,7 @@ use std::io::{Cursor, ErrorKind, Read};
 use std::path::Path;
 
 use gate::budget::Budget;
+use gate::opened;
 use gate::source::{Pieces, Source};
 
 use crate::Error;
@@ -35,8 +36,12 @@ pub(crate) enum Opened<'a> {
 /// Opens a file, the directory of a rosbag2, or standard input (`-`).
 pub(crate) fn open(path: &Path) -> Result<Opened<'static>, Error> {
     if path.as_os_str() == "-" {
-        return opened("standard input", Source::standard_input());
+        return of_source("standard input", Source::standard_input());
     }
+    opened::with(path, || open_file(path))
+}
+
+fn open_file(path: &Path) -> Result<Opened<'static>, Error> {
     let file = path.display().to_string();
     if let Some(table) = crate::formats::lerobot::read(path)? {
         return Ok(Opened::Whole(table));
@@ -49,10 +54,10 @@ pub(crate) fn open(path: &Path) -> Result<Opened<'static>, Error> {
         ErrorKind::NotFound => Error::at(&file, 0, "there is no such file"),
         _ => Error::at(&file, 0, format!("cannot be read: {e}")),
     };
-    opened(&file, Source::open(path).map_err(failed)?)
+    of_source(&file, Source::open(path).map_err(failed)?)
 }
 
-fn opened(file: &str, mut source: Source) -> Result<Opened<'static>, Error> {
+fn of_source(file: &str, mut source: Source) -> Result<Opened<'static>, Error> {
     let failed = |e: std::io::Error| match e.kind() {
         ErrorKind::FileTooLarge => {
             Error::at(file, 0, format!("more than {MAX_FILE_BYTES} bytes; cut the log into parts"))

@@ -2,12 +2,14 @@
 //!
 //! Columns are found by their names, whatever stands before the last words: `force.x`, `wrench.force.x`, `fx`; `torque.x`,
 //! `tx`, `mx`; `position.x`, `px`, `x`; `orientation.x` .. `orientation.w` or `qx` .. `qw`, or `roll` `pitch` `yaw`. Lengths
-//! may be `[mm]` and angles `[deg]`. A table without a clock holds postures at rest, one in each row.
+//! may be `[mm]` and angles `[deg]`. RTDE's `actual_TCP_force_0` .. `_5` and `actual_TCP_pose_0` .. `_5` are known; other names
+//! stand in the options. A table without a clock holds postures at rest, one in each row.
 
 use std::path::Path;
 
 use crate::Error;
 use crate::table::Table;
+use crate::wrench_options::{Corrections, WrenchOptions, matrix, roll_pitch_yaw};
 
 /// A log of a force-torque sensor.
 #[derive(Clone, Debug, PartialEq)]
@@ -32,22 +34,28 @@ pub struct Wrenches {
 const QUATERNION_NORM_SLACK: f64 = 0.01;
 
 impl Wrenches {
-    /// Reads a log. Fails where the file cannot be read or a column is missing, and on quaternions that are none.
-    pub fn read(path: &Path) -> Result<Wrenches, Error> {
-        Wrenches::of_table(&Table::read(path)?)
+    /// Reads a log, and corrects what the options ask for. Fails where the file cannot be read or a column is missing, and on
+    /// quaternions that are none.
+    pub fn read(path: &Path, options: &WrenchOptions) -> Result<Wrenches, Error> {
+        Wrenches::of_table(&Table::read(path)?, options)
     }
 
     /// The same from a table.
-    pub fn of_table(table: &Table) -> Result<Wrenches, Error> {
-        let names = Names::of(table);
-        let clock = names.any(&["t", "time", "timestamp", "stamp"]);
-        let force = names.three("force", &["force_?", "f?", "f_?"])?;
-        let torque = names.three("torque", &["torque_?", "t?", "t_?", "m?", "m_?", "moment_?"])?;
-        let position = match names.three("position", &["position_?", "translation_?", "p?", "p_?", "?"]) {
-            Err(_) if clock.is_none() => None,
+    pub fn of_table(table: &Table, options: &WrenchOptions) -> Result<Wrenches, Error> {
+        let (names, given) = (Names::of(table), &options.columns);
+        let clock = match &given.time {
+            Some(name) => names.given(std::slice::from_ref(name))?.pop(),
+            None => names.any(&["t", "time", "timestamp", "stamp"]),
+        };
+        let force = names.three("force", &["force_?", "f?", "f_?", "actual_tcp_force_#0"], given.force.as_ref())?;
+        let of_torque = ["torque_?", "t?", "t_?", "m?", "m_?", "moment_?", "actual_tcp_force_#3"];
+        let torque = names.three("torque", &of_torque, given.torque.as_ref())?;
+        let of_position = ["position_?", "translation_?", "p?", "p_?", "?", "actual_tcp_pose_#0"];
+        let position = match names.three("position", &of_position, given.position.as_ref()) {
+            Err(_) if clock.is_none() && given.position.is_none() => None,
             found => Some(found?),
         };
-        let turned = names.orientation()?;
+        let (turned, is_vector) = names.orientation(options)?;
         let mut log = Wrenches {
             name: table.file.clone(),
             t: Vec::new(),
@@ -70,7 +78,7 @@ impl Wrenches {
                 log.left_out += 1;
                 continue;
             }
-            let rotation = rotation(&angles).map_err(|what| Error::at(&table.file, table.line(r), what))?;
+            let rotation = rotation(&angles, is_vector).map_err(|what| Error::at(&table.file, table.line(r), what))?;
             log.force.push(f);
             log.torque.push(n);
             log.position.push(p);
@@ -83,7 +91,18 @@ impl Wrenches {
             let message = format!("{} rows have a number for each signal: three are the least", log.force.len());
             return Err(Error::at(&table.file, 0, message));
         }
-        Ok(log)
+        Ok(log.corrected(&options.corrections))
+    }
+}
+
+impl Wrenches {
+    /// The same log with its numbers corrected.
+    pub fn corrected(mut self, by: &Corrections) -> Wrenches {
+        let poses = self.rotation.iter_mut().zip(&mut self.position);
+        for ((turn, place), (force, torque)) in poses.zip(self.force.iter_mut().zip(&mut self.torque)) {
+            by.correct(turn, place, [force, torque]);
+        }
+        self
     }
 }
 
@@ -133,10 +152,28 @@ impl<'a> Names<'a> {
         words.iter().find_map(|w| self.ending(w))
     }
 
-    /// x, y and z by one of these patterns.
-    fn three(&self, what: &str, patterns: &[&str]) -> Result<[Column; 3], Error> {
+    /// The columns of these headers.
+    fn given(&self, headers: &[String]) -> Result<Vec<Column>, Error> {
+        let column = |name: &String| {
+            let index = self.table.header.iter().position(|header| header == name);
+            let column = index.map(|index| Column { index, factor: self.names[index].1 });
+            column.ok_or_else(|| self.missing(&format!("`{}`", gate::shown::line(name))))
+        };
+        headers.iter().map(column).collect()
+    }
+
+    /// x, y and z by these headers, or by one of these patterns: `?` is the axis, `#3` a number from 3 on.
+    fn three(&self, what: &str, patterns: &[&str], given: Option<&[String; 3]>) -> Result<[Column; 3], Error> {
+        if let Some(headers) = given {
+            let found = self.given(headers)?;
+            return Ok([found[0], found[1], found[2]]);
+        }
         let by = |pattern: &&str| {
-            let [x, y, z] = ["x", "y", "z"].map(|axis| self.ending(&pattern.replace('?', axis)));
+            let name = |k: usize| match pattern.split_once('#') {
+                Some((before, first)) => format!("{before}{}", first.parse::<usize>().unwrap_or(0) + k),
+                None => pattern.replace('?', ["x", "y", "z"][k]),
+            };
+            let [x, y, z] = [0, 1, 2].map(|k| self.ending(&name(k)));
             Some([x?, y?, z?])
         };
         patterns.iter().find_map(by).ok_or_else(|| {
@@ -145,41 +182,54 @@ impl<'a> Names<'a> {
         })
     }
 
-    /// qx qy qz qw, or roll pitch yaw.
-    fn orientation(&self) -> Result<Vec<Column>, Error> {
+    /// qx qy qz qw, or roll pitch yaw, or a rotation vector, and whether it is that.
+    fn orientation(&self, options: &WrenchOptions) -> Result<(Vec<Column>, bool), Error> {
+        let (given, vector) = (&options.columns.orientation, options.columns.rotation_vector.as_ref());
+        if let Some(headers) = given {
+            let found = self.given(headers)?;
+            let is_either = [3, 4].contains(&found.len());
+            return is_either.then_some((found, false)).ok_or_else(|| {
+                self.missing("that are 4 of a quaternion or roll, pitch, yaw in [options.columns.orientation]")
+            });
+        }
+        if let Ok(found) = self.three("orientation", &["actual_tcp_pose_#3", "rotvec_?"], vector) {
+            return Ok((found.to_vec(), true));
+        }
         let four = |prefix: &str| ["x", "y", "z", "w"].iter().map(|a| self.ending(&format!("{prefix}{a}"))).collect();
         let quaternion: Option<Vec<Column>> = ["orientation_", "rotation_", "q", "q_"].iter().find_map(|p| four(p));
         let rpy = || ["roll", "pitch", "yaw"].iter().map(|a| self.ending(a)).collect::<Option<Vec<Column>>>();
-        quaternion.or_else(rpy).ok_or_else(|| self.missing("of the orientation (qx, qy, qz, qw, or roll, pitch, yaw)"))
+        let found = quaternion.or_else(rpy);
+        let found = found.ok_or_else(|| self.missing("of the orientation (qx, qy, qz, qw, or roll, pitch, yaw)"));
+        Ok((found?, false))
     }
 
     fn missing(&self, what: &str) -> Error {
         let there: Vec<&str> = self.table.header.iter().take(30).map(String::as_str).collect();
-        let message = format!("no columns {what}; the columns are {}: rename those that are meant", there.join(", "));
+        let message = format!(
+            "no columns {what}; the columns are {}: rename those that are meant, or give their names by [options]",
+            there.join(", ")
+        );
         Error::at(&self.table.file, 1, message)
     }
 }
 
-/// The matrix of a quaternion x y z w, or of roll, pitch and yaw: Rz(yaw) Ry(pitch) Rx(roll).
-fn rotation(angles: &[f64]) -> Result<[[f64; 3]; 3], String> {
+/// The matrix of a quaternion x y z w, of roll, pitch and yaw, or of a rotation vector.
+fn rotation(angles: &[f64], is_vector: bool) -> Result<[[f64; 3]; 3], String> {
     let &[x, y, z, w] = angles else {
-        let [(sr, cr), (sp, cp), (sy, cy)] = [0, 1, 2].map(|i| angles.get(i).copied().unwrap_or(0.0).sin_cos());
-        return Ok([
-            [cy * cp, cy * sp * sr - sy * cr, cy * sp * cr + sy * sr],
-            [sy * cp, sy * sp * sr + cy * cr, sy * sp * cr - cy * sr],
-            [-sp, cp * sr, cp * cr],
-        ]);
+        let angles = [0, 1, 2].map(|i| angles.get(i).copied().unwrap_or(0.0));
+        if !is_vector {
+            return Ok(roll_pitch_yaw(angles));
+        }
+        let half = angles.iter().map(|x| x * x).sum::<f64>().sqrt() / 2.0;
+        let share = if half > 0.0 { half.sin() / (2.0 * half) } else { 0.5 };
+        let [x, y, z] = angles.map(|x| share * x);
+        return Ok(matrix([x, y, z, half.cos()]));
     };
     let norm = (x * x + y * y + z * z + w * w).sqrt();
     if (norm - 1.0).abs() > QUATERNION_NORM_SLACK {
         return Err(format!("the orientation ({x}, {y}, {z}, {w}) has the norm {norm:.3}: a quaternion x y z w has 1"));
     }
-    let [x, y, z, w] = [x, y, z, w].map(|c| c / norm);
-    Ok([
-        [1.0 - 2.0 * (y * y + z * z), 2.0 * (x * y - z * w), 2.0 * (x * z + y * w)],
-        [2.0 * (x * y + z * w), 1.0 - 2.0 * (x * x + z * z), 2.0 * (y * z - x * w)],
-        [2.0 * (x * z - y * w), 2.0 * (y * z + x * w), 1.0 - 2.0 * (x * x + y * y)],
-    ])
+    Ok(matrix([x, y, z, w].map(|c| c / norm)))
 }
 
 #[cfg(test)]
@@ -187,7 +237,8 @@ mod tests {
     use super::*;
 
     fn read(head: &str, rows: &str) -> Result<Wrenches, Error> {
-        Wrenches::of_table(&Table::from_bytes("w.csv", format!("{head}\n{rows}").as_bytes())?)
+        let table = Table::from_bytes("w.csv", format!("{head}\n{rows}").as_bytes())?;
+        Wrenches::of_table(&table, &WrenchOptions::default())
     }
 
     /// A quarter turn about z, as a quaternion and as yaw in degrees.

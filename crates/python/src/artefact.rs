@@ -8,13 +8,19 @@ use pyo3::exceptions::{PyIndexError, PyKeyError, PyTypeError};
 use pyo3::prelude::*;
 
 use crate::error::{OrError, error};
+use crate::model::Model;
 
 /// The text of a file.
 pub fn read_text(path: &Path) -> PyResult<String> {
     rist::read_text(path).or_error()
 }
 
-/// Writes a text to a file that is no input of it.
+/// The description of a model, where there is one.
+pub fn description(model: Option<&Py<Model>>) -> Vec<&Path> {
+    model.map(|model| model.get().inner.path.as_path()).into_iter().collect()
+}
+
+/// Writes a text to a file that is no input of it, and that none brought along.
 pub fn save(path: &Path, text: &str, inputs: &[&Path]) -> PyResult<()> {
     rist::output::write_file(path, text, inputs).or_error()
 }
@@ -88,7 +94,8 @@ macro_rules! artefact {
 
             /// Writes the YAML file.
             fn save(&self, path: std::path::PathBuf) -> PyResult<()> {
-                $crate::artefact::save(&path, &self.to_yaml()?, &[])
+                let inputs = $crate::artefact::description(self.model.as_ref());
+                $crate::artefact::save(&path, &self.to_yaml()?, &inputs)
             }
 
             fn __repr__(&self) -> String {

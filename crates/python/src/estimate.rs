@@ -15,7 +15,7 @@ use rist::{Identified, LinkId, Status};
 
 use crate::arrays::array;
 use crate::arrow_export::{Content, stream};
-use crate::artefact::{hash, place, read_text, save};
+use crate::artefact::{description, hash, place, read_text, save};
 use crate::call::object;
 use crate::error::{OrError, all_spelled, error, for_python, with_functions};
 use crate::html;
@@ -389,7 +389,8 @@ impl Estimate {
 
     /// Writes estimate.yaml.
     fn save(&self, path: PathBuf) -> PyResult<()> {
-        let inputs: Vec<&Path> = self.inner.logs.iter().map(Path::new).collect();
+        let mut inputs = description(self.model.as_ref());
+        inputs.extend(self.inner.logs.iter().map(Path::new));
         save(&path, &self.to_yaml()?, &inputs)
     }
 

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList, PyTuple};
-use rist::{Array, ColumnNames, LogSource, Table, Wrenches};
+use rist::{Array, ColumnNames, LogSource, Table, WrenchOptions, Wrenches};
 
 use crate::arrays::{Rows, seconds};
 use crate::arrow;
@@ -26,10 +26,10 @@ impl Given {
     }
 
     /// The log of a force-torque sensor in it.
-    pub fn wrenches(self) -> Result<Wrenches, rist::Error> {
+    pub fn wrenches(self, options: &WrenchOptions) -> Result<Wrenches, rist::Error> {
         Ok(match self {
-            Given::Path(path) => Wrenches::read(&path)?,
-            Given::Table(table) => Wrenches::of_table(&table)?,
+            Given::Path(path) => Wrenches::read(&path, options)?,
+            Given::Table(table) => Wrenches::of_table(&table, options)?,
         })
     }
 

@@ -2,8 +2,9 @@
 
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
+use rist::request::WrenchRequest;
 
-use crate::call::object;
+use crate::call::{Call, object};
 use crate::error::{error, for_python};
 use crate::logs::logs;
 use crate::work::work;
@@ -13,22 +14,31 @@ use crate::work::work;
 ///
 /// log: a path (CSV, .npz, Arrow, Parquet, MCAP, a rosbag2 directory), a dict of arrays, or a table with __arrow_c_stream__ (pandas,
 /// polars, pyarrow). Columns are found by their names: fx fy fz tx ty tz, x y z, qx qy qz qw or roll pitch yaw. Without a clock
-/// each row is a posture at rest. link: the link whose frame is the sensor's, in the words for a file of loads.
+/// each row is a posture at rest. options: a path to YAML, its text, or its content as a dict.
 ///
 /// Returns a dict: parameters, in and about the frame of the sensor; body, the mass, the centre of mass and the inertia about
 /// it, None where the log does not tell a body that can exist; offsets; is_reaction, whether the sensor gives what the load does
-/// to it; residuals, N and N m; rows, left_out; and text, what the program prints.
+/// to it; residuals, N and N m; rows, left_out; verdict, with trust, reasons, next and claims; and text, what the program prints. body is None too where trust is "no".
+///
+/// Options:
+/// - options: YAML with the columns of the log, and with corrections of its numbers
+/// - link: Name of the link whose frame is the sensor's, for the file of a load
 ///
 /// >>> rist.wrench("log.csv")["body"]
 #[pyfunction]
-#[pyo3(signature = (log, link=None), text_signature = "(log, link='tool0')")]
-pub fn wrench<'py>(py: Python<'py>, log: &Bound<'py, PyAny>, link: Option<String>) -> PyResult<Bound<'py, PyDict>> {
+#[pyo3(signature = (log, **options), text_signature = "(log, *, options=None, link='tool0')")]
+pub fn wrench<'py>(
+    py: Python<'py>,
+    log: &Bound<'py, PyAny>,
+    options: Option<&Bound<'py, PyDict>>,
+) -> PyResult<Bound<'py, PyDict>> {
+    let request: WrenchRequest = Call::new("wrench", &[], options)?.request()?;
     let mut given = logs(log)?;
     let Some(log) = given.pop().filter(|_| given.is_empty()) else {
         return Err(error("wrench: one log is expected"));
     };
-    let link = link.unwrap_or_else(|| "tool0".into());
-    let found = work(py, None, |_| rist::identify_wrench(&log.wrenches()?, &link))?;
+    let (options, link) = (request.options.unwrap_or_default(), request.link);
+    let found = work(py, None, |_| rist::identify_wrench(&log.wrenches(&options)?, &link))?;
     let dict = object(py, &found.to_json())?.cast_into::<PyDict>()?;
     dict.set_item("text", for_python(&found.to_string()))?;
     Ok(dict)

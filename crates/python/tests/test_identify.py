@@ -317,6 +317,12 @@ def test_a_wrench_log_gives_the_load_back():
     assert abs(mass["value"] - m) < 5 * mass["sigma"] and not found["is_reaction"]
     assert found["rows"] == n and "set_target_payload" in found["text"]
     assert "link: flange" in rist.wrench(log, link="flange")["text"]
+    assert found["verdict"]["trust"] == "yes" and not found["verdict"]["reasons"]
+    # Torques in N mm have no body, and a correction that gives it back.
+    millis = {**log, **{name: 1000 * log[name] for name in ("tx", "ty", "tz")}}
+    wrong = rist.wrench(millis)
+    assert wrong["body"] is None and wrong["verdict"]["trust"] == "no" and "torque: 0.001" in wrong["verdict"]["next"]
+    assert rist.wrench(millis, options={"corrections": {"torque": 0.001}})["verdict"]["trust"] == "yes"
     with pytest.raises(rist.Error, match="force"):
         rist.wrench({"t": t, "q": t})
     with pytest.raises(rist.Error, match="one log is expected"):

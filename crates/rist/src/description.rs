@@ -2,6 +2,8 @@
 
 use std::path::{Path, PathBuf};
 
+use clearance::mesh::mesh_files;
+use gate::opened;
 pub use linear_model::description_options::RotorInertias;
 use modeling::Size;
 use nalgebra::{Rotation3, Vector3};
@@ -10,6 +12,7 @@ use robot::value::Value;
 use robot::{Drive, JointKind, Robot, RotorInertia};
 
 use crate::error::Error;
+use crate::output::directory_of;
 pub use crate::request::ModelOptions;
 use crate::torque_difference::torque_difference;
 
@@ -20,8 +23,17 @@ pub fn read_robot(path: &Path, options: &ModelOptions) -> Result<Robot, Error> {
     parse_robot(&robot::format::text_of(path)?, path, options)
 }
 
-/// As [`read_robot`] of a text; the extension of `path` tells its format, and no file is opened.
+/// As [`read_robot`] of a text; the extension of `path` tells its format, and no file is opened but what the text brings along.
+/// That is an input as the file itself ([`crate::output`]).
 pub fn parse_robot(text: &str, path: &Path, options: &ModelOptions) -> Result<Robot, Error> {
+    opened::with(path, || {
+        let robot = parsed(text, path, options)?;
+        mesh_files(&robot, directory_of(path)).iter().for_each(|file| opened::note(file));
+        Ok(robot)
+    })
+}
+
+fn parsed(text: &str, path: &Path, options: &ModelOptions) -> Result<Robot, Error> {
     let ModelOptions { mimic, angles, floating_base, value: ref values, arg: ref arguments, .. } = *options;
     let packages: Vec<(String, PathBuf)> =
         options.package.iter().map(|(name, folder)| (name.clone(), PathBuf::from(folder))).collect();

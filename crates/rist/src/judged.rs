@@ -33,7 +33,7 @@ impl Identification {
         let new = predicted.iter().filter(|log| self.is_new(log));
         let new: Vec<&[Triangle]> = new.map(|log| log.joints.as_slice()).collect();
         if let Some(errors) = self.unsure.errors_beside(self.used(model), &self.estimate, &new) {
-            self.torque_errors = errors;
+            self.estimate.torque_errors = errors;
         }
         let verdict = self.judge(self.prediction(&predicted));
         let predictions: Vec<(String, Residuals)> = predicted.into_iter().map(|p| (p.log, p.residuals)).collect();

@@ -180,7 +180,8 @@ pub use linear_model::reference::ModelReference;
 pub use linear_model::regressor::Regressor;
 pub use linear_model::standard_map::StandardMap;
 pub use logs::{
-    Array, ColumnNames, Columns, Effort, Error as LogError, LogSource, Postures, Proposal, Proposed, Table, Wrenches,
+    Array, ColumnNames, Columns, Effort, Error as LogError, LogSource, Postures, Proposal, Proposed, Table,
+    WrenchOptions, Wrenches,
 };
 pub use modeling::{BaseParameters, Closure, RobotFunction, Rules};
 pub use robot::convention::Convention;

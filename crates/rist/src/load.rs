@@ -3,8 +3,12 @@
 use std::fmt;
 
 use identification::estimate::identified::INTERVAL;
-use identification::estimate::identify::Fit;
+use identification::estimate::identify::{Fit, with_deviations};
+use identification::estimate::ledger::common_factor_shown;
+use identification::estimate::ledger::hypotheses::{Hypothesis, Tested};
 use identification::estimate::options::Options;
+use identification::estimate::passport::Passport;
+use identification::estimators::drive_gains::likelihood::DriveGains;
 use identification::estimators::payload::payload;
 use identification::rows::observation::Observation;
 use identification::signals::records::SourceRecords;
@@ -29,11 +33,48 @@ pub struct Load {
     pub sigma: Ten,
     /// Whether the logs tell each of them.
     pub determined: [bool; 10],
+    /// Whose scale they have.
+    pub scale: LoadScale,
     /// Whether they are in the frame that the user means, though not all are determined.
     pub(crate) in_file_frame: bool,
 }
 
-/// The load in the loaded logs.
+/// Whose scale a load has: all ten parameters are as much too large as the signals are.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum LoadScale {
+    /// That of a sensor of its own, of which its verdict tells.
+    Sensor,
+    /// That of torques as logged, or of gains as given; the least common factor that would have shown, where one would.
+    AsLogged(Option<f64>),
+    /// That of drive gains whose deviation is part of the load's.
+    Gains,
+}
+
+/// What scales the torques of a fit, and what it tells of it.
+pub(crate) struct Scales<'a> {
+    pub(crate) gains: Option<&'a DriveGains>,
+    pub(crate) faults: &'a [Tested],
+    pub(crate) passport: &'a Passport,
+}
+
+impl Scales<'_> {
+    /// Covariance of the relative errors of the torques, joint by joint: of the gains, or of the scales beside each other as the
+    /// fit tells them.
+    fn covariance(&self, n: usize) -> DMatrix<f64> {
+        if let Some(gains) = self.gains {
+            let sigma: Vec<f64> = gains.gain_deviation.iter().zip(&gains.gain).map(|(s, k)| s / k.abs()).collect();
+            let rows = with_deviations(&gains.gain_covariance, &sigma);
+            return DMatrix::from_fn(n, n, |i, j| rows[i][j]);
+        }
+        let square = |k: usize| {
+            let told = self.faults.iter().find(|f| f.of == Hypothesis::Scale(k) && f.deviation.is_finite());
+            told.map_or(0.0, |f| f.value.powi(2) + f.deviation.powi(2))
+        };
+        DMatrix::from_fn(n, n, |i, j| if i == j { square(i) } else { 0.0 })
+    }
+}
+
+/// The load in the loaded logs. Its covariance is that of the residuals and that of the scales of the joints' torques.
 ///
 /// Fails where the link does not exist or is ambiguous, or the logs cannot be read.
 pub(crate) fn load(
@@ -42,6 +83,7 @@ pub(crate) fn load(
     fit: &Fit,
     loaded: &[LogSource],
     options: &Options,
+    scales: &Scales,
 ) -> Result<Load, Error> {
     let index = body(model, link)?;
     let linear = options.linear_model(model.regressor());
@@ -58,12 +100,17 @@ pub(crate) fn load(
     let turned: Vec<Ten> = (0..10).map(|k| transform_inertial(&unit(k), &to_file)).collect();
     let frame = if is_whole { DMatrix::from_fn(10, 10, |i, k| turned[k][i]) } else { DMatrix::identity(10, 10) };
     let parameters = std::array::from_fn(|i| (0..10).map(|k| frame[(i, k)] * found.parameters[k]).sum());
-    let covariance = &frame * &found.covariance * frame.transpose();
     // Residuals of logs are correlated in time, so intervals are wider than for white noise.
-    let widening = fit.estimate.discount().sqrt();
-    let sigma = std::array::from_fn(|i| widening * covariance[(i, i)].max(0.0).sqrt());
+    let by_scale = DMatrix::from_fn(10, found.by_scale.len(), |i, j| found.by_scale[j][i]);
+    let of_scales = &by_scale * scales.covariance(found.by_scale.len()) * by_scale.transpose();
+    let covariance = &frame * (&found.covariance * fit.estimate.discount() + of_scales) * frame.transpose();
+    let sigma = std::array::from_fn(|i| covariance[(i, i)].max(0.0).sqrt());
+    let scale = match scales.gains {
+        Some(_) => LoadScale::Gains,
+        None => LoadScale::AsLogged(common_factor_shown(scales.passport)),
+    };
     let determined = std::array::from_fn(|i| found.determined[i]);
-    Ok(Load { link: carrier.name.clone(), is_whole, parameters, sigma, determined, in_file_frame: is_whole })
+    Ok(Load { link: carrier.name.clone(), is_whole, parameters, sigma, determined, scale, in_file_frame: is_whole })
 }
 
 /// The body that carries the load: the named one (or one with a fixed link of that name), else the last one, if there
@@ -91,6 +138,32 @@ fn body(model: &Model, link: Option<&str>) -> Result<usize, Error> {
 }
 
 impl Load {
+    /// The 95 % interval of the mass, with the common factor that would not have shown, kg; `None` where nothing bounds that.
+    pub fn mass_interval(&self) -> Option<[f64; 2]> {
+        let factor = match self.scale {
+            LoadScale::AsLogged(factor) => factor?,
+            LoadScale::Sensor | LoadScale::Gains => 1.0,
+        };
+        let (mass, certain) = (self.parameters[9], INTERVAL * self.sigma[9]);
+        Some([(mass - certain) / factor, (mass + certain) * factor])
+    }
+
+    /// Whose scale the load has, in a sentence.
+    fn of_scale(&self) -> Option<String> {
+        let logged = "in the units of the torques as logged: a common factor";
+        Some(match (self.scale, self.mass_interval()) {
+            (LoadScale::Sensor, _) => return None,
+            (LoadScale::Gains, _) => {
+                "the deviations of the drive gains are in these; all rest on the gains that were given".into()
+            }
+            (LoadScale::AsLogged(Some(factor)), Some([from, to])) => format!(
+                "{logged} below {} would not have shown, by which the mass is between {from:.3} and {to:.3} kg",
+                claims::significant(factor, 3)
+            ),
+            (LoadScale::AsLogged(_), _) => format!("{logged} of any size would not have shown"),
+        })
+    }
+
     /// Mass, centre of mass and the inertia about it, in the axes of the link's frame as the model's file has it; `None`
     /// where the logs do not tell a body that can exist.
     pub fn body(&self) -> Option<Centroidal> {
@@ -135,8 +208,8 @@ fn words_of_controllers(
 }
 
 impl Load {
-    /// The parameters, the centre of mass, and the words of controllers.
-    pub(crate) fn tell(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+    /// The parameters and the centre of mass; where the load may be used, the words of controllers.
+    pub(crate) fn tell(&self, f: &mut fmt::Formatter<'_>, may_be_used: bool) -> fmt::Result {
         let (x, sigma) = (&self.parameters, &self.sigma);
         for (k, inertial) in Inertial::BODY.into_iter().enumerate() {
             let name = inertial.letters();
@@ -159,7 +232,9 @@ impl Load {
             let [x, y, z] = centre;
             writeln!(f, "{mass:.4} kg, centre of mass ({x:.4}, {y:.4}, {z:.4}) m")?;
         }
+        self.of_scale().filter(|_| is_point).iter().try_for_each(|sentence| writeln!(f, "{sentence}"))?;
         match self.body() {
+            _ if !may_be_used => Ok(()),
             Some(body) => words_of_controllers(f, &self.link, body.mass, body.centre, Some(body.inertia)),
             // A centre of mass is told in the frame of the file, which takes all ten parameters to turn into.
             None if is_point && self.in_file_frame && !self.is_whole => {
@@ -174,7 +249,7 @@ impl fmt::Display for Load {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let frame = if self.is_whole { "the link as the model's file has it" } else { "the link's modified DH frame" };
         writeln!(f, "\nload on {}, in and about the frame of {frame}:", self.link)?;
-        self.tell(f)
+        self.tell(f, true)
     }
 }
 
@@ -189,6 +264,7 @@ mod tests {
             parameters,
             sigma: [1e-4; 10],
             determined: [true; 10],
+            scale: LoadScale::AsLogged(Some(1.25)),
             in_file_frame: true,
         }
     }
@@ -206,8 +282,15 @@ mod tests {
             "KUKA    M 2.0000, X 100.0, Y 0.0, Z 200.0 (mm)",
             "xArm    set_tcp_load(2.0000, [100.0, 0.0, 200.0])",
             "rist    {link: tool0, mass: 2.0000, centre_of_mass: [0.1000, 0.0000, 0.2000], inertia: {xx: 0.01000, ",
+            "a common factor below 1.25 would not have shown, by which the mass is between 1.600 and 2.500 kg\n",
         ] {
             assert!(shown.contains(line), "{line}\n{shown}");
+        }
+        // Nothing is said of a factor where gains with a deviation scale the load, or a sensor of its own.
+        for scale in [LoadScale::Gains, LoadScale::Sensor] {
+            let told = Load { scale, ..load([xx, xy, xz, yy, yz, zz, m * x, 0.0, m * z, m]) };
+            assert!(!told.to_string().contains("factor"), "{told}");
+            assert!(told.mass_interval().unwrap()[0] > 1.999);
         }
     }
 

@@ -1,15 +1,17 @@
 //! Writes the files of a step: whole or not at all, and never over its inputs.
 //!
-//! A text goes into a new file of a random name beside its place and is then moved there. If that fails, the new file
-//! is removed; what a killed writer left, the next one removes. A link is followed, so that it stays a link, also where
+//! An input is what the user named and what that brought along: a file that it includes, a mesh, a part of a data set
+//! ([`gate::opened`]). A text goes into a new file of a random name beside its place and is then moved there. If that
+//! fails, the new file is removed; what killed writers left in its folder, the next one removes. A link is followed, so that it stays a link, also where
 //! it leads to no file yet. A file that is read-only is not replaced. A path that is no regular file (a terminal, a pipe,
 //! /dev/null) is written to and not replaced.
 
-use std::fs::{self, File, OpenOptions};
+use std::fs::{self, File, OpenOptions, TryLockError};
 use std::hash::{BuildHasher, Hasher, RandomState};
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
-use std::time::Duration;
+
+use gate::opened;
 
 use crate::error::Error;
 
@@ -18,6 +20,8 @@ pub fn check_output(out: &Path, inputs: &[&Path]) -> Result<(), Error> {
     if out.as_os_str() == "-" {
         return Err(Error::new("-: the name of a file is expected; without it a text goes to standard output"));
     }
+    let brought = inputs.iter().flat_map(|input| opened::of(input));
+    let inputs: Vec<PathBuf> = inputs.iter().map(|input| input.to_path_buf()).chain(brought).collect();
     if let Some(input) = inputs.iter().find(|input| is_same(out, input)) {
         return Err(Error::new(format_args!(
             "{}: an input ({}), which is not written over",
@@ -54,10 +58,8 @@ fn write(out: &Path, content: &[u8]) -> io::Result<()> {
         Ok(_) => fs::canonicalize(out)?,
         Err(_) => end_of_links(out)?,
     };
-    clear_remains(&place);
+    clear_remains(directory_of(&place));
     let (neighbour, file) = new_neighbour(&place)?;
-    // Others see by the lock that its writer lives. Where files cannot be locked, remains stay.
-    let _ = file.try_lock();
     let written = fill(file, &place, content).and_then(|()| fs::rename(&neighbour, &place));
     if written.is_err() {
         // The error of writing is reported. That the new file could not be removed either is not worth another message.
@@ -89,47 +91,51 @@ fn end_of_links(out: &Path) -> io::Result<PathBuf> {
 /// The number of links that Linux follows.
 const MAX_LINKS: usize = 40;
 
-/// What a killed writer of this file left behind is younger than its lock.
-const YOUNG: Duration = Duration::from_secs(60);
+/// The end of the name of a file that is being written.
+const END: &str = ".rist-part";
 
-/// Removes what killed writers of this file left behind. A writer that lives holds a lock.
-fn clear_remains(place: &Path) {
-    let Some(name) = place.file_name().map(|name| format!(".{}.", name.to_string_lossy())) else { return };
+/// Removes what killed writers left in a folder. A writer that lives holds a lock; where files cannot be locked, remains stay.
+fn clear_remains(folder: &Path) {
     let is_remains = |path: &PathBuf| {
-        let middle = path.file_name().and_then(|found| found.to_str()).and_then(|found| {
-            let random = found.strip_prefix(&name)?.strip_suffix(".part")?;
-            Some(random.len() == 16 && random.bytes().all(|b| b.is_ascii_hexdigit()))
-        });
-        let age = fs::metadata(path).and_then(|found| found.modified()).ok().and_then(|at| at.elapsed().ok());
-        middle == Some(true) && age.is_some_and(|age| age > YOUNG)
+        let name = path.file_name().and_then(|name| name.to_str()).and_then(|name| name.strip_suffix(END));
+        let random = name.filter(|name| name.starts_with('.')).and_then(|name| name.rsplit_once('.'));
+        random.is_some_and(|(_, r)| r.len() == 16 && r.bytes().all(|b| b.is_ascii_hexdigit()))
     };
-    let entries = fs::read_dir(directory_of(place)).into_iter().flatten().flatten();
+    let entries = fs::read_dir(folder).into_iter().flatten().flatten();
     for path in entries.map(|entry| entry.path()).filter(is_remains) {
-        if OpenOptions::new().write(true).open(&path).is_ok_and(|file| file.try_lock().is_ok()) {
+        if let Ok(file) = OpenOptions::new().write(true).open(&path)
+            && file.try_lock().is_ok()
+        {
             // Who may not remove it leaves it.
             let _ = fs::remove_file(&path);
         }
     }
 }
 
-/// Creates a file that was not there before, so that no other file is opened and no link followed.
+/// Creates and locks a file that was not there before, so that no other file is opened and no link followed.
 fn new_neighbour(place: &Path) -> io::Result<(PathBuf, File)> {
     let name = place.file_name().ok_or_else(|| io::Error::other("this is no name of a file"))?.to_string_lossy();
-    let mut tries = 0;
-    loop {
+    for _ in 0..MOST_TRIES {
         // Every hasher has new random keys.
         let random = RandomState::new().build_hasher().finish();
-        let neighbour = place.with_file_name(format!(".{name}.{random:016x}.part"));
+        let neighbour = place.with_file_name(format!(".{name}.{random:016x}{END}"));
         match OpenOptions::new().write(true).create_new(true).open(&neighbour) {
-            Ok(file) => return Ok((neighbour, file)),
-            Err(e) if e.kind() == io::ErrorKind::AlreadyExists && tries < 8 => tries += 1,
-            Err(e) => return Err(e),
+            // Until it is locked, another writer takes it for remains.
+            Ok(file) if !matches!(file.try_lock(), Err(TryLockError::WouldBlock)) && neighbour.exists() => {
+                return Ok((neighbour, file));
+            }
+            Err(e) if e.kind() != io::ErrorKind::AlreadyExists => return Err(e),
+            _ => {}
         }
     }
+    Err(io::Error::other("no name is free beside it"))
 }
 
-fn directory_of(out: &Path) -> &Path {
-    out.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."))
+/// Names that are tried for a new file.
+const MOST_TRIES: usize = 8;
+
+pub(crate) fn directory_of(path: &Path) -> &Path {
+    path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."))
 }
 
 /// Whether two paths lead to one file. It sees through hard and symbolic links, and compares files that do not exist
@@ -219,26 +225,54 @@ mod tests {
         fs::remove_dir_all(here).unwrap();
     }
 
-    /// A writer that is killed leaves a hidden file, which the next one takes away; one that lives keeps its own.
+    /// What an input brought along is an input of whoever reads that input, and of nobody else.
+    #[test]
+    fn what_an_input_brings_along_is_not_written_over() {
+        let here = folder("brought");
+        let (arm, part, hard, soft) = (here.join("arm"), here.join("part"), here.join("hard"), here.join("soft"));
+        fs::write(&part, "a").unwrap();
+        fs::hard_link(&part, &hard).unwrap();
+        std::os::unix::fs::symlink(&part, &soft).unwrap();
+        opened::with(&arm, || opened::note(&part));
+        for out in [&part, &hard, &soft] {
+            let message = write_file(out, "b", &[&arm]).unwrap_err().to_string();
+            assert!(message.contains("part), which is not written over"), "{message}");
+        }
+        assert_eq!(fs::read_to_string(&part).unwrap(), "a");
+        write_file(&part, "b", &[&here.join("other")]).unwrap();
+        fs::remove_dir_all(here).unwrap();
+    }
+
+    /// A writer that is killed leaves a hidden file, which the next one in the folder takes away at once; one that lives
+    /// keeps its own, and so does the user.
     #[test]
     fn remains_of_killed_writers_go() {
         let here = folder("remains");
-        let long_ago = std::time::SystemTime::now() - 2 * YOUNG;
-        let remains = |name: &str| {
-            let file = File::create(here.join(name)).unwrap();
-            file.set_modified(long_ago).unwrap();
-            file
-        };
-        let (dead, living) = (".a.yaml.0123456789abcdef.part", ".a.yaml.fedcba9876543210.part");
-        let (other, mine) = (".b.yaml.0123456789abcdef.part", ".a.yaml.mine.part");
-        for name in [dead, other, mine] {
-            drop(remains(name));
+        let (dead, living) = (".b.yaml.0123456789abcdef.rist-part", ".a.yaml.fedcba9876543210.rist-part");
+        let mine = [".a.yaml.mine.rist-part", "a.0123456789abcdef.rist-part", ".a.yaml.0123456789abcdef.part"];
+        for name in mine.iter().chain([&dead]) {
+            File::create(here.join(name)).unwrap();
         }
-        let held = remains(living);
+        let held = File::create(here.join(living)).unwrap();
         held.lock().unwrap();
         write_file(&here.join("a.yaml"), "new", &[]).unwrap();
         let exists = |name: &str| here.join(name).exists();
-        assert!(!exists(dead) && exists(living) && exists(other) && exists(mine));
+        assert!(!exists(dead) && exists(living) && mine.iter().all(|name| exists(name)));
+        assert_eq!(fs::read_dir(&here).unwrap().count(), 5);
+        fs::remove_dir_all(here).unwrap();
+    }
+
+    /// Writers in one folder take no new file of another for remains.
+    #[test]
+    fn writers_beside_each_other_all_write() {
+        let here = folder("beside");
+        std::thread::scope(|scope| {
+            for k in 0..8 {
+                let here = &here;
+                scope.spawn(move || (0..50).for_each(|_| write_file(&here.join(k.to_string()), "x", &[]).unwrap()));
+            }
+        });
+        assert_eq!(fs::read_dir(&here).unwrap().count(), 8);
         fs::remove_dir_all(here).unwrap();
     }
 }

@@ -10,7 +10,6 @@ use identification::estimate::impossible::impossible;
 use identification::estimate::joint_terms::JointTerms;
 use identification::estimate::ledger::hypotheses::{Hypothesis, Tested, hypotheses};
 use identification::estimate::ledger::topics::{ROTORS_TAKEN, mended};
-use identification::estimate::ledger::torque_error::TorqueError;
 use identification::estimate::ledger::unknowns::Step;
 use identification::estimate::ledger::{widen_by_faults, widen_by_unknowns, widen_by_what_may_be_there};
 use identification::estimate::logs_left_out::{LogLeftOut, logs_left_out, sentence as of_left_out};
@@ -32,7 +31,7 @@ use crate::chosen::{Chosen, Looked, choose, found_delay, told_rotors, with_open}
 use crate::drive_gains::{OWN_SCALE, drive_gains, gain_remark, is_own_scale, widen};
 use crate::error::Error;
 use crate::friction::{ChosenFriction, Kept, choose_friction, not_looked_for, worthwhile_joint_terms};
-use crate::load::{Load, load};
+use crate::load::{Load, Scales, load};
 use crate::model::Model;
 use crate::request::Request;
 pub use crate::request::{IdentifyRequest, SamplesRequest};
@@ -65,8 +64,6 @@ pub struct Identification {
     pub logs_left_out: Vec<LogLeftOut>,
     /// The evidence for and against the bodies.
     pub bodies_evidence: Option<BodiesEvidence>,
-    /// How unsure torques are, by use.
-    pub torque_errors: Vec<TorqueError>,
     /// What they follow from.
     pub(crate) unsure: UnsureTorques,
     /// Faults of the logs, each tested as one unknown more.
@@ -121,7 +118,6 @@ impl Identification {
             prediction: Prediction { held_out: self.held_out, parts_are_new, ..prediction },
             bodies: self.bodies_evidence.as_ref(),
             opens_in_any_motion: self.unsure.opens_in_any_motion,
-            torque_errors: &self.torque_errors,
             faults: &self.faults,
             mended: &self.mended,
         });
@@ -203,7 +199,8 @@ fn identify_kept(
         return Ok(Identification { model: Some(rotating), ..identified });
     }
     let link = request.loaded_link.as_deref();
-    let load = (!loaded.is_empty()).then(|| load(model, link, &fit, loaded, &options)).transpose()?;
+    let scales = Scales { gains: gains.as_ref(), faults: &faults, passport: &passport };
+    let load = (!loaded.is_empty()).then(|| load(model, link, &fit, loaded, &options, &scales)).transpose()?;
     let (noise, described_parameters) = (Noise::of(&fit), model.described_parameters());
     let described = described_parameters.as_ref().map(|x| described_error(model, &fit, &options, x));
     if kept == Kept::Essential {
@@ -229,8 +226,8 @@ fn identify_kept(
     estimate.remarks.splice(..0, chosen.sentences.into_iter().chain(sentence));
     let outgrown = found.outgrown.into_iter().filter(|_| !is_own_scale);
     estimate.remarks.extend(of_left_out(&logs_left_out, &estimate.logs).into_iter().chain(outgrown));
+    estimate.torque_errors = unsure.errors(model, &options, &estimate);
     let found = Identification {
-        torque_errors: unsure.errors(model, &options, &estimate),
         model: chosen.model,
         estimate,
         delay,

@@ -64,7 +64,6 @@ fn evidence(estimate: &Estimate, predicted: Option<f64>) -> Evidence<'_> {
         prediction: Prediction { others: predicted, held_out, parts_are_new, ..Prediction::default() },
         bodies: None,
         opens_in_any_motion: false,
-        torque_errors: &estimate.torque_errors,
         faults: &[],
         mended: &[],
     }

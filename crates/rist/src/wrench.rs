@@ -2,17 +2,21 @@
 
 use std::fmt;
 
+use identification::estimate::verdict::{Trust, claim_line};
+use identification::estimate::wrench_verdict::WrenchVerdict;
 use identification::estimators::wrench_load::{WrenchLoad, wrench_load};
 use logs::Wrenches;
 use serde_json::{Value, json};
 
 use crate::error::Error;
-use crate::load::Load;
+use crate::load::{Load, LoadScale};
 
 /// What a log of a force-torque sensor tells of its load.
 pub struct WrenchEstimate {
     /// The load, in and about the frame of the sensor.
     pub load: Load,
+    /// Whether to use it.
+    pub verdict: WrenchVerdict,
     found: WrenchLoad,
     rows: usize,
     left_out: usize,
@@ -30,10 +34,12 @@ pub fn identify_wrench(log: &Wrenches, link: &str) -> Result<WrenchEstimate, Err
         parameters: found.parameters,
         sigma: found.sigma,
         determined: found.determined,
+        scale: LoadScale::Sensor,
         in_file_frame: true,
     };
     let (rows, left_out, is_static) = (log.force.len(), log.left_out, log.t.is_empty());
-    Ok(WrenchEstimate { load, found, rows, left_out, is_static })
+    let verdict = WrenchVerdict::of(log, &found);
+    Ok(WrenchEstimate { load, verdict, found, rows, left_out, is_static })
 }
 
 /// Names and units of the offsets.
@@ -62,7 +68,9 @@ impl WrenchEstimate {
             .zip(self.found.offsets)
             .map(|((name, unit), told)| json!({"name": name, "unit": unit, "told": told.map(|(x, s)| json!({"value": x, "sigma": s}))}))
             .collect();
-        let body = self.load.body().map(|b| json!({"mass": b.mass, "centre_of_mass": b.centre, "inertia": b.inertia}));
+        let WrenchVerdict { trust, claims, reasons, next } = &self.verdict;
+        let body = self.load.body().filter(|_| *trust != Trust::No);
+        let body = body.map(|b| json!({"mass": b.mass, "centre_of_mass": b.centre, "inertia": b.inertia}));
         json!({
             "parameters": parameters,
             "body": body,
@@ -71,6 +79,7 @@ impl WrenchEstimate {
             "residuals": {"force": self.found.residuals[0], "torque": self.found.residuals[1]},
             "rows": self.rows,
             "left_out": self.left_out,
+            "verdict": {"trust": trust.word(), "reasons": reasons, "next": next, "claims": claims},
         })
     }
 }
@@ -96,10 +105,16 @@ impl fmt::Display for WrenchEstimate {
             }
         }
         writeln!(f, "\nload on the sensor, in and about its frame:")?;
-        self.load.tell(f)?;
+        let verdict = &self.verdict;
+        self.load.tell(f, verdict.trust != Trust::No)?;
         if self.is_static {
             writeln!(f, "at rest no inertia is told: record a motion, with a clock and positions")?;
         }
-        Ok(())
+        writeln!(f)?;
+        let lines = verdict.claims.iter().filter(|claim| !claim.is_contradicted()).map(claim_line);
+        lines.into_iter().try_for_each(|line| writeln!(f, "{line}"))?;
+        writeln!(f, "trust: {}", verdict.trust.word())?;
+        verdict.reasons.iter().try_for_each(|reason| writeln!(f, "  - {reason}"))?;
+        verdict.next.iter().try_for_each(|next| writeln!(f, "next: {next}"))
     }
 }

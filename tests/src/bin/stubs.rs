@@ -10,7 +10,8 @@ use std::process::ExitCode;
 use rist::request::spelling::{Reader, spelled};
 use rist::request::{
     CheckRequest, CompareRequest, DoctorRequest, ExciteRequest, Field, Flag, Method, MethodRequest, ModelOptions,
-    PlanRequest, PointsFiles, Range, Request, SimulateRequest, SumsRequest, ValidateRequest, number, requests,
+    PlanRequest, PointsFiles, Range, Request, SimulateRequest, SumsRequest, ValidateRequest, WrenchRequest, number,
+    requests,
 };
 use serde_json::Value;
 use tests::docstrings::Docstrings;
@@ -111,6 +112,7 @@ fn functions() -> Vec<Function> {
         Function::new("identify", "identify.rs", &all, of_identify),
         Function::new("validate", "validation.rs", &ValidateRequest::fields(), Vec::new()),
         Function::new("doctor", "identify.rs", &DoctorRequest::fields(), Vec::new()),
+        Function::new("wrench", "wrench.rs", &WrenchRequest::fields(), Vec::new()),
         Function::new("plan", "experiments.rs", &PlanRequest::fields(), vec![progress()]),
         Function::new("simulate", "experiments.rs", &SimulateRequest::fields(), of_simulate),
         Function::new("excite", "experiments.rs", &ExciteRequest::fields(), vec![after, progress()]),

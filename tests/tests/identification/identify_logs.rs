@@ -128,6 +128,72 @@ fn a_load_between_two_logs() {
     assert!(typo.code == Some(2) && typo.err.contains("upper arm, forearm"), "{}", typo.err);
 }
 
+/// The same arm with its inertials.
+fn described_arm() -> std::path::PathBuf {
+    tests::model_path("planar2r_vertical.yaml")
+}
+
+/// A log of currents or torques without the load, and one with it: torques over `gain`.
+fn write_pair(here: &std::path::Path, head: &str, gain: [f64; 2], noise: f64, seed: u64) {
+    let robot = model("planar2r_vertical.yaml");
+    let x = tests::joint_log::described(&robot);
+    let names = tests::standard_names(&robot);
+    let mut loaded = x.clone();
+    for (name, more) in [("ZZ2", 0.05), ("MX2", 0.3), ("MY2", -0.1), ("M2", 1.5)] {
+        loaded[names.iter().position(|n| n == name).unwrap()] += more;
+    }
+    let random = std::cell::RefCell::new(Random(seed));
+    let noisy = |tau: f64| tau + noise * (0..12).map(|_| 0.5 * random.borrow_mut().unit()).sum::<f64>();
+    for (file, x) in [("log.csv", &x), ("loaded.csv", &loaded)] {
+        let rows = log_of(&robot, x, &|j, dq, tau| noisy(rubbed(j, dq, tau)) / gain[j]);
+        std::fs::write(here.join(file), format!("{}\n{}\n", HEADER.replace("tau", head), rows.join("\n"))).unwrap();
+    }
+}
+
+/// Gains that are off within their deviation leave the load within its own: of four numbers over eight draws, the root of the
+/// mean square is one, to a fourth by chance; without the gains' part it is above ten.
+#[test]
+fn a_load_is_as_unsure_as_the_gains() {
+    let here = folder("load_gains");
+    let (expected, share, draws) = ([2.0, 0.5], 0.2, 8);
+    let mut random = Random(46);
+    let mut normal = || (0..12).map(|_| 0.5 * random.unit()).sum::<f64>();
+    let mut squares = Vec::new();
+    for seed in 0..draws {
+        let gain = expected.map(|k: f64| k * (1.0 + share * normal()));
+        write_pair(&here, "i", gain, 0.02, seed);
+        let gains: Vec<String> =
+            expected.iter().enumerate().map(|(j, k)| format!("q{}={k}+-{}", j + 1, share * k)).collect();
+        let arm = described_arm().display().to_string();
+        let command = ["identify", &arm, "log.csv", "--loaded", "loaded.csv", "--gain", &gains.join(",")];
+        let run = rist(&here, &[&command[..], &["--json"]].concat());
+        assert!(run.code.is_some_and(|code| code < 2), "{}", run.err);
+        let load = &serde_json::from_str::<Json>(&run.out).unwrap()["load"];
+        for (name, truth) in [("ZZ", 0.05), ("MX", 0.3), ("MY", -0.1), ("M", 1.5)] {
+            let told = |key: &str| load["parameters"][name][key].as_f64().unwrap();
+            squares.push(((told("value") - truth) / told("sigma")).powi(2));
+        }
+        let said = rist(&here, &command).out;
+        assert!(said.contains("the deviations of the drive gains are in these"), "{said}");
+        assert!(!said.contains("a common factor"), "{said}");
+    }
+    let rms = (squares.iter().sum::<f64>() / squares.len() as f64).sqrt();
+    assert!((0.4..1.6).contains(&rms) && squares.iter().all(|s| *s < 16.0), "{rms} {squares:?}");
+}
+
+/// Torques that all are 15 % too small make a load that is as much too small: the factor that no log tells is said, with the
+/// mass by it.
+#[test]
+fn a_common_factor_that_would_not_have_shown_is_said_of_a_load() {
+    let here = folder("load_scale");
+    write_pair(&here, "tau", [1.0 / 0.85, 1.0 / 0.85], 0.02, 5);
+    let run = rist(&here, &["identify", &described_arm().display().to_string(), "log.csv", "--loaded", "loaded.csv"]);
+    let said = line(&run.out, "in the units of the torques as logged: a common factor below ");
+    let between = said.split_once("by which the mass is between ").unwrap().1;
+    let (from, to) = (number(between, 0), number(between, 2));
+    assert!(from < 1.275 && 1.5 < to && to < 3.0, "{said}");
+}
+
 /// Counts of an encoder in place of an angle: no sine can be taken of them, and nothing would be identifiable.
 #[test]
 fn counts_of_an_encoder_are_refused() {

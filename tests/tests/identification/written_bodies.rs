@@ -49,7 +49,7 @@ fn a_written_description_is_nearer_the_truth() {
             let written: Vec<f64> = found.estimate.parameters[..base.len()].iter().map(|p| p.prediction()).collect();
             let (now, before) = (error(&model, &written, &base), error(&model, &of_description, &base));
             if is_exact {
-                let printed = found.torque_errors.iter().map(|e| e.relative).fold(0.0, f64::max);
+                let printed = found.estimate.torque_errors.iter().map(|e| e.relative).fold(0.0, f64::max);
                 // Three deviations: one draw of many parameters.
                 assert!(now < 3.0 * printed, "{file}: off by {now}, {printed} are printed");
                 assert_eq!(

@@ -1,6 +1,8 @@
 //! The program as a user meets it: what it prints, draws and refuses, and what nobody can do to it.
 
 mod as_given;
+#[cfg(unix)]
+mod brought_along;
 mod chromium;
 mod command_line;
 mod digits;

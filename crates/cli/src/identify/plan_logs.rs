@@ -5,12 +5,12 @@ use std::path::{Path, PathBuf};
 use rist::ClosedLoop;
 use rist::closed_loop::identify_experiments_in_loop;
 use rist::experiments::{ExperimentLogs, identify_experiments, identify_gains_of_rows, identify_paper_rows};
-use rist::output::{check_output, write_file};
+use rist::output::check_output;
 use rist::request::{HarmonicRequest, Method, PaperRequest};
 use serde_json::json;
 
 use super::arguments::Arguments;
-use crate::artefact::read_plan;
+use crate::artefact::{read_plan, write_file};
 use crate::failure::Failure;
 use crate::terminal::{at_work, print_result};
 use crate::verdict::{as_json, refused};
@@ -61,7 +61,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
         Ok(json!({"estimate": serde_json::to_value(&estimate)?, "verdict": as_json(&verdict)}))
     })?;
     if let Some(out) = &arguments.out {
-        write_file(out, &estimate.to_yaml()?, &inputs)?;
+        write_file(out, &estimate.to_yaml()?)?;
     }
     refused(&verdict, false)
 }

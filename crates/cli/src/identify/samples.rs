@@ -12,14 +12,14 @@ use rist::{ColumnNames, Inertial, LogSource, Model, Residuals, Validation};
 use serde_json::{Value, json};
 
 use super::arguments::Arguments;
-use crate::artefact::{check_outputs, read_text, series_text};
+use crate::artefact::{check_outputs, read_text, series_text, write_file};
 use crate::doctor::findings;
 use crate::failure::Failure;
 use crate::flags::Given;
 use crate::report::page_of;
 use crate::terminal::{at_work, note, print_result};
 use crate::verdict::{self, refused};
-use rist::output::{is_same, write_file};
+use rist::output::is_same;
 
 pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let (asked, given) = (&arguments.asked, &arguments.asked.given);
@@ -40,6 +40,8 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let logs = opened.logs(&model, &arguments.logs, &mut text)?;
     let loaded = opened.logs(&model, &files.samples.loaded, &mut text)?;
     let others = opened.logs(&model, &files.samples.validate, &mut text)?;
+    // What the logs brought along is known by now.
+    check_paths(arguments, &files)?;
     at_work("identifying");
     let mut found = match asked.method {
         Method::Essential => identify_essential(&model, &logs, &loaded, &request.samples)?,
@@ -56,20 +58,19 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
     print_result(text, || as_json(&found, validation.as_ref(), &verdict))?;
 
     at_work("writing");
-    let read = inputs(arguments, &files);
     for (out, text) in simulators {
-        write_file(out, text, &read)?;
+        write_file(out, text)?;
     }
     if let Some(out) = &arguments.out {
-        write_file(out, estimate.to_yaml()?, &read)?;
+        write_file(out, estimate.to_yaml()?)?;
     }
     if let Some(out) = &files.samples.report {
         let page = page_of(model, estimate, &logs, validation.as_ref(), &verdict, files.samples.date.as_deref())?;
-        write_file(out, page, &read)?;
+        write_file(out, page)?;
     }
     if let Some(out) = &files.samples.series {
         let series = rist::validation::predicted_torques(model, estimate, &logs)?;
-        write_file(out, series_text(out, &series, model.regressor().coordinates())?, &read)?;
+        write_file(out, series_text(out, &series, model.regressor().coordinates())?)?;
     }
     refused(&verdict, is_withheld && writes)
 }
@@ -133,7 +134,7 @@ fn load_as_json(load: &Load) -> Value {
         let inertia = json!({"xx": xx, "xy": xy, "xz": xz, "yy": yy, "yz": yz, "zz": zz});
         json!({"mass": body.mass, "centre_of_mass": body.centre, "inertia": inertia})
     });
-    json!({"link": load.link, "whole": load.is_whole, "parameters": parameters, "about_centre_of_mass": body})
+    json!({"link": load.link, "whole": load.is_whole, "parameters": parameters, "mass_interval": load.mass_interval(), "about_centre_of_mass": body})
 }
 
 /// The texts for simulators that the flags ask for, with their files; prints what a format cannot hold.

@@ -29,3 +29,4 @@ pub mod selection;
 pub mod standing_torque;
 pub mod validation;
 pub mod verdict;
+pub mod wrench_verdict;

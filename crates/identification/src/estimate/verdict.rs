@@ -89,8 +89,6 @@ pub struct Evidence<'a> {
     pub bodies: Option<&'a BodiesEvidence>,
     /// Whether what the logs leave open of the parameters is open in every motion.
     pub opens_in_any_motion: bool,
-    /// How unsure torques are, by use; empty where that is not known.
-    pub torque_errors: &'a [TorqueError],
     /// What was mended without being asked for.
     pub mended: &'a [Claim],
     /// What unknowns more explain.
@@ -116,7 +114,7 @@ impl Verdict {
         let purposes: Vec<(Purpose, Option<Use>)> =
             torque.chain(evidence.bodies.map(|_| (bodies_purpose(), None))).collect();
         let one = |(purpose, of): &(Purpose, Option<Use>)| {
-            let error = evidence.torque_errors.iter().find(|e| Some(e.of) == *of);
+            let error = evidence.estimate.torque_errors.iter().find(|e| Some(e.of) == *of);
             UseVerdict {
                 name: purpose.name.into(),
                 trust: worst(&claims, purpose).trust(),
@@ -179,11 +177,11 @@ fn claims(evidence: &Evidence) -> Vec<Claim> {
     let mut claims = [coarse, fine].concat();
     claims.extend(evidence.mended.iter().cloned());
     claims.extend(claims_of_bodies(evidence));
-    let (opens_in_any_motion, tells_torques) = (evidence.opens_in_any_motion, !evidence.torque_errors.is_empty());
+    let (opens_in_any_motion, tells_torques) = (evidence.opens_in_any_motion, !estimate.torque_errors.is_empty());
     let beside = Beside { opens_in_any_motion, tells_torques };
     claims.extend(claims_of_fit(estimate, evidence.total, &evidence.prediction, beside));
     match tells_torques {
-        true => claims.extend(evidence.torque_errors.iter().map(|error| claim_of_torque(error, &estimate.joints))),
+        true => claims.extend(estimate.torque_errors.iter().map(|error| claim_of_torque(error, &estimate.joints))),
         false => claims.extend(untold_torques(estimate)),
     }
     let strength = |claim: &Claim| claim.standing();
@@ -255,7 +253,7 @@ fn claims_of_bodies(evidence: &Evidence) -> Vec<Claim> {
 }
 
 /// A claim that lowers trust, as a reason.
-fn sentence(claim: &Claim) -> String {
+pub(crate) fn sentence(claim: &Claim) -> String {
     match claim.outcome() {
         Outcome::Contradicted { fault, trial, .. } => match trial {
             Trial::Tried { quantity, before, after } => {
@@ -269,7 +267,7 @@ fn sentence(claim: &Claim) -> String {
 }
 
 /// What to do about a claim that lowers trust.
-fn what_mends(claim: &Claim) -> String {
+pub(crate) fn what_mends(claim: &Claim) -> String {
     match claim.outcome() {
         Outcome::Contradicted { remedy, .. } => remedy.sentence.clone(),
         Outcome::CannotTell { would_tell, .. } | Outcome::NotLookedAt { would_tell, .. } => would_tell.clone(),
@@ -308,7 +306,7 @@ fn favours(evidence: &Evidence) -> Vec<String> {
             .push(format!("parts left out, each a motion of its own, are predicted with {}{fitted}", percent(error)));
     }
     let unsure = |e: &TorqueError| format!("{} {}", e.of.name(), percent(e.relative));
-    let errors: Vec<String> = evidence.torque_errors.iter().map(unsure).collect();
+    let errors: Vec<String> = estimate.torque_errors.iter().map(unsure).collect();
     if !errors.is_empty() {
         reasons.push(format!("torques are unsure by: {}", errors.join(", ")));
     }

@@ -16,3 +16,4 @@ pub(crate) mod row_products;
 pub mod state_bands;
 pub mod weighted;
 pub mod wrench_load;
+pub mod wrench_turn;

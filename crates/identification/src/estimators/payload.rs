@@ -20,6 +20,9 @@ pub struct Payload {
     pub sigma: Ten,
     /// 10 x 10.
     pub covariance: DMatrix<f64>,
+    /// By how much they change where the torques of a joint, in both logs, are larger by 100 %: for each joint. The sum over
+    /// all joints is the load itself.
+    pub by_scale: Vec<Ten>,
     /// Whether the data determine each of them.
     pub determined: [bool; 10],
     /// Smallest eigenvalue of its pseudo-inertia: negative for what cannot be a body.
@@ -55,8 +58,9 @@ pub fn payload(
     let m = p + 10;
     // Rows [W, W B_L] with the load and [W, 0] without, from the triangles of each joint.
     let mut block = TriangleBuilder::new(m);
+    let mut products = vec![vec![0.0; m]; with.len()];
     for (triangles, loaded) in [(without, false), (with, true)] {
-        for (t, &weight) in triangles.iter().zip(weights) {
+        for ((t, &weight), products) in triangles.iter().zip(weights).zip(&mut products) {
             for i in 0..=p {
                 let mut row = vec![0.0; m];
                 (i..p).for_each(|c| row[c] = weight * t.at(i, c));
@@ -65,7 +69,9 @@ pub fn payload(
                         row[p + k] = (i..base).map(|c| row[c] * load[(c, k)]).sum();
                     }
                 }
-                block.push(&row, weight * t.at(i, p));
+                let torque = weight * t.at(i, p);
+                products.iter_mut().zip(&row).for_each(|(product, x)| *product += x * torque);
+                block.push(&row, torque);
             }
         }
     }
@@ -74,8 +80,12 @@ pub fn payload(
     let solution = solve(&total);
     let at = |k: usize| p + k;
     let parameters: Ten = std::array::from_fn(|k| solution.x[at(k)]);
+    let moved = |products: &Vec<f64>| -> Ten {
+        std::array::from_fn(|k| products.iter().enumerate().map(|(c, x)| solution.inverse[(at(k), c)] * x).sum())
+    };
     Ok(Payload {
         parameters,
+        by_scale: products.iter().map(moved).collect(),
         sigma: std::array::from_fn(|k| (solution.variance * solution.inverse[(at(k), at(k))]).sqrt()),
         covariance: solution.inverse.view((p, p), (10, 10)) * solution.variance,
         determined: std::array::from_fn(|k| solution.determined[at(k)]),
@@ -121,6 +131,7 @@ mod tests {
             let (without, with) = (log(0.0), log(1.0));
             let found = payload(&without, &with, &[1.0], &map, 0).unwrap();
             assert!(found.determined.iter().all(|d| *d));
+            assert!((0..10).all(|k| (found.by_scale[0][k] - found.parameters[k]).abs() < 1e-12), "{found:?}");
             for k in 0..10 {
                 squares[k] += ((found.parameters[k] - load[k]) / found.sigma[k]).powi(2) / f64::from(draws);
             }

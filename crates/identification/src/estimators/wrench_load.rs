@@ -23,7 +23,7 @@ use numerics::least_squares::{Solution, solve};
 use numerics::triangle::TriangleBuilder;
 
 /// m/s^2, along z of the frame at rest.
-const GRAVITY: f64 = -9.81;
+pub(super) const GRAVITY: f64 = -9.81;
 /// s, the shortest window; and the fewest samples in one.
 const WINDOW_S: f64 = 0.25;
 const WINDOW_SAMPLES: usize = 24;
@@ -179,16 +179,8 @@ fn postures(log: &Wrenches) -> Vec<Group> {
 fn windows(log: &Wrenches) -> Vec<Group> {
     let mut groups = vec![Group::new(1.0), Group::new(0.1), Group::new(1.0), Group::new(0.1)];
     let mut squares = [0.0; 2];
-    let step = usual_step(&log.t);
     let velocities = Velocities::of(log);
-    let mut first = 0;
-    while first + WINDOW_SAMPLES <= log.t.len() {
-        let enough = |&last: &usize| log.t[last] - log.t[first] >= WINDOW_S;
-        let Some(last) = (first + WINDOW_SAMPLES - 1..log.t.len()).find(enough) else { break };
-        if let Some(gap) = (first..last).rev().find(|&k| log.t[k + 1] - log.t[k] > GAP_STEPS * step) {
-            first = gap + 1;
-            continue;
-        }
+    for (first, last) in spans(log) {
         for odd in [0, 1] {
             let window = Window::of(log, first, last, odd == 1);
             squares[odd] += window.samples.iter().map(|s| s.0 * s.0).sum::<f64>();
@@ -196,12 +188,27 @@ fn windows(log: &Wrenches) -> Vec<Group> {
             groups[2 * odd].rows.extend(force);
             groups[2 * odd + 1].rows.extend(torque);
         }
-        first = last + 1;
     }
     for (k, group) in groups.iter_mut().enumerate() {
         group.of_a_sample = (3.0 * squares[k / 2] / (group.rows.len() as f64).max(1.0)).sqrt();
     }
     groups
+}
+
+/// The first and the last sample of each window.
+pub(super) fn spans(log: &Wrenches) -> Vec<(usize, usize)> {
+    let (mut first, mut spans, step) = (0, Vec::new(), usual_step(&log.t));
+    while first + WINDOW_SAMPLES <= log.t.len() {
+        let enough = |&last: &usize| log.t[last] - log.t[first] >= WINDOW_S;
+        let Some(last) = (first + WINDOW_SAMPLES - 1..log.t.len()).find(enough) else { break };
+        if let Some(gap) = (first..last).rev().find(|&k| log.t[k + 1] - log.t[k] > GAP_STEPS * step) {
+            first = gap + 1;
+            continue;
+        }
+        spans.push((first, last));
+        first = last + 1;
+    }
+    spans
 }
 
 fn usual_step(t: &[f64]) -> f64 {
@@ -211,16 +218,16 @@ fn usual_step(t: &[f64]) -> f64 {
 }
 
 /// The function over the samples of a window: (1 - u^2)^4, or u times that, u from -1 to 1.
-struct Window {
-    first: usize,
+pub(super) struct Window {
+    pub(super) first: usize,
     /// The function and its first two derivatives, times the step of the clock.
-    samples: Vec<(f64, f64, f64)>,
+    pub(super) samples: Vec<(f64, f64, f64)>,
     /// A point at rest, m.
-    point: Vector,
+    pub(super) point: Vector,
 }
 
 impl Window {
-    fn of(log: &Wrenches, first: usize, last: usize, odd: bool) -> Window {
+    pub(super) fn of(log: &Wrenches, first: usize, last: usize, odd: bool) -> Window {
         let t = &log.t[first..=last];
         let (middle, half) = ((t[0] + t[t.len() - 1]) / 2.0, (t[t.len() - 1] - t[0]) / 2.0);
         let sample = |k: usize| {
@@ -351,7 +358,7 @@ fn back(m: &Matrix, v: Vector) -> Vector {
 }
 
 #[cfg(test)]
-mod tests {
+pub(crate) mod tests {
     use random::Random;
 
     use super::*;
@@ -424,7 +431,8 @@ mod tests {
         (force, torque, turn, three(&x, 3))
     }
 
-    fn log(seconds: f64, noise: f64, sign: f64, seed: u64) -> Wrenches {
+    /// A log of the body in motion.
+    pub(crate) fn log(seconds: f64, noise: f64, sign: f64, seed: u64) -> Wrenches {
         let mut random = Random::new(seed);
         let count = (seconds * 250.0) as usize;
         let mut log = Wrenches {
@@ -485,22 +493,30 @@ mod tests {
         assert!((0.75..1.25).contains(&mean) && squares.iter().all(|s| *s < 2.2), "{mean} {squares:?}");
     }
 
+    /// The body at rest in so many attitudes.
+    pub(crate) fn rests(count: usize, noise: f64, seed: u64) -> Wrenches {
+        let mut random = Random::new(seed);
+        let (mut log, truth) = (log(1.0, 0.0, 1.0, 1), body());
+        log.t.clear();
+        let first = [truth[6], truth[7], truth[8]];
+        for k in 0..count {
+            log.rotation[k] = rotation([0, 1, 2].map(|_| random.between(-3.0, 3.0)));
+            let down = back(&log.rotation[k], [0.0, 0.0, GRAVITY]);
+            log.force[k] = down.map(|g| -truth[9] * g + noise * random.normal());
+            log.torque[k] = cross(first, down).map(|x| -x + 0.04 * noise * random.normal());
+            (0..3).for_each(|i| log.force[k][i] += OFFSETS[i]);
+        }
+        log.force.truncate(count);
+        log.torque.truncate(count);
+        log.rotation.truncate(count);
+        log.position = vec![[0.0; 3]; count];
+        log
+    }
+
     /// Postures tell mass and centre, and no inertia.
     #[test]
     fn postures_tell_mass_and_centre() {
-        let mut random = Random::new(3);
-        let mut log = log(1.0, 0.0, 1.0, 1);
-        log.t.clear();
-        let truth = body();
-        let first = [truth[6], truth[7], truth[8]];
-        for k in 0..log.force.len() {
-            let down = back(&log.rotation[k], [0.0, 0.0, GRAVITY]);
-            log.rotation[k] = rotation([0, 1, 2].map(|_| random.between(-3.0, 3.0)));
-            let down_now = back(&log.rotation[k], [0.0, 0.0, GRAVITY]);
-            assert_ne!(down, down_now);
-            log.force[k] = down_now.map(|g| -truth[9] * g + 0.5 * random.normal());
-            log.torque[k] = cross(first, down_now).map(|x| -x + 0.02 * random.normal());
-        }
+        let (truth, mut log) = (body(), rests(250, 0.5, 3));
         let found = wrench_load(&log).unwrap();
         assert_eq!(found.determined, [false, false, false, false, false, false, true, true, true, true]);
         for k in 6..10 {

@@ -1,7 +1,5 @@
 //! The bodies of a model among floors, walls and each other, as the search and the proof of a motion see them.
 
-use std::path::Path;
-
 use clearance::body_errors::BodyErrors;
 use clearance::clearance::Clearance;
 use clearance::gaps::{FloorRule, Rules, Situation};
@@ -20,6 +18,7 @@ use random::Random;
 
 use crate::error::Error;
 use crate::model::Model;
+use crate::output::directory_of;
 
 /// The gaps of a model's bodies.
 pub(crate) struct RobotSurroundings {
@@ -67,7 +66,7 @@ impl RobotSurroundings {
         }
         let errors = body_errors(model, limits, margins).map_err(refused)?;
         let rules = Rules { errors, ..rules(user, own).map_err(refused)? };
-        let directory = model.path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
+        let directory = directory_of(&model.path);
         let situation = situation(model, limits);
         let clearance = Clearance::new(&model.robot, directory, &rules, &situation).map_err(refused)?;
         let gap = |gap: &clearance::clearance::Gap| Gap {

@@ -6,6 +6,7 @@ use identification::estimate::fleet::comparison::Compared;
 use identification::estimate::options::Options;
 
 use linear_model::friction::terms::FrictionTerm;
+use logs::WrenchOptions;
 
 use super::friction::terms_without_torque;
 use super::{FrictionChoice, Range, request};
@@ -18,6 +19,16 @@ request! {
         options: Option<Options> = None, value_name("FILE");
         /// Torque per unit of current of a drive, N m/A [default: as the file says].
         gain: Vec<(String, f64)> = Vec::new(), range(Range::Positive), value_name("COORDINATE=GAIN");
+    }
+}
+
+request! {
+    /// How a log of a force-torque sensor is read.
+    pub struct WrenchRequest {
+        /// YAML with the columns of the log, and with corrections of its numbers.
+        options: Option<WrenchOptions> = None, value_name("FILE");
+        /// Name of the link whose frame is the sensor's, for the file of a load.
+        link: String = "tool0".into(), value_name("LINK");
     }
 }
 

@@ -6,6 +6,7 @@ use experiments::excitation::limits::LimitsFile;
 use identification::estimate::artefact::Estimate;
 use identification::estimate::options::Options;
 use linear_model::known_load::KnownLoad;
+use logs::WrenchOptions;
 use serde_json::{Value, json};
 
 use super::shape::{Flag, Shape};
@@ -74,6 +75,9 @@ macro_rules! file_type {
 
 file_type!(LimitsFile, "limits", LimitsFile::from_yaml);
 file_type!(Options, "options", Options::parse);
+file_type!(WrenchOptions, "options of a wrench", |file, text| {
+    linear_model::yaml::read(text).map_err(|e| logs::Error::at(file, 0, e))
+});
 file_type!(Estimate, "an estimate", Estimate::from_yaml);
 
 /// A known load, with the file that it was read from.

@@ -50,7 +50,7 @@ mod words;
 pub use derive::DeriveRequest;
 pub use describe::{ConvertRequest, DescriptionFormat, EvaluateRequest, InspectRequest, SheetFormat, StateQuantity};
 pub use effect::{Delay, Whose};
-pub use examine::{CheckRequest, CompareRequest, DoctorRequest, ValidateRequest, VisibilityRequest};
+pub use examine::{CheckRequest, CompareRequest, DoctorRequest, ValidateRequest, VisibilityRequest, WrenchRequest};
 pub use excite::{ExciteRequest, Family, Series};
 pub use field::Field;
 pub use files::{BodiesFiles, PlanFiles, PointsFiles, ReportFiles, SamplesFiles, TrajectoryFiles};
@@ -85,6 +85,7 @@ pub fn requests() -> Vec<(String, Vec<Field>)> {
         ("plan", PlanRequest::fields()),
         ("excite", ExciteRequest::fields()),
         ("simulate", SimulateRequest::fields()),
+        ("wrench", WrenchRequest::fields()),
         ("doctor", DoctorRequest::fields()),
         ("validate", ValidateRequest::fields()),
         ("check", CheckRequest::fields()),

@@ -4,7 +4,7 @@
 /// place in the list.
 pub(crate) const ORDERS: [(&str, &[&str]); 19] = [
     ("crates/processor", &["threads", "lib"]),
-    ("crates/gate", &["budget", "unfolding", "shown", "suggestion", "source"]),
+    ("crates/gate", &["budget", "unfolding", "shown", "suggestion", "opened", "source"]),
     ("crates/random", &["split_mix", "random"]),
     ("crates/claims", &["subject", "figure", "remedy", "outcome", "standing", "claim", "purpose", "rule"]),
     (
@@ -111,6 +111,7 @@ pub(crate) const ORDERS: [(&str, &[&str]); 19] = [
             "packed",
             "read",
             "postures",
+            "wrench_options",
             "wrenches",
             "ahead",
             "part",

@@ -94,6 +94,14 @@ fn common_scale(passport: &Passport) -> Vec<Claim> {
     vec![cannot_tell(at(LOG, &told), why, "a known load, or masses that are weighed")]
 }
 
+/// The least factor of all torques that would have shown; `None` where none would.
+pub fn common_factor_shown(passport: &Passport) -> Option<f64> {
+    common_scale(passport).iter().find_map(|claim| match claim.outcome() {
+        Outcome::Agrees { smallest } => Some(smallest.value),
+        _ => None,
+    })
+}
+
 /// Common factors below this are errors of nominal masses.
 const SMALLEST_COMMON_FACTOR: f64 = 1.05;
 /// How often joints whose slopes scatter about 1 have a mean this far from it.

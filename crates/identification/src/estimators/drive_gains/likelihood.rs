@@ -51,6 +51,8 @@ pub struct DriveGains {
     pub gain: Vec<f64>,
     /// Standard deviations; 0 for a known gain.
     pub gain_deviation: Vec<f64>,
+    /// Covariance of the logarithms of the gains for white noise, n x n; zero of a known gain.
+    pub gain_covariance: DMatrix<f64>,
     /// Whether the data determine the gain; true of a known one.
     pub gain_determined: Vec<bool>,
     /// X, with these gains.
@@ -114,6 +116,11 @@ pub fn drive_gains(joints: &[JointEquations], known: &[Gain]) -> Result<DriveGai
         gain_deviation[j] = deviation(p + i) / (g[j] * g[j]);
         gain_determined[j] = last.determined[p + i];
     }
+    let place: Vec<Option<usize>> = (0..n).map(|j| unknown.iter().position(|&u| u == j)).collect();
+    let gain_covariance = DMatrix::from_fn(n, n, |i, j| match (place[i], place[j]) {
+        (Some(a), Some(b)) => last.inverse[(p + a, p + b)] / (g[i] * g[j]),
+        _ => 0.0,
+    });
     let of_joint = |e: &JointEquations, g, s: f64| (e.scatter.map_or(0.0, |s| s.left) + e.squares(&x, g)) / (s * s);
     let equations = |e: &JointEquations| e.scatter.map_or(e.rows.len() as f64, |s| s.equations);
     Ok(DriveGains {
@@ -121,6 +128,7 @@ pub fn drive_gains(joints: &[JointEquations], known: &[Gain]) -> Result<DriveGai
         freedom: (joints.iter().map(equations).sum::<f64>() - last.rank as f64).max(0.0),
         gain,
         gain_deviation,
+        gain_covariance,
         gain_determined,
         deviation: (0..p).map(deviation).collect(),
         covariance: last.inverse.view((0, 0), (p, p)).into_owned(),

@@ -159,8 +159,12 @@ impl Reader<'_> {
 pub(super) fn inside(top: &Path, beside: &Path, name: &str) -> Result<PathBuf, String> {
     let folder = |path: &Path| if path.as_os_str().is_empty() { PathBuf::from(".") } else { path.to_path_buf() };
     let (top, beside) = (folder(top), folder(beside));
-    let found = [top.join(name), beside.join(name)].into_iter().find(|path| path.is_file());
-    let found = found.ok_or_else(|| format!("there is no {}", top.join(name).display()))?;
+    let places = [top.join(name), beside.join(name)];
+    let found = places.iter().find(|path| path.is_file()).or(places.iter().find(|path| path.exists()));
+    let found = found.unwrap_or(&places[0]);
+    if let Some(why) = source::no_file(found) {
+        return Err(why);
+    }
     let (full, within) = (found.canonicalize(), top.canonicalize());
     match (full, within) {
         (Ok(full), Ok(within)) if full.starts_with(&within) => Ok(full),

@@ -50,6 +50,9 @@ impl<'a> Files<'a> {
                             read: [package=NAME=FOLDER]";
             return Err(fail(where_to));
         }
+        if let Some(why) = source::no_file(&full) {
+            return Err(fail(&why));
+        }
         let bytes = source::read(&full, self.left).map_err(|e| fail(&format!("the file cannot be read: {e}")))?;
         self.left -= bytes.len() as u64;
         let text =

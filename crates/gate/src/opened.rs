@@ -1,0 +1,75 @@
+//! The files that were opened, so that no output is written over one of them.
+//!
+//! [`Source::open`](crate::source::Source::open) notes every file, whoever reads it, and whose it is: what is opened while a
+//! description or a log is read belongs to that ([`with`]). A program that does one thing asks for all of them; a
+//! process that lives on asks for those of its inputs. A [`glance`](crate::source::glance) makes no input of a file.
+
+use std::cell::RefCell;
+use std::collections::{BTreeMap, BTreeSet};
+use std::path::{Path, PathBuf};
+use std::sync::{Mutex, MutexGuard, PoisonError};
+
+/// Files by full path, each with those that it belongs to.
+static OPENED: Mutex<BTreeMap<PathBuf, BTreeSet<PathBuf>>> = Mutex::new(BTreeMap::new());
+
+thread_local! {
+    /// What this thread reads, the outermost first.
+    static READ_NOW: RefCell<Vec<PathBuf>> = const { RefCell::new(Vec::new()) };
+}
+
+/// Does work whose files belong to `input`, the path of a description or a log.
+pub fn with<T>(input: &Path, work: impl FnOnce() -> T) -> T {
+    READ_NOW.with_borrow_mut(|now| now.push(full(input)));
+    let outcome = work();
+    READ_NOW.with_borrow_mut(Vec::pop);
+    outcome
+}
+
+/// Notes a file that is opened, or that a description names.
+pub fn note(path: &Path) {
+    READ_NOW.with_borrow(|now| opened().entry(full(path)).or_default().extend(now.iter().cloned()));
+}
+
+/// All files that this process opened.
+pub fn all() -> Vec<PathBuf> {
+    opened().keys().cloned().collect()
+}
+
+/// The files that an input brought along.
+pub fn of(input: &Path) -> Vec<PathBuf> {
+    let input = full(input);
+    opened().iter().filter(|(_, inputs)| inputs.contains(&input)).map(|(file, _)| file.clone()).collect()
+}
+
+fn full(path: &Path) -> PathBuf {
+    path.canonicalize().unwrap_or_else(|_| path.to_path_buf())
+}
+
+fn opened() -> MutexGuard<'static, BTreeMap<PathBuf, BTreeSet<PathBuf>>> {
+    // A panic leaves no entry half made.
+    OPENED.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::source::{Source, glance};
+
+    /// What is opened while an input is read is that input's, on this thread alone; what was only glanced at is nobody's.
+    #[test]
+    fn a_file_belongs_to_what_is_read() {
+        let here = std::env::temp_dir().join(format!("rist-opened-{}", std::process::id()));
+        std::fs::create_dir_all(&here).unwrap();
+        let here = here.canonicalize().unwrap();
+        let [arm, part, other, seen] = ["arm", "part", "other", "seen"].map(|name| here.join(name));
+        [&arm, &part, &other, &seen].iter().for_each(|path| std::fs::write(path, "x").unwrap());
+        with(&here.join("./arm"), || {
+            with(&part, || drop(Source::open(&part).unwrap()));
+            glance(&seen, 1).unwrap();
+            std::thread::scope(|scope| drop(scope.spawn(|| Source::open(&other).unwrap()).join()));
+        });
+        assert_eq!((of(&arm), of(&other)), (vec![part.clone()], Vec::new()));
+        assert!(all().contains(&part) && all().contains(&other) && !all().contains(&seen));
+        std::fs::remove_dir_all(here).unwrap();
+    }
+}

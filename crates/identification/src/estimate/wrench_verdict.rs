@@ -1,0 +1,370 @@
+//! Whether to believe the load behind a force-torque sensor: claims on what the fit leaves, on what the numbers of the log may
+//! mean instead, and on whether a wrist carries such a body.
+//!
+//! What is left, e = hypot(N, N m / ARM_M), is held against what varies in the log and against the noise of its signals. That
+//! of motions is told by their third differences; that of postures without the poses, since forces lie on a sphere and
+//! torques are linear in forces: |F - b| = m g, N = c x F + d. Where e is more, each [`Corrections`] is tried.
+//!
+//! Not here: the scale of all signals, which nothing in a log tells but a mass that no wrist carries.
+
+use claims::{Claim, Figure, Need, Outcome, Purpose, Remedy, Standing, Subject, Topic, Trial, Trust, lowering, worst};
+use linear_model::pseudo_inertia::{Ten, smallest_eigenvalue};
+use logs::{Corrections, Wrenches};
+use numerics::least_squares::solve;
+use numerics::triangle::TriangleBuilder;
+use numerics::vector::dot;
+
+use crate::estimate::digits::percent;
+use crate::estimate::identified::INTERVAL;
+use crate::estimate::ledger::topics::{BODIES, COMMON_SCALE, LOG, PARAMETERS, RESIDUAL, cannot_tell};
+use crate::estimate::verdict::{sentence, what_mends};
+use crate::estimators::wrench_load::{WrenchLoad, wrench_load};
+use crate::estimators::wrench_turn::sensor_turn;
+
+/// What torques count beside forces, m.
+const ARM_M: f64 = 0.1;
+/// Share of what varies that a good sensor may leave, and that none leaves.
+const SMALL_SHARE: f64 = 0.03;
+const LARGE_SHARE: f64 = 0.1;
+/// What is left is more than noise beyond so many times it; and an alternative explains it that divides it by as many.
+const NOISE_RATIO: f64 = 3.0;
+/// A smaller turn is one of calibration, rad.
+const SMALL_TURN: f64 = 3.0 * std::f64::consts::PI / 180.0;
+/// No wrist carries more, kg; nor farther away, m.
+const LARGEST_MASS_KG: f64 = 500.0;
+const FARTHEST_CENTRE_M: f64 = 2.0;
+/// Deviations beyond which a body that cannot exist is no matter of noise.
+const SURE: f64 = 3.0;
+
+/// The verdict on a load.
+pub struct WrenchVerdict {
+    /// Whether to use the load.
+    pub trust: Trust,
+    /// All that was claimed.
+    pub claims: Vec<Claim>,
+    /// What lowers the answer.
+    pub reasons: Vec<String>,
+    /// What mends the first of it.
+    pub next: Option<String>,
+}
+
+impl WrenchVerdict {
+    /// Of the load that was found in a log.
+    pub fn of(log: &Wrenches, found: &WrenchLoad) -> WrenchVerdict {
+        let mut claims = vec![of_residual(log, found)];
+        claims.extend([of_mass(found), of_centre(log, found), of_body(found)].into_iter().flatten());
+        let why = "a factor of all forces and torques would not have shown";
+        let is_told = |claim: &Claim| claim.subject().topic == COMMON_SCALE;
+        if !claims.iter().any(is_told) {
+            claims.push(cannot_tell(Subject::whole(COMMON_SCALE), why, "a load that was weighed"));
+        }
+        let told = [LOG, PARAMETERS, BODIES].map(|topic| Need::where_told(Subject::whole(topic)));
+        let first = Purpose::new("the load", Need::new(Subject::whole(RESIDUAL)));
+        let first = first.and(Need::uncontradicted(Subject::whole(COMMON_SCALE)));
+        let purpose = told.into_iter().fold(first, Purpose::and);
+        let standing = worst(&claims, &purpose);
+        let of_it = |claim: &&&Claim| standing != Standing::Refused || claim.is_contradicted();
+        let lowered = lowering(&claims, &purpose);
+        let lowered: Vec<&Claim> = lowered.iter().filter(of_it).copied().collect();
+        let (reasons, next) = (lowered.iter().map(|c| sentence(c)).collect(), lowered.first().map(|c| what_mends(c)));
+        WrenchVerdict { trust: standing.trust(), reasons, next, claims }
+    }
+}
+
+fn contradicted(topic: Topic, fault: String, advice: String, trial: Trial) -> Claim {
+    Claim::new(Subject::whole(topic), Outcome::Contradicted { fault, remedy: Remedy::new("wrench", advice), trial })
+}
+
+fn in_options(corrections: &Corrections) -> String {
+    format!("in the file of [options]: {corrections}")
+}
+
+fn left(found: &WrenchLoad) -> f64 {
+    found.residuals[0].hypot(found.residuals[1] / ARM_M)
+}
+
+/// What is left, or what explains it.
+fn of_residual(log: &Wrenches, found: &WrenchLoad) -> Claim {
+    let spread = |signal: &[[f64; 3]]| {
+        let n = signal.len() as f64;
+        let of_axis = |i: usize| {
+            let mean = signal.iter().map(|x| x[i]).sum::<f64>() / n;
+            signal.iter().map(|x| (x[i] - mean).powi(2)).sum::<f64>() / (3.0 * n)
+        };
+        (0..3).map(of_axis).sum::<f64>().sqrt()
+    };
+    let (left, noise) = (left(found), noise(log));
+    let share = left / spread(&log.force).hypot(spread(&log.torque) / ARM_M);
+    let is_noise = left <= NOISE_RATIO * noise;
+    if share > SMALL_SHARE
+        && let Some(claim) = alternative(log, left)
+    {
+        return claim;
+    }
+    if is_noise || share <= SMALL_SHARE {
+        let smallest = Figure::new(100.0 * share, "% of what varies");
+        return Claim::new(Subject::whole(RESIDUAL), Outcome::Agrees { smallest });
+    }
+    let [force, torque] = found.residuals;
+    let times = claims::significant(left / noise, 2);
+    let fault = format!(
+        "{force:.4} N and {torque:.5} N m of a sample are left: {} of what varies, and {times} times the noise",
+        percent(share)
+    );
+    let advice = "look at the poses and clocks of both, at contacts and cables";
+    if share <= LARGE_SHARE {
+        return cannot_tell(Subject::whole(RESIDUAL), fault, advice);
+    }
+    let why =
+        "no order of the quaternion, inverse of the poses, axes of the base or turn of the sensor explains it".into();
+    contradicted(RESIDUAL, fault, advice.into(), Trial::NotTried { why })
+}
+
+/// What the numbers mean instead, where that explains what is left.
+fn alternative(log: &Wrenches, left_as_given: f64) -> Option<Claim> {
+    let plain = Corrections::default();
+    let mut all = vec![
+        ("the first number of the quaternions is w".into(), Corrections { scalar_first: true, ..plain }),
+        (
+            "the poses are those of the frame at rest in the sensor".into(),
+            Corrections { inverted_poses: true, ..plain },
+        ),
+        ("forces and torques are in the axes of the frame at rest".into(), Corrections { base_axes: true, ..plain }),
+    ];
+    if let Some(turn) = sensor_turn(log) {
+        let degrees = turn.map(|x| format!("{:.1}", x.to_degrees())).join(", ");
+        let what = format!("the sensor is turned against the frame of the poses, by roll, pitch, yaw of {degrees} deg");
+        all.extend((dot(&turn, &turn).sqrt() > SMALL_TURN).then_some((what, Corrections { turn, ..plain })));
+    }
+    let tried = all.into_iter().filter_map(|(what, corrections)| {
+        let found = wrench_load(&log.clone().corrected(&corrections)).ok()?;
+        let is_load = found.determined[9] && found.parameters[9] > INTERVAL * found.sigma[9];
+        is_load.then(|| (what, corrections, left(&found)))
+    });
+    let (fault, corrections, after) = tried.min_by(|a, b| a.2.total_cmp(&b.2))?;
+    let quantity = format!("left of a sample, N and N m over {ARM_M} m,");
+    let [before, shown] = [left_as_given, after].map(|x| Figure::new(x, "N"));
+    let trial = Trial::Tried { quantity, before, after: shown };
+    (NOISE_RATIO * after < left_as_given).then(|| contradicted(LOG, fault, in_options(&corrections), trial))
+}
+
+/// The noise of the signals, as what is left counts it.
+fn noise(log: &Wrenches) -> f64 {
+    let by_differences = |signal: &[[f64; 3]]| {
+        let third = |w: &[[f64; 3]], i: usize| w[3][i] - 3.0 * (w[2][i] - w[1][i]) - w[0][i];
+        let sum: f64 = signal.windows(4).map(|w| (0..3).map(|i| third(w, i).powi(2)).sum::<f64>()).sum();
+        (sum / (60.0 * signal.len() as f64)).sqrt()
+    };
+    if !log.t.is_empty() {
+        return by_differences(&log.force).hypot(by_differences(&log.torque) / ARM_M);
+    }
+    let square = |f: &[f64; 3]| f.iter().map(|x| x * x).sum::<f64>();
+    // |F|^2 = 2 b F + m^2 g^2 - |b|^2
+    let sphere = log.force.iter().map(|f| ([2.0 * f[0], 2.0 * f[1], 2.0 * f[2], 1.0], square(f)));
+    let (squares, x) = least(sphere);
+    let radius = (x[3] + square(&[x[0], x[1], x[2]])).max(f64::MIN_POSITIVE).sqrt();
+    let rows = log.force.iter().zip(&log.torque).flat_map(|(&[x, y, z], n)| {
+        let of_axis = [[0.0, z, -y], [-z, 0.0, x], [y, -x, 0.0]];
+        let unit = |i: usize, k: usize| f64::from(u8::from(i == k));
+        [0, 1, 2].map(|i| {
+            let [a, b, c] = of_axis[i];
+            ([a, b, c, unit(i, 0), unit(i, 1), unit(i, 2)], n[i])
+        })
+    });
+    (squares / (2.0 * radius)).hypot(least(rows).0 / ARM_M)
+}
+
+/// The deviation of what least squares leaves, and its solution.
+fn least<const N: usize>(rows: impl Iterator<Item = ([f64; N], f64)>) -> (f64, Vec<f64>) {
+    let mut block = TriangleBuilder::new(N);
+    rows.for_each(|(row, y)| {
+        block.push(&row, y);
+    });
+    let found = solve(&block.finish());
+    (found.variance.sqrt(), found.x)
+}
+
+fn of_mass(found: &WrenchLoad) -> Option<Claim> {
+    let (mass, certain) = (found.parameters[9], INTERVAL * found.sigma[9]);
+    if !found.determined[9] || mass <= certain {
+        let why = "the log tells no mass from zero: there is no load, or the sensor keeps its attitude, or its driver takes \
+                   the weight out";
+        return Some(cannot_tell(Subject::whole(PARAMETERS), why, "more attitudes, of the sensor's own signals"));
+    }
+    let fault = format!("{mass:.0} kg is more than a wrist carries: the signals are no N and N m");
+    let advice = "the sensor's units per N and N m, in the file of [options]: corrections: {force: .., torque: ..}";
+    let trial = Trial::NotTried { why: "a log does not tell the factor".into() };
+    (mass - certain > LARGEST_MASS_KG).then(|| contradicted(COMMON_SCALE, fault, advice.into(), trial))
+}
+
+/// How far the centre of mass is from the sensor, m; `None` where that is not told.
+fn distance(found: &WrenchLoad) -> Option<f64> {
+    let (mass, certain) = (found.parameters[9], INTERVAL * found.sigma[9]);
+    let is_told = found.determined[6..].iter().all(|is| *is) && mass > certain;
+    is_told.then(|| dot(&found.parameters[6..9], &found.parameters[6..9]).sqrt() / mass)
+}
+
+fn of_centre(log: &Wrenches, found: &WrenchLoad) -> Option<Claim> {
+    let before = distance(found).filter(|m| *m > FARTHEST_CENTRE_M)?;
+    let fault = format!("the centre of mass is {before:.1} m from the sensor, farther than a wrist carries anything");
+    let millis = Corrections { torque: 1e-3, ..Corrections::default() };
+    let after = wrench_load(&log.clone().corrected(&millis)).ok().and_then(|found| distance(&found));
+    Some(match after.filter(|m| *m < FARTHEST_CENTRE_M) {
+        Some(after) => {
+            let [before, after] = [before, after].map(|x| Figure::new(x, "m"));
+            let trial = Trial::Tried { quantity: "distance of the centre of mass".into(), before, after };
+            contradicted(LOG, fault + ": are the torques in N mm?", in_options(&millis), trial)
+        }
+        None => {
+            let why = "torques in N mm do not explain it".into();
+            contradicted(LOG, fault, "look at the unit of the torques".into(), Trial::NotTried { why })
+        }
+    })
+}
+
+fn of_body(found: &WrenchLoad) -> Option<Claim> {
+    let is_whole = found.determined.iter().all(|is| *is);
+    if !is_whole || smallest_eigenvalue(&found.parameters) >= 0.0 {
+        return None;
+    }
+    let wide: Ten = std::array::from_fn(|k| {
+        let widened = if [0, 3, 5, 9].contains(&k) { SURE * found.sigma[k] } else { 0.0 };
+        found.parameters[k] + widened
+    });
+    let fault = "no body has these parameters: its inertia is negative about some axis";
+    let advice = "look at the units of torques, lengths and clock";
+    if smallest_eigenvalue(&wide) >= 0.0 {
+        return Some(cannot_tell(Subject::whole(BODIES), fault, "a motion that turns faster"));
+    }
+    let trial = Trial::NotTried { why: "no unit is told by it".into() };
+    Some(contradicted(BODIES, fault.into(), advice.into(), trial))
+}
+
+#[cfg(test)]
+mod tests {
+    use nalgebra::{Matrix3, Rotation3, UnitQuaternion};
+
+    use super::*;
+    use crate::estimators::wrench_load::tests::{log, rests};
+
+    fn verdict(log: &Wrenches) -> WrenchVerdict {
+        WrenchVerdict::of(log, &wrench_load(log).unwrap())
+    }
+
+    /// A log in which each row was changed.
+    fn changed(log: &Wrenches, change: impl Fn(Matrix3<f64>, [&mut [f64; 3]; 3]) -> Matrix3<f64>) -> Wrenches {
+        let mut log = log.clone();
+        for k in 0..log.force.len() {
+            let turn = Matrix3::from_fn(|i, j| log.rotation[k][i][j]);
+            let row = [&mut log.force[k], &mut log.torque[k], &mut log.position[k]];
+            let turn = change(turn, row);
+            log.rotation[k] = std::array::from_fn(|i| std::array::from_fn(|j| turn[(i, j)]));
+        }
+        log
+    }
+
+    fn turn(by: &Matrix3<f64>, vectors: [&mut [f64; 3]; 2]) {
+        for vector in vectors {
+            *vector = (by * nalgebra::Vector3::from(*vector)).into();
+        }
+    }
+
+    /// Each mistake, with what is said of it and the correction that is printed.
+    fn mistakes(log: &Wrenches) -> Vec<(Wrenches, &'static str, &'static str)> {
+        let turned = |angle: [f64; 3]| {
+            let by = Rotation3::from_euler_angles(angle[0], angle[1], angle[2]).into_inner();
+            changed(log, |r, [f, n, _]| {
+                turn(&by.transpose(), [f, n]);
+                r
+            })
+        };
+        vec![
+            (turned([0.0, 0.0, 0.52]), "turned against the frame of the poses", "turn: ["),
+            (turned([1.57, 0.0, 0.0]), "turned against the frame of the poses", "turn: ["),
+            (turned([-2.0, 0.7, 2.8]), "turned against the frame of the poses", "turn: ["),
+            (
+                changed(log, |r, _| {
+                    let q = UnitQuaternion::from_matrix(&r);
+                    // In the places of x, y, z, w stand w, x, y, z.
+                    let read = nalgebra::Quaternion::new(q.k, q.w, q.i, q.j);
+                    UnitQuaternion::from_quaternion(read).to_rotation_matrix().into_inner()
+                }),
+                "the first number of the quaternions is w",
+                "corrections: {scalar_first: true}",
+            ),
+            (
+                changed(log, |r, [_, _, p]| {
+                    *p = (-(r.transpose() * nalgebra::Vector3::from(*p))).into();
+                    r.transpose()
+                }),
+                "the poses are those of the frame at rest in the sensor",
+                "corrections: {inverted_poses: true}",
+            ),
+            (
+                changed(log, |r, [f, n, _]| {
+                    turn(&r, [f, n]);
+                    r
+                }),
+                "in the axes of the frame at rest",
+                "corrections: {base_axes: true}",
+            ),
+            (
+                changed(log, |r, [_, n, _]| {
+                    *n = n.map(|x| 1e3 * x);
+                    r
+                }),
+                "are the torques in N mm?",
+                "corrections: {torque: 0.001}",
+            ),
+        ]
+    }
+
+    /// Whatever is wrong with a log is found in motions and in postures, and what is printed mends it.
+    #[test]
+    fn each_mistake_is_found_and_its_remedy_mends_it() {
+        for log in [log(12.0, 0.03, 1.0, 5), rests(40, 0.03, 6), rests(14, 0.03, 7), log(12.0, 0.03, -1.0, 8)] {
+            for (wrong, fault, correction) in mistakes(&log) {
+                let said = verdict(&wrong);
+                let (reasons, next) = (said.reasons.join("; "), said.next.unwrap());
+                assert_eq!(said.trust, Trust::No, "{fault}: {:?}", said.claims);
+                assert!(reasons.contains(fault) && next.contains(correction), "{fault}: {reasons}: {next}");
+                let yaml = next.split_once(": corrections: ").unwrap().1;
+                let by: Corrections = linear_model::yaml::read(yaml).unwrap();
+                let mended = verdict(&wrong.corrected(&by));
+                assert_eq!(mended.trust, Trust::Yes, "{fault}: {:?}", mended.claims);
+            }
+            let counts = changed(&log, |r, [f, n, _]| {
+                [&mut *f, n].into_iter().for_each(|v| *v = v.map(|x| 1e3 * x));
+                r
+            });
+            let said = verdict(&counts);
+            assert!(said.trust == Trust::No && said.reasons[0].contains("2100 kg is more"), "{:?}", said.reasons);
+        }
+    }
+
+    /// A push in the middle of a log is no turn and no unit: it is left, and nothing is said to explain it.
+    #[test]
+    fn what_nothing_explains_has_no_remedy_that_was_tried() {
+        let mut pushed = log(12.0, 0.03, 1.0, 5);
+        (1000..1300).for_each(|k| pushed.force[k][2] += 40.0);
+        let said = verdict(&pushed);
+        assert!(said.trust == Trust::No && said.reasons[0].contains("times the noise"), "{:?}", said.reasons);
+        assert!(!said.next.unwrap().contains("corrections"));
+    }
+
+    /// Nothing is said against a log that is right, however noisy, by either sign and in either form.
+    #[test]
+    fn a_clean_log_is_not_accused() {
+        for seed in 0..8 {
+            for noise in [0.0, 0.02, 0.2, 1.0, 3.0] {
+                let sign = if seed % 2 == 0 { 1.0 } else { -1.0 };
+                let moving = verdict(&log(12.0, noise, sign, seed));
+                let standing = verdict(&rests(12 + 4 * seed as usize, noise, seed));
+                for said in [moving, standing] {
+                    assert!(said.reasons.is_empty() || said.trust == Trust::WithCare, "{noise}: {:?}", said.reasons);
+                    assert!(noise > 0.2 || said.trust == Trust::Yes, "{noise}: {:?}", said.claims);
+                }
+            }
+        }
+    }
+}

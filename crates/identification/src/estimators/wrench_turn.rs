@@ -1,0 +1,52 @@
+//! How a force-torque sensor is turned against the frame of its poses, from its forces.
+//!
+//! With Q from the axes of the sensor to those of the poses, the momentum of `wrench_load` over the mass m reads
+//! ```text
+//! R (Q/m) F + R b - d2/dt2 (R c) = d2/dt2 p - g
+//! ```
+//! of which Q/m, the offset b and the centre of mass c are linear. Q is the rotation nearest to what least squares finds for Q/m
+//! [Golub, Van Loan 2013]; m < 0 is that of a sensor which gives what the load does to it.
+
+use logs::Wrenches;
+use nalgebra::Matrix3;
+use numerics::least_squares::solve;
+use numerics::triangle::TriangleBuilder;
+
+use crate::estimators::wrench_load::{GRAVITY, Window, spans};
+
+/// Nine of Q/m, three offsets, three of the centre of mass.
+const UNKNOWNS: usize = 15;
+
+/// Roll, pitch and yaw of the sensor's axes in the frame of the poses, rad: Rz(yaw) Ry(pitch) Rx(roll); `None` where the log
+/// does not tell them.
+pub fn sensor_turn(log: &Wrenches) -> Option<[f64; 3]> {
+    let mut block = TriangleBuilder::new(UNKNOWNS);
+    let windows: Vec<Window> = match log.t.is_empty() {
+        true => (0..log.force.len())
+            .map(|first| Window { first, samples: vec![(1.0, 0.0, 0.0)], point: [0.0; 3] })
+            .collect(),
+        false => spans(log).into_iter().map(|(first, last)| Window::of(log, first, last, false)).collect(),
+    };
+    for window in &windows {
+        for i in 0..3 {
+            let (mut row, mut y) = ([0.0; UNKNOWNS], 0.0);
+            for (k, &(f, _, dd)) in (window.first..).zip(&window.samples) {
+                for (a, &r) in log.rotation[k][i].iter().enumerate() {
+                    (0..3).for_each(|b| row[3 * a + b] += f * r * log.force[k][b]);
+                    row[9 + a] += f * r;
+                    row[12 + a] -= dd * r;
+                }
+                y += dd * (log.position[k][i] - window.point[i]) - if i == 2 { f * GRAVITY } else { 0.0 };
+            }
+            block.push(&row, y);
+        }
+    }
+    let found = solve(&block.finish());
+    if !found.determined[..9].iter().all(|is| *is) || !found.x.iter().all(|x| x.is_finite()) {
+        return None;
+    }
+    let svd = Matrix3::from_row_slice(&found.x[..9]).svd(true, true);
+    let q = svd.u? * svd.v_t?;
+    let q = q * q.determinant().signum();
+    Some([q[(2, 1)].atan2(q[(2, 2)]), (-q[(2, 0)]).clamp(-1.0, 1.0).asin(), q[(1, 0)].atan2(q[(0, 0)])])
+}

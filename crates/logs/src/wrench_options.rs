@@ -1,0 +1,157 @@
+//! How a log of a force-torque sensor is meant where its names and numbers do not say it: its columns, and corrections.
+
+use std::fmt;
+
+use serde::{Deserialize, Serialize};
+
+/// The file of options of a wrench.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct WrenchOptions {
+    /// Headers of the columns that cannot be found by their names.
+    pub columns: WrenchColumns,
+    /// What is corrected of the numbers.
+    pub corrections: Corrections,
+}
+
+/// Headers, of which none need be given.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct WrenchColumns {
+    /// The clock.
+    pub time: Option<String>,
+    /// x, y, z.
+    pub force: Option<[String; 3]>,
+    /// x, y, z.
+    pub torque: Option<[String; 3]>,
+    /// x, y, z.
+    pub position: Option<[String; 3]>,
+    /// x, y, z, w of a quaternion, or roll, pitch, yaw.
+    pub orientation: Option<Vec<String>>,
+    /// x, y, z of a rotation vector: the axis times the angle.
+    pub rotation_vector: Option<[String; 3]>,
+}
+
+/// What is corrected, in this order. Its Display is the YAML that asks for it.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Corrections {
+    /// The numbers of a quaternion are w, x, y, z.
+    pub scalar_first: bool,
+    /// The poses are those of the frame at rest in the sensor.
+    pub inverted_poses: bool,
+    /// Forces and torques are in the axes of the frame at rest.
+    pub base_axes: bool,
+    /// Roll, pitch and yaw of the sensor's axes in the frame of the poses, rad: Rz(yaw) Ry(pitch) Rx(roll).
+    pub turn: [f64; 3],
+    /// N per unit of the forces.
+    pub force: f64,
+    /// N m per unit of the torques.
+    pub torque: f64,
+}
+
+impl Default for Corrections {
+    fn default() -> Corrections {
+        let (turn, force, torque) = ([0.0; 3], 1.0, 1.0);
+        Corrections { scalar_first: false, inverted_poses: false, base_axes: false, turn, force, torque }
+    }
+}
+
+impl fmt::Display for Corrections {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let words = [
+            ("scalar_first", self.scalar_first),
+            ("inverted_poses", self.inverted_poses),
+            ("base_axes", self.base_axes),
+        ];
+        let mut parts: Vec<String> =
+            words.into_iter().filter(|(_, is)| *is).map(|(word, _)| format!("{word}: true")).collect();
+        let [r, p, y] = self.turn;
+        parts.extend((self.turn != [0.0; 3]).then(|| format!("turn: [{r:.4}, {p:.4}, {y:.4}]")));
+        let factors = [("force", self.force), ("torque", self.torque)];
+        parts.extend(factors.into_iter().filter(|(_, x)| *x != 1.0).map(|(word, x)| format!("{word}: {x}")));
+        write!(f, "corrections: {{{}}}", parts.join(", "))
+    }
+}
+
+type Matrix = [[f64; 3]; 3];
+
+impl Corrections {
+    /// Corrects a row.
+    pub(crate) fn correct(&self, turn: &mut Matrix, place: &mut [f64; 3], wrench: [&mut [f64; 3]; 2]) {
+        if self.scalar_first {
+            let [x, y, z, w] = quaternion(turn);
+            *turn = matrix([y, z, w, x]);
+        }
+        if self.inverted_poses {
+            *turn = transposed(turn);
+            *place = turned(turn, *place).map(|x| -x);
+        }
+        let sensor = roll_pitch_yaw(self.turn);
+        for (vector, factor) in wrench.into_iter().zip([self.force, self.torque]) {
+            if self.base_axes {
+                *vector = turned(&transposed(turn), *vector);
+            }
+            *vector = turned(&sensor, *vector).map(|x| factor * x);
+        }
+    }
+}
+
+/// Rz(yaw) Ry(pitch) Rx(roll).
+pub(crate) fn roll_pitch_yaw(angles: [f64; 3]) -> Matrix {
+    let [(sr, cr), (sp, cp), (sy, cy)] = angles.map(f64::sin_cos);
+    [
+        [cy * cp, cy * sp * sr - sy * cr, cy * sp * cr + sy * sr],
+        [sy * cp, sy * sp * sr + cy * cr, sy * sp * cr - cy * sr],
+        [-sp, cp * sr, cp * cr],
+    ]
+}
+
+/// The matrix of a quaternion x y z w of norm one.
+pub(crate) fn matrix([x, y, z, w]: [f64; 4]) -> Matrix {
+    [
+        [1.0 - 2.0 * (y * y + z * z), 2.0 * (x * y - z * w), 2.0 * (x * z + y * w)],
+        [2.0 * (x * y + z * w), 1.0 - 2.0 * (x * x + z * z), 2.0 * (y * z - x * w)],
+        [2.0 * (x * z - y * w), 2.0 * (y * z + x * w), 1.0 - 2.0 * (x * x + y * y)],
+    ]
+}
+
+/// The quaternion x y z w of a matrix, by its largest number, so that nothing is divided by what is small.
+fn quaternion(m: &Matrix) -> [f64; 4] {
+    let trace = m[0][0] + m[1][1] + m[2][2];
+    // Four times the squares of x, y, z, w.
+    let squares = [0, 1, 2, 3].map(|k| if k < 3 { 1.0 + 2.0 * m[k][k] - trace } else { 1.0 + trace });
+    let k = (0..4).max_by(|a, b| squares[*a].total_cmp(&squares[*b])).unwrap_or(3);
+    let largest = squares[k].sqrt() / 2.0;
+    let product = |a: usize, b: usize| match (a.min(b), a.max(b)) {
+        (a, b) if a == b => squares[a],
+        (a, 3) => m[(a + 2) % 3][(a + 1) % 3] - m[(a + 1) % 3][(a + 2) % 3],
+        (a, b) => m[a][b] + m[b][a],
+    };
+    [0, 1, 2, 3].map(|i| product(i, k) / (4.0 * largest))
+}
+
+fn transposed(m: &Matrix) -> Matrix {
+    std::array::from_fn(|i| std::array::from_fn(|k| m[k][i]))
+}
+
+fn turned(m: &Matrix, v: [f64; 3]) -> [f64; 3] {
+    m.map(|row| (0..3).map(|k| row[k] * v[k]).sum())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Every correction undoes its own mistake, and asks for itself in YAML.
+    #[test]
+    fn a_quaternion_comes_back_and_a_correction_says_itself() {
+        for q in [[0.5, -0.5, 0.5, 0.5], [0.0, 1.0, 0.0, 0.0], [0.1, 0.2, -0.3, 0.86f64.sqrt()], [0.8, 0.0, 0.6, 0.0]] {
+            let found = quaternion(&matrix(q));
+            let sign = if found.iter().zip(q).map(|(a, b)| a * b).sum::<f64>() < 0.0 { -1.0 } else { 1.0 };
+            assert!(found.iter().zip(q).all(|(a, b)| (sign * a - b).abs() < 1e-15), "{found:?} {q:?}");
+        }
+        let all = Corrections { scalar_first: true, turn: [0.0, 0.0, 0.5], torque: 0.001, ..Corrections::default() };
+        assert_eq!(all.to_string(), "corrections: {scalar_first: true, turn: [0.0000, 0.0000, 0.5000], torque: 0.001}");
+    }
+}
