@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 
 use clap::Args;
+use rist::Model;
 use rist::request::{EvaluateRequest, StateQuantity};
 
 use crate::failure::Failure;
@@ -32,9 +33,11 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let quantity = arguments.request.read()?.quantity;
     let unsaid = || Failure::new("say what to compute: [quantity=torque], regressor or base-regressor");
     let quantity = quantity.ok_or_else(unsaid)?;
+    let given = &arguments.model;
     let mut model = match quantity {
-        StateQuantity::BaseRegressor => arguments.model.derive()?,
-        StateQuantity::Regressor | StateQuantity::Torque => arguments.model.derive_at_any_rank()?,
+        StateQuantity::BaseRegressor => given.derive()?,
+        // They need no base parameters.
+        _ => Model::at_any_rank(given.read_with_values()?, &given.model, given.options()?.any_size)?,
     };
     print(&rist::evaluate(&mut model, &arguments.states, quantity)?)
 }

@@ -63,23 +63,12 @@ impl ModelArguments {
     }
 
     fn derive_by(&self, options: &ModelOptions) -> Result<Model, Failure> {
-        let robot = self.values_by(options)?;
-        let mut model = Model::of(robot, &self.model, options.any_size)?;
-        model.description = options.description();
-        Ok(model)
-    }
-
-    /// The model for what needs no base parameters.
-    pub(crate) fn derive_at_any_rank(&self) -> Result<Model, Failure> {
-        let options = self.options()?;
-        Ok(Model::at_any_rank(self.values_by(&options)?, &self.model, options.any_size)?)
-    }
-
-    fn values_by(&self, options: &ModelOptions) -> Result<Robot, Failure> {
         let robot = self.read_by(options)?;
         rist::description::check_values(&robot, &self.model)?;
         at_work(format_args!("deriving {}", self.model.display()));
-        Ok(robot)
+        let mut model = Model::of(robot, &self.model, options.any_size)?;
+        model.description = options.description();
+        Ok(model)
     }
 }
 

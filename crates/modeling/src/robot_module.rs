@@ -89,20 +89,16 @@ fn robot_module(
     symbols: &[String],
     mut regressor: Function,
 ) -> Module {
-    let of = if base.refused.is_some() { "standard" } else { "base" };
-    regressor.name = if base.refused.is_some() { STANDARD } else { "base_regressor" }.into();
+    let (of, name) = if base.refused.is_some() { ("standard", STANDARD) } else { ("base", "base_regressor") };
+    regressor.name = name.into();
     let parameters: Vec<String> = base.base.iter().map(|b| b.name.clone()).collect();
     let coordinates: Vec<String> = robot.coordinates.iter().map(|c| c.name.clone()).collect();
 
     let mut module = Module::new(&robot.name);
     let doc = &mut module.doc;
-    match &base.refused {
-        None => doc.push(format!("{}: the base regressor, tau = Y(q, dq, ddq) X.", robot.name)),
-        Some(why) => {
-            let regressor =
-                "the regressor of the standard parameters, tau = Y(q, dq, ddq) X. There are no base parameters";
-            doc.extend(wrapped(&format!("{}: {regressor}: {why}", robot.name), 100));
-        }
+    doc.push(format!("{}: the {of} regressor, tau = Y(q, dq, ddq) X.", robot.name));
+    if let Some(why) = &base.refused {
+        doc.extend(wrapped(&format!("There are no base parameters: {why}"), 100));
     }
     doc.push(String::new());
     // The head of the file: what Y is, its units, its source, the rules, what has no effect.
@@ -119,15 +115,15 @@ fn robot_module(
         doc.extend(wrapped(&format!("Not as given: {}.", taken.join("; ")), 100));
     }
     doc.push(String::new());
-    doc.push(match base.refused {
-        None => "The base parameters X, each with what regroups into it:".into(),
-        Some(_) => "The standard parameters X:".into(),
-    });
+    doc.push(format!("The {of} parameters X, each with what regroups into it:"));
     doc.push("```text".into());
     doc.extend(base.rule_lines());
     let no_effect: Vec<String> = base.no_effect.iter().map(|&c| base.standard[c].display(robot).to_string()).collect();
     if !no_effect.is_empty() {
         doc.extend(wrapped(&format!("No effect: {}", no_effect.join(" ")), 100));
+    }
+    if !base.weak.is_empty() {
+        doc.extend(wrapped(&base.evidence_of_rank(robot), 100));
     }
     let values = values(standard, symbols);
     if !values.is_empty() {

@@ -14,7 +14,7 @@ use crate::symbols::Kept;
 /// The formulas that the request asks for as the text of one file; `made_by`: the command that its head names.
 ///
 /// Fails where a function, a symbol or an entry is not there, where a number is needed that the description lacks, where
-/// the rank of the base parameters is not clear-cut, and on robots whose derivation takes long or much memory, unless
+/// the rank is not clear-cut although the base regressor is asked for, and on robots whose derivation takes long or much memory, unless
 /// `any_size` asks for it.
 pub fn derive(robot: &Robot, request: &DeriveRequest, made_by: &str, any_size: bool) -> Result<String, Error> {
     check_size(robot, any_size)?;

@@ -114,7 +114,8 @@ const CALLED_BY_CONTROLLER: [&str; 2] = ["inverse-dynamics", "gravity"];
 /// `values`: numbers that stand in it as the constants X and F; `symbols`: lengths, angles and components of gravity that are
 /// an argument, `all` for all of them.
 ///
-/// Fails where a symbol that is to be a number has no value, where a name is no function's, where the rank is not clear-cut, and on robots whose derivation takes long or much
+/// Fails where a symbol that is to be a number has no value, where a name is no function's, where the rank is not clear-cut although the base
+/// regressor is asked for, by name or by asking for no function, and on robots whose derivation takes long or much
 /// memory, unless `any_size` asks for it.
 pub fn generate(
     robot: &Robot,

@@ -14,7 +14,7 @@ use robot::Robot;
 
 use crate::base::gate::SCAN_ROUNDING;
 use crate::base::rank::{CLEAR_GAP, INDEPENDENT, Scan, scan};
-use crate::base::regrouping::Shares;
+use crate::base::regrouping::{Share, Shares};
 use crate::base::samples::sampled;
 use crate::base::triangle::triangle;
 
