@@ -142,7 +142,7 @@ fn errors_of_bodies(
     let base = estimate.parameters.iter().take(linear.p());
     let Some(x) = base.map(|p| p.value).collect::<Option<Vec<f64>>>() else { return Vec::new() };
     let seen = seen_in_plan(experiments.iter().map(|e| &e.trajectory));
-    let unsure = Unsure { covariance, changes: &[], logs: &[] };
+    let unsure = Unsure { covariance, open: &[], changes: &[], logs: &[] };
     torque_errors(&linear, &x, unsure, &seen, &allowed(model, &seen))
 }
 

@@ -185,9 +185,8 @@ fn exchanged_sides_are_named_and_never_trusted() {
     let names: Vec<String> = (0..6).map(|k| k.to_string()).collect();
     let columns = "columns: {position: \"q_{}\", velocity: \"dq_{}\", torque: \"tau_{}\"}\nmodel: two_arms\n";
     let options = Options::parse("options.yaml", columns).unwrap();
-    let swap = |log: &JointLog| {
-        changed(log, |l| [&mut l.q, &mut l.dq, &mut l.tau].into_iter().for_each(|x| x.rotate_left(3)))
-    };
+    let swap =
+        |log: &JointLog| changed(log, |l| [&mut l.q, &mut l.dq, &mut l.tau].into_iter().for_each(|x| x.rotate_left(3)));
     for seed in [3, 4] {
         let x = unlike(&model.robot, seed);
         for is_swapped in [false, true] {

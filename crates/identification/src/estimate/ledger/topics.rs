@@ -47,6 +47,7 @@ pub const BODIES: Topic = Topic("bodies");
 
 /// What identify mended by itself.
 pub const ROTORS_TAKEN: Topic = Topic("rotor inertias taken");
+/// A delay that was found and taken back before the fit.
 pub const DELAY_TAKEN: Topic = Topic("delay taken back");
 
 /// What was mended without being asked for; `what` has the errors without it and with it.

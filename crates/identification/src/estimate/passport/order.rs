@@ -51,7 +51,8 @@ impl Search<'_> {
         };
         let mut ranked = Vec::new();
         let Ok(()) = in_order(&orders, threads(), left, |i, found| {
-            ranked.extend(found.into_iter().zip(EXCHANGE_KINDS).map(|(left, kind)| (left, exchanges(&orders[i], kind))));
+            ranked
+                .extend(found.into_iter().zip(EXCHANGE_KINDS).map(|(left, kind)| (left, exchanges(&orders[i], kind))));
             Ok::<(), Infallible>(())
         });
         // Limbs that are alike in pairs have several orders that leave nearly the same: few exchanges are likelier.
