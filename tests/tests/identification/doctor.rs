@@ -257,7 +257,7 @@ fn a_last_body_that_lies_otherwise_is_no_wrong_zero() {
         // The same in sums.
         let request = rist::fleet::SumsRequest::default();
         let mut sums = rist::fleet::accumulator(&model, &request).unwrap();
-        let (source, _) = model.open_log(here.join("log.csv"), &Default::default()).unwrap();
+        let (source, _) = model.open_log(&here.join("log.csv"), &Default::default()).unwrap();
         rist::fleet::update(&model, &mut sums, &source, false).unwrap();
     }
 }
