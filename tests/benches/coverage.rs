@@ -18,13 +18,13 @@
 
 use std::path::Path;
 
-use identification::estimate::ledger::hypotheses::Open;
 use identification::estimate::artefact::Estimate;
 use identification::estimate::fleet::accumulator::Accumulator;
 use identification::estimate::fleet::replicate::Replicate;
 use identification::estimate::fleet::settings::Settings;
 use identification::estimate::identified::Identified;
 use identification::estimate::identify::identify;
+use identification::estimate::ledger::hypotheses::Open;
 use identification::estimate::options::Options;
 use identification::signals::records::SourceRecords;
 use linear_model::reference::ModelReference;

@@ -76,8 +76,7 @@ impl<'a> Looked<'a> {
             // Going through states that are made anew costs more than making rows beside.
             true => {
                 let (regressor, lacks_rotors) = (model.regressor(), may_lack_rotors(model));
-                let look =
-                    |records: &Beside<SourceRecords<'_>>| passport_of(model, logs, records, gains, options);
+                let look = |records: &Beside<SourceRecords<'_>>| passport_of(model, logs, records, gains, options);
                 let wide = lacks_rotors.then(|| WithRotors::beside(regressor, &records, options, look)).transpose()?;
                 match wide.flatten() {
                     Some((passport, with_rotors)) => (passport, None, with_rotors),

@@ -12,8 +12,8 @@ use identification::estimate::identify::Fit;
 use identification::estimate::joint_terms::{JointTerms, choose_joint_terms, joint_candidates};
 use identification::estimate::ledger::hypotheses::Tested;
 use identification::estimate::options::Options;
-use identification::estimators::huber::Robust;
 use identification::estimate::selection::{FrictionSelection, friction_candidates, preparation, select_friction};
+use identification::estimators::huber::Robust;
 use identification::rows::observation::Observation;
 use identification::signals::records::SourceRecords;
 use linear_model::friction::terms::{FrictionTerm, JointTerm, check_terms};
@@ -164,12 +164,7 @@ struct Predicted {
     robust: Option<Robust>,
 }
 
-fn predicted_load(
-    model: &Model,
-    logs: &[LogSource],
-    kept: Kept,
-    options: &Options,
-) -> Result<Predicted, Error> {
+fn predicted_load(model: &Model, logs: &[LogSource], kept: Kept, options: &Options) -> Result<Predicted, Error> {
     let mut options = options.clone();
     options.friction.retain(|term| !matches!(term, FrictionTerm::At(_, JointTerm::Load)));
     let records = SourceRecords::new(model.regressor(), logs, &options.preparation())?;

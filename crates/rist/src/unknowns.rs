@@ -178,8 +178,7 @@ fn one_step(
     let fit = looked.fit(model, logs)?;
     let linear = options.linear_model(model.regressor());
     let is_wanted = |of: &Hypothesis| kind(of).is_some_and(|kind| unknowns.contains(&kind));
-    let steps =
-        with_open(model, |open| step(&linear, &looked.records, fit.point(), open, zeros, is_wanted));
+    let steps = with_open(model, |open| step(&linear, &looked.records, fit.point(), open, zeros, is_wanted));
     Ok(steps?)
 }
 

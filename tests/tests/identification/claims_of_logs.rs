@@ -1,8 +1,8 @@
 //! What is claimed of a log: a fault above the printed power is named with its joint, and a clean log is accused of nothing.
 
 use claims::{Claim, Outcome, Standing, Topic};
-use identification::estimate::ledger::topics::{MOUNT, SCALE, SPRING, ZERO};
 use identification::estimate::ledger::hypotheses::Hypothesis;
+use identification::estimate::ledger::topics::{MOUNT, SCALE, SPRING, ZERO};
 use identification::estimators::weighted::Weights;
 use rist::Model;
 use rist::verdict::{Trust, Verdict};

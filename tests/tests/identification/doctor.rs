@@ -185,9 +185,8 @@ fn exchanged_sides_are_named_and_never_trusted() {
     let names: Vec<String> = (0..6).map(|k| k.to_string()).collect();
     let columns = "columns: {position: \"q_{}\", velocity: \"dq_{}\", torque: \"tau_{}\"}\nmodel: two_arms\n";
     let options = Options::parse("options.yaml", columns).unwrap();
-    let swap = |log: &JointLog| {
-        changed(log, |l| [&mut l.q, &mut l.dq, &mut l.tau].into_iter().for_each(|x| x.rotate_left(3)))
-    };
+    let swap =
+        |log: &JointLog| changed(log, |l| [&mut l.q, &mut l.dq, &mut l.tau].into_iter().for_each(|x| x.rotate_left(3)));
     for seed in [3, 4] {
         let x = unlike(&model.robot, seed);
         for is_swapped in [false, true] {
@@ -258,7 +257,7 @@ fn a_last_body_that_lies_otherwise_is_no_wrong_zero() {
         // The same in sums.
         let request = rist::fleet::SumsRequest::default();
         let mut sums = rist::fleet::accumulator(&model, &request).unwrap();
-        let (source, _) = model.open_log(here.join("log.csv"), &Default::default()).unwrap();
+        let (source, _) = model.open_log(&here.join("log.csv"), &Default::default()).unwrap();
         rist::fleet::update(&model, &mut sums, &source, false).unwrap();
     }
 }

@@ -17,9 +17,7 @@ use crate::estimate::ledger::topics::{
     BODIES, COMMON_SCALE, DELAY_TAKEN, GRAVITY_TORQUE, LOG, OTHER_MOTION, ROTORS_TAKEN, TORQUE_AT_LIMITS, TORQUE_SEEN,
 };
 use crate::estimate::ledger::torque_error::{TorqueError, Use};
-use crate::estimate::ledger::{
-    Beside, claims_of_faults, claims_of_fit, claims_of_log, not_noise, units_of_logs,
-};
+use crate::estimate::ledger::{Beside, claims_of_faults, claims_of_fit, claims_of_log, not_noise, units_of_logs};
 use crate::estimate::passport::Passport;
 
 pub use claims::Trust;

@@ -135,7 +135,8 @@ pub fn state_bands<'a>(
     weights: &'a [f64],
     reweighted: Option<&'a Reweighted>,
 ) -> StateBands<'a> {
-    let weight = move |j: usize, e: f64| weights[j] * weights[j] * reweighted.map_or(1.0, |found| found.rows.weight(j, e));
+    let weight =
+        move |j: usize, e: f64| weights[j] * weights[j] * reweighted.map_or(1.0, |found| found.rows.weight(j, e));
     StateBands::new(model, observation, Arc::new(weight))
 }
 

@@ -223,9 +223,9 @@ mod tests {
     use crate::estimate::fleet::replicate::MAX_FAULT_PARTS_PER_LOG;
     use crate::estimate::ledger::hypotheses::{Open, Point, triangles_of_sums};
     use crate::estimate::options::Options;
+    use crate::estimators::weighted::{Weights, fit};
     use crate::test_arm::Pendulum;
     use linear_model::linear_model::Model;
-    use crate::estimators::weighted::{Weights, fit};
     use linear_model::reference::ModelReference;
     use linear_model::states::States;
     use random::Random;
@@ -292,9 +292,8 @@ mod tests {
     /// A spring that the model lacks moves the parameters: what it may move is part of their deviations.
     #[test]
     fn faults_are_in_the_deviation() {
-        let sprung = |k: u64| {
-            changed_log(k, |states| states.tau.iter_mut().zip(&states.q).for_each(|(tau, q)| *tau += 0.4 * q))
-        };
+        let sprung =
+            |k: u64| changed_log(k, |states| states.tau.iter_mut().zip(&states.q).for_each(|(tau, q)| *tau += 0.4 * q));
         let with = sums((0..2).map(sprung));
         let without = sums((0..2).map(sprung).map(|log| Replicate { faults: Vec::new(), ..log }));
         let [with, without] = [with, without].map(|sums| sums.solve().unwrap());

@@ -277,9 +277,9 @@ impl ComparedRobot {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::estimate::ledger::hypotheses::Open;
     use crate::estimate::fleet::replicate::{LogAccount, MAX_BLOCKS_PER_LOG, Replicate};
     use crate::estimate::fleet::settings::Settings;
+    use crate::estimate::ledger::hypotheses::Open;
     use crate::estimate::options::Options;
     use crate::rows::observation::Observation;
     use crate::test_arm::Pendulum;

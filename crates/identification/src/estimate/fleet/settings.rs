@@ -225,7 +225,13 @@ mod tests {
     use linear_model::friction::terms::FrictionTerm;
 
     fn settings(options: &Options) -> Result<Settings, Error> {
-        Settings::new(&Pendulum::new(), ModelReference { name: "arm".into(), fingerprint: "1".into() }, None, options, Open::default())
+        Settings::new(
+            &Pendulum::new(),
+            ModelReference { name: "arm".into(), fingerprint: "1".into() },
+            None,
+            options,
+            Open::default(),
+        )
     }
 
     #[test]

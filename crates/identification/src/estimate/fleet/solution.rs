@@ -112,8 +112,7 @@ impl Accumulator {
         let solved = Solved::of(self)?;
         let cells = self.cells().ok_or_else(|| Error::new("no log is in these sums; at least one is needed"))?;
         let deviation = solved.believed(&cells);
-        let mut estimate =
-            report(&model, &solved.joints, &solved.observation, &solved.solution, &deviation.sigma());
+        let mut estimate = report(&model, &solved.joints, &solved.observation, &solved.solution, &deviation.sigma());
         let held_out = cross_validate(&model, &solved.observation, options.weights);
         estimate.cross_validation = Some(held_out.total);
         for (joint, out) in estimate.joints.iter_mut().zip(held_out.joints) {

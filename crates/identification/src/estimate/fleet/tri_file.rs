@@ -214,7 +214,8 @@ mod tests {
         let mut cells = StateCells::new(&linear);
         cells.add(&linear, &arm.states(100));
         let wide = linear.p() + all.settings().hypotheses.len();
-        let faults = (0..MAX_FAULT_PARTS_PER_LOG).map(|k| Triangle::of_numbers(wide, &[0, wide], 5, &[1.0, 0.5, k as f64]));
+        let faults =
+            (0..MAX_FAULT_PARTS_PER_LOG).map(|k| Triangle::of_numbers(wide, &[0, wide], 5, &[1.0, 0.5, k as f64]));
         let faults = faults.map(Option::unwrap).collect();
         all.add(Replicate { logs: vec![account], observation, cells, faults }).unwrap();
         all.fail("b.csv".into(), "b.csv: cut short\n\tin its middle".into());

@@ -35,7 +35,9 @@ fn order(passport: &Passport) -> Vec<Claim> {
     }
     if !open.is_empty() {
         let why = match hidden.is_empty() {
-            true => "the columns are given by their place, and the description has no inertials to hold them against".into(),
+            true => {
+                "the columns are given by their place, and the description has no inertials to hold them against".into()
+            }
             false => format!(
                 "the columns are given by their place, and the description would not show an exchange of {}",
                 hidden.iter().map(pair).collect::<Vec<_>>().join("; ")

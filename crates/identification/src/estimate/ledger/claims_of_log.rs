@@ -133,7 +133,8 @@ fn zeros(passport: &Passport, turned: Option<&Turned>) -> Vec<Claim> {
     let mut zeros: Vec<(f64, Vec<String>)> = Vec::new();
     let is_turned = |k: usize| turned.is_some_and(|t| t.joint == k);
     let open_already = |name: &String| unexplained(passport, vec![name.clone()]).is_empty();
-    for (_, joint) in passport.joints.iter().enumerate().filter(|(k, j)| !is_turned(*k) && !open_already(&j.coordinate)) {
+    for (_, joint) in passport.joints.iter().enumerate().filter(|(k, j)| !is_turned(*k) && !open_already(&j.coordinate))
+    {
         let Some(angle) = joint.zero_power else { continue };
         match zeros.iter_mut().find(|(of, _)| *of == angle) {
             Some((_, names)) => names.push(joint.coordinate.clone()),
@@ -170,7 +171,8 @@ fn explained_otherwise(explained: &Explained) -> Claim {
         _ => SIGN,
     };
     let why = format!("{}, or other bodies than the description's: {}", finding.statement(), finding.evidence);
-    let would_tell = format!("the encoder's own reference, or bodies that are known; where it is so: {}", finding.remedy);
+    let would_tell =
+        format!("the encoder's own reference, or bodies that are known; where it is so: {}", finding.remedy);
     cannot_tell(Subject::of(topic, finding.joints.iter().cloned()), why, would_tell)
 }
 

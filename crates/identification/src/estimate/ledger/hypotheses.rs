@@ -371,7 +371,8 @@ mod tests {
         let mut rows = TriangleBuilder::new(exact.len());
         model.rows(&states, 0..states.len(), |r, w| rows.push(w, states.tau[r]));
         let x = rows.finish().solution();
-        let found = hypotheses(&model, &[states][..], Point { x: &x, weights: &[1.0], robust: None }, Open::default()).unwrap();
+        let found =
+            hypotheses(&model, &[states][..], Point { x: &x, weights: &[1.0], robust: None }, Open::default()).unwrap();
         let found = found.into_iter().find(|tested| tested.of == *of).unwrap();
         let norm = |x: &mut dyn Iterator<Item = f64>| x.map(|x| x * x).sum::<f64>().sqrt();
         let error = |with: f64| {

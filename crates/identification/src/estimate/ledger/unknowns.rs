@@ -21,7 +21,8 @@ use numerics::triangle::{Triangle, TriangleBuilder};
 
 use crate::estimate::artefact::Estimate;
 use crate::estimate::ledger::hypotheses::{
-    EXPLAINED_COLUMN_SHARE, Hypothesis, LEFT_OUT_PARTS, MOST_COORDINATES, Open, Point, coefficients, held, jackknife, merged, triangles,
+    EXPLAINED_COLUMN_SHARE, Hypothesis, LEFT_OUT_PARTS, MOST_COORDINATES, Open, Point, coefficients, held, jackknife,
+    merged, triangles,
 };
 use crate::estimate::ledger::hypothesis_columns::all;
 use crate::signals::records::Records;

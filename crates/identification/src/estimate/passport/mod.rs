@@ -87,8 +87,7 @@ pub fn passport<R: Records + ?Sized>(
     let turned = few.as_ref().and_then(|trials| turned(trials, angles));
     let hidden = few.as_ref().zip(rough.as_ref()).map(|(trials, rough)| hidden_exchanges(trials, rough));
     let hidden_exchanges = hidden.unwrap_or_default();
-    let mut passport =
-        Passport { visited: Visited::of(&samples), turned, hidden_exchanges, ..Passport::default() };
+    let mut passport = Passport { visited: Visited::of(&samples), turned, hidden_exchanges, ..Passport::default() };
     for (j, coordinate) in regressor.coordinates().iter().enumerate() {
         let partial = slopes.as_ref().map(|s| s[j]).filter(|p| p.yy > 0.0);
         passport.joints.push(JointPassport {
