@@ -184,7 +184,7 @@ fn unlike_parts_are_refused() {
     let newer: Vec<u8> = [b"rist-tri 7", &bytes["rist-tri 3".len()..]].concat();
     std::fs::write(here.join("newer.tri"), newer).unwrap();
     refused(&here, &["solve", "cut.tri"], &["cut.tri: cut short", "make it again"]);
-    refused(&here, &["solve", "newer.tri"], &["newer.tri: version 7", "reads up to 3"]);
+    refused(&here, &["solve", "newer.tri"], &["newer.tri: version 7", "reads up to 4"]);
     refused(&here, &["solve", "a.csv"], &["a.csv: no sums of rist accumulate"]);
     let accumulate = |more: &[&str], expected: &[&str]| {
         refused(&here, &[&["accumulate", &model, "a.csv", "--out", "x.tri"], more].concat(), expected);

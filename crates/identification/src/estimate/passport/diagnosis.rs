@@ -16,7 +16,7 @@ use crate::estimate::passport::free_bodies::FreeBodies;
 use crate::estimate::passport::regression::Partial;
 use crate::estimate::passport::report::{COUNTED_SLOPE_SHARE, Explained, Passport};
 use crate::estimate::passport::samples::Samples;
-use crate::estimate::passport::search::{Search, Suspicion, counts};
+use crate::estimate::passport::search::{LIKELY_MISFIT_SHARE, Search, Suspicion, counts};
 use crate::estimate::passport::trials::Trials;
 
 /// What a diagnosis looks at.
@@ -148,6 +148,10 @@ impl Look<'_> {
         };
         let (changes, misfits) = search.best(slopes);
         found.extend(self.judged(&changes, &list(), passport));
+        if changes.is_empty() {
+            let exchanged: Vec<Suspicion> = search.exchanged(slopes, &passport.hidden_exchanges).into_iter().collect();
+            found.extend(self.judged(&exchanged, &list(), passport));
+        }
         // What nothing explains: another robot, a common factor, or nothing that can be told.
         if changes.is_empty() {
             found.extend(self.other_robot(&misfits, slopes, scale, passport, list()));
@@ -304,10 +308,6 @@ impl Look<'_> {
         common_lag(self.regressor, self.samples, self.rows)
     }
 }
-
-/// Misfit that a mistake leaves, of that of the log as it is, below which the description asks for it: in squares, as
-/// `power::TURNED_ERROR_RATIO` has it.
-const LIKELY_MISFIT_SHARE: f64 = 0.16;
 
 /// Share of what is left that a delay explains where the description alone would say that this is another robot.
 const SMALLEST_DELAY_SHARE_IF_FOREIGN: f64 = 0.5;

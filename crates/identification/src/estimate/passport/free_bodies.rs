@@ -12,6 +12,8 @@
 //! cannot exist unless friction brakes. What the signals say without any bodies is needed always, and so is an exchange or a
 //! sign with which the description itself, without a free number, leaves nearly nothing.
 
+use std::f64::consts::FRAC_PI_2;
+
 use linear_model::friction::terms::FrictionTerm;
 use linear_model::linear_model::Model;
 use linear_model::regressor::Regressor;
@@ -67,6 +69,12 @@ impl FreeBodies<'_> {
             } else {
                 with = without;
             }
+        }
+        // A description that has one zero elsewhere has others so: a quarter turn beside such a zero stands with it.
+        let is_quarter = |change: &Change| matches!(change, Change::Turned(_, a) if (a / FRAC_PI_2).fract() == 0.0);
+        let are_quarters: Vec<bool> = suspicions.iter().map(|one| one.changes.iter().all(is_quarter)).collect();
+        if needed.iter().zip(&are_quarters).any(|(needed, quarter)| *needed && *quarter) {
+            needed.iter_mut().zip(are_quarters).for_each(|(needed, quarter)| *needed |= quarter);
         }
         needed
     }

@@ -13,7 +13,7 @@ use processor::{in_order, threads};
 use crate::estimate::passport::change::{Change, misfits};
 use crate::estimate::passport::power::shows;
 use crate::estimate::passport::regression::Partial;
-use crate::estimate::passport::search::{Search, Sum, last_of_pairs};
+use crate::estimate::passport::search::{LIKELY_MISFIT_SHARE, Search, Sum, Suspicion, last_of_pairs};
 use crate::estimate::passport::trials::Trials;
 
 /// Robots of at most so many joints are tried in all orders. Seven joints have 5 040.
@@ -24,6 +24,9 @@ const RANKING_SAMPLES: usize = 100;
 
 /// An order is as good as the best one where it leaves at most so many times as much of the torques, in squares.
 const AS_GOOD_ORDER_RATIO: f64 = 1.2;
+
+/// Mean misfit of a log as it is, in squares, below which no exchange is looked for: a tenth of the torque.
+const SMALLEST_EXCHANGE_MISFIT: f64 = 0.01;
 
 /// Most limbs of equal length that are tried in all orders.
 const MAX_LIMBS: usize = 4;
@@ -61,6 +64,22 @@ impl Search<'_> {
         let (_, best) = ranked.into_iter().min_by(|a, b| a.1.len().cmp(&b.1.len()).then(a.0.total_cmp(&b.0)))?;
         let misfits = self.all_tried(&best, as_it_is);
         Some((best, misfits))
+    }
+}
+
+impl Search<'_> {
+    /// The exchange among those that the search would not find, because they cost little torque, with which the description
+    /// leaves least; `None` where none leaves less by far.
+    pub(super) fn exchanged(&self, as_it_is: &[Partial], hidden: &[[Vec<usize>; 2]]) -> Option<Suspicion> {
+        let mean = |misfits: &[f64]| misfits.iter().sum::<f64>() / misfits.len().max(1) as f64;
+        let before = mean(&misfits(as_it_is, as_it_is, &[], self.scale));
+        let one = |[a, b]: &[Vec<usize>; 2]| {
+            let changes: Vec<Change> = a.iter().zip(b).map(|(&k, &l)| Change::SwappedJoints(k, l)).collect();
+            let after = mean(&self.all_tried(&changes, as_it_is));
+            Suspicion { changes, before, after }
+        };
+        let best = hidden.iter().map(one).min_by(|a, b| a.after.total_cmp(&b.after))?;
+        (before > SMALLEST_EXCHANGE_MISFIT && best.after < LIKELY_MISFIT_SHARE * before).then_some(best)
     }
 }
 

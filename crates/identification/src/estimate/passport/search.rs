@@ -44,6 +44,10 @@ pub(super) const SMALLEST_MISFIT_GAIN: f64 = 0.5;
 /// An arbitrary zero must leave less than this share of what the plain changes leave.
 const LARGEST_SHARE_LEFT_BY_ZERO: f64 = 0.7;
 
+/// Misfit that a mistake leaves, of that of the log as it is, below which the description asks for it: in squares, as
+/// `power::TURNED_ERROR_RATIO` has it.
+pub(super) const LIKELY_MISFIT_SHARE: f64 = 0.16;
+
 /// Mean misfit below which an order of the columns, one of thousands, explains the log.
 const EXPLAINED_BY_ORDER_MISFIT: f64 = 0.15;
 
