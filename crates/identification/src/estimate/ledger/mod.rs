@@ -30,7 +30,8 @@ mod widening;
 
 pub(crate) use claims_of_faults::claims_of_faults;
 pub(crate) use claims_of_fit::{Beside, LACKING_MODEL_CHI_SQUARE, NOISE_CHI_SQUARE, claims_of_fit};
-pub use claims_of_log::{claims_of_log, common_factor_shown, crate, units_of_logs};
+pub(crate) use claims_of_log::units_of_logs;
+pub use claims_of_log::{claims_of_log, common_factor_shown};
 pub use claims_of_prediction::Prediction;
 pub(crate) use noise::not_noise;
 pub use unknowns::widen_by_unknowns;
