@@ -34,6 +34,7 @@ fn part_of_rows(model: &Model, states: &States, range: Range<usize>, weight: Opt
     let n = model.n();
     let mut triangles: Vec<ColumnTriangle> =
         model.layout.joints.iter().map(|joint| ColumnTriangle::new(&joint.columns, &joint.places)).collect();
+    let mut taken_out = vec![0.0; n];
     model.blocks(states, range, |first, block| {
         let end = first + block.rows;
         for (j, triangle) in triangles.iter_mut().enumerate() {
@@ -49,6 +50,12 @@ fn part_of_rows(model: &Model, states: &States, range: Range<usize>, weight: Opt
                         _ => f64::from(u8::from(counts)),
                     }
                 });
+                if !model.springs.is_empty() {
+                    for (lane, factor) in factors.iter().enumerate().filter(|(_, factor)| **factor != 0.0) {
+                        let (tau, spring) = (states.tau[(r + lane) * n + j], model.spring(states, r + lane, j));
+                        taken_out[j] += factor * factor * spring * (2.0 * tau + spring);
+                    }
+                }
                 if factors == [1.0; 8] {
                     continue;
                 }
@@ -62,7 +69,8 @@ fn part_of_rows(model: &Model, states: &States, range: Range<usize>, weight: Opt
             triangle.fold(block, used);
         }
     });
-    triangles.into_iter().map(|triangle| triangle.finish(model.p())).collect()
+    let finished = triangles.into_iter().map(|triangle| triangle.finish(model.p()));
+    finished.zip(taken_out).map(|(triangle, taken_out)| triangle.with_taken_out(taken_out)).collect()
 }
 
 /// The triangles of the rows, by part of the record and by joint.
