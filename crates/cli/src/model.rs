@@ -46,15 +46,9 @@ impl ModelArguments {
         Ok(robot)
     }
 
-    /// The model as it was read for an artefact, where no flag says how to read it.
+    /// The model as it was read for an artefact, where no flag says how to read it: key by key.
     pub(crate) fn derive_as(&self, description: Option<&DescriptionOptions>) -> Result<Model, Failure> {
-        let given = self.options()?;
-        match (given.description(), description) {
-            (None, Some(description)) => {
-                self.derive_by(&ModelOptions { any_size: given.any_size, ..ModelOptions::of_description(description) })
-            }
-            _ => self.derive_by(&given),
-        }
+        self.derive_by(&self.options()?.over(&description.cloned().unwrap_or_default())?)
     }
 
     /// The model with all that follows from it.

@@ -1,6 +1,13 @@
 //! The observation equation of one instant: tau_j = (Y(q, dq, ddq))_j X + friction_j + coupling_j.
 //!
 //! The parameters are those of the regressor, then the friction of each joint, then the couplings of the transmission.
+//!
+//! tau is what known scales s and springs k of the transmission leave of the torque as it was measured:
+//!
+//! ```text
+//! tau_measured = s (tau + k q)        N m (N); s without unit, k N m/rad (N/m)
+//! ```
+//! Errors are relative to the torque as measured: a spring that is taken out makes no error smaller or larger by itself.
 
 use std::ops::Range;
 
@@ -23,6 +30,10 @@ pub struct Model<'a> {
     pub friction: &'a [FrictionTerm],
     /// Motors that also turn with a joint other than their own, and elements between joints.
     pub couplings: Vec<Coupling>,
+    /// Known scales s of the torques, by coordinate; empty where all are 1.
+    pub scales: Vec<f64>,
+    /// Known springs k, N m/rad (N/m), by coordinate; empty where there is none.
+    pub springs: Vec<f64>,
     /// In the order of the columns.
     pub parameters: Vec<Parameter>,
     /// Where the entries of a sample stand in a block of rows.
@@ -56,13 +67,24 @@ impl<'a> Model<'a> {
             }
         }
         let layout = RowLayout::new(regressor, friction, couplings);
-        Model { regressor, friction, couplings: couplings.to_vec(), parameters, layout }
+        let (scales, springs) = (Vec::new(), Vec::new());
+        Model { regressor, friction, couplings: couplings.to_vec(), scales, springs, parameters, layout }
     }
 
     /// Number of coordinates.
     #[inline]
     pub fn n(&self) -> usize {
         self.regressor.coordinates().len()
+    }
+
+    /// s of coordinate j.
+    pub fn scale(&self, j: usize) -> f64 {
+        self.scales.get(j).copied().unwrap_or(1.0)
+    }
+
+    /// k q of coordinate j at sample r, N m (N).
+    pub fn spring(&self, states: &States, r: usize, j: usize) -> f64 {
+        self.springs.get(j).map_or(0.0, |stiffness| stiffness * states.q[r * states.n + j])
     }
 
     /// Number of parameters.

@@ -29,6 +29,8 @@ pub struct Triangle {
     entries: Vec<f64>,
     /// Rows folded in.
     pub rows: usize,
+    /// The square of what was measured less |y|^2, where a known part was taken out of it to make y; 0 as a rule.
+    pub taken_out: f64,
 }
 
 /// The place of a column that has held only zeros.
@@ -124,7 +126,7 @@ impl ColumnTriangle {
 impl Triangle {
     /// The triangle of no rows with `p` columns and a right-hand side.
     pub fn new(p: usize) -> Triangle {
-        Triangle { p, live: Vec::new(), places: vec![NOT_LIVE; p + 1], entries: Vec::new(), rows: 0 }
+        Triangle { p, live: Vec::new(), places: vec![NOT_LIVE; p + 1], entries: Vec::new(), rows: 0, taken_out: 0.0 }
     }
 
     /// Bytes of a triangle with `p` columns of which `live` are not zero, with the right-hand side.
@@ -147,6 +149,11 @@ impl Triangle {
                 self.entries[place] = of_before[b * before.len() + a];
             }
         }
+    }
+
+    /// The same of a right-hand side of which a known part was taken out: by how much its square is smaller for that.
+    pub fn with_taken_out(self, taken_out: f64) -> Triangle {
+        Triangle { taken_out, ..self }
     }
 
     /// Number of columns without the right-hand side.
@@ -205,6 +212,7 @@ impl Triangle {
     /// Adds the rows behind another triangle, each multiplied by `weight`.
     pub fn merge(&mut self, other: &Triangle, weight: f64) {
         let (m, rows) = (self.p + 1, self.rows + other.rows);
+        self.taken_out += weight * weight * other.taken_out;
         if other.live.is_empty() {
             self.rows = rows;
             return;
@@ -220,10 +228,10 @@ impl Triangle {
         self.rows = rows;
     }
 
-    /// |y|^2 and |W x - y|^2 of the rows behind the triangle.
+    /// The square of what was measured, which is |y|^2 as a rule, and |W x - y|^2 of the rows behind the triangle.
     pub fn squares(&self, x: &[f64]) -> (f64, f64) {
         let p = self.p;
-        let mut total = 0.0;
+        let mut total = self.taken_out;
         let mut residual = 0.0;
         for i in 0..=p {
             let z = self.at(i, p);
@@ -280,7 +288,7 @@ pub fn select(triangle: &Triangle, columns: &[usize]) -> Triangle {
         out.push(&row, entry(i, p));
     }
     let mut out = out.finish();
-    out.rows = triangle.rows;
+    (out.rows, out.taken_out) = (triangle.rows, triangle.taken_out);
     out
 }
 

@@ -77,12 +77,18 @@ impl Model {
     /// may have rotor inertias that a URDF cannot say.
     pub fn for_estimate<'py>(given: &Bound<'py, PyAny>, estimate: &Estimate) -> PyResult<Bound<'py, Model>> {
         let py = given.py();
-        let described = estimate.inner.description.as_ref();
-        let model = Model::read_with(given, described.map(ModelOptions::of_description).unwrap_or_default())?;
-        match &estimate.model {
-            Some(used) if used.get().text == model.get().text => Ok(used.bind(py).clone()),
-            _ => Ok(model),
+        let described = estimate.inner.description.clone().unwrap_or_default();
+        let model = Model::read_with(given, ModelOptions::of_description(&described))?;
+        if let Some(used) = estimate.model.as_ref().filter(|used| used.get().text == model.get().text) {
+            return Ok(used.bind(py).clone());
         }
+        // What the model was read with goes over what the estimate was made with, key by key.
+        let Model { inner, text, options, .. } = model.get();
+        let over = options.over(&described).or_error()?;
+        if over.description() == inner.description {
+            return Ok(model);
+        }
+        Bound::new(py, Model::derive(py, text.clone(), inner.path.clone(), over)?)
     }
 
     /// A model as it is, or a description read with these options.

@@ -59,6 +59,12 @@ def test_a_path_is_taken_wherever_a_model_is(ur5, estimate, motion, tmp_path):
     estimate.save(tmp_path / "estimate.yaml")
     again = rist.Estimate.read(tmp_path / "estimate.yaml", URDF)
     assert again == estimate and again.model == estimate.model
+    # An option that is repeated goes over the estimate's, key by key: its rotors stay.
+    turned = rist.identify(rist.Model(URDF, base=(0.1, 0, 0), rotor_inertia="actuated"), LOG)
+    turned.save(tmp_path / "turned.yaml")
+    assert rist.Estimate.read(tmp_path / "turned.yaml", rist.Model(URDF, base=(0.1, 0, 0))).model == turned.model
+    with pytest.raises(rist.Error, match="base= is 0.1,0,0 there and 0.2,0,0 here"):
+        rist.Estimate.read(tmp_path / "turned.yaml", rist.Model(URDF, base=(0.2, 0, 0)))
     sums = rist.Accumulator(URDF, cutoff=10.0).update(LOG)
     sums.save(tmp_path / "sums.tri")
     assert rist.Accumulator.read(tmp_path / "sums.tri", URDF).solve() == sums.solve()

@@ -222,8 +222,9 @@ fn rotating(model: &Model) -> Result<Model, Error> {
 /// With the torques by which a tilt of the mount shows, and the rotors of which nobody spoke.
 pub(crate) fn with_open<T>(model: &Model, look: impl FnOnce(Open) -> T) -> T {
     let tilts = Tilt::both(&model.robot);
-    let torques: Vec<_> = tilts.iter().map(|tilt| |q: &[f64]| tilt.torques(q)).collect();
-    let torques: Vec<TiltTorque> = torques.iter().map(|torque| torque as TiltTorque).collect();
+    let torques: Vec<_> = tilts.iter().map(|(axis, tilt)| (*axis, |q: &[f64]| tilt.torques(q))).collect();
+    let torques: Vec<(usize, TiltTorque)> =
+        torques.iter().map(|(axis, torque)| (*axis, torque as TiltTorque)).collect();
     look(Open { tilts: &torques, rotors: &open_rotors(model) })
 }
 

@@ -52,7 +52,7 @@ fn parsed(text: &str, path: &Path, options: &ModelOptions) -> Result<Robot, Erro
                 "[base] says how a fixed base is mounted, and [floating_base] that it is not: give one",
             ));
         }
-        turn_base(&mut robot, &turn_of_rpy(base));
+        turn_base(&mut robot, base);
     }
     Ok(if options.floating_base { robot.floating() } else { robot })
 }
@@ -65,10 +65,20 @@ pub(crate) fn turn_of_rpy([roll, pitch, yaw]: [f64; 3]) -> Rotation3<f64> {
 /// An angle of pi written to five digits is off by less, rad.
 const WRITTEN_ANGLE_RAD: f64 = 2e-5;
 
-/// Turns the base: gravity, which stands still, is seen from a frame that is turned by R. What a rounded angle leaves of it
-/// along an axis is zero.
-pub(crate) fn turn_base(robot: &mut Robot, turn: &Rotation3<f64>) {
-    let gravity = turn.inverse() * Vector3::from(robot.gravity_number());
+/// Roll, pitch and yaw of a turn, rounded to so many digits behind the point, rad: what is printed is what counts.
+pub(crate) fn rounded_rpy(turn: &Rotation3<f64>, digits: i32) -> [f64; 3] {
+    let (roll, pitch, yaw) = turn.euler_angles();
+    let unit = 10f64.powi(digits);
+    // No zero is negative.
+    [roll, pitch, yaw].map(|angle| (angle * unit).round() / unit + 0.0)
+}
+
+/// Mounts the base so, from however it was before: gravity of the file, which stands still, is seen from a frame that is
+/// turned by R. What a rounded angle leaves of it along an axis is zero.
+pub(crate) fn turn_base(robot: &mut Robot, base: [f64; 3]) {
+    let now = robot.gravity_number();
+    let of_file = *robot.file_gravity.get_or_insert(now);
+    let gravity = turn_of_rpy(base).inverse() * Vector3::from(of_file);
     let least = WRITTEN_ANGLE_RAD * gravity.norm();
     robot.gravity = [0, 1, 2].map(|i| Value::Number(if gravity[i].abs() < least { 0.0 } else { gravity[i] }));
 }

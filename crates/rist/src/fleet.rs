@@ -1,6 +1,6 @@
 //! Logs of a fleet: each is read once and becomes a few triangles, which are merged, solved and compared without it.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use identification::estimate::fleet::replicate::Replicate;
 use identification::estimate::fleet::settings::Settings;
@@ -20,8 +20,8 @@ use crate::chosen::with_open;
 use crate::doctor::passport_of;
 use crate::error::Error;
 use crate::model::Model;
-use crate::request::Request;
 pub use crate::request::{AccumulateRequest, SumsRequest};
+use crate::request::{ModelOptions, Request};
 
 /// Sums over no logs yet.
 ///
@@ -65,15 +65,8 @@ pub fn update(model: &Model, sums: &mut Accumulator, log: &LogSource, anyway: bo
 
 /// Refuses sums that were made with another model.
 pub fn check_sums(model: &Model, sums: &Accumulator) -> Result<(), Error> {
-    let (ours, theirs) = (&model.reference, &sums.settings().model);
-    match ours.fingerprint == theirs.fingerprint {
-        true => Ok(()),
-        false => Err(Error::new(format_args!(
-            "the sums are of `{}` ({}), and this model is `{}` ({}): its geometry or joints have changed, or it was read \
-             with other options, or by another version of rist",
-            theirs.name, theirs.fingerprint, ours.name, ours.fingerprint
-        ))),
-    }
+    let (ours, theirs) = (model.description.as_ref(), sums.settings().description.as_ref());
+    model.check_read(Path::new("the sums"), &sums.settings().model, &ModelOptions::differences(ours, theirs))
 }
 
 /// Reads logs and adds them up, some at a time; the result does not depend on how many.

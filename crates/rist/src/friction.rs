@@ -17,7 +17,6 @@ use identification::estimators::huber::Robust;
 use identification::rows::observation::Observation;
 use identification::signals::records::SourceRecords;
 use linear_model::friction::terms::{FrictionTerm, JointTerm, check_terms};
-use linear_model::linear_model::Model as LinearModel;
 use linear_model::parameter::{FrictionParameter, ParameterId};
 use logs::LogSource;
 
@@ -138,9 +137,8 @@ fn in_words(term: &FrictionTerm, coordinates: &[String]) -> String {
 ///
 /// Fails where a log cannot be read.
 fn found_friction(model: &Model, logs: &[LogSource], options: &mut Options) -> Result<FrictionSelection, Error> {
-    let couplings = options.transmission.coupled();
     let records = SourceRecords::new(model.regressor(), logs, &options.preparation())?;
-    let seen = Observation::of_records(&LinearModel::new(model.regressor(), &[], &couplings), &records, None)?;
+    let seen = Observation::of_records(&options.linear_model_with(model.regressor(), &[]), &records, None)?;
     let candidates = friction_candidates(seen.speed.iter().copied().fold(0.0, f64::max));
     let records = SourceRecords::new(model.regressor(), logs, &preparation(options, &candidates))?;
     let selection = select_friction(model.regressor(), &records, options, &candidates)?;

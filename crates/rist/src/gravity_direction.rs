@@ -13,12 +13,12 @@ use identification::estimate::passport::finding::{Fault, Finding};
 use identification::estimate::passport::{JointPassport, Passport};
 use identification::signals::records::Records;
 use linear_model::states::States;
-use nalgebra::{DMatrix, DVector, Rotation3, Unit, Vector3, Vector4};
+use nalgebra::{DMatrix, DVector, Rotation3, Vector3, Vector4};
 
-use crate::description::{turn_base, turn_of_rpy};
+use crate::description::{rounded_rpy, turn_base, turn_of_rpy};
 use crate::error::Error;
 use crate::model::Model;
-use crate::mount::Tilt;
+use crate::mount::{Tilt, axes};
 
 /// Samples that are looked at.
 const SAMPLES: usize = 400;
@@ -50,32 +50,32 @@ struct Joint {
     columns: DMatrix<f64>,
 }
 
-/// Gravity in the frame of the base, m/s^2, and the share of the torques that it leaves.
-pub(crate) struct Gravity {
+/// Gravity in the frame of the base, m/s^2, and the share of the torques that it leaves and that as described leaves.
+struct Gravity {
     vector: Vector3<f64>,
     left: f64,
-    /// The joints whose torque it explains: `left` is of these.
+    before: f64,
+    /// The joints whose torque it explains: both are of these.
     joints: Vec<usize>,
 }
 
-/// Where gravity points by the records, and what it leaves as described; `None` where it points as described, and for robots
-/// that [`Tilt`] does not know.
+/// Where gravity points by the records, m/s^2 in the frame of the base: a place to begin from. As described where that
+/// explains them as well, and for robots that [`Tilt`] does not know.
 ///
 /// Fails where a record cannot be read.
-pub(crate) fn gravity<R: Records + ?Sized>(model: &Model, records: &R) -> Result<Option<(Gravity, f64)>, Error> {
-    let Some(look) = Look::of(model, records)? else { return Ok(None) };
-    Ok(look.gravity(Vector3::from(model.robot.gravity_number())))
+pub(crate) fn gravity<R: Records + ?Sized>(model: &Model, records: &R) -> Result<Vector3<f64>, Error> {
+    let described = Vector3::from(model.robot.gravity_number());
+    let found = Look::of(model, records)?.and_then(|look| look.gravity(described));
+    Ok(found.filter(|found| found.left < found.before).map_or(described, |found| found.vector))
 }
 
-/// The turn of the base, as it is described, under which gravity points so: by the shortest way.
-pub(crate) fn turn(model: &Model, gravity: &Gravity) -> Rotation3<f64> {
+/// The base, from where it is described by the shortest turn, under which gravity points so.
+pub(crate) fn base(model: &Model, gravity: &Vector3<f64>) -> Rotation3<f64> {
     let described = Vector3::from(model.robot.gravity_number());
-    Rotation3::rotation_between(&gravity.vector, &described).unwrap_or_else(|| {
-        // Opposite: half a turn about an axis across it, x where that is one.
-        let axis = if described.x == 0.0 { Vector3::x() } else { described.cross(&Vector3::z()) };
-        let axis = Unit::try_new(axis, f64::MIN_POSITIVE).unwrap_or(Vector3::y_axis());
-        Rotation3::from_axis_angle(&axis, std::f64::consts::PI)
-    })
+    // Opposite: half a turn about an axis across it.
+    let turn = Rotation3::rotation_between(gravity, &described)
+        .unwrap_or_else(|| Rotation3::from_scaled_axis(axes(&described)[0].1 * std::f64::consts::PI));
+    turn_of_rpy(model.description.as_ref().and_then(|d| d.base).unwrap_or_default()) * turn
 }
 
 /// Adds a mount to the findings of a passport, where one explains the log. `again` makes the passport of another model.
@@ -92,13 +92,11 @@ pub(crate) fn look_for_mount<R: Records + ?Sized>(
     }
     let Some(look) = Look::of(model, records)? else { return Ok(()) };
     let described = Vector3::from(model.robot.gravity_number());
-    let Some((gravity, before)) = look.gravity(described) else { return Ok(()) };
-    let turn = turn(model, &gravity);
-    let base = turn_of_rpy(model.description.as_ref().and_then(|d| d.base).unwrap_or_default()) * turn;
-    let (roll, pitch, yaw) = base.euler_angles();
-    let rpy = [roll, pitch, yaw];
+    let Some(gravity) = look.gravity(described).filter(|found| look.is_mount(found, &described)) else { return Ok(()) };
+    // A digit less, and a quarter turn is none.
+    let rpy = rounded_rpy(&base(model, &gravity.vector), 5);
     // A base under which no base parameters are told is none to advise.
-    let Ok(turned) = model.changed(|robot| turn_base(robot, &turn), |description| description.base = Some(rpy)) else {
+    let Ok(turned) = model.changed(|robot| turn_base(robot, rpy), |description| description.base = Some(rpy)) else {
         return Ok(());
     };
     let gross = |passport: &Passport| passport.findings.iter().filter(|finding| finding.fault.is_gross()).count();
@@ -128,16 +126,19 @@ pub(crate) fn look_for_mount<R: Records + ?Sized>(
     passport.explained = turned.explained;
     let along = |v: Vector3<f64>| v.normalize().iter().map(|x| format!("{x:.2}")).collect::<Vec<_>>().join(", ");
     let finding = Finding {
-        fault: Fault::Mount(turn.angle()),
+        fault: Fault::Mount(gravity.vector.angle(&described)),
         joints: Vec::new(),
         evidence: format!(
             "gravity along ({}) of the base leaves {:.1} % of the torques that it explains (joints alike), along ({}) as described {:.0} %",
             along(gravity.vector),
             100.0 * gravity.left,
             along(described),
-            100.0 * before
+            100.0 * gravity.before
         ),
-        remedy: mounted(rpy),
+        remedy: format!(
+            "{}; as near as the bodies are described: [unknowns=mount] finds it with its deviation",
+            mounted(rpy)
+        ),
     };
     let place = if others.iter().any(|left| *left < gravity.left) { passport.findings.len() } else { 0 };
     passport.findings.insert(place, finding);
@@ -145,11 +146,7 @@ pub(crate) fn look_for_mount<R: Records + ?Sized>(
 }
 
 /// What holds the mount: an option, and the joint of a URDF.
-pub(crate) fn mounted(rpy: [f64; 3]) -> String {
-    // A digit less, and a quarter turn is none.
-    let [roll, pitch, yaw] =
-        rpy.map(|angle| format!("{angle:.5}").trim_end_matches('0').trim_end_matches('.').to_string());
-    let [roll, pitch, yaw] = [roll, pitch, yaw].map(|angle| if angle == "-0" { "0".into() } else { angle });
+pub(crate) fn mounted([roll, pitch, yaw]: [f64; 3]) -> String {
     format!(
         "[base={roll},{pitch},{yaw}], or in a URDF <joint name=\"mount\" type=\"fixed\"><parent link=\"world\"/><child \
          link=\"ROOT\"/><origin rpy=\"{roll} {pitch} {yaw}\"/></joint> with the root link of the file for ROOT"
@@ -226,8 +223,8 @@ impl Look {
         self.joints.iter().map(|joint| joint.as_ref().map(of_joint)).collect()
     }
 
-    /// Gravity by least squares, and what it leaves as described.
-    fn gravity(&self, described: Vector3<f64>) -> Option<(Gravity, f64)> {
+    /// Gravity by least squares.
+    fn gravity(&self, described: Vector3<f64>) -> Option<Gravity> {
         let (mut normal, mut right) = (DMatrix::zeros(4, 4), DVector::zeros(4));
         for Joint { torque, columns } in self.joints.iter().flatten() {
             normal += columns.tr_mul(columns);
@@ -243,12 +240,15 @@ impl Look {
         let is_explained = |left: Option<f64>| left.is_some_and(|left| left < EXPLAINED_JOINT);
         let by_joint = self.by_joint(vector);
         let joints: Vec<usize> = (0..by_joint.len()).filter(|&j| is_explained(by_joint[j])).collect();
-        let gravity = Gravity { vector, left: mean(&by_joint, &joints), joints };
-        let before = self.left(described, &gravity.joints);
-        let is_found = vector.angle(&described) > SMALLEST_TURN_RAD
-            && gravity.joints.len() >= 2.min(self.states.n)
-            && gravity.left < WORTHWHILE_RATIO * before;
-        is_found.then_some((gravity, before))
+        let (left, before) = (mean(&by_joint, &joints), self.left(described, &joints));
+        Some(Gravity { vector, left, before, joints })
+    }
+
+    /// Whether it is another mount that explains the log.
+    fn is_mount(&self, found: &Gravity, described: &Vector3<f64>) -> bool {
+        found.vector.angle(described) > SMALLEST_TURN_RAD
+            && found.joints.len() >= 2.min(self.states.n)
+            && found.left < WORTHWHILE_RATIO * found.before
     }
 
     /// What gravity leaves of the torques of some joints, these alike.

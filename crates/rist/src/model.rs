@@ -256,18 +256,34 @@ impl Model {
         let Some(made_with) = estimate.made_with() else {
             return Err(Error::new(format_args!("{}: it does not say with which model it was made", file.display())));
         };
-        self.check(file, &made_with)
+        let differences = ModelOptions::differences(self.description.as_ref(), estimate.description.as_ref());
+        self.check_read(file, &made_with, &differences)
     }
 
     /// Refuses an artefact that was made with another robot or geometry.
     pub fn check(&self, file: &Path, made_with: &ModelReference) -> Result<(), Error> {
+        self.check_read(file, made_with, &[])
+    }
+
+    /// The same where it is known how the options of its description differ from those here.
+    pub(crate) fn check_read(
+        &self,
+        file: &Path,
+        made_with: &ModelReference,
+        differences: &[String],
+    ) -> Result<(), Error> {
         let ours = &self.reference;
         if made_with.fingerprint == ours.fingerprint {
             return Ok(());
         }
+        let why = match differences {
+            [] => "its geometry or joints have changed, or it was read with other options ([rotor_inertia], [value], [arg], \
+                   [package], [mimic], [lock], [base], [floating_base]), or by another version of rist"
+                .into(),
+            differences => differences.join(", "),
+        };
         Err(Error::new(format_args!(
-            "{}: made with `{}` ({}), but this model is `{}` ({}): its geometry or joints have changed, or it was read with \
-             other options ([rotor_inertia], [value], [arg], [package], [mimic], [lock], [base], [floating_base]), or by another version of rist",
+            "{}: made with `{}` ({}), but this model is `{}` ({}): {why}",
             file.display(),
             made_with.name,
             made_with.fingerprint,

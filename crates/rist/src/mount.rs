@@ -1,14 +1,29 @@
 //! The torques by which a tilted base shows: those of gravity that is turned about the axes of the base.
 //!
 //! A small turn a of the base about its axis e turns gravity g, seen from the base, by e x g a. The torques that follow are
-//! those of the description's bodies at rest under the acceleration e x g.
+//! those of the description's bodies at rest under the acceleration e x g. A turn about gravity itself shows nowhere, so
+//! there are two axes, across gravity, however the base is mounted: the two axes of the base that are farther from gravity,
+//! without what is along it and along each other.
 
 use std::cell::RefCell;
 
 use expr::{Tape, Workspace};
 use modeling::Derivation;
+use nalgebra::Vector3;
 use robot::value::Value;
 use robot::{Robot, StandardParameter};
+
+/// Two axes across gravity, which is not zero, at right angles, each with the number of the axis of the base that it is nearest
+/// to.
+pub(crate) fn axes(gravity: &Vector3<f64>) -> [(usize, Vector3<f64>); 2] {
+    let along = gravity.normalize();
+    let across = |axis: usize, others: &[Vector3<f64>]| {
+        others.iter().fold(Vector3::ith(axis, 1.0), |e, other| e - other * e.dot(other)).normalize()
+    };
+    let [i, j] = [[1, 2], [0, 2], [0, 1]][along.iamax()];
+    let first = across(i, &[along]);
+    [(i, first), (j, across(j, &[along, first]))]
+}
 
 /// The torques per radian of one axis.
 pub(crate) struct Tilt {
@@ -19,15 +34,16 @@ pub(crate) struct Tilt {
 }
 
 impl Tilt {
-    /// About x and y of the base; none for a robot without described bodies, and for one whose loops are solved
-    /// numerically.
-    pub(crate) fn both(robot: &Robot) -> Vec<Tilt> {
+    /// About both axes across gravity, each with the number of the axis of the base that it is nearest to; none for a robot
+    /// without described bodies, and for one whose loops are solved numerically.
+    pub(crate) fn both(robot: &Robot) -> Vec<(usize, Tilt)> {
         let is_described = robot.links.iter().any(|link| link.inertial.is_some());
-        if !is_described || !robot.passive.is_empty() {
+        let gravity = Vector3::from(robot.gravity_number());
+        if !is_described || !robot.passive.is_empty() || gravity.norm() == 0.0 {
             return Vec::new();
         }
-        let [x, y, z] = robot.gravity_number();
-        [[0.0, -z, y], [z, 0.0, -x]].into_iter().filter_map(|g| Tilt::of(robot, g)).collect()
+        let turned = axes(&gravity).into_iter().map(|(axis, e)| (axis, e.cross(&gravity).into()));
+        turned.filter_map(|(axis, g)| Some((axis, Tilt::of(robot, g)?))).collect()
     }
 
     /// Of gravity as given, m/s^2 in the frame of the base, per unit of 1.

@@ -36,6 +36,8 @@ pub struct Robot {
     pub loops: Vec<Loop>,
     /// Acceleration of gravity in the base frame, m/s^2.
     pub gravity: [Value; 3],
+    /// The same as the file has it, where the base was turned since.
+    pub file_gravity: Option<[f64; 3]>,
     /// What the reader of the file guessed, to be told to the user.
     pub notes: Vec<Note>,
     /// Notes on the angles and axes that the reader took for others, where the robot differs from its file in the last

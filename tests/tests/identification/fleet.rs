@@ -204,7 +204,11 @@ fn unlike_parts_are_refused() {
     let other = here.join("other.urdf");
     std::fs::write(&other, urdf_text::random_tree(6, 1, 1)).unwrap();
     let other = other.display().to_string();
-    refused(&here, &["accumulate", &other, "a.csv", "--like", "a.tri", "--out", "x.tri"], &["a.tri: the sums are of"]);
+    refused(
+        &here,
+        &["accumulate", &other, "a.csv", "--like", "a.tri", "--out", "x.tri"],
+        &["a.tri: the sums: made with"],
+    );
 }
 
 /// A fleet of three joints, a fifth of it changed: the robots are found, and hardly another is named.

@@ -2,10 +2,13 @@
 //! each comes out within its own deviation, and the parameters with it.
 
 use identification::estimate::ledger::hypotheses::Hypothesis;
-use logs::ColumnNames;
-use rist::Model;
+use identification::estimators::drive_gains::likelihood::Gain;
+use identification::signals::transmission::Transmission;
+use logs::{ColumnNames, LogSource, Table};
+use nalgebra::{Rotation3, Vector3};
 use rist::request::{IdentifyRequest, Unknown};
 use rist::samples::Identification;
+use rist::{Model, ModelOptions};
 use tests::random_situations::Situation;
 use tests::random_situations::defects::{Defect, Kind};
 use tests::random_situations::draw::Draw;
@@ -23,11 +26,17 @@ fn situation(seed: u64, kind: Kind, joint: usize, size: f64) -> Situation {
 }
 
 fn identified(situation: &Situation, unknowns: &[Unknown]) -> Identification {
-    let model = situation.model();
-    let (log, _) = model.log_of_table(situation.log(0), &ColumnNames::default()).unwrap();
-    let mut request = IdentifyRequest::default();
-    request.samples.unknowns = unknowns.to_vec();
-    rist::identify(&model, &[log], &request).unwrap()
+    identified_by(situation, |request| request.samples.unknowns = unknowns.to_vec())
+}
+
+fn identified_by(situation: &Situation, ask: impl FnOnce(&mut IdentifyRequest)) -> Identification {
+    let (model, mut request) = (situation.model(), IdentifyRequest::default());
+    ask(&mut request);
+    rist::identify(&model, &[log(&model, situation.log(0))], &request).unwrap()
+}
+
+fn log(model: &Model, table: Table) -> LogSource {
+    model.log_of_table(table, &ColumnNames::default()).unwrap().0
 }
 
 /// Of a normal error 1 in 3.5 million is beyond five deviations; t of the nine freedoms of the jackknife, 1 in 1400.
@@ -145,5 +154,178 @@ fn the_mount_comes_out() {
         assert!(deviation > 0.0 && off < DEVIATIONS * deviation, "seed {seed}: {off} rad +- {deviation}");
         let said = &found.estimate.remarks[0];
         assert!(said.starts_with("mount: ") && said.contains("[base=") && said.contains("<origin rpy="), "{said}");
+    }
+}
+
+/// Six ways to mount an arm: upright, on two walls, on a ceiling, leaning, anyhow; roll and pitch, rad.
+const MOUNTS: [[f64; 2]; 6] = [
+    [0.0, 0.0],
+    [std::f64::consts::FRAC_PI_2, 0.0],
+    [0.0, std::f64::consts::FRAC_PI_2],
+    [std::f64::consts::PI, 0.0],
+    [std::f64::consts::FRAC_PI_6, 0.0],
+    [1.1, -0.7],
+];
+
+/// A machine whose base is mounted so, and its gravity; its description stands upright.
+fn mounted(seed: u64, [roll, pitch]: [f64; 2]) -> (Situation, Vector3<f64>) {
+    let mut situation = situation(seed, Kind::Tilt, 0, 0.0);
+    let base = Rotation3::from_euler_angles(roll, pitch, 0.0);
+    let gravity = base.inverse() * Vector3::from(situation.machine.chain.gravity);
+    situation.machine.chain.gravity = gravity.into();
+    (situation, gravity)
+}
+
+/// A number behind a phrase of a text.
+fn number_behind(text: &str, phrase: &str) -> f64 {
+    let rest = text.split(phrase).nth(1).unwrap_or_else(|| panic!("no `{phrase}` in {text}"));
+    rest.split([' ', ',', ']', ')']).next().unwrap().parse().unwrap_or_else(|e| panic!("{phrase}: {e}: {text}"))
+}
+
+/// Roll, pitch and yaw of the first line that mounts a base in a text.
+fn printed_base(text: &str) -> [f64; 3] {
+    let values = text.split("[base=").nth(1).and_then(|rest| rest.split(']').next());
+    let numbers: Vec<f64> = values.unwrap_or_else(|| panic!("{text}")).split(',').map(|x| x.parse().unwrap()).collect();
+    numbers.try_into().unwrap()
+}
+
+/// However an arm is mounted, gravity is found within what is printed; the printed line makes that very model, to the bit, and
+/// so does the estimate.
+#[test]
+fn any_mount_comes_out_and_is_made_again() {
+    for seed in [5, 25] {
+        for [roll, pitch] in MOUNTS {
+            let (situation, exact) = mounted(seed, [roll, pitch]);
+            let found = identified(&situation, &[Unknown::Mount]);
+            let model = situation.model();
+            let used = found.used(&model);
+            let off = Vector3::from(used.robot.gravity_number()).angle(&exact).to_degrees();
+            let said = found.estimate.remarks.iter().find(|r| r.starts_with("mount: ")).expect("a remark on the mount");
+            let deviation = number_behind(said, "of the base +- ");
+            assert!(off < DEVIATIONS * deviation, "seed {seed} {roll} {pitch}: {off} deg: {said}");
+            // Sensors are good: a deviation that says nothing would cover anything.
+            assert!(deviation < 1.0, "seed {seed} {roll} {pitch}: {said}");
+            assert!(!said.contains("cannot be told"), "{said}");
+            let described = used.description.clone().unwrap();
+            assert_eq!(described.base, Some(printed_base(said)), "{said}");
+            let read = |options: &ModelOptions| {
+                Model::parse(&situation.description(), "situation.urdf", options).unwrap().reference.fingerprint
+            };
+            let of_estimate = ModelOptions::of_description(found.estimate.description.as_ref().unwrap());
+            assert_eq!(read(&of_estimate), used.reference.fingerprint, "seed {seed} {roll} {pitch}");
+            let plain = ModelOptions { base: None, ..of_estimate };
+            let printed = ModelOptions { base: Some(printed_base(said)), ..Default::default() };
+            // What is repeated of an estimate leaves the rest of it: rotors that were found.
+            let repeated = printed.over(&plain.description().unwrap_or_default()).unwrap();
+            assert_eq!(read(&repeated), used.reference.fingerprint, "seed {seed} {roll} {pitch}");
+        }
+    }
+}
+
+/// The line that a verdict prints for a base that is mounted otherwise is as near as descriptions are good.
+#[test]
+fn the_line_that_a_verdict_prints_is_where_gravity_is() {
+    for [roll, pitch] in &MOUNTS[1..] {
+        let (situation, exact) = mounted(25, [*roll, *pitch]);
+        let found = identified(&situation, &[]);
+        let mount = found.passport.findings.iter().find(|f| f.remedy.contains("[base="));
+        let remedy = &mount.unwrap_or_else(|| panic!("{roll} {pitch}: {:?}", found.passport.findings)).remedy;
+        let [roll, pitch, yaw] = printed_base(remedy);
+        let turn = Rotation3::from_euler_angles(roll, pitch, yaw);
+        let off = (turn.inverse() * Vector3::new(0.0, 0.0, -9.81)).angle(&exact).to_degrees();
+        // The bodies are as described.
+        assert!(off < 1.0, "{roll} {pitch}: {off} deg: {remedy}");
+        assert!(remedy.contains("[unknowns=mount]"), "{remedy}");
+    }
+}
+
+/// Currents with their gains are torques: the mount is that of the log of torques, and a log of currents without is refused.
+#[test]
+fn the_mount_of_a_log_of_currents() {
+    let situation = situation(5, Kind::Tilt, 0, 0.35);
+    let model = situation.model();
+    let torques = identified(&situation, &[Unknown::Mount]);
+    let mut table = situation.log(0);
+    let gains: Vec<(String, Gain)> =
+        model.regressor().coordinates().iter().map(|name| (name.clone(), Gain::Known(4.0))).collect();
+    let is_torque = |k: usize| table.header[k].starts_with("tau_");
+    for k in (0..table.header.len()).filter(|&k| is_torque(k)).collect::<Vec<_>>() {
+        table.header[k] = table.header[k].replace("tau_", "i_");
+        // Exact in binary: the torques are the same to the bit.
+        table.columns[k].iter_mut().for_each(|x| *x *= 0.25);
+    }
+    let mut request = IdentifyRequest::default();
+    request.samples.unknowns = vec![Unknown::Mount];
+    request.samples.gain = gains;
+    let currents = rist::identify(&model, &[log(&model, table)], &request).unwrap();
+    assert_eq!(currents.estimate.description, torques.estimate.description);
+    assert!(currents.estimate.description.unwrap().base.is_some());
+}
+
+/// A log without springs has none taken, which is said, and the estimate is that without the question.
+#[test]
+fn springs_that_are_not_told_are_not_taken() {
+    for seed in [5, 25] {
+        let situation = situation(seed, Kind::Spring, 1, 0.0);
+        let (found, plain) = (identified(&situation, &[Unknown::Springs]), identified(&situation, &[]));
+        assert_eq!(found.estimate.options.as_ref().unwrap().transmission, Transmission::default(), "seed {seed}");
+        assert_eq!(found.estimate.parameters, plain.estimate.parameters, "seed {seed}");
+        let said = &found.estimate.remarks[0];
+        assert!(
+            said.starts_with("springs: ")
+                && said.contains("not taken, because less than 6 deviations: ")
+                && !said.contains('['),
+            "{said}"
+        );
+        // A spring that is there is taken alone, and the others are named.
+        let found = identified(&self::situation(seed, Kind::Spring, 1, 0.5), &[Unknown::Springs]);
+        let springs = found.estimate.options.as_ref().unwrap().transmission.springs.clone().unwrap();
+        let taken: Vec<usize> = (0..springs.len()).filter(|&k| springs[k] != 0.0).collect();
+        assert_eq!(taken, [1], "seed {seed}: {}", found.estimate.remarks[0]);
+    }
+}
+
+/// What a spring or a scale takes out of the torques, be it right or absurd, leaves the torque that errors are relative to: rms
+/// over relative error is the torque as it was measured, of the fit, of parts left out, and of a log that is predicted.
+#[test]
+fn errors_are_relative_to_the_torque_as_measured() {
+    for seed in [5, 25] {
+        let situation = situation(seed, Kind::Spring, 1, 0.5);
+        let model = situation.model();
+        let n = model.regressor().coordinates().len();
+        let source = [log(&model, situation.log(0))];
+        let of = |springs: Option<Vec<f64>>, scales: Option<Vec<f64>>| {
+            let found = identified_by(&situation, |request| {
+                let mut options = request.samples.options();
+                (options.transmission.springs, options.transmission.scales) = (springs, scales);
+                request.samples.rows.signals.options = Some(options);
+            });
+            let used = found.used(&model);
+            let predicted = rist::validate(used, &found.estimate, &source).unwrap();
+            let series = rist::validation::predicted_torques(used, &found.estimate, &source).unwrap().swap_remove(0);
+            let measured: Vec<f64> = found.estimate.joints.iter().map(|joint| joint.rms / joint.relative).collect();
+            let validated: Vec<f64> = predicted.joints.iter().map(|joint| joint.rms / joint.relative).collect();
+            let square: f64 = found.estimate.joints.iter().map(|j| j.rms * j.rms * j.rows as f64).sum();
+            let whole: f64 = measured.iter().zip(&found.estimate.joints).map(|(x, j)| x * x * j.rows as f64).sum();
+            (measured, validated, series.measured, found.estimate.total.unwrap() / (square / whole).sqrt())
+        };
+        let (exact, _, series, _) = of(None, None);
+        let springs: Vec<f64> = (0..n).map(|k| if k == 1 { 3000.0 } else { 0.0 }).collect();
+        let scales: Vec<f64> = (0..n).map(|k| if k == 1 { 0.1 } else { 1.0 }).collect();
+        for (springs, scales) in
+            [(Some(springs.clone()), None), (None, Some(scales.clone())), (Some(springs), Some(scales))]
+        {
+            let (measured, validated, drawn, total) = of(springs.clone(), scales.clone());
+            for (j, exact) in exact.iter().enumerate() {
+                // A zero-phase filter is linear: rounding alone, of a torque a thousand times smaller than the spring's.
+                assert!((measured[j] / exact - 1.0).abs() < 1e-6, "seed {seed}, {j}: {} {exact}", measured[j]);
+                assert!((validated[j] / exact - 1.0).abs() < 1e-6, "seed {seed}, {j}: {} {exact}", validated[j]);
+            }
+            // N m and N are not added.
+            let slides = (0..n).any(|k| model.regressor().is_prismatic(k));
+            assert!(slides || (total - 1.0).abs() < 1e-9, "seed {seed}: {total}");
+            let largest = series.iter().fold(0.0f64, |m, x| m.max(x.abs()));
+            assert!(series.iter().zip(&drawn).all(|(a, b)| (a - b).abs() < 1e-6 * largest), "seed {seed}");
+        }
     }
 }

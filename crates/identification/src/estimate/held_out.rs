@@ -57,11 +57,7 @@ fn left_out(model: &Model, observation: &Observation, weights: Weights) -> Vec<V
     let of_part = |(part, mut rest): (&Vec<Triangle>, Triangle)| {
         rest.merge(&held(&rest, &whole.x), 1.0);
         let x = rest.solution();
-        let squares = |triangle: &Triangle| {
-            let (torque, left) = triangle.squares(&x);
-            Squares { torque, left, rows: triangle.rows }
-        };
-        part.iter().map(squares).collect()
+        squares(model, part, &x)
     };
     let rests = without_each(model, &tenths, &weights);
     tenths.iter().zip(rests).map(of_part).collect()
@@ -124,11 +120,16 @@ pub fn of_parameters(error: f64, least: f64) -> f64 {
 
 /// The residual that `x` leaves in triangles by joint.
 pub fn residuals(model: &Model, joints: &[Triangle], x: &[f64]) -> Residuals {
-    let squares = joints.iter().map(|t| {
-        let (torque, left) = t.squares(x);
-        Squares { torque, left, rows: t.rows }
-    });
-    Residuals::new(model.regressor, squares.collect())
+    Residuals::new(model.regressor, squares(model, joints, x))
+}
+
+/// The squares of the torques behind triangles by joint, and of what `x` leaves of them.
+fn squares(model: &Model, joints: &[Triangle], x: &[f64]) -> Vec<Squares> {
+    let of_joint = |(j, joint): (usize, &Triangle)| {
+        let (torque, left) = joint.squares(x);
+        Squares::of(model, j, joint.rows, torque, left)
+    };
+    joints.iter().enumerate().map(of_joint).collect()
 }
 
 /// The error of the torques behind triangles by joint that `covariance` of the parameters explains, beside |tau| as the
@@ -142,12 +143,11 @@ pub fn unsure(model: &Model, joints: &[Triangle], covariance: &[Vec<f64>]) -> f6
         };
         row.iter().enumerate().map(along).sum()
     };
-    let squares = joints.iter().map(|t| Squares {
-        torque: t.column_norm(p).powi(2),
-        left: (0..p).map(|i| of_row(t, i)).sum::<f64>().max(0.0),
-        rows: t.rows,
-    });
-    Residuals::new(model.regressor, squares.collect()).total
+    let of_joint = |(j, t): (usize, &Triangle)| {
+        let left = (0..p).map(|i| of_row(t, i)).sum::<f64>().max(0.0);
+        Squares::of(model, j, t.rows, t.column_norm(p).powi(2) + t.taken_out, left)
+    };
+    Residuals::new(model.regressor, joints.iter().enumerate().map(of_joint).collect()).total
 }
 
 #[cfg(test)]

@@ -91,9 +91,8 @@ pub fn choose_joint_terms<R: Records + ?Sized>(
     candidates: &[FrictionTerm],
     beside: Option<(&[f64], &Robust)>,
 ) -> Result<JointTerms, Error> {
-    let couplings = options.transmission.coupled();
     let terms = [options.friction.as_slice(), candidates].concat();
-    let wide = Model::new(regressor, &terms, &couplings);
+    let wide = options.linear_model_with(regressor, &terms);
     let places: Vec<usize> = (0..candidates.len()).map(|i| place(&wide, options, candidates, i)).collect();
     let kept: Vec<usize> = (0..wide.p()).filter(|c| !places.contains(c)).collect();
     let mut x = vec![0.0; wide.p()];
@@ -107,7 +106,8 @@ pub fn choose_joint_terms<R: Records + ?Sized>(
 
     let mut set = kept;
     let first = folds.error(&set);
-    let mut found = JointTerms { error: (first / folds.torque()).sqrt(), taken: Vec::new() };
+    let torque = folds.torque() + weighted(&joints, &weights).taken_out;
+    let mut found = JointTerms { error: (first / torque).sqrt(), taken: Vec::new() };
     let mut error = first;
     let mut open: Vec<usize> = (0..candidates.len()).collect();
     while error > 0.0 && !open.is_empty() {

@@ -77,7 +77,14 @@ impl Options {
 
     /// The model of the torques: this regressor with the friction and the couplings.
     pub fn linear_model<'a>(&'a self, regressor: &'a dyn Regressor) -> Model<'a> {
-        Model::new(regressor, &self.friction, &self.transmission.coupled())
+        self.linear_model_with(regressor, &self.friction)
+    }
+
+    /// The same with other friction.
+    pub fn linear_model_with<'a>(&self, regressor: &'a dyn Regressor, friction: &'a [FrictionTerm]) -> Model<'a> {
+        let Transmission { scales, springs, .. } = self.transmission.clone();
+        let (scales, springs) = (scales.unwrap_or_default(), springs.unwrap_or_default());
+        Model { scales, springs, ..Model::new(regressor, friction, &self.transmission.coupled()) }
     }
 
     /// The preparation of a log. Rows at standstill are kept where no friction of the model is dry.

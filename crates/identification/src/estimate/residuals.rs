@@ -1,12 +1,14 @@
 //! The residuals of a model by joint: the torque that it leaves unexplained.
 //!
-//! relative_j = |tau_j - W_j X| / |tau_j| over the rows of joint j; the total over the rows of all joints.
+//! relative_j = |tau_j - W_j X| / |tau_j| over the rows of joint j; the total over the rows of all joints. |tau_j| is the
+//! torque as measured, also where springs and scales were taken out of it.
 //!
 //! N m and N are not added: where some joints turn and others slide, the square of the total is the mean of the squares of
 //! both kinds, each weighted by its rows.
 
 use std::fmt;
 
+use linear_model::linear_model::Model;
 use linear_model::regressor::Regressor;
 use linear_model::unit::Unit;
 use serde::{Deserialize, Serialize};
@@ -42,7 +44,7 @@ fn torque() -> Unit {
     Unit::TORQUE
 }
 
-/// Squares of the torque and of its residual, and the number of rows behind them.
+/// Squares of the torque as measured and of its residual, and the number of rows behind them.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Squares {
     /// |tau_j|^2.
@@ -59,6 +61,12 @@ impl Squares {
         self.torque += torque * torque;
         self.left += left * left;
         self.rows += 1;
+    }
+
+    /// Of rows of joint j, from those of the torque without its scale.
+    pub(crate) fn of(model: &Model, j: usize, rows: usize, torque: f64, left: f64) -> Squares {
+        let square = model.scale(j).powi(2);
+        Squares { torque: square * torque, left: square * left, rows }
     }
 }
 

@@ -34,8 +34,7 @@ impl WithRotors {
         options: &Options,
     ) -> Result<Option<WithRotors>, Error> {
         let Some(friction) = WithRotors::wider(options) else { return Ok(None) };
-        let couplings = options.transmission.coupled();
-        let observation = Observation::of_records(&Model::new(regressor, &friction, &couplings), records, None)?;
+        let observation = Observation::of_records(&options.linear_model_with(regressor, &friction), records, None)?;
         Ok(Some(WithRotors { friction, observation }))
     }
 
@@ -50,16 +49,14 @@ impl WithRotors {
         look: impl FnOnce(&Beside<R>) -> Result<T, E>,
     ) -> Result<Option<(T, Option<WithRotors>)>, E> {
         let Some(friction) = WithRotors::wider(options) else { return Ok(None) };
-        let couplings = options.transmission.coupled();
-        let (found, rows) = Observation::beside(&Model::new(regressor, &friction, &couplings), records, look)?;
+        let (found, rows) = Observation::beside(&options.linear_model_with(regressor, &friction), records, look)?;
         Ok(Some((found, rows.map(|observation| WithRotors { friction, observation }))))
     }
 
     /// The rows without the added columns.
     pub fn without(&self, regressor: &dyn Regressor, options: &Options) -> Observation {
-        let couplings = options.transmission.coupled();
         let [wider, model] =
-            [&self.friction, &options.friction].map(|friction| Model::new(regressor, friction, &couplings));
+            [&self.friction, &options.friction].map(|friction| options.linear_model_with(regressor, friction));
         let is_kept = |c: &usize| model.parameters.iter().any(|parameter| parameter.id == wider.parameters[*c].id);
         let columns: Vec<usize> = (0..wider.p()).filter(is_kept).collect();
         self.observation.select(&columns)
@@ -67,9 +64,8 @@ impl WithRotors {
 
     /// Error on tenths left out, without the added columns and with them.
     pub fn errors(&self, regressor: &dyn Regressor, options: &Options) -> (f64, f64) {
-        let couplings = options.transmission.coupled();
         let [wider, model] =
-            [&self.friction, &options.friction].map(|friction| Model::new(regressor, friction, &couplings));
+            [&self.friction, &options.friction].map(|friction| options.linear_model_with(regressor, friction));
         let error = |model: &Model, rows: &Observation| cross_validate(model, rows, options.weights).total;
         (error(&model, &self.without(regressor, options)), error(&wider, &self.observation))
     }

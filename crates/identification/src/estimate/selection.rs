@@ -7,7 +7,6 @@
 use std::fmt;
 
 use linear_model::friction::terms::FrictionTerm;
-use linear_model::linear_model::Model;
 use linear_model::regressor::Regressor;
 use logs::Error;
 
@@ -77,10 +76,9 @@ pub fn select_friction<R: Records + ?Sized>(
     options: &Options,
     candidates: &[Vec<FrictionTerm>],
 ) -> Result<FrictionSelection, Error> {
-    let couplings = options.transmission.coupled();
     let mut out = Vec::with_capacity(candidates.len());
     for terms in candidates {
-        let model = Model::new(regressor, terms, &couplings);
+        let model = options.linear_model_with(regressor, terms);
         let observation = Observation::of_records(&model, records, None)?;
         let joints = observation.joints(|_| true);
         let (solution, _) = fit(&joints, options.weights);

@@ -32,11 +32,14 @@ pub fn series(model: &Model, x: &[f64], options: &Options, logs: &[LogSource]) -
         records.each(&mut |states| {
             let before = series.measured.len();
             series.t.extend(&states.t);
-            series.measured.extend(&states.tau);
+            let measured = |i: usize| {
+                model.scale(i % states.n) * (states.tau[i] + model.spring(states, i / states.n, i % states.n))
+            };
+            series.measured.extend((0..states.tau.len()).map(measured));
             series.predicted.resize(before + states.tau.len(), f64::NAN);
             model.residuals(states, x, |r, j, residual| {
                 let entry = r * states.n + j;
-                series.predicted[before + entry] = states.tau[entry] - residual;
+                series.predicted[before + entry] = measured(entry) - model.scale(j) * residual;
             });
         })?;
         Ok(series)

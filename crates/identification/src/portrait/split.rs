@@ -77,14 +77,14 @@ pub fn split(
             let w = &w[j * p..(j + 1) * p];
             let (whole, beside) = (product(&w[..base], &x[..base]), product(&w[base..], &x[base..]));
             let turned = rotor[j].map_or(0.0, |c| w[c] * x[c]);
-            let i = r * n + j;
+            let (i, scale, spring) = (r * n + j, model.scale(j), model.spring(states, r, j));
             *torque = JointTorque {
                 q: states.q[i],
                 dq: states.dq[i],
                 ddq: states.ddq[i],
-                measured: states.tau[i],
-                parts: [whole - coasting + turned, coasting - rest, rest, beside - turned],
-                described: described.map_or(f64::NAN, |x| product(w, x)),
+                measured: scale * (states.tau[i] + spring),
+                parts: [whole - coasting + turned, coasting - rest, rest, beside - turned + spring].map(|x| scale * x),
+                described: described.map_or(f64::NAN, |x| scale * (product(w, x) + spring)),
                 counts: states.used[i],
             };
         }

@@ -41,6 +41,7 @@ fn part_of_rows(
     let n = model.n();
     let mut triangles: Vec<ColumnTriangle> =
         model.layout.joints.iter().map(|joint| ColumnTriangle::new(&joint.columns, &joint.places)).collect();
+    let mut taken_out = vec![0.0; n];
     model.blocks(states, range, |first, block| {
         let end = first + block.rows;
         for (j, triangle) in triangles.iter_mut().enumerate() {
@@ -56,6 +57,12 @@ fn part_of_rows(
                         _ => f64::from(u8::from(counts)),
                     }
                 });
+                if !model.springs.is_empty() {
+                    for (lane, factor) in factors.iter().enumerate().filter(|(_, factor)| **factor != 0.0) {
+                        let (tau, spring) = (states.tau[(r + lane) * n + j], model.spring(states, r + lane, j));
+                        taken_out[j] += factor * factor * spring * (2.0 * tau + spring);
+                    }
+                }
                 if factors == [1.0; 8] {
                     continue;
                 }
@@ -69,7 +76,8 @@ fn part_of_rows(
             triangle.fold(block, used);
         }
     });
-    triangles.into_iter().map(|triangle| triangle.finish(model.p(), least)).collect()
+    let finished = triangles.into_iter().map(|triangle| triangle.finish(model.p(), least));
+    finished.zip(taken_out).map(|(triangle, taken_out)| triangle.with_taken_out(taken_out)).collect()
 }
 
 /// Root mean squares of the base columns up to which they say nothing: those of joints that stand still are rounding.

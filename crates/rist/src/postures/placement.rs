@@ -9,11 +9,11 @@
 use logs::Postures;
 use nalgebra::{DMatrix, DVector, Rotation3, Vector3};
 
-use crate::description::turn_of_rpy;
+use crate::description::rounded_rpy;
 use crate::error::Error;
-use crate::gravity_direction::mounted;
+use crate::gravity_direction::{base, mounted};
 use crate::model::Model;
-use crate::mount::Tilt;
+use crate::mount::{Tilt, axes};
 use crate::postures::fit::{Fit, Told};
 
 /// Steps until the search for zeros and mount is given up.
@@ -78,23 +78,13 @@ pub(super) fn placed(
         (Some((_, a)), Some((_, b))) => Some((gravity.angle(&described), a.max(b))),
         _ => None,
     };
-    let turn = Rotation3::rotation_between(&gravity, &described)
-        .unwrap_or_else(|| Rotation3::from_scaled_axis(across(&described)[0] * std::f64::consts::PI));
-    let base = turn_of_rpy(model.description.as_ref().and_then(|d| d.base).unwrap_or_default()) * turn;
-    let (roll, pitch, yaw) = base.euler_angles();
     Ok(Some(Placed {
         zeros: zeros.iter().enumerate().map(|(k, zero)| told(k, *zero)).collect(),
-        base: [roll, pitch, yaw],
+        base: rounded_rpy(&base(model, &gravity), 5),
         tilt,
         left: [share(&vec![0.0; n], &described), share(&zeros, &gravity)],
         explains: misfit.sqrt() < EXPLAINED_TIMES,
     }))
-}
-
-/// The two directions across gravity, about which it turns.
-fn across(gravity: &Vector3<f64>) -> [Vector3<f64>; 2] {
-    let first = gravity.cross(&Vector3::ith(gravity.iamin(), 1.0)).normalize();
-    [first, gravity.normalize().cross(&first)]
 }
 
 /// The columns of each joint, and what is left of its torques.
@@ -135,7 +125,7 @@ impl Search<'_> {
         let mut fit = self.step(&zeros, &gravity, &idle)?;
         for _ in 0..MOST_STEPS {
             let angle = |k: usize, share: f64| share * fit.solution[k].clamp(-LARGEST_STEP, LARGEST_STEP);
-            let [first, second] = across(&gravity);
+            let [first, second] = axes(&gravity).map(|(_, axis)| axis);
             let at = |share: f64| {
                 let moved: Vec<f64> = zeros.iter().enumerate().map(|(k, zero)| zero + angle(k, share)).collect();
                 let turned = Rotation3::new(first * angle(n, share) + second * angle(n + 1, share)) * gravity;
@@ -170,7 +160,7 @@ impl Search<'_> {
     /// Columns of the zeros, of the two turns, of the offsets.
     fn look(&self, zeros: &[f64], gravity: &Vector3<f64>) -> Look {
         let n = zeros.len();
-        let turns = across(gravity).map(|axis| axis.cross(gravity));
+        let turns = axes(gravity).map(|(_, axis)| axis.cross(gravity));
         let mut columns = vec![DMatrix::zeros(self.postures.q.len(), 2 * n + 2); n];
         let mut left = self.torques.to_vec();
         for (r, q) in self.postures.q.iter().enumerate() {

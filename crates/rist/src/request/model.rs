@@ -1,9 +1,13 @@
 //! How a description is read.
 
+use std::collections::{BTreeMap, BTreeSet};
+
 use linear_model::description_options::{DescriptionOptions, RotorInertias};
 use robot::format::{Angles, Mimic};
+use serde_json::Value;
 
-use super::request;
+use super::{Request, number, of_values, request};
+use crate::error::Error;
 
 request! {
     /// How a description is read; the default is as it stands.
@@ -53,6 +57,35 @@ impl ModelOptions {
         }
     }
 
+    /// These over those that an artefact was made with, key by key, and name by name where a key has several: the default here
+    /// asks for nothing.
+    pub fn over(&self, description: &DescriptionOptions) -> Result<ModelOptions, Error> {
+        let mut all: BTreeMap<&str, Value> = ModelOptions::of_description(description).given().into_iter().collect();
+        for (key, value) in self.given() {
+            match (all.get_mut(key), value) {
+                (Some(Value::Object(theirs)), Value::Object(ours)) => theirs.extend(ours),
+                (_, value) => drop(all.insert(key, value)),
+            }
+        }
+        of_values(all.iter().map(|(key, value)| (*key, value)))
+    }
+
+    /// The keys in which two descriptions were read differently, a phrase each: `[base] is 1.57,0,0 there and not given here`.
+    pub fn differences(here: Option<&DescriptionOptions>, there: Option<&DescriptionOptions>) -> Vec<String> {
+        let [here, there] = [here, there].map(|of| -> BTreeMap<&str, Value> {
+            of.map(|of| ModelOptions::of_description(of).given().into_iter().collect()).unwrap_or_default()
+        });
+        let shown = |value: Option<&Value>| match value {
+            None => "not given".into(),
+            Some(Value::Array(list)) => list.iter().filter_map(Value::as_f64).map(number).collect::<Vec<_>>().join(","),
+            Some(Value::String(word)) => word.clone(),
+            Some(value) => value.to_string(),
+        };
+        let keys: BTreeSet<&str> = here.keys().chain(there.keys()).copied().collect();
+        let odd = keys.into_iter().filter(|key| here.get(key) != there.get(key));
+        odd.map(|key| format!("[{key}] is {} there and {} here", shown(there.get(key)), shown(here.get(key)))).collect()
+    }
+
     /// The options for an artefact; `None` where the description is read as it stands.
     pub fn description(&self) -> Option<DescriptionOptions> {
         let description = DescriptionOptions {
@@ -67,5 +100,38 @@ impl ModelOptions {
             floating_base: self.floating_base,
         };
         (description != DescriptionOptions::default()).then_some(description)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// One option that is repeated leaves the others of the artefact, and one name of an option its other names.
+    #[test]
+    fn options_go_over_those_of_an_artefact_key_by_key() {
+        let artefact = ModelOptions {
+            value: vec![("D3".into(), 0.4), ("D4".into(), 0.5)],
+            rotor_inertia: Some(RotorInertias::Actuated),
+            base: Some([1.5708, 0.0, 0.0]),
+            ..ModelOptions::default()
+        };
+        let made_with = artefact.description().unwrap();
+        let over = |given: ModelOptions| given.over(&made_with).unwrap();
+        assert_eq!(over(ModelOptions::default()), artefact);
+        assert_eq!(
+            over(ModelOptions { base: artefact.base, any_size: true, ..Default::default() }).description(),
+            Some(made_with.clone())
+        );
+        let other = over(ModelOptions { value: vec![("D3".into(), 0.3)], ..Default::default() });
+        assert_eq!(other.value, [("D3".to_string(), 0.3), ("D4".to_string(), 0.5)]);
+        let none = over(ModelOptions { rotor_inertia: Some(RotorInertias::None), ..Default::default() });
+        assert_eq!((none.rotor_inertia, none.base), (Some(RotorInertias::None), artefact.base));
+        // Only keys that differ are named.
+        let said = ModelOptions::differences(none.description().as_ref(), Some(&made_with));
+        assert_eq!(said, ["[rotor_inertia] is actuated there and none here"]);
+        let said = ModelOptions::differences(None, artefact.description().as_ref());
+        assert_eq!(said[0], "[base] is 1.5708,0,0 there and not given here");
+        assert_eq!(ModelOptions::differences(Some(&made_with), Some(&made_with)), [""; 0]);
     }
 }

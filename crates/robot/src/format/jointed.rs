@@ -125,6 +125,7 @@ pub(in crate::format) fn robot(
         massless: 0,
         loops,
         gravity,
+        file_gravity: None,
         notes,
         snapped,
         oddities: Vec::new(),

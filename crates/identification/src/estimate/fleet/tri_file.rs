@@ -6,7 +6,8 @@
 //! <triangles>                                 numbers of 8 bytes, little endian: a round trip changes no bit
 //! ```
 //! A replicate begins with the number of its blocks. Then each block and joint has the number of rows, the number of
-//! live columns, which columns these are, and their entries column by column. Then each coordinate has its smallest and
+//! live columns, which columns these are, and their entries column by column. Where the options have springs, each of them
+//! then has by how much these change the square of its torque. Then each coordinate has its smallest and
 //! largest position, speed, effort, f95 and samples at rest. The cut-off follows. Columns that hold only zeros have
 //! no place. Last are the cells of states: how coarse they are (0, 1, 2), of each coordinate the number of its columns and
 //! which these are, the number of cells, and of each its coordinate, 0 for speed and 1 for position, its index, and the
@@ -70,7 +71,7 @@ impl Accumulator {
         let head = serde_yaml::to_string(&head).map_err(|e| Error::new(format!("the sums cannot be written: {e}")))?;
         let mut body = Body::default();
         for replicate in self.replicates() {
-            body.replicate(&replicate.observation);
+            body.replicate(&replicate.observation, self.settings().options.transmission.springs.is_some());
             body.cells(&replicate.cells);
             body.faults(&replicate.faults);
         }
@@ -108,12 +109,13 @@ impl Accumulator {
         head.settings.columns_alone().map_err(|e| at(e.to_string()))?;
         let (n, p, tested) =
             (head.settings.coordinates.len(), head.settings.columns.len(), head.settings.hypotheses.len());
+        let has_springs = head.settings.options.transmission.springs.is_some();
         let mut words = Words { left: body, budget: Budget::of(bytes.len()), excess: None };
         // A solution takes so many matrices of all columns, whatever the triangles hold.
         words.budget.draw(SOLUTION_MATRICES.saturating_mul(Triangle::bytes(p, p + 1))).map_err(at)?;
         let mut replicates = Vec::new();
         for ReplicateHead { logs } in head.replicates {
-            let observation = words.replicate(n, p).filter(|_| !logs.is_empty());
+            let observation = words.replicate(n, p, has_springs).filter(|_| !logs.is_empty());
             let observation = observation.ok_or_else(|| words.excess.take().map_or_else(damaged, at))?;
             let cells = words.cells(n, p).ok_or_else(|| words.excess.take().map_or_else(damaged, at))?;
             let faults = words.faults(p.saturating_add(tested), tested > 0);

@@ -24,9 +24,11 @@ impl Body {
         self.word(x.to_bits());
     }
 
-    pub(super) fn replicate(&mut self, observation: &Observation) {
+    pub(super) fn replicate(&mut self, observation: &Observation, has_springs: bool) {
         self.word(observation.parts.len() as u64);
         observation.parts.iter().flatten().for_each(|triangle| self.triangle(triangle));
+        let of_springs = observation.parts.iter().flatten().filter(|_| has_springs);
+        of_springs.for_each(|triangle| self.number(triangle.taken_out));
         for k in 0..observation.range.len() {
             let of = [observation.range[k].0, observation.range[k].1, observation.speed[k], observation.effort[k]];
             of.into_iter().chain([observation.f95.get(k).copied().unwrap_or(0.0)]).for_each(|x| self.number(x));
@@ -93,10 +95,13 @@ impl Words<'_> {
         self.word().and_then(|x| usize::try_from(x).ok()).filter(|&x| x <= most)
     }
 
-    pub(super) fn replicate(&mut self, n: usize, p: usize) -> Option<Observation> {
+    pub(super) fn replicate(&mut self, n: usize, p: usize, has_springs: bool) -> Option<Observation> {
         let blocks = self.count(MAX_BLOCKS_PER_LOG).filter(|&blocks| blocks > 0)?;
         let part = |words: &mut Self| (0..n).map(|_| words.triangle(p)).collect::<Option<Vec<Triangle>>>();
-        let parts = (0..blocks).map(|_| part(self)).collect::<Option<_>>()?;
+        let mut parts = (0..blocks).map(|_| part(self)).collect::<Option<Vec<_>>>()?;
+        for triangle in parts.iter_mut().flatten().filter(|_| has_springs) {
+            triangle.taken_out = self.number()?;
+        }
         let mut observation = Observation { parts, log_of: vec![0; blocks], ..Observation::default() };
         for _ in 0..n {
             observation.range.push((self.number()?, self.number()?));

@@ -87,7 +87,7 @@ fn is_useful(tested: &Tested) -> bool {
 
 fn subject(of: &Hypothesis, joints: &[JointResidual]) -> Subject {
     match *of {
-        Hypothesis::Mount(axis) => Subject::of(MOUNT, [if axis == 0 { "x" } else { "y" }]),
+        Hypothesis::Mount(axis) => Subject::of(MOUNT, [["x", "y", "z"][axis]]),
         _ => at(topic(of), of.joint().map(|k| &joints[k].coordinate)),
     }
 }
@@ -135,7 +135,7 @@ pub(super) fn statement(tested: &Tested, joints: &[JointResidual]) -> String {
         Hypothesis::Zero(k) => format!("the zero of {} is off by {off}", at(k)),
         Hypothesis::Scale(k) => format!("the torque of {} is off by {off} beside those of the other joints", at(k)),
         Hypothesis::Spring(k) => format!("a spring of {off} acts on {}", at(k)),
-        Hypothesis::Mount(axis) => format!("gravity is tilted by {off} about {} of the base", ["x", "y"][axis]),
+        Hypothesis::Mount(axis) => format!("gravity is tilted by {off} about {} of the base", ["x", "y", "z"][axis]),
         Hypothesis::Rotor(k) => format!("a rotor of {off} that the model lacks stands behind {}", at(k)),
         Hypothesis::Drift(k) => format!("the torque of {} grows by {off} from the first sample to the last", at(k)),
         Hypothesis::Late(Some(k)) => format!("the torque of {} is late by {off}", at(k)),
@@ -148,7 +148,11 @@ pub(super) fn statement(tested: &Tested, joints: &[JointResidual]) -> String {
 /// A fault with the errors on parts left out without it and with it.
 fn fault_and_trial(fault: &str, held_out: Option<(f64, f64)>) -> String {
     held_out.map_or(fault.into(), |(without, with)| {
-        format!("{fault} (error on parts left out {}, with that undone {})", percent(without), percent(with))
+        format!(
+            "{fault} (error on parts left out, joints alike, {}, with that undone {})",
+            percent(without),
+            percent(with)
+        )
     })
 }
 
@@ -182,7 +186,7 @@ fn contradicted(tested: &Tested, joints: &[JointResidual]) -> Option<Claim> {
     // Tried means: parts of the record were left out and predicted without the fault and with it.
     let trial = match held_out {
         Some((without, with)) => Trial::Tried {
-            quantity: "error on parts left out".into(),
+            quantity: "error on parts left out, joints alike,".into(),
             before: Figure::new(100.0 * without, "%"),
             after: Figure::new(100.0 * with, "%"),
         },

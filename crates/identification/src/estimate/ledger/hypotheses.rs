@@ -113,7 +113,7 @@ impl Tested {
 }
 
 /// A fault is told by so many of its deviations.
-const FOUND_FAULT_SIGMAS: f64 = 6.0;
+pub const FOUND_FAULT_SIGMAS: f64 = 6.0;
 /// Error on parts left out over that without the fault, below which the fault is worth naming.
 const WORTHWHILE_ERROR_RATIO: f64 = 0.9;
 /// A fault that explains a smaller share of the torque harms no use; nor does a spring of a quarter more, which has no least
@@ -199,12 +199,12 @@ pub(super) fn triangles<R: Records + ?Sized>(
     let (count, every) = (thinned.count, thinned.every);
     let (p, width) = (model.p(), model.p() + all.len());
     let mut parts: Vec<TriangleBuilder> = (0..count_of_parts).map(|_| TriangleBuilder::new(width)).collect();
-    let mut torques = vec![0.0; n];
+    let (mut torques, mut taken_out) = (vec![0.0; n], vec![0.0; count_of_parts]);
     for (first, kept) in &thinned.records {
-        let columns = columns(model, kept, fit.x, all, open.tilts);
+        let columns = columns(model, kept, fit.x, all, open);
         let mut row = vec![0.0; width];
         model.rows(kept, 0..kept.len(), |r, w| {
-            let part = (first + r * every) * count_of_parts / count.max(1);
+            let part = ((first + r * every) * count_of_parts / count.max(1)).min(count_of_parts - 1);
             for j in (0..n).filter(|j| kept.used[r * n + j]) {
                 let (w, tau) = (&w[j * p..(j + 1) * p], kept.tau[r * n + j]);
                 let weight = fit.weights[j] * row_factor(fit.robust, j, tau - dot(w, fit.x));
@@ -215,12 +215,15 @@ pub(super) fn triangles<R: Records + ?Sized>(
                     *out = weight * column[r * n + j];
                 }
                 let torque = weight * tau;
-                torques[j] += torque * torque;
-                parts[part.min(count_of_parts - 1)].push(&row, torque);
+                let measured = torque + weight * model.spring(kept, r, j);
+                torques[j] += measured * measured;
+                taken_out[part] += measured * measured - torque * torque;
+                parts[part].push(&row, torque);
             }
         });
     }
-    Ok((parts.into_iter().map(TriangleBuilder::finish).collect(), torques))
+    let parts = parts.into_iter().map(TriangleBuilder::finish).zip(taken_out);
+    Ok((parts.map(|(part, taken_out)| part.with_taken_out(taken_out)).collect(), torques))
 }
 
 /// The hypotheses by the triangles of parts of the record.
@@ -257,7 +260,8 @@ pub(crate) fn tested(parts: &[Triangle], x: &[f64], all: &[Hypothesis]) -> Vec<T
         let mut one = Tested { value, deviation, effect, ..Tested::untold(hypothesis) };
         // The least u that would be found: it lowers the error enough, and is beyond its deviation.
         let by_ratio = (1.0 / (WORTHWHILE_ERROR_RATIO * WORTHWHILE_ERROR_RATIO) - 1.0).sqrt() * all_in.square().sqrt();
-        let by_error = by_ratio.max(least_share(hypothesis) * whole.column_norm(whole.columns())) / norm;
+        let torque = (whole.column_norm(whole.columns()).powi(2) + whole.taken_out).sqrt();
+        let by_error = by_ratio.max(least_share(hypothesis) * torque) / norm;
         one.power = by_error.max(FOUND_FAULT_SIGMAS * deviation).max(one.least());
         if one.is_told() {
             one.held_out = Some(held_out(parts, &held, &columns(e), p));
@@ -292,7 +296,7 @@ pub(super) fn jackknife(others: &[f64]) -> f64 {
     (others.iter().map(|u| (u - mean).powi(2)).sum::<f64>() * (m - 1.0) / m).sqrt()
 }
 
-/// Relative error on parts left out, with the first p of these columns and with all.
+/// Relative error on parts left out, each joint with its weight, with the first p of these columns and with all.
 fn held_out(parts: &[Triangle], held: &Triangle, columns: &[usize], p: usize) -> (f64, f64) {
     let (mut whole, mut without, mut with) = (0.0, 0.0, 0.0);
     for (k, part) in parts.iter().enumerate() {

@@ -14,7 +14,7 @@ pub enum Hypothesis {
     Scale(usize),
     /// A spring acts on a coordinate, N m/rad (N/m).
     Spring(usize),
-    /// Gravity is tilted about an axis of the base, 0 for x and 1 for y, rad.
+    /// Gravity is tilted about an axis across it, by the number of the axis of the base that is nearest, rad.
     Mount(usize),
     /// The rotor of a coordinate has an inertia that the model lacks, kg m^2 (kg).
     Rotor(usize),
@@ -73,11 +73,11 @@ pub struct Point<'a> {
 /// What the mechanics of a robot leave open beside the parameters.
 #[derive(Clone, Copy, Default)]
 pub struct Open<'a> {
-    /// The torques per radian of tilt about each axis of the base.
-    pub tilts: &'a [Tilt<'a>],
+    /// The torques per radian of tilt about axes across gravity, with the number of the axis of the base that is nearest.
+    pub tilts: &'a [(usize, Tilt<'a>)],
     /// The coordinates of which nobody said whether a rotor stands behind them.
     pub rotors: &'a [usize],
 }
 
-/// Torques at a position q per radian of tilt about one axis of the base, n numbers.
+/// Torques at a position q per radian of tilt about one axis, n numbers.
 pub type Tilt<'a> = &'a dyn Fn(&[f64]) -> Vec<f64>;

@@ -3,7 +3,7 @@
 use linear_model::linear_model::Model;
 use linear_model::states::States;
 
-use crate::estimate::ledger::hypothesis::{Hypothesis, Open, Tilt};
+use crate::estimate::ledger::hypothesis::{Hypothesis, Open};
 
 /// Step of the derivative by a position, rad (m).
 const POSITION_STEP: f64 = 1e-4;
@@ -14,7 +14,7 @@ pub(super) fn all(model: &Model, open: Open) -> Vec<Hypothesis> {
     let turning = (0..n).filter(|&k| !model.regressor.is_prismatic(k)).map(Hypothesis::Zero);
     let scales = (0..n).filter(|_| n > 1).map(Hypothesis::Scale);
     let springs = (0..n).map(Hypothesis::Spring);
-    let mounts = (0..open.tilts.len()).map(Hypothesis::Mount);
+    let mounts = open.tilts.iter().map(|(axis, _)| Hypothesis::Mount(*axis));
     let rotors = open.rotors.iter().copied().map(Hypothesis::Rotor);
     let late = (0..n).map(Some).chain([None]).map(Hypothesis::Late);
     let faults = turning.chain(scales).chain(springs).chain(mounts).chain(rotors).chain((0..n).map(Hypothesis::Drift));
@@ -23,7 +23,7 @@ pub(super) fn all(model: &Model, open: Open) -> Vec<Hypothesis> {
 }
 
 /// The columns of the hypotheses, sample by sample, n each.
-pub(super) fn columns(model: &Model, states: &States, x: &[f64], all: &[Hypothesis], tilts: &[Tilt]) -> Vec<Vec<f64>> {
+pub(super) fn columns(model: &Model, states: &States, x: &[f64], all: &[Hypothesis], open: Open) -> Vec<Vec<f64>> {
     let (n, base) = (model.n(), model.regressor.parameters().len());
     // Y(q) x at sample r, with another q than the sample's where a zero is moved.
     let torques = |q: &[f64], r: usize, y: &mut [f64]| -> Vec<f64> {
@@ -55,7 +55,10 @@ pub(super) fn columns(model: &Model, states: &States, x: &[f64], all: &[Hypothes
                 }
                 Hypothesis::Scale(k) => column.extend(only(k, here[k])),
                 Hypothesis::Spring(k) => column.extend(only(k, q[k])),
-                Hypothesis::Mount(axis) => column.extend(tilts[axis](&q)),
+                Hypothesis::Mount(of) => {
+                    let tilts = open.tilts.iter().filter(|(axis, _)| *axis == of);
+                    tilts.for_each(|(_, torques)| column.extend(torques(&q)));
+                }
                 Hypothesis::Rotor(k) => column.extend(only(k, states.ddq[r * n + k])),
                 Hypothesis::Drift(k) => column.extend(only(k, along * states.tau[r * n + k])),
                 Hypothesis::Late(late) => column

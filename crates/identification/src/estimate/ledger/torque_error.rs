@@ -5,6 +5,8 @@
 //! ```text
 //! e_j^2 = mean y_j C y_j'       t_j^2 = mean (y_j x)^2       e = sqrt(sum e_j^2 / sum t_j^2)
 //! ```
+//! Both are of the torque as it is measured: t_j with a known spring, both times a known scale.
+//!
 //! N m and N are not added: of a robot that turns and slides, e is the larger of both.
 //!
 //! A use is one motion and not all of them: where a motion happens to need little torque, the same error is a larger share of
@@ -175,7 +177,7 @@ fn sums(model: &Model, x: &[f64], unsure: Unsure, range: &MotionRange, moves: bo
     model.rows(&states, 0..count, |r, rows| {
         let first = r / MOTION_STATES * MOTION_STATES;
         let count = MOTION_STATES.min(count - first);
-        for (row, sum) in rows.chunks_exact_mut(p).zip(&mut sums[r / MOTION_STATES]) {
+        for (j, (row, sum)) in rows.chunks_exact_mut(p).zip(&mut sums[r / MOTION_STATES]).enumerate() {
             if !moves {
                 row[base..].fill(0.0);
             }
@@ -189,8 +191,11 @@ fn sums(model: &Model, x: &[f64], unsure: Unsure, range: &MotionRange, moves: bo
                 square(x).sqrt() > SHOWN_SHARE * all && all > SHOWN_SHARE
             };
             let open = if unsure.open.iter().any(shows) { f64::INFINITY } else { 0.0 };
-            sum.0 += (used.iter().map(of).sum::<f64>().max(by_logs) + changed + open) / count as f64;
-            sum.1 += used.iter().map(|&c| row[c] * x[c]).sum::<f64>().powi(2) / count as f64;
+            // As measured, with a scale and a spring that the transmission took out.
+            let weight = model.scale(j).powi(2) / count as f64;
+            let torque = used.iter().map(|&c| row[c] * x[c]).sum::<f64>() + model.spring(&states, r, j);
+            sum.0 += weight * (used.iter().map(of).sum::<f64>().max(by_logs) + changed + open);
+            sum.1 += weight * torque * torque;
         }
     });
     sums

@@ -97,6 +97,7 @@ pub(in crate::format) fn read_par_with(text: &str, file: &str, options: ReadOpti
         massless: 0,
         loops,
         gravity,
+        file_gravity: None,
         notes,
         snapped: Vec::new(),
         oddities: Vec::new(),

@@ -103,6 +103,7 @@ pub(in crate::format) fn read_yaml_with(text: &str, file: &str, options: ReadOpt
         massless: 0,
         loops: loops.unwrap_or_default(),
         gravity,
+        file_gravity: None,
         notes: vec![],
         snapped: vec![],
         oddities: Vec::new(),
