@@ -202,8 +202,8 @@ impl Derivation<'_> {
     }
 
     /// The inverse geometric model: input `t` (3 x 4, the pose of the frame in the base), outputs `sin_q`, `cos_q` (8 x 6),
-    /// one solution a row; what is out of reach or singular is no number. Where a joint slides, its coordinate is in a third
-    /// output `slide` (8), and its sine and cosine are 0 and 1.
+    /// one solution a row, a column for each of the arm's six joints; what is out of reach is no number. Of a singular pose the
+    /// free angle is 0. Where a joint slides, its coordinate is in a third output `slide` (8), and its sine and cosine are 0 and 1.
     ///
     /// Fails where the arm has no closed form of those that are known here.
     pub fn inverse_geometry(&mut self, frame: impl Into<LinkFrame>) -> Result<Function, NoClosedForm> {

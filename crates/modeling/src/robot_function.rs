@@ -169,7 +169,7 @@ const FUNCTIONS_OF_LINK: &[OfLink] = &[
         word: "inverse-geometry",
         sentence: [
             "All eight configurations, one a row, that bring ",
-            " to the pose t in the base frame: q = atan2(sin_q, cos_q), or slide of a joint that slides; what is out of reach or singular is no number",
+            " to the pose t in the base frame: q = atan2(sin_q, cos_q), or slide of a joint that slides; an angle that is free, where axes lie along each other, is 0, and what is out of reach is no number",
         ],
         derive: |of, frame, _| of.inverse_geometry(frame).unwrap_or_else(|_| nothing("inverse_geometry")),
         has_reference: false,

@@ -2,12 +2,13 @@
 
 use expr::Tape;
 use modeling::{Derivation, LinkFrame};
+use nalgebra::DMatrix;
 use robot::{JointKind, Robot};
 use tests::model;
 use tests::random::Random;
 
 /// Poses of each arm.
-const POSES: usize = 100_000;
+const POSES: usize = 2_000;
 
 /// An RX90 from its end: axes 1, 2 and 3 meet, and 4 and 5 are parallel.
 const SHOULDER: &str = "\
@@ -61,6 +62,32 @@ links:
   - {link: 6, antecedent: 5, alpha: -pi/2, d: 0.07, theta: q6, r: 0.3}
 ";
 
+/// Axis 3 points against axis 2, and axis 4 lies along it at a distance, as many makers draw them.
+const AGAINST: &str = "\
+convention: khalil-kleinfinger
+name: against
+links:
+  - {link: 1, antecedent: base, theta: q1, r: 0.3}
+  - {link: 2, antecedent: 1, alpha: pi/2, d: 0.15, theta: q2 + pi/2, r: 0.02}
+  - {link: 3, antecedent: 2, alpha: pi, d: 0.6, theta: q3, r: 0.02}
+  - {link: 4, antecedent: 3, alpha: -pi/2, d: 0.1, theta: q4, r: 0.64}
+  - {link: 5, antecedent: 4, alpha: pi/2, theta: q5}
+  - {link: 6, antecedent: 5, alpha: -pi/2, theta: q6, r: 0.1}
+";
+
+/// A UR5 of which each second parallel axis points against the one before.
+const ALL_AGAINST: &str = "\
+convention: khalil-kleinfinger
+name: all against
+links:
+  - {link: 1, antecedent: base, theta: q1, r: 0.1}
+  - {link: 2, antecedent: 1, alpha: pi/2, theta: q2}
+  - {link: 3, antecedent: 2, alpha: pi, d: 0.42, theta: q3, r: 0.03}
+  - {link: 4, antecedent: 3, alpha: pi, d: 0.39, theta: q4, r: 0.11}
+  - {link: 5, antecedent: 4, alpha: pi/2, theta: q5, r: 0.09}
+  - {link: 6, antecedent: 5, alpha: -pi/2, theta: q6, r: 0.05}
+";
+
 fn read(text: &str) -> Robot {
     robot::format::read_yaml(text, "arm.yaml").unwrap_or_else(|e| panic!("{e}"))
 }
@@ -76,7 +103,7 @@ fn all_solutions_reach_the_pose() {
         ("ur5.yaml", false),
         ("ur5.urdf", false),
     ];
-    let others = [(SHOULDER, false), (PARALLEL, false), (BOOM, false), (BOOM_BEHIND, false)];
+    let others = [SHOULDER, PARALLEL, BOOM, BOOM_BEHIND, AGAINST, ALL_AGAINST].map(|text| (text, false));
     let robots = shipped.map(|(file, has_all)| (model(file), has_all)).into_iter();
     for (robot, has_all) in robots.chain(others.map(|(text, has_all)| (read(text), has_all))) {
         let file = &robot.name;
@@ -131,11 +158,176 @@ fn all_solutions_reach_the_pose() {
     }
 }
 
+/// The shipped arms and those of this file, each from its first to its last link.
+fn arms() -> impl Iterator<Item = Robot> {
+    let shipped = ["puma560.yaml", "rx90.yaml", "stanford.yaml", "ur5.yaml", "ur5.urdf"].map(model);
+    shipped.into_iter().chain([SHOULDER, PARALLEL, BOOM, BOOM_BEHIND, AGAINST, ALL_AGAINST].map(read))
+}
+
+/// What singular poses are looked for along: the Jacobian's determinant changes its sign there.
+const STEPS: usize = 40;
+
+/// Poses and rows that were looked at, and how far a row was off.
+#[derive(Default)]
+struct Singular {
+    poses: usize,
+    rows: usize,
+    none: usize,
+    worst: f64,
+}
+
+/// An arm with its functions as tapes.
+struct Arm {
+    name: String,
+    sliding: Option<usize>,
+    direct: Tape,
+    inverse: Tape,
+    jacobian: Tape,
+}
+
+impl Arm {
+    fn new(robot: &Robot) -> Arm {
+        let slides = robot.links.iter().find(|link| link.joint.kind == JointKind::Prismatic);
+        let mut derivation = Derivation::new(robot).unwrap();
+        let frame = LinkFrame::from(robot.link_ids().next_back().unwrap());
+        let inverse = derivation.inverse_geometry(frame.clone());
+        Arm {
+            name: robot.name.clone(),
+            sliding: slides.map(|link| link.joint.variable.terms[0].0.0),
+            direct: Tape::new(&derivation.pose(frame.clone()).bound()),
+            inverse: Tape::new(&inverse.unwrap_or_else(|e| panic!("{}: {e}", robot.name)).bound()),
+            jacobian: Tape::new(&derivation.jacobian(frame).bound()),
+        }
+    }
+
+    fn of(tape: &Tape, inputs: &[f64], outputs: usize) -> Vec<f64> {
+        let mut found = vec![0.0; outputs];
+        tape.evaluate(inputs, &mut tape.workspace(), &mut found);
+        found
+    }
+
+    fn pose(&self, q: &[f64]) -> Vec<f64> {
+        Arm::of(&self.direct, q, 12)
+    }
+
+    fn jacobian(&self, q: &[f64]) -> DMatrix<f64> {
+        DMatrix::from_row_slice(6, 6, &Arm::of(&self.jacobian, q, 36))
+    }
+
+    /// Rows that are numbers.
+    fn solutions(&self, t: &[f64]) -> Vec<Vec<f64>> {
+        let found = Arm::of(&self.inverse, t, if self.sliding.is_some() { 104 } else { 96 });
+        let angle = |k: usize, joint: usize| match self.sliding {
+            Some(slide) if slide == joint => found[96 + k],
+            _ => found[6 * k + joint].atan2(found[48 + 6 * k + joint]),
+        };
+        let rows = (0..8).map(|k| (0..6).map(|joint| angle(k, joint)).collect::<Vec<_>>());
+        rows.filter(|row| row.iter().all(|x| x.is_finite())).collect()
+    }
+
+    fn off(&self, joint: usize, q: f64, solution: f64) -> f64 {
+        let difference = q - solution;
+        if self.sliding == Some(joint) { difference.abs() } else { difference.sin().abs().max(1.0 - difference.cos()) }
+    }
+
+    /// A coordinate at which the arm is singular, the others as they are.
+    fn singular(&self, q: &[f64], joint: usize) -> Option<f64> {
+        let determinant = |x: f64| {
+            let mut q = q.to_vec();
+            q[joint] = x;
+            self.jacobian(&q).determinant()
+        };
+        let at = |k: usize| q[joint] + std::f64::consts::TAU * k as f64 / STEPS as f64;
+        let (mut low, mut high) =
+            (0..STEPS).map(|k| (at(k), at(k + 1))).find(|(a, b)| determinant(*a) * determinant(*b) < 0.0)?;
+        for _ in 0..100 {
+            let middle = 0.5 * (low + high);
+            if determinant(middle) * determinant(low) > 0.0 { low = middle } else { high = middle }
+        }
+        Some(low)
+    }
+
+    /// At a pose that is singular but for `offset`, or singular twice, every row that is a number reaches it. Where it is
+    /// singular once, one is where it came from, but for what moves freely: the joints that the Jacobian's null vector moves.
+    fn holds(&self, q: &[f64], offset: Option<f64>, told: &mut Singular) {
+        let t = self.pose(q);
+        let solutions = self.solutions(&t);
+        (told.poses, told.rows) = (told.poses + 1, told.rows + solutions.len());
+        for solution in &solutions {
+            let apart = t.iter().zip(self.pose(solution)).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+            // What is taken for zero is below 1e-13 m or rad, and a wrist is some lengths of 1 m from what it turns.
+            assert!(apart < 1e-12, "{}: {apart:e} from {t:?} of {q:?} by {solution:?}", self.name);
+            told.worst = told.worst.max(apart);
+        }
+        // What is singular twice moves farther than along its null vectors.
+        let Some(offset) = offset else {
+            told.none += usize::from(solutions.is_empty());
+            return;
+        };
+        let transposed = self.jacobian(q).svd(false, true).v_t.unwrap();
+        let moves = |joint: usize| offset.abs() < 1e-5 && transposed[(5, joint)].abs() > 1e-9;
+        let nearest = |solution: &Vec<f64>| {
+            (0..6).filter(|j| !moves(*j)).map(|j| self.off(j, q[j], solution[j])).fold(0.0, f64::max)
+        };
+        let nearest = solutions.iter().map(nearest).fold(f64::INFINITY, f64::min);
+        // The root of a rounding of 1e-13; of 1e-16 over an offset of 1e-5, where another singularity is not far.
+        assert!(nearest < 1e-5, "{}: {nearest:e} from {q:?} by {solutions:?}", self.name);
+    }
+}
+
+/// `draws` states of each arm, singular along each joint and along pairs of joints, and off it by 1e-15 to 1e-3.
+fn singular_poses(draws: usize) {
+    for robot in arms() {
+        let (arm, mut random, mut told) = (Arm::new(&robot), Random(61), Singular::default());
+        for draw in 0..draws {
+            let drawn = random.vector(6, std::f64::consts::PI);
+            let roots: Vec<Option<f64>> = (0..6)
+                .map(|joint| if arm.sliding == Some(joint) { None } else { arm.singular(&drawn, joint) })
+                .collect();
+            for (joint, root) in roots.iter().enumerate().filter_map(|(joint, root)| Some((joint, (*root)?))) {
+                let offset =
+                    if draw % 3 == 0 { 0.0 } else { random.unit().signum() * 10_f64.powi(-3 - (draw % 13) as i32) };
+                let mut q = drawn.clone();
+                q[joint] = root + offset;
+                arm.holds(&q, Some(offset), &mut told);
+                let other = random.below(6);
+                if let Some(second) = roots[other] {
+                    (q[joint], q[other]) = (root, second);
+                    arm.holds(&q, None, &mut told);
+                }
+            }
+        }
+        // A home pose: every angle a quarter turn.
+        for k in 0..4_usize.pow(5) {
+            let q: Vec<f64> = (0..6).map(|j| (k >> (2 * j) & 3) as f64 * std::f64::consts::FRAC_PI_2).collect();
+            arm.holds(&q, None, &mut told);
+        }
+        println!(
+            "{}: {} poses, {} rows, {} without one, {:e} off",
+            arm.name, told.poses, told.rows, told.none, told.worst
+        );
+        // Of parallel axes nearly singular twice, the direction of theta_6 has lost the digits that a stretched arm needs.
+        assert!(1000 * told.none <= told.poses, "{}: {} of {} without a solution", arm.name, told.none, told.poses);
+        assert!(told.poses > draws, "{}: {} poses", arm.name, told.poses);
+    }
+}
+
+#[test]
+fn singular_and_nearly_singular_poses_are_reached() {
+    singular_poses(40);
+}
+
+#[test]
+#[ignore = "1e5 singular poses take a minute; after a change of the closed forms: --ignored singular --nocapture"]
+fn many_singular_poses_are_reached() {
+    singular_poses(2_500);
+}
+
 #[test]
 fn other_arms_are_refused_with_the_reason() {
     let wrist_apart = SHOULDER.replace("alpha: pi/2, theta: q2", "alpha: pi/2, d: 0.01, theta: q2");
     let slides = SHOULDER.replace("theta: q1, r: 0.2", "r: q1, joint: prismatic");
-    let others = [(read(&wrist_apart), "axis 3 not parallel"), (read(&slides), "joint 1 slides")];
+    let others = [(read(&wrist_apart), "axis 3 is not parallel"), (read(&slides), "joint 1 slides")];
     let shipped =
         [("kuka_lwr.yaml", "7 joints"), ("scara.yaml", "4 joints")].map(|(file, reason)| (model(file), reason));
     for (robot, reason) in others.into_iter().chain(shipped) {

@@ -7,6 +7,12 @@
 //! T_06^-1 = Tz(-r_6) Rz(-theta_6) Tx(-d_6) Rx(-alpha_6) Rz(-theta_5) Tz(-r_5) ..
 //! ```
 //! the second is the first with theta'_k = -theta_(7-k), r'_k = -r_(7-k), alpha'_k = -alpha_(8-k), d'_k = -d_(8-k).
+//!
+//! An axis that points against the one before it is parallel to it, when its frame is turned about x:
+//!
+//! ```text
+//! Rx(pi) Tx(d_i) Rz(theta_i) Tz(r_i) = Tx(d_i) Rz(-theta_i) Tz(-r_i) Rx(pi)
+//! ```
 
 use expr::Expr;
 use robot::{JointKind, LinkId, Robot};
@@ -43,7 +49,8 @@ pub(super) struct ArmJoint {
     pub r: Expr,
     /// Whether the coordinate is added to r, and not to theta.
     pub slides: bool,
-    pub coordinate: usize,
+    /// Its coordinate's place among those of the six.
+    pub column: usize,
     pub sign: f64,
 }
 
@@ -75,7 +82,7 @@ pub(super) enum Class {
 
 /// An arm of a class.
 pub(super) struct Arm {
-    pub joints: Vec<ArmJoint>,
+    pub joints: [ArmJoint; 6],
     pub class: Class,
     /// Whether it is read from its end.
     pub is_reversed: bool,
@@ -85,15 +92,12 @@ impl Arm {
     /// The arm that ends with this link. Fails where it is of no class from either end.
     pub(super) fn new(derivation: &mut Derivation, link: LinkId) -> Result<Arm, NoClosedForm> {
         let joints = joints(derivation, link)?;
-        let forward = class(&joints);
-        if let Ok(class) = forward {
-            return Ok(Arm { joints, class, is_reversed: false });
-        }
+        let arm = |mut joints, is_reversed| {
+            align(&mut joints);
+            class(&joints).map(|class| Arm { joints, class, is_reversed })
+        };
         let reversed = reversed(&joints);
-        match class(&reversed) {
-            Ok(class) => Ok(Arm { joints: reversed, class, is_reversed: true }),
-            Err(_) => forward.map(|class| Arm { joints, class, is_reversed: false }),
-        }
+        arm(joints, false).or_else(|refused| arm(reversed, true).map_err(|_| refused))
     }
 }
 
@@ -104,17 +108,13 @@ pub(super) fn chain(robot: &Robot, link: LinkId) -> Vec<LinkId> {
     chain
 }
 
-/// Its six joints.
-fn joints(derivation: &mut Derivation, link: LinkId) -> Result<Vec<ArmJoint>, NoClosedForm> {
+/// Its six joints; what else the robot has, a gripper, is no matter.
+fn joints(derivation: &mut Derivation, link: LinkId) -> Result<[ArmJoint; 6], NoClosedForm> {
     let Derivation { robot, graph: g, constants, .. } = derivation;
     let chain = chain(robot, link);
     let refused = |text: String| Err(NoClosedForm(text));
-    if chain.len() != 6 || robot.n_coordinates() != 6 || robot.n_variables() != 6 {
-        return refused(format!(
-            "{} joints lead to the link, and the robot has {}",
-            chain.len(),
-            robot.n_coordinates()
-        ));
+    if chain.len() != 6 {
+        return refused(format!("{} joints lead to the link", chain.len()));
     }
     let mut joints: Vec<ArmJoint> = Vec::new();
     for j in chain {
@@ -123,7 +123,8 @@ fn joints(derivation: &mut Derivation, link: LinkId) -> Result<Vec<ArmJoint>, No
         let [(coordinate, sign)] = link.joint.variable.terms[..] else {
             return refused(format!("{} does not follow one coordinate", link.name));
         };
-        if link.joint.kind == JointKind::Fixed || sign.abs() != 1.0 {
+        let is_taken = coordinate.0 >= robot.n_coordinates() || joints.iter().any(|j| j.column == coordinate.0);
+        if link.joint.kind == JointKind::Fixed || sign.abs() != 1.0 || is_taken {
             return refused(format!("{} does not move as its coordinate does", link.name));
         }
         if !joints.is_empty() && !alpha.terms.is_empty() {
@@ -135,44 +136,60 @@ fn joints(derivation: &mut Derivation, link: LinkId) -> Result<Vec<ArmJoint>, No
         }
         let slides = link.joint.kind == JointKind::Prismatic;
         let alpha = alpha.quarter_turns;
-        joints.push(ArmJoint { alpha, d, offset: theta, r, slides, coordinate: coordinate.0, sign });
+        joints.push(ArmJoint { alpha, d, offset: theta, r, slides, column: coordinate.0, sign });
     }
-    Ok(joints)
+    let all: Vec<usize> = joints.iter().map(|joint| joint.column).collect();
+    for joint in &mut joints {
+        joint.column = all.iter().filter(|other| **other < joint.column).count();
+    }
+    joints.try_into().or_else(|_| refused("there are not six joints".into()))
+}
+
+/// Turns the frames of joints whose axes point against the one before.
+fn align(joints: &mut [ArmJoint; 6]) {
+    for k in 1..6 {
+        if joints[k].alpha.rem_euclid(4) == 2 {
+            let ArmJoint { alpha, offset, r, sign, .. } = &mut joints[k];
+            (*alpha, *offset, *r, *sign) = (0, offset.negated(), -*r, -*sign);
+            if let Some(next) = joints.get_mut(k + 1) {
+                next.alpha += 2;
+            }
+        }
+    }
 }
 
 /// The same arm read from its end; alpha and d of the first joint, and r of the last, are those of no joint.
-fn reversed(joints: &[ArmJoint]) -> Vec<ArmJoint> {
-    let n = joints.len();
-    (0..n)
-        .map(|k| {
-            let (joint, behind) = (&joints[n - 1 - k], joints.get(n - k));
-            ArmJoint {
-                alpha: behind.map_or(0, |b| -b.alpha),
-                d: behind.map_or(Expr::ZERO, |b| -b.d),
-                offset: joint.offset.negated(),
-                // The target is taken without r of either end.
-                r: if k == 0 || k == n - 1 { Expr::ZERO } else { -joint.r },
-                sign: -joint.sign,
-                ..joint.clone()
-            }
-        })
-        .collect()
+fn reversed(joints: &[ArmJoint; 6]) -> [ArmJoint; 6] {
+    std::array::from_fn(|k| {
+        let (joint, behind) = (&joints[5 - k], joints.get(6 - k));
+        ArmJoint {
+            alpha: behind.map_or(0, |b| -b.alpha),
+            d: behind.map_or(Expr::ZERO, |b| -b.d),
+            offset: joint.offset.negated(),
+            // The target is taken without r of either end.
+            r: if k == 0 || k == 5 { Expr::ZERO } else { -joint.r },
+            sign: -joint.sign,
+            ..joint.clone()
+        }
+    })
 }
 
 /// The class of an arm, or why it is of none.
-fn class(joints: &[ArmJoint]) -> Result<Class, NoClosedForm> {
-    let [one, two, three, four, five, six] = joints else {
-        return Err(NoClosedForm("there are not six joints".into()));
-    };
+fn class([one, two, three, four, five, six]: &[ArmJoint; 6]) -> Result<Class, NoClosedForm> {
     let refused = |text: &str| Err(NoClosedForm(text.into()));
     if let Some(k) = [one, two, four, five, six].iter().position(|joint| joint.slides) {
         return refused(&format!("joint {} slides", [1, 2, 4, 5, 6][k]));
     }
-    if !two.is_across() || !(three.is_parallel() || three.slides) {
-        return refused("axis 2 is not across axis 1, or axis 3 not parallel to axis 2");
+    if !two.is_across() {
+        return refused("axis 2 is not across axis 1");
     }
-    if !five.is_across() || !six.is_across() || !five.d.is_zero() || !six.d.is_zero() {
-        return refused("axis 5 does not cross axis 4 and axis 6 at right angles");
+    if !(three.is_parallel() || three.slides) {
+        return refused("axis 3 is not parallel to axis 2");
+    }
+    for (joint, before, after) in [(five, 4, 5), (six, 5, 6)] {
+        if !joint.is_across() || !joint.d.is_zero() {
+            return refused(&format!("axes {before} and {after} do not cross at right angles"));
+        }
     }
     if three.slides {
         let behind = if four.is_across() { four.r } else { Expr::ZERO };
@@ -186,6 +203,7 @@ fn class(joints: &[ArmJoint]) -> Result<Class, NoClosedForm> {
     }
     match (four.is_parallel(), four.is_across(), five.r.is_zero()) {
         (true, ..) if !four.d.is_zero() => Ok(Class::ParallelAxes),
+        (_, true, true) if four.d.is_zero() && four.r.is_zero() => refused("axes 4, 5 and 6 meet on axis 3"),
         (_, true, true) => Ok(Class::Wrist),
         _ => refused("axes 4, 5 and 6 do not meet, and axis 4 is not parallel to axis 3"),
     }

@@ -20,8 +20,17 @@
 //! follows from the direction of axis 6, with two signs of sin theta_5. Of parallel axes the wrist comes before theta_3, since
 //! it places O_4.
 //!
-//! Sines and cosines are the outputs: q = atan2(sin_q, cos_q). A solution that is out of reach, and one that is singular (a
-//! root of zero: W on axis 1, or axis 6 along axis 4 or the parallel axes), has entries that are no numbers.
+//! Singular poses have solutions too. No angle is a quotient of differences that may vanish: of theta_4 and theta_6 one is a
+//! direction, and the other what is left of the orientation. Where that direction, of length below [`NOTHING`], is rounding
+//! (axis 6 along axis 4 or the parallel axes, W on axis 1 or 2), its angle is free: it is where q = 0, and the others follow.
+//! The angles of a triangle of sides A, B, c come by Heron's formula, the root of four factors that are sums and differences of
+//! lengths; a factor below zero by less than NOTHING is zero, the arm stretched or folded. Of parallel axes a free theta_6 moves
+//! O_4 about O_5: solutions of one sign of sin theta_5 have q_6 = 0, those of the other bring O_4 nearest to axis 2, or farthest
+//! from it where nearest is too near, so that one is in reach if any is (of arms with |r_5| below the shorter of d_3 and d_4).
+//!
+//! max(e, 0) = (e + sqrt(e^2)) / 2 has no step and is exact in every language of output.
+//!
+//! Sines and cosines are the outputs: q = atan2(sin_q, cos_q). A solution that is out of reach has entries that are no numbers.
 
 use expr::{Expr, Function, Graph, Input, Output, SymbolKind};
 use robot::Pose;
@@ -35,6 +44,10 @@ use crate::kinematics::vector::{Turn, Vector, add, dot};
 
 /// Solutions of an arm.
 const SOLUTIONS: usize = 8;
+
+/// What is rounding, of the components of a unit vector and of a length in m: 450 units in the last place of 1, where a pose and
+/// its way back through six frames make some ten.
+const NOTHING: f64 = 1e-13;
 
 /// A configuration: the turn of each joint, theta with its offset, and r_3 of a joint that slides.
 struct Solution {
@@ -75,14 +88,14 @@ pub(crate) fn inverse_geometry(derivation: &mut Derivation, frame: &LinkFrame) -
                 // r = r_3 +- q
                 let q = g.sub(solution.slide, joint.r);
                 slides.push(if joint.sign < 0.0 { -q } else { q });
-                cosines[6 * k + joint.coordinate] = Expr::ONE;
+                cosines[6 * k + joint.column] = Expr::ONE;
                 continue;
             }
             // q = +-(theta - offset)
             let back = joint.offset.negated().turn(g);
             let turn = together(g, turn, back);
-            sines[6 * k + joint.coordinate] = if joint.sign < 0.0 { -turn.sin } else { turn.sin };
-            cosines[6 * k + joint.coordinate] = turn.cos;
+            sines[6 * k + joint.column] = if joint.sign < 0.0 { -turn.sin } else { turn.sin };
+            cosines[6 * k + joint.column] = turn.cos;
         }
     }
     let output = |name: &str, columns, entries| Output { name: name.into(), rows: SOLUTIONS, columns, entries };
@@ -137,62 +150,119 @@ impl Target {
     }
 }
 
-/// theta_1 that brings W to h along axis 2: -S1 W_x + C1 W_y = -sin(alpha_2) h. The distance of W from axis 1 and 2 along
-/// x of frame 1 comes with it.
-fn first_turn(g: &mut Graph, two: &ArmJoint, W: Vector, h: Expr, is_other: bool) -> (Turn, Expr) {
-    let b = if two.sine() > 0.0 { -h } else { h };
-    let (xx, yy, bb) = (g.mul(W[0], W[0]), g.mul(W[1], W[1]), g.mul(b, b));
+/// The length of a vector in a plane, |e| of (e, 0).
+fn norm(g: &mut Graph, vector: [Expr; 2]) -> Expr {
+    let [xx, yy] = vector.map(|e| g.mul(e, e));
     let square = g.add(xx, yy);
-    let rest = g.sub(square, bb);
-    let root = g.sqrt(rest);
-    let a = if is_other { -root } else { root };
-    // a = C1 W_x + S1 W_y
-    let (cx, sx) = (g.mul(a, W[0]), g.mul(b, W[1]));
-    let (cy, sy) = (g.mul(a, W[1]), g.mul(b, W[0]));
-    let (cos, sin) = (g.add(cx, sx), g.sub(cy, sy));
-    (unit_turn(g, cos, sin), a)
+    g.sqrt(square)
 }
 
-/// theta_2 and theta_3 that bring the point (x, y) of frame 3 to (u, v) of the plane across axis 2.
-fn arm_turns(g: &mut Graph, d: Expr, [x, y]: [Expr; 2], [u, v]: [Expr; 2], is_other: bool) -> [Turn; 2] {
-    // 2 d (x C3 - y S3) = u^2 + v^2 - d^2 - x^2 - y^2
-    let squares = [u, v, d, x, y].map(|e| g.mul(e, e));
-    let (distance, reach) = (g.add(squares[0], squares[1]), g.add(squares[3], squares[4]));
-    let (two, half) = (g.constant(2.0), g.sub(distance, squares[2]));
-    let (difference, twice) = (g.sub(half, reach), g.mul(two, d));
-    let k = g.div(difference, twice);
-    // x C3 - y S3 = k and x S3 + y C3 = l, with k^2 + l^2 = x^2 + y^2
-    let kk = g.mul(k, k);
-    let rest = g.sub(reach, kk);
-    let root = g.sqrt(rest);
-    let l = if is_other { -root } else { root };
-    let products = [(x, k), (y, l), (x, l), (y, k)].map(|(a, b)| g.mul(a, b));
-    let (cos, sin) = (g.add(products[0], products[1]), g.sub(products[2], products[3]));
-    let third = Turn { cos: g.div(cos, reach), sin: g.div(sin, reach) };
-    let X = g.add(d, k);
-    let products = [(u, X), (v, l), (v, X), (u, l)].map(|(a, b)| g.mul(a, b));
-    let (cos, sin) = (g.add(products[0], products[1]), g.sub(products[2], products[3]));
-    [unit_turn(g, cos, sin), third]
+/// max(e, 0): the root of a square is |e| to the bit.
+fn positive(g: &mut Graph, e: Expr) -> Expr {
+    let (size, half) = (norm(g, [e, Expr::ZERO]), g.constant(0.5));
+    let twice = g.add(e, size);
+    g.mul(half, twice)
 }
 
-/// The turn to (cos, sin), of length 1 whatever cancelled on the way: an arm that is folded reaches its pose all the same.
+/// The root of a product of lengths: those of `spare` are zero where rounding has made them less, and farther below zero they
+/// make it no number.
+fn root(g: &mut Graph, spare: &[Expr], others: &[Expr]) -> Expr {
+    let scale = g.constant(1.0 / NOTHING);
+    let (mut product, mut reached) = (Expr::ONE, Expr::ONE);
+    for &e in spare {
+        let above = positive(g, e);
+        let below = g.sub(e, above);
+        let below = g.mul(scale, below);
+        let share = g.add(Expr::ONE, below);
+        product = g.mul(product, above);
+        reached = g.mul(reached, share);
+    }
+    let product = others.iter().fold(product, |p, &e| g.mul(p, e));
+    let (root, reached) = (g.sqrt(product), g.sqrt(reached));
+    g.mul(root, reached)
+}
+
+/// The turn to (cos, sin), or to `free` where `size`, 0 where they both are, is nothing.
+fn direction(g: &mut Graph, [cos, sin]: [Expr; 2], size: Expr, free: Turn) -> Turn {
+    // From 1e-8 up where size is below NOTHING, so that what is added outweighs (cos, sin).
+    let (scale, weight) = (g.constant(1.0 / NOTHING), g.constant(1e8));
+    let size = g.mul(scale, size);
+    let lack = g.sub(Expr::ONE, size);
+    let lack = positive(g, lack);
+    let weight = g.mul(weight, lack);
+    let [cos, sin] = [(cos, free.cos), (sin, free.sin)].map(|(own, free)| {
+        let added = g.mul(weight, free);
+        g.add(own, added)
+    });
+    unit_turn(g, cos, sin)
+}
+
+/// The turn to (cos, sin), of length 1 whatever cancelled on the way.
 fn unit_turn(g: &mut Graph, cos: Expr, sin: Expr) -> Turn {
-    let (cc, ss) = (g.mul(cos, cos), g.mul(sin, sin));
-    let square = g.add(cc, ss);
-    let length = g.sqrt(square);
+    let length = norm(g, [cos, sin]);
     Turn { cos: g.div(cos, length), sin: g.div(sin, length) }
 }
 
+/// theta_1 that brings W to h along axis 2: -S1 W_x + C1 W_y = -sin(alpha_2) h. The distance of W from axis 1 and 2 along
+/// x of frame 1 comes with it.
+fn first_turn(g: &mut Graph, [one, two]: [&ArmJoint; 2], W: Vector, h: Expr, is_other: bool) -> (Turn, Expr) {
+    let b = signed(h, -two.sine());
+    let distance = norm(g, [W[0], W[1]]);
+    let root = if h.is_zero() {
+        distance
+    } else {
+        let size = norm(g, [h, Expr::ZERO]);
+        let (spare, sum) = (g.sub(distance, size), g.add(distance, size));
+        root(g, &[spare], &[sum])
+    };
+    let a = if is_other { -root } else { root };
+    // a = C1 W_x + S1 W_y
+    let turn = between(g, [W[0], W[1]], [a, b]);
+    let free = one.offset.turn(g);
+    (direction(g, turn, distance, free), a)
+}
+
+/// Cosine and sine, times both lengths, of the angle from one vector of a plane to another.
+fn between(g: &mut Graph, [u, v]: [Expr; 2], [x, y]: [Expr; 2]) -> [Expr; 2] {
+    let [ux, vy, vx, uy] = [(u, x), (v, y), (v, x), (u, y)].map(|(a, b)| g.mul(a, b));
+    [g.add(ux, vy), g.sub(vx, uy)]
+}
+
+/// theta_2 and theta_3 that bring the point (x, y) of frame 3 to (u, v) of the plane across axis 2.
+fn arm_turns(
+    g: &mut Graph,
+    [two, three]: [&ArmJoint; 2],
+    point: [Expr; 2],
+    to: [Expr; 2],
+    is_other: bool,
+) -> [Turn; 2] {
+    // X = d + x C3 - y S3 and l = x S3 + y C3, of the triangle of sides A = |d|, B = |(x, y)| and c = |(u, v)|:
+    // 2 d X = c^2 + (A + B) (A - B), 4 d^2 l^2 = (A + B - c) (c - |A - B|) (A + B + c) (c + |A - B|).
+    let d = three.d;
+    let (A, B, c) = (norm(g, [d, Expr::ZERO]), norm(g, point), norm(g, to));
+    let (sum, difference) = (g.add(A, B), g.sub(A, B));
+    let size = norm(g, [difference, Expr::ZERO]);
+    let spare = [g.sub(sum, c), g.sub(c, size)];
+    let others = [g.add(sum, c), g.add(c, size)];
+    let root = root(g, &spare, &others);
+    let (cc, sides, number) = (g.mul(c, c), g.mul(sum, difference), g.constant(2.0));
+    let (above, [twice, twice_size]) = (g.add(cc, sides), [d, A].map(|e| g.mul(number, e)));
+    let (X, l) = (g.div(above, twice), g.div(if is_other { -root } else { root }, twice_size));
+    let k = g.sub(X, d);
+    let [cos, sin] = between(g, [k, l], point);
+    let third = unit_turn(g, cos, sin);
+    let (turn, free) = (between(g, to, [X, l]), two.offset.turn(g));
+    [direction(g, turn, c, free), third]
+}
+
 /// theta_2 and r that bring the point (d, -sin(alpha_3) r) of frame 2 to (u, v): r^2 = u^2 + v^2 - d^2.
-fn slide(g: &mut Graph, three: &ArmJoint, [u, v]: [Expr; 2], is_other: bool) -> (Turn, Expr) {
-    let squares = [u, v, three.d].map(|e| g.mul(e, e));
-    let distance = g.add(squares[0], squares[1]);
-    let rest = g.sub(distance, squares[2]);
-    let root = g.sqrt(rest);
+fn slide(g: &mut Graph, [two, three]: [&ArmJoint; 2], to: [Expr; 2], is_other: bool) -> (Turn, Expr) {
+    let (distance, size) = (norm(g, to), norm(g, [three.d, Expr::ZERO]));
+    let (spare, sum) = (g.sub(distance, size), g.add(distance, size));
+    let root = root(g, &[spare], &[sum]);
     let y = if is_other { -root } else { root };
-    let products = [(u, three.d), (v, y), (v, three.d), (u, y)].map(|(a, b)| g.mul(a, b));
-    let (cos, sin) = (g.add(products[0], products[1]), g.sub(products[2], products[3]));
-    (unit_turn(g, cos, sin), signed(y, -three.sine()))
+    let (turn, free) = (between(g, to, [three.d, y]), two.offset.turn(g));
+    (direction(g, turn, distance, free), signed(y, -three.sine()))
 }
 
 /// u, v of a point in the plane across axis 2, from its distance a along x of frame 1 and its height along axis 1.
@@ -203,29 +273,29 @@ fn in_plane(g: &mut Graph, two: &ArmJoint, a: Expr, height: Expr) -> [Expr; 2] {
 
 fn with_wrist(
     g: &mut Graph,
-    joints: &[ArmJoint],
+    joints: &[ArmJoint; 6],
     target: &Target,
     [one, three, five]: [bool; 3],
     class: Class,
 ) -> Solution {
-    let (j2, j3, j4, j5, j6) = (&joints[1], &joints[2], &joints[3], &joints[4], &joints[5]);
+    let [j1, j2, j3, j4, j5, j6] = joints;
     let W = target.before(g, j6.r);
     let unturned = Turn { cos: Expr::ONE, sin: Expr::ZERO };
     let slides = class == Class::WristOfSlide;
     let h = if slides { j2.r } else { g.add(j2.r, j3.r) };
-    let (first, a) = first_turn(g, j2, W, h, one);
+    let (first, a) = first_turn(g, [j1, j2], W, h, one);
     let place = in_plane(g, j2, a, W[2]);
     let (second, third, length) = if slides {
-        let (second, length) = slide(g, j3, place, three);
-        // The wrist's centre is r_4 cos(alpha_4) behind O_3.
-        let behind = if j4.is_across() { Expr::ZERO } else { signed(j4.r, if j4.is_parallel() { 1.0 } else { -1.0 }) };
+        let (second, length) = slide(g, [j2, j3], place, three);
+        // The wrist's centre is r_4 behind O_3.
+        let behind = if j4.is_across() { Expr::ZERO } else { j4.r };
         // What turns the boom about its own axis is no variable.
         let fixed = j3.offset.turn(g);
         (second, fixed, g.sub(length, behind))
     } else {
         // In frame 3 the wrist's centre is (d_4, -r_4 sin alpha_4, 0).
-        let y = if j4.sine() > 0.0 { -j4.r } else { j4.r };
-        let [second, third] = arm_turns(g, j3.d, [j4.d, y], place, three);
+        let y = signed(j4.r, -j4.sine());
+        let [second, third] = arm_turns(g, [j2, j3], [j4.d, y], place, three);
         (second, third, Expr::ZERO)
     };
 
@@ -246,35 +316,39 @@ fn with_wrist(
     let axes = [target.x, target.y, target.z].map(|axis| seen(g, axis));
     let [x, y, z] = axes;
     let (s5, s6) = (j5.sine(), j6.sine());
-    // z_6 = (C4 s6 S5, S4 s6 S5, -s5 s6 C5); the row along axis 4 is (s5 S5 C6, -s5 S5 S6, -s5 s6 C5).
-    let (xx, yy) = (g.mul(z[0], z[0]), g.mul(z[1], z[1]));
-    let square = g.add(xx, yy);
-    let root = g.sqrt(square);
-    let sin = if five { -root } else { root };
-    let fifth = Turn { cos: signed(z[2], -s5 * s6), sin };
-    let fourth = Turn { cos: g.div(signed(z[0], s6), sin), sin: g.div(signed(z[1], s6), sin) };
-    let sixth = Turn { cos: g.div(signed(x[2], s5), sin), sin: g.div(signed(y[2], -s5), sin) };
+    // z_6 = (C4 s6 S5, S4 s6 S5, -s5 s6 C5); once theta_4 is turned back, the row along y is (-s5 s6 S6, -s5 s6 C6, 0).
+    let size = norm(g, [z[0], z[1]]);
+    let sign = if five { -s6 } else { s6 };
+    let free = j4.offset.turn(g);
+    let fourth = direction(g, [signed(z[0], sign), signed(z[1], sign)], size, free);
+    let [x, y, z] = [x, y, z].map(|axis| fourth.turned(g, axis));
+    let fifth = Turn { cos: signed(z[2], -s5 * s6), sin: signed(z[0], s6) };
+    let sixth = Turn { cos: signed(y[1], -s5 * s6), sin: signed(x[1], -s5 * s6) };
     let third = if slides { unturned } else { third };
     Solution { turns: [first, second, third, fourth, fifth, sixth], slide: length }
 }
 
-fn with_parallel_axes(g: &mut Graph, joints: &[ArmJoint], target: &Target, [one, three, five]: [bool; 3]) -> Solution {
-    let (j2, j3, j4, j5, j6) = (&joints[1], &joints[2], &joints[3], &joints[4], &joints[5]);
+fn with_parallel_axes(
+    g: &mut Graph,
+    joints: &[ArmJoint; 6],
+    target: &Target,
+    [one, three, five]: [bool; 3],
+) -> Solution {
+    let [j1, j2, j3, j4, j5, j6] = joints;
     let W = target.before(g, j6.r);
     let (r, s2) = (g.add(j2.r, j3.r), j2.sine());
     let h = g.add(r, j4.r);
-    let (first, _) = first_turn(g, j2, W, h, one);
+    let (first, a) = first_turn(g, [j1, j2], W, h, one);
 
     // Axis 4 is (sin(alpha_2) S1, -sin(alpha_2) C1, 0); in frame 6 it is (s5 S5 C6, -s5 S5 S6, -s5 s6 C5).
     let axis = [signed(first.sin, s2), signed(first.cos, -s2), Expr::ZERO];
     let seen = [target.x, target.y, target.z].map(|column| dot(g, axis, column));
     let (s5, s6) = (j5.sine(), j6.sine());
-    let (xx, yy) = (g.mul(seen[0], seen[0]), g.mul(seen[1], seen[1]));
-    let square = g.add(xx, yy);
-    let root = g.sqrt(square);
-    let sin = if five { -root } else { root };
-    let fifth = Turn { cos: signed(seen[2], -s5 * s6), sin };
-    let sixth = Turn { cos: g.div(signed(seen[0], s5), sin), sin: g.div(signed(seen[1], -s5), sin) };
+    let (size, sign) = (norm(g, [seen[0], seen[1]]), if five { -s5 } else { s5 });
+    let free = if five { reaching(g, joints, target, first, [a, W[2]]) } else { j6.offset.turn(g) };
+    let sixth = direction(g, [signed(seen[0], sign), signed(seen[1], -sign)], size, free);
+    let [S5, _] = between(g, [seen[0], -seen[1]], [sixth.cos, sixth.sin]);
+    let fifth = Turn { cos: signed(seen[2], -s5 * s6), sin: signed(S5, s5) };
 
     // z_5 = s6 (S6 x_6 + C6 y_6), y_4 = -s5 z_5, and O_4 = O_5 - r_5 z_5.
     let z5 = [0, 1, 2].map(|i| {
@@ -291,10 +365,34 @@ fn with_parallel_axes(g: &mut Graph, joints: &[ArmJoint], target: &Target, [one,
     let (y4, at) = (seen(g, z5.map(|z| signed(z, -s5))), first.turned(g, O4));
     let all = Turn { cos: y4[1], sin: -y4[0] };
     let place = in_plane(g, j2, at[0], O4[2]);
-    let [second, third] = arm_turns(g, j3.d, [j4.d, Expr::ZERO], place, three);
+    let [second, third] = arm_turns(g, [j2, j3], [j4.d, Expr::ZERO], place, three);
     let both = together(g, second, third);
     let fourth = together(g, all, Turn { cos: both.cos, sin: -both.sin });
     Solution { turns: [first, second, third, fourth, fifth, sixth], slide: Expr::ZERO }
+}
+
+/// theta_6, times a length, where axis 6 is along the parallel axes and any turns the last link alike: O_4 = O_5 - r_5 z_5 comes as
+/// near to axis 2 as it can, and where that is nearer than |A - B|, as far. `at`: O_5 along x of frame 1 and along axis 1.
+fn reaching(g: &mut Graph, joints: &[ArmJoint; 6], target: &Target, first: Turn, at: [Expr; 2]) -> Turn {
+    let [_, j2, j3, j4, j5, j6] = joints;
+    if j5.r.is_zero() {
+        return j6.offset.turn(g);
+    }
+    let from = [g.sub(at[0], j2.d), at[1]];
+    let sizes = [from, [j5.r, Expr::ZERO], [j3.d, Expr::ZERO], [j4.d, Expr::ZERO]].map(|v| norm(g, v));
+    let apart = [(sizes[0], sizes[1]), (sizes[2], sizes[3])].map(|(a, b)| {
+        let difference = g.sub(a, b);
+        norm(g, [difference, Expr::ZERO])
+    });
+    let room = g.sub(apart[0], apart[1]);
+    let along = g.mul(room, j5.r);
+    let outward = first.unturned(g, [from[0], Expr::ZERO, from[1]]);
+    // z_5 = s6 (S6 x_6 + C6 y_6)
+    let [sin, cos] = [target.x, target.y].map(|axis| {
+        let part = dot(g, outward, axis);
+        signed(g.mul(along, part), j6.sine())
+    });
+    Turn { cos, sin }
 }
 
 /// The sum of two angles.
