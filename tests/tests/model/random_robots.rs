@@ -164,7 +164,7 @@ fn holds(seed: u64, numbers: Numbers) {
             // A rule that is only numeric has a coefficient to 1e-9 at worst, where a kept column hardly stands out. What weak
             // columns leave out is relative to the norm of a column over some 300 rows, of entries thrice those here.
             let left_out = base.as_ref().map_or(0.0, |base| base.rank.left_out);
-            let largest = d.iter().fold(0.0, |a: f64, x| a.max(x.abs()));
+            let largest = d[k * p..][..p].iter().fold(0.0, |a: f64, x| a.max(x.abs()));
             let left_out = 50.0 * left_out * largest * x.iter().map(|x| x.abs()).sum::<f64>();
             let room = if numbers == Numbers::Nearly { 1e-9 * (1.0 + size[k]) + left_out } else { room };
             let found = by_base.as_ref().map_or(tau[k], |t| t[k]);

@@ -1,4 +1,5 @@
-//! Where there are no base parameters, there are none for anybody: every command refuses with the same reason.
+//! Where there are no base parameters, there are none for anybody: what uses them refuses with the same reason, and what does
+//! not use them does not ask.
 
 use tests::program::{folder, rist};
 
@@ -21,7 +22,7 @@ loops:
 ";
 
 #[test]
-fn every_command_refuses_a_rank_that_only_chance_makes() {
+fn what_uses_base_parameters_refuses_a_rank_that_only_chance_makes() {
     let here = folder("one_gate");
     std::fs::write(here.join("arm.yaml"), BY_CHANCE).unwrap();
     std::fs::write(here.join("log.csv"), "t,q1,tau1\n0,0,0\n0.01,0,0\n").unwrap();
@@ -48,6 +49,24 @@ fn every_command_refuses_a_rank_that_only_chance_makes() {
         assert!(!here.join(file).exists(), "{file} was written");
     }
 
+    for arguments in [
+        &["evaluate", "arm.yaml", "states.csv", "--quantity", "torque"][..],
+        &["evaluate", "arm.yaml", "states.csv", "--quantity", "regressor"],
+        &["derive", "arm.yaml", "--function", "pose=3"],
+        &["derive", "arm.yaml", "--function", "forward-dynamics"],
+        &["generate", "arm.yaml", "--functions", "torque,pose=3", "--out", "free.rs"],
+        &["convert", "arm.yaml", "--out", "free.yaml"],
+        &["lint", "arm.yaml"],
+    ] {
+        let run = rist(&here, arguments);
+        let refused = run.err.contains("exact one") || run.code == Some(2);
+        // A description without inertials has no torque in numbers.
+        let lacks = run.err.contains("does not give the parameters");
+        assert!(!refused || lacks, "{arguments:?}: {}{}", run.out, run.err);
+    }
+    let code = std::fs::read_to_string(here.join("free.rs")).unwrap();
+    assert!(code.contains("There are no base parameters") && code.contains("pub fn torque"), "{code}");
+
     // With one symbol for equal lengths it is meant, and with another value it is a four-bar.
     let meant = BY_CHANCE.replace("L2: 0.5, L3: 0.2", "L9: 1").replace("d: L2", "d: L0").replace("d: L3", "d: L1");
     std::fs::write(here.join("meant.yaml"), meant).unwrap();
@@ -69,8 +88,8 @@ fn what_takes_long_is_refused_with_the_figures() {
         let text = format!("convention: khalil-kleinfinger\nname: long\nrotor_inertia: none\nlinks:\n{links}");
         std::fs::write(here.join("long.yaml"), text).unwrap();
     };
-    // What 120 links take is no more than some seconds, and is told before they have passed.
-    for n in [120, 300] {
+    // What 220 links take is no more than some seconds, and is told before they have passed.
+    for n in [220, 300] {
         chain(n);
         for command in ["inspect", "generate", "excite"] {
             let run = rist(&here, &[command, "long.yaml"]);

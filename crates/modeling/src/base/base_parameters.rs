@@ -15,7 +15,7 @@
 //! base parameters ([`crate::base::gate`]). Their text is written only on request
 //! ([`crate::base::written_rules`]).
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeMap;
 
 use expr::{Function, SymbolKind};
 use nalgebra::DMatrix;
@@ -31,7 +31,7 @@ use crate::base::regrouping::{Regrouping, Share, Shares, regrouping};
 use crate::base::samples::sampled;
 use crate::base::triangle::triangle;
 use crate::base::unclear_rank::UnclearRank;
-use crate::base::weak::{MOST_LEFT_OUT, are_weak, left_out};
+use crate::base::weak::{MOST_LEFT_OUT, WEAK_GAP, are_weak, left_out};
 use crate::base::written_rules::{RuleSources, Rules};
 use crate::derivation::Derivation;
 
@@ -78,7 +78,7 @@ pub struct BaseParameter {
 pub struct Weak {
     /// Its column in D.
     pub column: usize,
-    /// What its column adds to those that are kept before it, relative to the largest column.
+    /// What is left out of its column, relative to the largest column in the torque of the same joint.
     pub share: f64,
 }
 
@@ -165,7 +165,7 @@ pub(crate) fn base_parameters(
 ) -> Result<BaseParameters, UnclearRank> {
     let robot = derivation.robot;
     let standard = StandardParameter::all(robot);
-    let Settled { scan, regrouping, weak, inexact, rank } = settled(derivation, regressor, &standard)?;
+    let Settled { scan, regrouping, weak, left_out, rank } = settled(derivation, regressor, &standard)?;
     let shares = &regrouping.shares;
 
     // Each kept column is a base parameter; a dropped one that joins none has no effect.
@@ -173,10 +173,9 @@ pub(crate) fn base_parameters(
         scan.kept.iter().map(|&c| base_parameter(robot, &standard, &scan, shares, c)).collect();
     let no_effect = (0..standard.len())
         .filter(|c| scan.kept.binary_search(c).is_err() && shares.get(c).is_none_or(Vec::is_empty))
-        .filter(|c| !inexact.contains(c))
+        .filter(|c| !left_out.contains_key(c))
         .collect();
-    let size = |c: usize| if scan.zero.contains(&c) { scan.distance[c] } else { scan.share[c] };
-    let weak = weak.into_iter().map(|column| Weak { column, share: size(column) }).collect();
+    let weak = weak.into_iter().map(|column| Weak { column, share: left_out[&column] }).collect();
     let places = derivation.constants.places(&derivation.graph);
     let constants = constants(regressor, &places);
     let sources = RuleSources::new(regrouping, robot, &standard, regressor.graph(), places);
@@ -189,8 +188,8 @@ struct Settled {
     regrouping: Regrouping,
     /// Columns of the field that are too weak to be kept.
     weak: Vec<usize>,
-    /// Columns whose relations leave out what weak ones add.
-    inexact: BTreeSet<usize>,
+    /// By column whose relation leaves out what weak ones add: how much, relative to the largest.
+    left_out: BTreeMap<usize, f64>,
     rank: Rank,
 }
 
@@ -203,7 +202,8 @@ fn settled(
     let name = |c: usize| standard[c].display(robot).to_string();
 
     // Which columns are independent: by numbers, and exactly, in a finite field where loops allow it.
-    let triangle = triangle(&sampled(regressor, derivation.closure(), &[]), regressor.outputs[0].rows);
+    let (sampled, joints) = (sampled(regressor, derivation.closure(), &[]), regressor.outputs[0].rows);
+    let triangle = triangle(&sampled, joints);
     let mut closed = None;
     let exact = |stand_out: &dyn Fn(&[usize]) -> bool, expected: usize| {
         if robot.passive.is_empty() {
@@ -218,7 +218,7 @@ fn settled(
             Err(reason) => (ExactRank::Unknown(reason), Vec::new()),
         }
     };
-    let Choice { numeric, chosen, exact, columns } = choice(&triangle, exact, name)?;
+    let Choice { numeric, is_clear, chosen, exact, columns } = choice(&triangle, exact, name)?;
 
     // The beta of each dropped column.
     let mut related = |scan: Scan, weak: &[usize]| {
@@ -230,33 +230,34 @@ fn settled(
     let (scan, regrouping) = match chosen.and_then(|scan| related(scan, &[])) {
         Ok(found) => found,
         Err(refusal) => {
-            let numeric = numeric?;
             weak = columns.iter().copied().filter(|c| numeric.kept.binary_search(c).is_err()).collect();
             let has_more = exact.rank().is_some_and(|exact| exact > numeric.kept.len());
-            if !has_more || !are_weak(robot, regressor, &numeric, &weak) {
+            let is_cut = has_more && Rank::of(&numeric).gap() >= WEAK_GAP;
+            if !is_cut || !are_weak(robot, regressor, &numeric, &weak) {
+                is_clear?;
                 exact.rank().map_or(Ok(()), |_| of_one_rank(&numeric, &columns, name))?;
                 return Err(refusal);
             }
             related(numeric, &weak)?
         }
     };
-    let inexact = regrouping.built_on(&weak);
-    let left_out = left_out(&triangle, &regrouping.shares, &inexact);
-    if left_out > MOST_LEFT_OUT {
-        let weak = weak.iter().map(|&c| (name(c), scan.distance[c])).collect();
-        return Err(UnclearRank::Weak { weak, largest_dropped: left_out });
+    let left_out = left_out(&sampled, joints, &regrouping.shares, &regrouping.built_on(&weak));
+    let most = left_out.values().copied().fold(0.0, f64::max);
+    if most > MOST_LEFT_OUT {
+        let weak = weak.iter().map(|c| (name(*c), left_out[c])).collect();
+        return Err(UnclearRank::Weak { weak, largest_dropped: most });
     }
-    let mut rank = Rank { exact, left_out, ..Rank::of(&scan) };
-    count_relations(&mut rank, &regrouping.shares, &inexact, closed.as_ref());
-    Ok(Settled { scan, regrouping, weak, inexact, rank })
+    let mut rank = Rank { exact, left_out: most, ..Rank::of(&scan) };
+    count_relations(&mut rank, &regrouping.shares, &left_out, closed.as_ref());
+    Ok(Settled { scan, regrouping, weak, left_out, rank })
 }
 
 /// How each relation is known: exactly, at general points, by numbers.
-fn count_relations(rank: &mut Rank, shares: &Shares, inexact: &BTreeSet<usize>, closed: Option<&ClosedRank>) {
+fn count_relations(rank: &mut Rank, shares: &Shares, left_out: &BTreeMap<usize, f64>, closed: Option<&ClosedRank>) {
     for (&column, row) in shares {
         let support: Vec<usize> = row.iter().map(|(kept, _)| *kept).collect();
         let is_exact = row.iter().all(|(_, share)| share.residue.is_some());
-        let count = if inexact.contains(&column) {
+        let count = if left_out.contains_key(&column) {
             &mut rank.numeric_relations
         } else if is_exact {
             &mut rank.exact_relations
@@ -287,8 +288,10 @@ fn constants(regressor: &Function, places: &BTreeMap<String, Vec<String>>) -> Ve
 
 /// The columns that may be kept.
 struct Choice {
-    /// By the numbers alone, where they leave a clear gap.
-    numeric: Result<Scan, UnclearRank>,
+    /// By the numbers alone.
+    numeric: Scan,
+    /// Whether they leave a clear gap.
+    is_clear: Result<(), UnclearRank>,
     /// Those of the field, where they stand out by the numbers; without such those of the numbers.
     chosen: Result<Scan, UnclearRank>,
     exact: ExactRank,
@@ -317,9 +320,11 @@ fn choice(
         stand_out(&chosen, columns, &name).map(|()| chosen)
     };
     let (exact, columns) = exact(&|columns: &[usize]| chosen(columns).is_ok(), numeric.kept.len());
-    let by_field = exact.rank().map(|_| chosen(&columns));
-    let numeric = is_clear.map(|()| numeric);
-    Ok(Choice { chosen: by_field.unwrap_or_else(|| numeric.clone()), numeric, exact, columns })
+    let chosen = match exact.rank() {
+        Some(_) => chosen(&columns),
+        None => is_clear.clone().map(|()| numeric.clone()),
+    };
+    Ok(Choice { numeric, is_clear, chosen, exact, columns })
 }
 
 /// The base parameter of a kept column: what it absorbs, and its name.

@@ -18,7 +18,7 @@ pub struct Rank {
     /// the largest column's.
     pub largest_dropped: f64,
     /// The most that relations leave out of a column because others are too weak to be kept, relative to the largest
-    /// column: D_base X_base differs from D X by this part of a torque of the same parameter.
+    /// column in the torque of the same joint: D_base X_base differs from D X by this part of that of an equal parameter.
     pub left_out: f64,
     /// How many relations are proven in the symbols.
     pub exact_relations: usize,

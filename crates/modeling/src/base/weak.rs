@@ -5,7 +5,7 @@
 //! the numbers drop them. So do they where two lengths agree by chance, which is another matter: there the columns are
 //! ordinary ones of almost every robot. The two are told apart by changing all numbers.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 
 use expr::{Expr, Function, Node};
 use nalgebra::DMatrix;
@@ -20,15 +20,29 @@ use crate::base::triangle::triangle;
 
 /// What relations may leave out of a column, relative to the largest: a torque to six digits.
 pub(crate) const MOST_LEFT_OUT: f64 = 1e-6;
+/// The numbers draw their line clearly where weak columns are named: of those that are kept, the weakest stands out this
+/// many times more than any that is dropped. What is dropped wrongly has its name.
+pub(crate) const WEAK_GAP: f64 = 1e2;
 
-/// The most that the relations of some columns leave out of them, relative to the largest column.
-pub(crate) fn left_out(triangle: &DMatrix<f64>, shares: &Shares, inexact: &BTreeSet<usize>) -> f64 {
-    let largest = triangle.column_iter().map(|c| c.norm()).fold(0.0, f64::max);
+/// What the relations of these columns leave out of them at the sampled states. The torques of a joint are compared with
+/// the largest column of that joint, and the most of all joints counts: a wrist is weaker than a shoulder.
+pub(crate) fn left_out(
+    sampled: &DMatrix<f64>,
+    joints: usize,
+    shares: &Shares,
+    inexact: &BTreeSet<usize>,
+) -> BTreeMap<usize, f64> {
+    let norm = |joint: usize, x: &[f64]| x.iter().skip(joint).step_by(joints).map(|x| x * x).sum::<f64>().sqrt();
+    let largest =
+        |joint: usize| sampled.column_iter().map(|c| norm(joint, c.as_slice())).fold(f64::MIN_POSITIVE, f64::max);
+    let largest: Vec<f64> = (0..joints).map(|joint| if inexact.is_empty() { 1.0 } else { largest(joint) }).collect();
     let rest = |&c: &usize| {
-        let made = |rest, (kept, share): &(usize, Share)| rest - share.number * triangle.column(*kept);
-        shares.get(&c).map_or(0.0, |row| row.iter().fold(triangle.column(c).into_owned(), made).norm())
+        let made = |rest, (kept, share): &(usize, Share)| rest - share.number * sampled.column(*kept);
+        let rest = shares.get(&c).map(|row| row.iter().fold(sampled.column(c).into_owned(), made));
+        let parts = (0..joints).map(|joint| rest.as_ref().map_or(0.0, |x| norm(joint, x.as_slice()) / largest[joint]));
+        (c, parts.fold(0.0, f64::max))
     };
-    inexact.iter().map(rest).fold(0.0, f64::max) / largest.max(f64::MIN_POSITIVE)
+    inexact.iter().map(rest).collect()
 }
 
 /// Lengths, and what angles differ by from a twelfth of pi, are changed by up to this part of themselves.
