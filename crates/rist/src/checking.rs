@@ -109,7 +109,7 @@ pub fn check(model: &Model, file: &Path, artefact: &ExcitingMotion, request: &Ch
 
     // What is left out.
     let mut left_out = surroundings.left_out().to_vec();
-    left_out.extend(torque_left_out(known.enclosure.is_some(), names, &limits, asked));
+    left_out.extend(torque_left_out(model, known.enclosure.is_some(), names, &limits, asked));
     left_out.extend(limits_of_file(&origins));
     left_out.extend(torques_of_file(artefact, request).filter(|_| torque.is_some()));
     left_out.push(LeftOut::approach());

@@ -267,7 +267,7 @@ impl<'a> CourseCheck<'a> {
             }
         } else {
             let file = self.request.limits.as_ref();
-            left_out.extend(torque_left_out(self.known.enclosure.is_some(), names, &self.limits, file));
+            left_out.extend(torque_left_out(self.model, self.known.enclosure.is_some(), names, &self.limits, file));
         }
         left_out.extend(unbounded(names, asked, &self.limits, &self.jumps, self.request));
         left_out.push(LeftOut::approach());

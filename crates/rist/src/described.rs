@@ -41,6 +41,7 @@ pub(crate) fn described_friction(model: &Model) -> Vec<DescribedFriction> {
 
 /// The torques and powers that are not looked at, with the reason. `asked`: the limits file of the user.
 pub(crate) fn torque_left_out(
+    model: &Model,
     is_known: bool,
     names: &[String],
     limits: &[CoordinateLimits],
@@ -66,7 +67,19 @@ pub(crate) fn torque_left_out(
     let all = match is_known {
         true => {
             let unlimited = of(&|_, l| l.effort.is_none());
-            vec![out(Matter::Effort, unlimited, "no effort limit is given", "an effort limit", false)]
+            let bears = |link: &&robot::Link| link.joint.follower_effort.is_some();
+            let followers = model.robot.links.iter().filter(bears).map(|link| link.joint.name.clone()).collect();
+            let why = "it follows another joint, and what it bears itself is only a part of that joint's torque";
+            vec![
+                out(Matter::Effort, unlimited, "no effort limit is given", "an effort limit", false),
+                out(
+                    Matter::Effort,
+                    followers,
+                    why,
+                    "the description with followers as coordinates ([mimic=independent])",
+                    false,
+                ),
+            ]
         }
         false => vec![
             unknown(Matter::Effort, of(&|name, _| !is_asked(name, effort)), false),

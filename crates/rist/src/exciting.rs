@@ -72,7 +72,7 @@ pub fn excite(model: &Model, request: &ExciteRequest, progress: &ExciteProgress)
     // Places that bodies may reach.
     let surroundings = RobotSurroundings::new(model, &request.space(), None, &limits, &errors)?;
     let mut left_out = surroundings.left_out().to_vec();
-    left_out.extend(torque_left_out(known.enclosure.is_some(), &names, &limits, request.limits.as_ref()));
+    left_out.extend(torque_left_out(model, known.enclosure.is_some(), &names, &limits, request.limits.as_ref()));
     refuse_what_is_owed(model, &left_out)?;
     left_out.push(LeftOut::approach());
     left_out.extend(margins::left_out(&errors));
@@ -202,8 +202,12 @@ fn limits_and_notes(
 ) -> Result<(Vec<CoordinateLimits>, Vec<String>), Error> {
     let described: Vec<robot::Limits> = model.robot.coordinates.iter().map(|c| c.limits).collect();
     let is_prismatic = |k: usize| regressor.is_prismatic(k);
-    motion_limits(regressor.coordinates(), is_prismatic, &described, &request.limits.clone().unwrap_or_default())
-        .map_err(|what| Error::new(format_args!("{}: {what}", model.path.display())))
+    let file = request.limits.clone().unwrap_or_default();
+    let (limits, mut notes) = motion_limits(regressor.coordinates(), is_prismatic, &described, &file)
+        .map_err(|what| Error::new(format_args!("{}: {what}", model.path.display())))?;
+    let soft = model.robot.notes.iter().filter(|note| note.text.starts_with("has soft limits"));
+    notes.extend(soft.map(|note| format!("{} {}", note.subject, note.text)));
+    Ok((limits, notes))
 }
 
 /// Takes the torques from an estimate. Fails where it is of another model, or lacks parameters of this one.

@@ -1,5 +1,7 @@
 //! Simulates the experiments of a plan, or an exciting motion, and gives the logs that they would leave.
 
+use claims::significant;
+use experiments::excitation::limits::{AskedLimits, LimitKind};
 use experiments::excitation::motion;
 use experiments::motion::point_to_point::{ValidationMotion, validation_trajectory};
 use experiments::motion::record::Record;
@@ -171,9 +173,40 @@ pub fn simulate<'a>(
     drop((run, loaded));
     let of_feedforward = request.feedforward.as_ref().and_then(|estimate| estimate.seal.note("[feedforward]"));
     let seals = seal.note("the motion").into_iter().chain(of_feedforward);
+    let seals = seals.chain(ways.iter().flat_map(|(name, way)| beyond_limits(model, name, way)));
     let notes = seals.chain(setup.notes.iter().cloned()).chain(effort_notes(model, request)).collect();
     let of = |x: &[f64]| truth_of(model, &setup, x, request.effort(model));
     Ok(Simulated { truth: of(&truth), loaded_truth: with_load.as_deref().map(of), notes })
+}
+
+/// Where the set points of a motion of a file leave the limits of the description, which its simulation does not hold it to.
+fn beyond_limits(model: &Model, name: &str, way: &Way) -> Vec<String> {
+    let reference = match way {
+        Way::Planned(trajectory) => trajectory.reference(),
+        Way::Exciting(motion) => motion.reference(),
+        Way::Validation(_) => return vec![],
+    };
+    let (series, kinds) = ([&reference.q, &reference.dq, &reference.ddq], &LimitKind::KINEMATIC[..3]);
+    let of = |(k, coordinate): (usize, &robot::Coordinate)| {
+        let described = AskedLimits::of_description(&coordinate.limits);
+        let one = |(x, kind): (&&Vec<Vec<f64>>, &LimitKind)| {
+            let (low, high) = described.bounds(*kind)?;
+            let beyond = |x: f64| (x - high).max(low - x);
+            let farthest = x.get(k)?.iter().copied().reduce(|a, b| if beyond(b) > beyond(a) { b } else { a })?;
+            // Set points at a limit are beyond it by their rounding.
+            (beyond(farthest) > 1e-6 * (high - low)).then(|| {
+                let (unit, bound) =
+                    (kind.unit(model.regressor().is_prismatic(k)), if farthest > high { high } else { low });
+                let [farthest, bound] = [farthest, bound].map(|x| significant(x, 3));
+                format!(
+                    "{name}: {kind} of {}: {farthest} {unit} is beyond {bound} of the description (`rist check`)",
+                    coordinate.name
+                )
+            })
+        };
+        series.iter().zip(kinds).filter_map(one).collect::<Vec<String>>()
+    };
+    model.robot.coordinates.iter().enumerate().flat_map(of).collect()
 }
 
 /// The assumptions on the drive gains.

@@ -19,7 +19,7 @@ use crate::checking_courses::check_points;
 use crate::error::Error;
 use crate::model::Model;
 use crate::play::{UR_CB3_HZ, UR_E_SERIES_HZ};
-use crate::play_advice::advice;
+use crate::play_advice::{advice, jumps};
 use crate::request::{CheckRequest, Controller, PlayRequest, Request};
 
 /// A motion as a controller plays it.
@@ -73,8 +73,16 @@ pub fn staged_play(
     let mut parts = vec![("motion", check(model, file, &slow, &asked)?)];
     let played = slow.motion(&file.display().to_string())?;
     let mut reference = played.reference();
-    if !request.from.is_empty() {
-        let ends = [0.0, played.duration()].map(|t| played.at(t).iter().map(|x| x[0]).collect::<Vec<f64>>());
+    let ends = [0.0, played.duration()].map(|t| played.at(t).iter().map(|x| x[0]).collect::<Vec<f64>>());
+    if request.from.is_empty() && !jumps(&reference, names).is_empty() {
+        let back = Way::new(&ends[1], &ends[0], &slow, request.speed);
+        let checked = back.check(model, file, &of_ways(&asked, motion))?;
+        // A way that is not proven is not played, and the jump is told.
+        if checked.faults().is_empty() {
+            parts.push(("way back", checked));
+            reference = joined(&reference, &back.reference(played.rate));
+        }
+    } else if !request.from.is_empty() {
         let stands: Vec<f64> = names
             .iter()
             .zip(&ends[0])
@@ -87,9 +95,9 @@ pub fn staged_play(
         parts.push(("way back", back.check(model, file, &asked)?));
         // The ways are what a motion alone leaves out.
         parts.iter_mut().for_each(|(_, checked)| checked.left_out.retain(|out| out.matter != Matter::Approach));
-        reference = joined(&there.reference(played.rate), &reference, &back.reference(played.rate));
+        reference = joined(&joined(&there.reference(played.rate), &reference), &back.reference(played.rate));
     }
-    let advice = advice(&played, &parts, names);
+    let advice = advice(&played, &reference, &parts, names);
     let text = match request.controller {
         Controller::UrE | Controller::UrCb3 => comments(&advice) + &servo_script(&reference),
         Controller::Franka => trajectory_file(&reference, names, played.rate, TrajectoryFormat::Csv),
@@ -103,7 +111,9 @@ pub fn staged_play(
 
 /// Sentences as comments of URScript and YAML; the reader of a file knows no flags.
 fn comments(sentences: &[String]) -> String {
-    sentences.iter().map(|line| format!("# {}\n", line.replace("[limits=FILE]", "a limits file"))).collect()
+    let spelled =
+        |line: &String| line.replace("[limits=FILE]", "a limits file").replace("[from]", "a pose to start from");
+    sentences.iter().map(|line| format!("# {}\n", spelled(line))).collect()
 }
 
 /// What the ways are held to: accelerations and jerks that nobody else gives are those of the motion, and so are margins.
@@ -194,19 +204,20 @@ impl<'a> Way<'a> {
     }
 }
 
-/// One after the other; each begins where the one before ends.
-fn joined(there: &Reference, motion: &Reference, back: &Reference) -> Reference {
+/// One after the other, which begins where the first ends.
+fn joined(first: &Reference, then: &Reference) -> Reference {
     let series = |of: fn(&Reference) -> &Vec<Vec<f64>>| -> Vec<Vec<f64>> {
-        let one = |((a, b), c): ((&Vec<f64>, &Vec<f64>), &Vec<f64>)| [&a[..a.len() - 1], b, &c[1..]].concat();
-        of(there).iter().zip(of(motion)).zip(of(back)).map(one).collect()
+        let one = |(a, b): (&Vec<f64>, &Vec<f64>)| [a, &b[1..]].concat();
+        of(first).iter().zip(of(then)).map(one).collect()
     };
-    let before = there.q.first().map_or(0, |q| q.len() - 1);
+    let before = first.q.first().map_or(0, |q| q.len() - 1);
+    let later = then.windows.iter().map(|w| w.start + before..w.end + before);
     Reference {
-        sample_time: motion.sample_time,
+        sample_time: first.sample_time,
         q: series(|r| &r.q),
         dq: series(|r| &r.dq),
         ddq: series(|r| &r.ddq),
-        windows: motion.windows.iter().map(|w| w.start + before..w.end + before).collect(),
+        windows: first.windows.iter().cloned().chain(later).collect(),
     }
 }
 
@@ -225,7 +236,7 @@ fn notes(request: &PlayRequest, reference: &Reference, motion: &Motion) -> Vec<S
     ];
     if request.from.is_empty() {
         notes.push(
-            "where the robot stands is not given ([from]): the way to the first pose, and from the last, is not played"
+            "where the robot stands is not given ([from]): the way to the first pose, and from the last set point, is not played"
                 .into(),
         );
     }

@@ -82,6 +82,7 @@ fn root_links() -> Vec<Link> {
                 rotor_inertia: RotorInertia::Absent,
                 friction: Friction::default(),
                 drive_gain: None,
+                follower_effort: None,
             },
             name,
             inertial: None,

@@ -28,7 +28,7 @@ const POINT_MASS_KG: f64 = 0.05;
 /// Limits from here on stand for none, rad or m.
 const NO_LIMIT: f64 = 1e5;
 /// Two turns to each side: more is likelier in degrees, rad.
-const DEGREES_LIMIT_RAD: f64 = 4.0 * PI + 1e-6;
+pub const DEGREES_LIMIT_RAD: f64 = 4.0 * PI + 1e-6;
 
 /// The findings of all links, then of the limits.
 pub(crate) fn habits(robot: &Robot, findings: &mut Vec<Finding>) {

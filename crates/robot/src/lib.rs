@@ -37,6 +37,7 @@ mod xml_bounds;
 
 pub use collision::{Collision, CollisionShape};
 pub use error::{Error, Place};
+pub use habits::DEGREES_LIMIT_RAD;
 pub use inertial::{Matrix3, Part, Pose, inertial_matrix, transform_inertial};
 pub use parameter::{Inertial, StandardParameter};
 pub use robot::{

@@ -178,6 +178,8 @@ pub struct Joint {
     pub friction: Friction,
     /// Torque (force) per unit of measured current, N m/A (N/A).
     pub drive_gain: Option<f64>,
+    /// What a joint that follows another may bear itself, N m (N).
+    pub follower_effort: Option<f64>,
 }
 
 /// The motion a joint allows, about or along z of its link.

@@ -73,3 +73,28 @@ fn what_is_written_is_read_again() {
         assert_eq!(again.passive.iter().map(|p| p.start).collect::<Vec<_>>(), [1.0, 2.0]);
     }
 }
+
+/// A follower is held to its own velocity, and soft limits narrow hard ones, of a URDF.
+#[test]
+fn followers_and_soft_limits_narrow_a_coordinate() {
+    let read = |soft: &str, velocity: &str| {
+        let text = format!(
+            "<robot name='r'><link name='a'/><link name='b'/><link name='c'/>\
+             <joint name='j' type='revolute'><parent link='a'/><child link='b'/><axis xyz='0 0 1'/>\
+             <limit lower='-2' upper='2' velocity='2' effort='1'/>{soft}</joint>\
+             <joint name='f' type='revolute'><parent link='b'/><child link='c'/><axis xyz='0 0 1'/>\
+             <limit lower='-20' upper='20' velocity='{velocity}' effort='0.5'/><mimic joint='j' multiplier='-4'/></joint></robot>"
+        );
+        read_urdf(&text, "r.urdf").unwrap_or_else(|e| panic!("{e}"))
+    };
+    let both = "<safety_controller soft_lower_limit='-1' soft_upper_limit='3' k_position='1' k_velocity='1'/>";
+    let gains = "<safety_controller k_velocity='10'/>";
+    let nothing = "<safety_controller soft_lower_limit='-3' soft_upper_limit='3'/>";
+    for (soft, low, velocity, slower) in [(both, -1.0, "2", 0.5), (gains, -2.0, "16", 2.0), (nothing, -2.0, "0", 2.0)] {
+        let robot = read(soft, velocity);
+        let limits = robot.coordinates[0].limits;
+        assert_eq!((limits.position, limits.velocity, limits.effort), (Some((low, 2.0)), Some(slower), Some(1.0)));
+        assert_eq!(robot.notes.iter().any(|note| note.text.contains("soft limits")), low == -1.0, "{:?}", robot.notes);
+        assert_eq!(robot.links.iter().map(|l| l.joint.follower_effort).collect::<Vec<_>>(), [None, Some(0.5)]);
+    }
+}

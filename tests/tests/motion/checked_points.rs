@@ -279,7 +279,20 @@ fn a_motion_goes_to_a_robot_and_back() {
     assert!(jump <= most(&slow, 3) * 1.001, "{jump}");
     holds(&check(folder, "slow.csv", &[]), 0, &["position of q1 and of q2"]);
     assert_eq!(std::fs::read_to_string(folder.join("head.csv")).unwrap(), "t,q_q1,q_q2,tau_q1,tau_q2\n");
-    holds(&play(&["--out", "ros2.yaml"]), 0, &["where the robot stands is not given (--from)"]);
+    let run = play(&["--out", "ros2.yaml"]);
+    holds(&run, 0, &["where the robot stands is not given (--from)", "way back: proven", "played again at once"]);
+    let text = std::fs::read_to_string(folder.join("ros2.yaml")).unwrap();
+    assert!(text.contains("# repetition: it begins and ends at rest at one pose") && !text.contains("NEVER"), "{text}");
+    // What may be played again at once is proven when it is: the file of a series, whose ends differ, leads back.
+    holds(&play(&["--controller", "franka", "--out", "once.csv"]), 0, &["way back: proven", "played again at once"]);
+    let once = rows("once.csv");
+    let ends = [&quick[0], quick.last().unwrap()].map(|row| row[1..3].to_vec());
+    assert!(ends[0].iter().zip(&ends[1]).any(|(a, b)| (a - b).abs() > 0.01), "{ends:?}");
+    let again = once.iter().skip(1).map(|row| [&[row[0] + once.last().unwrap()[0]], &row[1..]].concat());
+    let line = |row: &Vec<f64>| row.iter().map(f64::to_string).collect::<Vec<_>>().join(",") + "\n";
+    let twice: String = once.iter().cloned().chain(again).map(|row| line(&row)).collect();
+    std::fs::write(folder.join("twice.csv"), format!("t,q_q1,q_q2,dq_q1,dq_q2,ddq_q1,ddq_q2\n{twice}")).unwrap();
+    holds(&check(folder, "twice.csv", &[]), 0, &["position of q1 and of q2"]);
     holds(&check(folder, "ros2.yaml", &[]), 0, &["quintic between them"]);
     std::fs::write(folder.join("slower.yaml"), "all: {velocity: 0.2}\n").unwrap();
     let broken = play(&["--limits", "slower.yaml", "--out", "never.yaml"]);

@@ -3,6 +3,7 @@
 mod bodies;
 mod checked_points;
 mod checkers;
+mod described_limits;
 mod every_robot;
 mod impossible_motions;
 mod known_arms;

@@ -15,7 +15,7 @@
 use std::collections::BTreeMap;
 
 use linear_model::yaml;
-use robot::Limits;
+use robot::{DEGREES_LIMIT_RAD, Limits};
 use serde::{Deserialize, Serialize};
 
 use crate::excitation::error_margins::ErrorMargins;
@@ -320,6 +320,12 @@ fn one(
         });
         (-far, far)
     });
+    if !is_prismatic && position.0.abs().max(position.1.abs()) > DEGREES_LIMIT_RAD {
+        assume(format!(
+            "positions from {} to {} rad are more than two turns: are degrees meant?",
+            position.0, position.1
+        ));
+    }
     let AskedLimits { effort, power, locked, .. } = given;
     let limits = CoordinateLimits { position, velocity, acceleration, jerk, effort, power, locked };
     match limits.fault() {

@@ -12,6 +12,7 @@
 //! A start depends on the seed, its number and the rounds before it alone, so the outcome is the same on any number of
 //! threads.
 
+use std::f64::consts::{PI, TAU};
 use std::ops::Range;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
@@ -332,10 +333,18 @@ fn drawn(prepared: &Prepared, problem: &Problem, random: &mut Random) -> Vec<f64
         let (least, greatest) = barrier.reached(j, &x, LimitKind::Position);
         let (low, high) = limits.position;
         let margin = 0.05 * (high - low);
-        let centre = random.between(low + margin - least, high - margin - greatest);
+        let room = (low + margin - least, high - margin - greatest);
+        let (from, to) = if high - low > TAU { turn_about_zero(room) } else { room };
+        let centre = random.between(from, to);
         x[j * m] = centre / (0.5 * (high - low));
     }
     x
+}
+
+/// The turn of a room that is nearest to zero: another tells the same, and winds up cables.
+fn turn_about_zero((low, high): (f64, f64)) -> (f64, f64) {
+    let middle = 0.0_f64.max(low).min(high);
+    (low.max(middle - PI), high.min(middle + PI))
 }
 
 /// The best motion with some of its joints drawn anew, their swing as small as torques and distances ask; `None` where
@@ -371,7 +380,7 @@ fn draw_spectrum(shape: &Shape, random: &mut Random, x: &mut [f64]) {
             Shape::Spline(spline) => {
                 // Half-waves: they vanish at both ends. The amplitude of the position is that of the velocity over l.
                 let (half_waves, amplitude) = ((l + 1) as f64, weight * random.normal());
-                let turn = std::f64::consts::PI * half_waves / spline.spans as f64;
+                let turn = PI * half_waves / spline.spans as f64;
                 let wave = |i: usize| amplitude / half_waves * libm::sin(turn * (i + 1) as f64);
                 x.iter_mut().enumerate().for_each(|(i, x)| *x += wave(i));
             }

@@ -236,6 +236,7 @@ fn side(robot: &Robot, open: &mut Robot, way: &[LinkId], frame: &LoopFrame, labe
             rotor_inertia: RotorInertia::Absent,
             friction: robot::Friction::default(),
             drive_gain: None,
+            follower_effort: None,
         },
         inertial: None,
         file_frame: Pose::IDENTITY,

@@ -27,12 +27,18 @@ impl Follows {
         }
     }
 
-    /// Narrows the range of the coordinate to where this joint's own limits hold.
+    /// Narrows the range and the rates of the coordinate to where this joint's own limits hold.
     pub(in crate::format) fn narrow(&self, leader: &mut Coordinate, own: Limits) {
-        let Some((low, high)) = own.position else { return };
         if self.multiplier == 0.0 {
             return;
         }
+        let slower = |leader: &mut Option<f64>, own: Option<f64>| {
+            let own = own.map(|x| x / self.multiplier.abs());
+            *leader = leader.map_or(own, |x| Some(own.map_or(x, |own| x.min(own))));
+        };
+        slower(&mut leader.limits.velocity, own.velocity);
+        slower(&mut leader.limits.acceleration, own.acceleration);
+        let Some((low, high)) = own.position else { return };
         let at = |x: f64| (x - self.offset) / self.multiplier;
         let (a, b) = (at(low).min(at(high)), at(low).max(at(high)));
         let (low, high) = leader.limits.position.unwrap_or((f64::NEG_INFINITY, f64::INFINITY));

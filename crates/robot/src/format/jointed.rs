@@ -194,6 +194,7 @@ fn link(joint: FileJoint, framed: Framed, k: Option<CoordinateId>) -> Link {
             rotor_inertia: joint.rotor_inertia,
             friction: joint.friction,
             drive_gain: None,
+            follower_effort: joint.limits.effort.filter(|_| drive == Drive::Passive && !joint.is_passive),
         },
         inertial: sum(&parts).or(joint.is_massless.then_some([0.0; 10])),
         file_frame: frame,

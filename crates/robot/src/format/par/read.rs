@@ -144,6 +144,7 @@ fn link(
         rotor_inertia: rotor_inertia(source, table, names, j, drive)?,
         friction: friction(source, table, names, j)?,
         drive_gain: None,
+        follower_effort: None,
     };
     Ok(Link {
         name: format!("link {}", j + 1),

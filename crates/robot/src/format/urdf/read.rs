@@ -165,6 +165,14 @@ fn note_weightless(link: &str, carried: &[Carried], checked: &Checked, notes: &m
     }
 }
 
+/// The positions that the safety controller leaves within those of the limit, where it leaves fewer. Without a range, as where it
+/// has gains alone, it limits none.
+fn soft_limits(joint: &urdf_rs::Joint, (low, high): (f64, f64)) -> Option<(f64, f64)> {
+    let soft = joint.safety_controller.as_ref()?;
+    let both = (low.max(soft.soft_lower_limit), high.min(soft.soft_upper_limit));
+    (soft.soft_lower_limit < soft.soft_upper_limit && both.0 < both.1 && both != (low, high)).then_some(both)
+}
+
 fn limits(joint: &urdf_rs::Joint, checked: &Checked, notes: &mut Vec<Note>) -> Limits {
     let turns = joint.joint_type == JointType::Continuous;
     let mut note = |text: &str| notes.push(Note { subject: joint.name.clone(), text: text.into() });
@@ -185,6 +193,10 @@ fn limits(joint: &urdf_rs::Joint, checked: &Checked, notes: &mut Vec<Note>) -> L
     let is_blank = [limit.lower, limit.upper, limit.velocity, limit.effort].iter().all(|x| *x == 0.0);
     let has_range = !is_blank && (is_written || limit.lower < limit.upper);
     let position = (!turns && has_range).then_some((limit.lower, limit.upper));
+    let soft = position.and_then(|position| soft_limits(joint, position));
+    if let Some((low, high)) = soft {
+        note(&format!("has soft limits (<safety_controller>): held to positions from {low} to {high}"));
+    }
     match position {
         None if !turns && is_blank => note("has a <limit> of zeros alone: taken as unlimited"),
         None if !turns => note("has limits that leave no range: taken as unlimited"),
@@ -193,7 +205,7 @@ fn limits(joint: &urdf_rs::Joint, checked: &Checked, notes: &mut Vec<Note>) -> L
         _ => {}
     }
     Limits {
-        position,
+        position: soft.or(position),
         velocity: magnitude(limit.velocity),
         acceleration: magnitude(limit.acceleration),
         effort: magnitude(limit.effort),

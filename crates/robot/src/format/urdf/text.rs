@@ -27,7 +27,7 @@ use gate::suggestion::{did_you_mean, nearest};
 type Element = (&'static str, &'static [&'static str], &'static [(&'static str, usize, bool)]);
 
 /// The elements that are read, with their children and their attributes.
-const KNOWN_ELEMENTS: [Element; 13] = [
+const KNOWN_ELEMENTS: [Element; 14] = [
     ("robot", &["link", "joint"], &[("name", 0, false)]),
     ("link", &["inertial"], &[("name", 0, true)]),
     ("inertial", &["origin", "mass", "inertia"], &[]),
@@ -39,7 +39,7 @@ const KNOWN_ELEMENTS: [Element; 13] = [
     ),
     (
         "joint",
-        &["origin", "parent", "child", "axis", "limit", "dynamics", "mimic"],
+        &["origin", "parent", "child", "axis", "limit", "dynamics", "mimic", "safety_controller"],
         &[("name", 0, true), ("type", 0, true)],
     ),
     ("origin", &[], &[("xyz", 3, false), ("rpy", 3, false)]),
@@ -58,16 +58,20 @@ const KNOWN_ELEMENTS: [Element; 13] = [
         ],
     ),
     ("dynamics", &[], &[("damping", 1, false), ("friction", 1, false)]),
+    (
+        "safety_controller",
+        &[],
+        &[("soft_lower_limit", 1, false), ("soft_upper_limit", 1, false), ("k_velocity", 1, false)],
+    ),
     ("mimic", &[], &[("joint", 0, true), ("multiplier", 1, false), ("offset", 1, false)]),
 ];
 
 /// Elements of a URDF that nothing here needs.
-const UNUSED_ELEMENTS: [&str; 10] = [
+const UNUSED_ELEMENTS: [&str; 9] = [
     "visual",
     "collision",
     "contact",
     "self_collision_checking",
-    "safety_controller",
     "calibration",
     "material",
     "transmission",
@@ -236,6 +240,7 @@ impl<'a, 'i> Reader<'a, 'i> {
                 }
                 // The library of URDFs wants one; zero is none (read.rs).
                 None if (tag, attribute) == ("limit", "velocity") => self.out += " velocity=\"0\"",
+                None if attribute == "k_velocity" => self.out += " k_velocity=\"0\"",
                 None if required => {
                     return Err(self.error(node, format!("<{tag}> of {named} has no `{attribute}`")));
                 }

@@ -247,6 +247,7 @@ fn link(
             rotor_inertia: draft.rotor_inertia(source, names)?.unwrap_or(default),
             friction: draft.friction(source, names)?,
             drive_gain: draft.drive_gain(source, names)?,
+            follower_effort: None,
         },
         inertial: None,
         file_frame: Pose::IDENTITY,
