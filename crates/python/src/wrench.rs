@@ -18,13 +18,14 @@ use crate::work::work;
 ///
 /// Returns a dict: parameters, in and about the frame of the sensor; body, the mass, the centre of mass and the inertia about
 /// it, None where the log does not tell a body that can exist; offsets; is_reaction, whether the sensor gives what the load does
-/// to it; residuals, N and N m; rows, left_out; verdict, with trust, reasons, next and claims; and text, what the program prints. body is None too where trust is "no".
+/// to it; residuals, N and N m; rows, left_out; verdict, with trust, reasons, next and claims; and text, what the program prints.
+/// body is None too where trust is "no".
+///
+/// >>> rist.wrench("log.csv")["body"]
 ///
 /// Options:
 /// - options: YAML with the columns of the log, and with corrections of its numbers
-/// - link: Name of the link whose frame is the sensor's, for the file of a load
-///
-/// >>> rist.wrench("log.csv")["body"]
+/// - link: Name of the link whose frame is the sensor's, for the file of a load [default: 'tool0']
 #[pyfunction]
 #[pyo3(signature = (log, **options), text_signature = "(log, *, options=None, link='tool0')")]
 pub fn wrench<'py>(

@@ -101,6 +101,10 @@ fn of_residual(log: &Wrenches, found: &WrenchLoad) -> Claim {
     {
         return claim;
     }
+    if is_noise && share > LARGE_SHARE {
+        let why = format!("what is left looks like noise, and is {} of what varies", percent(share));
+        return cannot_tell(Subject::whole(RESIDUAL), why, "more attitudes, a longer log, or a heavier load");
+    }
     if is_noise || share <= SMALL_SHARE {
         let smallest = Figure::new(100.0 * share, "% of what varies");
         return Claim::new(Subject::whole(RESIDUAL), Outcome::Agrees { smallest });

@@ -923,19 +923,29 @@ def compare(
     - of: The parameters that are asked about [default: 'all']
     - fdr: False discovery rate: the expected share of unchanged robots among those reported as changed, and of
       unchanged parameters among those reported [default: 0.05]"""
-def wrench(log: Log, link: str = "tool0") -> dict[str, Any]:
+def wrench(
+    log: Log,
+    *,
+    options: Path | Mapping[str, Any] | None = None,
+    link: str = "tool0",
+) -> dict[str, Any]:
     """The load behind a force-torque sensor, from a log of it: forces and torques in the axes of the sensor, and its poses in a
     frame at rest whose z points up.
 
     log: a path (CSV, .npz, Arrow, Parquet, MCAP, a rosbag2 directory), a dict of arrays, or a table with __arrow_c_stream__ (pandas,
     polars, pyarrow). Columns are found by their names: fx fy fz tx ty tz, x y z, qx qy qz qw or roll pitch yaw. Without a clock
-    each row is a posture at rest. link: the link whose frame is the sensor's, in the words for a file of loads.
+    each row is a posture at rest. options: a path to YAML, its text, or its content as a dict.
 
     Returns a dict: parameters, in and about the frame of the sensor; body, the mass, the centre of mass and the inertia about
     it, None where the log does not tell a body that can exist; offsets; is_reaction, whether the sensor gives what the load does
-    to it; residuals, N and N m; rows, left_out; and text, what the program prints.
+    to it; residuals, N and N m; rows, left_out; verdict, with trust, reasons, next and claims; and text, what the program prints.
+    body is None too where trust is "no".
 
-    >>> rist.wrench("log.csv")["body"]"""
+    >>> rist.wrench("log.csv")["body"]
+
+    Options:
+    - options: YAML with the columns of the log, and with corrections of its numbers
+    - link: Name of the link whose frame is the sensor's, for the file of a load [default: 'tool0']"""
 def example(directory: Path = "ur5") -> list[PathLike[str]]:
     """Writes a robot and two logs of it into a directory, to try rist with: ur5.urdf, log.csv and other.csv. Returns their paths.
 
