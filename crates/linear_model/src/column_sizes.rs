@@ -8,8 +8,8 @@ use random::Random;
 use crate::regressor::Regressor;
 
 /// A column below this share of its size elsewhere says nothing. It is rounding, or a position that is wrong in the last
-/// digits of a log; no calibrated robot knows its angles to 1e-6 rad.
-pub const NEGLIGIBLE_COLUMN_SHARE: f64 = 1e-6;
+/// digits of a log; no calibrated robot knows its angles to 1e-5 rad. What is left of a column has ten digits then.
+pub const NEGLIGIBLE_COLUMN_SHARE: f64 = 1e-5;
 
 /// States at which columns are looked at.
 const STATES: usize = 15;

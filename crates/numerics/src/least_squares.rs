@@ -10,8 +10,9 @@ use nalgebra::{DMatrix, DVector, Dyn, SVD};
 
 use crate::triangle::Triangle;
 
-/// Smaller ratios of singular values are rounding: filtered signals carry some nine digits.
-const SINGULAR_VALUE_TOLERANCE: f64 = 1e-9;
+/// Smaller ratios of singular values are rounding: columns of filtered signals carry some nine digits, and those that nearly
+/// cancel fewer.
+const SINGULAR_VALUE_TOLERANCE: f64 = 1e-7;
 
 /// A parameter is touched by a direction in which it has more than this share.
 const TOUCHED_PARAMETER_SHARE: f64 = 1e-3;

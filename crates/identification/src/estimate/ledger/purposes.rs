@@ -19,8 +19,8 @@ use crate::estimate::residuals::JointResidual;
 /// Error of predicted torque by the covariance, relative, up to which it is sure, and beyond which it is of no use.
 pub(crate) const SURE_TORQUE: f64 = 0.05;
 const USELESS_TORQUE: f64 = 0.5;
-/// The same of one joint up to which it is sure, where the error is more than what the fit leaves of that joint's torque. Light
-/// joints are less sure than the robot as a whole.
+/// The same of one joint up to which it is sure, of its torque for the use or in the logs, where the error is more than what the
+/// fit leaves. Light joints are less sure than the robot as a whole.
 const SURE_JOINT_TORQUE: f64 = 0.1;
 
 /// The name of the use of bodies.
@@ -62,8 +62,11 @@ fn common(name: &'static str) -> Purpose {
 /// The claim on the torque of one use; `joints`: what the fit leaves of each.
 pub(crate) fn claim_of_torque(error: &TorqueError, joints: &[JointResidual]) -> Claim {
     let subject = Subject::whole(topic(error.of));
-    let is_hidden =
-        |(j, left): (&JointTorqueError, &JointResidual)| j.error > SURE_JOINT_TORQUE * j.torque && j.error > left.rms;
+    // Of a joint that hardly needs torque for this use, the torque in the logs is what counts.
+    let is_hidden = |(j, left): (&JointTorqueError, &JointResidual)| {
+        let logged = if left.relative > 0.0 { left.rms / left.relative } else { 0.0 };
+        j.error > SURE_JOINT_TORQUE * j.torque.max(logged) && j.error > left.rms
+    };
     let is_sure = error.relative <= SURE_TORQUE;
     if is_sure && !error.joints.iter().zip(joints).any(is_hidden) {
         return Claim::new(subject, Outcome::Agrees { smallest: Figure::new(100.0 * error.relative, "%") });
@@ -135,7 +138,7 @@ mod tests {
     use crate::test_arm::Pendulum;
 
     fn joint(rms: f64) -> Vec<JointResidual> {
-        let squares = Squares { torque: 100.0, left: rms * rms, rows: 1 };
+        let squares = Squares { torque: 0.25, left: rms * rms, rows: 1 };
         Residuals::new(&Pendulum::new(), vec![squares]).joints
     }
 
