@@ -88,7 +88,7 @@ mod tests {
                 for j in 0..6 {
                     let found = (turned.torques(&q)[j] - zero.torques(&q)[j]) / angle;
                     // Torques of some ten N m, of which differences of a millionth keep nine digits.
-                    assert!((found - tilts[k].torques(&q)[j]).abs() < 1e-6 * 50.0, "{k} {q:?} {j}");
+                    assert!((found - tilts[k].1.torques(&q)[j]).abs() < 1e-6 * 50.0, "{k} {q:?} {j}");
                 }
             }
         }
