@@ -220,8 +220,13 @@ fn rotating(model: &Model) -> Result<Model, Error> {
 }
 
 /// With the torques by which a tilt of the mount shows, and the rotors of which nobody spoke.
-pub(crate) fn with_open<T>(model: &Model, look: impl FnOnce(Open) -> T) -> T {
-    let tilts = Tilt::both(&model.robot);
+///
+/// `fitted`: base parameters, to which the described bodies are brought by the column that each has its name from.
+pub(crate) fn with_open<T>(model: &Model, fitted: Option<&[f64]>, look: impl FnOnce(Open) -> T) -> T {
+    let (of, described) = (&model.parameters, model.described_parameters().unwrap_or_default());
+    let brought = of.base.iter().zip(fitted.unwrap_or_default().iter().zip(&described));
+    let changes: Vec<_> = brought.map(|(base, (x, described))| (of.standard[base.column], x - described)).collect();
+    let tilts = Tilt::both(&model.robot, &changes);
     let torques: Vec<_> = tilts.iter().map(|(axis, tilt)| (*axis, |q: &[f64]| tilt.torques(q))).collect();
     let torques: Vec<(usize, TiltTorque)> =
         torques.iter().map(|(axis, torque)| (*axis, torque as TiltTorque)).collect();

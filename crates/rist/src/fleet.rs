@@ -50,7 +50,7 @@ fn accumulator_with(model: &Model, mut options: Options, gains: &[(String, f64)]
         options.transmission.drive_gains = known.into_iter().collect();
     }
     let (reference, description) = (model.reference.clone(), model.description.clone());
-    let settings = with_open(model, |open| Settings::new(model.regressor(), reference, description, &options, open))?;
+    let settings = with_open(model, None, |open| Settings::new(model.regressor(), reference, description, &options, open))?;
     Ok(Accumulator::new(settings))
 }
 
@@ -169,5 +169,5 @@ fn replicate(model: &Model, options: &Options, log: &LogSource, anyway: bool) ->
         }
     }
     let linear = options.linear_model(model.regressor());
-    Ok(with_open(model, |open| Replicate::of(&linear, log, &records, open))?)
+    Ok(with_open(model, None, |open| Replicate::of(&linear, log, &records, open))?)
 }

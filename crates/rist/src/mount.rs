@@ -35,15 +35,21 @@ pub(crate) struct Tilt {
 
 impl Tilt {
     /// About both axes across gravity, each with the number of the axis of the base that it is nearest to; none for a robot
-    /// without described bodies, and for one whose loops are solved numerically.
-    pub(crate) fn both(robot: &Robot) -> Vec<(usize, Tilt)> {
+    /// without described bodies, and for one whose loops are solved numerically. `changes` of the described bodies.
+    pub(crate) fn both(robot: &Robot, changes: &[(StandardParameter, f64)]) -> Vec<(usize, Tilt)> {
         let is_described = robot.links.iter().any(|link| link.inertial.is_some());
         let gravity = Vector3::from(robot.gravity_number());
         if !is_described || !robot.passive.is_empty() || gravity.norm() == 0.0 {
             return Vec::new();
         }
         let turned = axes(&gravity).into_iter().map(|(axis, e)| (axis, e.cross(&gravity).into()));
-        turned.filter_map(|(axis, g)| Some((axis, Tilt::of(robot, g)?))).collect()
+        let mut tilts: Vec<(usize, Tilt)> = turned.filter_map(|(axis, g)| Some((axis, Tilt::of(robot, g)?))).collect();
+        let places: Vec<StandardParameter> = StandardParameter::all(robot).into_iter().collect();
+        for (parameter, change) in changes {
+            let place = places.iter().position(|p| p == parameter);
+            place.into_iter().for_each(|i| tilts.iter_mut().for_each(|(_, tilt)| tilt.bodies[i] += change));
+        }
+        tilts
     }
 
     /// Of gravity as given, m/s^2 in the frame of the base, per unit of 1.
@@ -76,7 +82,7 @@ mod tests {
     fn a_tilt_is_a_turned_gravity() {
         let puma = concat!(env!("CARGO_MANIFEST_DIR"), "/../../models/puma560.yaml");
         let robot = crate::description::read_robot(puma.as_ref(), &Default::default()).unwrap();
-        let tilts = Tilt::both(&robot);
+        let tilts = Tilt::both(&robot, &[]);
         let zero = Tilt::of(&robot, robot.gravity_number()).unwrap();
         let angle = 1e-6;
         let [x, y, z] = robot.gravity_number();

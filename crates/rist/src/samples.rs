@@ -332,7 +332,7 @@ fn fitted<'a>(
 /// The faults that unknowns more would explain, the tilt of the mount among them.
 fn faults(model: &Model, options: &Options, records: &SourceRecords<'_>, fit: &Fit) -> Result<Vec<Tested>, Error> {
     let linear = options.linear_model(model.regressor());
-    with_open(model, |open| Ok(hypotheses(&linear, records, fit.point(), open)?))
+    with_open(model, None, |open| Ok(hypotheses(&linear, records, fit.point(), open)?))
 }
 
 /// |tau - W X| / |tau| with these base parameters, and friction fitted to the remainder.

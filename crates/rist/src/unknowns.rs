@@ -11,7 +11,7 @@
 //! out, and the rest is looked at again.
 
 use identification::estimate::digits::significant;
-use identification::estimate::ledger::hypotheses::{FOUND_FAULT_SIGMAS, Hypothesis};
+use identification::estimate::ledger::hypotheses::{FOUND_FAULT_SIGMAS, Hypothesis, Open};
 use identification::estimate::ledger::unknowns::{Step, ZERO_PRIOR_RAD, step};
 use identification::signals::records::SourceRecords;
 use logs::LogSource;
@@ -219,7 +219,8 @@ fn one_step(
     let looked = Looked::again(chosen.looked, model, logs, &options)?;
     let fit = looked.fit(model, logs)?;
     let linear = options.linear_model(model.regressor());
-    let steps = with_open(model, |open| step(&linear, &looked.records, fit.point(), open, zeros, is_wanted));
+    let look = |open: Open| step(&linear, &looked.records, fit.point(), open, zeros, is_wanted);
+    let steps = with_open(model, Some(&fit.solution.x), look);
     Ok(steps?)
 }
 
@@ -272,10 +273,13 @@ fn option(name: &str, values: &[f64]) -> String {
 fn direction(model: &Model, guess: &Guess, steps: &[Step]) -> String {
     let along: Vec<String> = guess.gravity.normalize().iter().map(|x| format!("{x:.3}")).collect();
     let of_mount = steps.iter().filter(|step| matches!(step.of, Hypothesis::Mount(_)));
-    let square: f64 = of_mount.filter_map(|step| step.told).map(|(_, deviation)| deviation * deviation).sum();
+    // Where a turn cannot be told, no deviation of the direction is known.
+    let squares: Option<Vec<f64>> = of_mount.map(|step| step.told.map(|(_, deviation)| deviation * deviation)).collect();
+    let deviation = squares.map_or(String::new(), |squares| {
+        format!(" +- {} deg", significant(squares.iter().sum::<f64>().sqrt().to_degrees()))
+    });
     let [roll, pitch, _] = guess.rpy(model).map(|angle| significant(angle.to_degrees()));
-    let deviation = significant(square.sqrt().to_degrees());
-    format!("gravity along ({}) of the base +- {deviation} deg: roll {roll} deg, pitch {pitch} deg", along.join(", "))
+    format!("gravity along ({}) of the base{deviation}: roll {roll} deg, pitch {pitch} deg", along.join(", "))
 }
 
 /// `q2 6.82 deg +- 0.13 deg`.

@@ -167,7 +167,7 @@ mod tests {
                     .extend([ddq[0] + coupling * (0.2 * ddq[1] + sign(dq[1])) + noise[0], 2.0 * ddq[1] + noise[1]]);
                 states.used.extend([true, true]);
             }
-            let sums = residual_sums(&model, [states].as_slice(), &[1.0, 2.0], CrossTalkSums::new(2)).unwrap();
+            let sums = residual_sums(&model, [states].as_slice(), &[1.0, 2.0], CrossTalkSums::new(2, None)).unwrap();
             let talk = sums.cross_talk();
             assert_eq!((talk[0].joint, talk[0].of, talk[1].joint), (0, 1, 1));
             (talk[0].share, talk[1].share)
