@@ -7,9 +7,9 @@ use random::Random;
 
 use crate::regressor::Regressor;
 
-/// A column below this share of its size elsewhere says nothing. It is rounding, or a position that is wrong in the last
-/// digits of a log; no calibrated robot knows its angles to 1e-5 rad. What is left of a column has ten digits then.
-pub const NEGLIGIBLE_COLUMN_SHARE: f64 = 1e-5;
+/// A column below this share of its size elsewhere says nothing. Rounding is 1e-15 of it, so what is left has seven digits. Right
+/// angles that a log has to six digits leave 1e-7 and more: such a column is small, is so in every part of a log, and is kept.
+pub const NEGLIGIBLE_COLUMN_SHARE: f64 = 1e-8;
 
 /// States at which columns are looked at.
 const STATES: usize = 15;

@@ -81,6 +81,14 @@ pub fn solve_within(triangle: &Triangle, tolerance: f64) -> Solution {
             }
         }
     }
+    // Of all x that explain the data alike the least one in the units of the parameters: in those of the columns one that hardly
+    // shows would be as much larger as its column is small.
+    let null = DMatrix::from_fn(p, p - rank, |c, i| scale[c] * vt[(order[rank + i], c)]);
+    if rank > 0 && rank < p {
+        let q = null.map(|x| if x.is_finite() { x } else { 0.0 }).qr().q();
+        let least = DVector::from_column_slice(&x);
+        x = (&least - &q * q.tr_mul(&least)).as_slice().to_vec();
+    }
     // A parameter that a direction not in the data touches has no value.
     let mut determined: Vec<bool> = norms.iter().map(|&d| d > 0.0).collect();
     for &i in &order[rank..] {
@@ -180,6 +188,21 @@ mod tests {
         let mean = chi / runs as f64;
         // The mean of 400 squares of Student's t with 58 degrees: 58/56 +- 3 sqrt(2.2/400).
         assert!((mean - 58.0 / 56.0).abs() < 0.23, "{mean}");
+    }
+
+    /// Two columns of one direction, one of them a hundred thousand times smaller: x is no larger than it must be.
+    #[test]
+    fn a_column_that_hardly_shows_gets_no_large_value() {
+        let mut random = Random::new(9);
+        let rows: Vec<(Vec<f64>, f64)> = (0..100)
+            .map(|_| {
+                let a = random.normal();
+                (vec![a, 1e-5 * a, random.normal()], 2.0 * a)
+            })
+            .collect();
+        let s = solve(&triangle(&rows));
+        assert_eq!((s.rank, s.determined), (2, vec![false, false, true]));
+        assert!((s.x[0] - 2.0).abs() < 1e-9 && (s.x[1] - 2e-5).abs() < 1e-9, "{:?}", s.x);
     }
 
     #[test]
