@@ -45,9 +45,9 @@ pub(crate) const TORQUE_AT_LIMITS: Topic = Topic("torque at the speed limits");
 /// The bodies for a simulator.
 pub const BODIES: Topic = Topic("bodies");
 
-/// What identify mended by itself.
+/// Rotors of which the description did not speak: identify took them by itself.
 pub const ROTORS_TAKEN: Topic = Topic("rotor inertias taken");
-/// A delay that was found and taken back before the fit.
+/// The torques that came later than the positions.
 pub const DELAY_TAKEN: Topic = Topic("delay taken back");
 
 /// What was mended without being asked for; `what` has the errors without it and with it.
