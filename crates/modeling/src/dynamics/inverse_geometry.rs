@@ -21,14 +21,12 @@
 //! it places O_4.
 //!
 //! Singular poses have solutions too. No angle is a quotient of differences that may vanish: of theta_4 and theta_6 one is a
-//! direction, and the other what is left of the orientation. Where that direction, of length below [`NOTHING`], is rounding
+//! direction, and the other what is left of the orientation. Where that direction, of length below 1e-13, is rounding
 //! (axis 6 along axis 4 or the parallel axes, W on axis 1 or 2), its angle is free: it is where q = 0, and the others follow.
 //! The angles of a triangle of sides A, B, c come by Heron's formula, the root of four factors that are sums and differences of
-//! lengths; a factor below zero by less than NOTHING is zero, the arm stretched or folded. Of parallel axes a free theta_6 moves
+//! lengths; a factor below zero by less than 1e-13 m is zero, the arm stretched or folded. Of parallel axes a free theta_6 moves
 //! O_4 about O_5: solutions of one sign of sin theta_5 have q_6 = 0, those of the other bring O_4 nearest to axis 2, or farthest
 //! from it where nearest is too near, so that one is in reach if any is (of arms with |r_5| below the shorter of d_3 and d_4).
-//!
-//! max(e, 0) = (e + sqrt(e^2)) / 2 has no step and is exact in every language of output.
 //!
 //! Sines and cosines are the outputs: q = atan2(sin_q, cos_q). A solution that is out of reach has entries that are no numbers.
 
@@ -37,6 +35,7 @@ use robot::Pose;
 
 use crate::derivation::Derivation;
 use crate::dynamics::inverse_arm::{Arm, ArmJoint, Class, NoClosedForm, chain};
+use crate::dynamics::inverse_turns::{between, direction, norm, root, unit_turn};
 use crate::dynamics::link_frame::LinkFrame;
 use crate::dynamics::reference_frame::constants;
 use crate::kinematics::links::{Geometry, LinkMotion};
@@ -44,10 +43,6 @@ use crate::kinematics::vector::{Turn, Vector, add, dot};
 
 /// Solutions of an arm.
 const SOLUTIONS: usize = 8;
-
-/// What is rounding, of the components of a unit vector and of a length in m: 450 units in the last place of 1, where a pose and
-/// its way back through six frames make some ten.
-const NOTHING: f64 = 1e-13;
 
 /// A configuration: the turn of each joint, theta with its offset, and r_3 of a joint that slides.
 struct Solution {
@@ -150,59 +145,6 @@ impl Target {
     }
 }
 
-/// The length of a vector in a plane, |e| of (e, 0).
-fn norm(g: &mut Graph, vector: [Expr; 2]) -> Expr {
-    let [xx, yy] = vector.map(|e| g.mul(e, e));
-    let square = g.add(xx, yy);
-    g.sqrt(square)
-}
-
-/// max(e, 0): the root of a square is |e| to the bit.
-fn positive(g: &mut Graph, e: Expr) -> Expr {
-    let (size, half) = (norm(g, [e, Expr::ZERO]), g.constant(0.5));
-    let twice = g.add(e, size);
-    g.mul(half, twice)
-}
-
-/// The root of a product of lengths: those of `spare` are zero where rounding has made them less, and farther below zero they
-/// make it no number.
-fn root(g: &mut Graph, spare: &[Expr], others: &[Expr]) -> Expr {
-    let scale = g.constant(1.0 / NOTHING);
-    let (mut product, mut reached) = (Expr::ONE, Expr::ONE);
-    for &e in spare {
-        let above = positive(g, e);
-        let below = g.sub(e, above);
-        let below = g.mul(scale, below);
-        let share = g.add(Expr::ONE, below);
-        product = g.mul(product, above);
-        reached = g.mul(reached, share);
-    }
-    let product = others.iter().fold(product, |p, &e| g.mul(p, e));
-    let (root, reached) = (g.sqrt(product), g.sqrt(reached));
-    g.mul(root, reached)
-}
-
-/// The turn to (cos, sin), or to `free` where `size`, 0 where they both are, is nothing.
-fn direction(g: &mut Graph, [cos, sin]: [Expr; 2], size: Expr, free: Turn) -> Turn {
-    // From 1e-8 up where size is below NOTHING, so that what is added outweighs (cos, sin).
-    let (scale, weight) = (g.constant(1.0 / NOTHING), g.constant(1e8));
-    let size = g.mul(scale, size);
-    let lack = g.sub(Expr::ONE, size);
-    let lack = positive(g, lack);
-    let weight = g.mul(weight, lack);
-    let [cos, sin] = [(cos, free.cos), (sin, free.sin)].map(|(own, free)| {
-        let added = g.mul(weight, free);
-        g.add(own, added)
-    });
-    unit_turn(g, cos, sin)
-}
-
-/// The turn to (cos, sin), of length 1 whatever cancelled on the way.
-fn unit_turn(g: &mut Graph, cos: Expr, sin: Expr) -> Turn {
-    let length = norm(g, [cos, sin]);
-    Turn { cos: g.div(cos, length), sin: g.div(sin, length) }
-}
-
 /// theta_1 that brings W to h along axis 2: -S1 W_x + C1 W_y = -sin(alpha_2) h. The distance of W from axis 1 and 2 along
 /// x of frame 1 comes with it.
 fn first_turn(g: &mut Graph, [one, two]: [&ArmJoint; 2], W: Vector, h: Expr, is_other: bool) -> (Turn, Expr) {
@@ -220,12 +162,6 @@ fn first_turn(g: &mut Graph, [one, two]: [&ArmJoint; 2], W: Vector, h: Expr, is_
     let turn = between(g, [W[0], W[1]], [a, b]);
     let free = one.offset.turn(g);
     (direction(g, turn, distance, free), a)
-}
-
-/// Cosine and sine, times both lengths, of the angle from one vector of a plane to another.
-fn between(g: &mut Graph, [u, v]: [Expr; 2], [x, y]: [Expr; 2]) -> [Expr; 2] {
-    let [ux, vy, vx, uy] = [(u, x), (v, y), (v, x), (u, y)].map(|(a, b)| g.mul(a, b));
-    [g.add(ux, vy), g.sub(vx, uy)]
 }
 
 /// theta_2 and theta_3 that bring the point (x, y) of frame 3 to (u, v) of the plane across axis 2.

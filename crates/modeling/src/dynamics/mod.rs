@@ -11,6 +11,7 @@ pub(crate) mod friction;
 pub(crate) mod inertia_matrix;
 pub(crate) mod inverse_arm;
 pub(crate) mod inverse_geometry;
+mod inverse_turns;
 pub(crate) mod link_frame;
 pub(crate) mod mass_centre;
 pub(crate) mod moment_ways;
