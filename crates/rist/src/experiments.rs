@@ -5,13 +5,15 @@ use std::path::{Path, PathBuf};
 use experiments::motion::record::Record;
 use experiments::plan::exciting_trajectory::ExcitingTrajectory;
 use experiments::plan::experiment_plan::ExperimentPlan;
-use identification::estimate::ledger::torque_error::{TorqueError, Unsure, torque_errors};
+use identification::estimate::torque_error::{TorqueError, Unsure, torque_errors};
 use identification::estimators::drive_gains::likelihood::Gain;
-use identification::spectrum::experiment::SpectralExperiment;
-use identification::spectrum::identify::{SpectralFit, SpectralMethod, identify_spectrum};
-use identification::spectrum::rist_mh::data::HarmonicOptions;
+use identification::spectrum::identify::{SpectralFit, identify_spectrum};
 use linear_model::linear_model::Model as LinearModel;
 use logs::{ColumnNames, Effort, Log};
+
+pub use identification::spectrum::experiment::SpectralExperiment;
+pub use identification::spectrum::identify::SpectralMethod;
+pub use identification::spectrum::rist_mh::data::HarmonicOptions;
 
 use crate::Estimate;
 use crate::error::Error;

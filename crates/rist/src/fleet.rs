@@ -50,7 +50,8 @@ fn accumulator_with(model: &Model, mut options: Options, gains: &[(String, f64)]
         options.transmission.drive_gains = known.into_iter().collect();
     }
     let (reference, description) = (model.reference.clone(), model.description.clone());
-    let settings = with_open(model, None, |open| Settings::new(model.regressor(), reference, description, &options, open))?;
+    let settings =
+        with_open(model, None, |open| Settings::new(model.regressor(), reference, description, &options, open))?;
     Ok(Accumulator::new(settings))
 }
 

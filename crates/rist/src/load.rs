@@ -232,7 +232,8 @@ impl Load {
             let [x, y, z] = centre;
             writeln!(f, "{mass:.4} kg, centre of mass ({x:.4}, {y:.4}, {z:.4}) m")?;
         }
-        self.of_scale().filter(|_| is_point).iter().try_for_each(|sentence| writeln!(f, "{sentence}"))?;
+        let is_there = self.determined[9] && mass > certain;
+        self.of_scale().filter(|_| is_there).iter().try_for_each(|sentence| writeln!(f, "{sentence}"))?;
         match self.body() {
             _ if !may_be_used => Ok(()),
             Some(body) => words_of_controllers(f, &self.link, body.mass, body.centre, Some(body.inertia)),

@@ -2,7 +2,7 @@
 
 use experiments::motion::reference_motion::Reference;
 use experiments::plan::exciting_trajectory::ExcitingTrajectory;
-use identification::estimate::ledger::torque_error::MotionRange;
+use identification::estimate::torque_error::MotionRange;
 use identification::rows::observation::Observation;
 
 use crate::model::Model;

@@ -59,8 +59,9 @@ fn write(out: &Path, content: &[u8]) -> io::Result<()> {
         Err(_) => end_of_links(out)?,
     };
     clear_remains(directory_of(&place));
+    // Its lock is held until it has its name.
     let (neighbour, file) = new_neighbour(&place)?;
-    let written = fill(file, &place, content).and_then(|()| fs::rename(&neighbour, &place));
+    let written = fill(&file, &place, content).and_then(|()| fs::rename(&neighbour, &place));
     if written.is_err() {
         // The error of writing is reported. That the new file could not be removed either is not worth another message.
         let _ = fs::remove_file(&neighbour);
@@ -68,7 +69,7 @@ fn write(out: &Path, content: &[u8]) -> io::Result<()> {
     written
 }
 
-fn fill(mut file: File, place: &Path, content: &[u8]) -> io::Result<()> {
+fn fill(mut file: &File, place: &Path, content: &[u8]) -> io::Result<()> {
     if let Ok(found) = fs::metadata(place) {
         file.set_permissions(found.permissions())?;
     }

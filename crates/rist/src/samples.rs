@@ -1,6 +1,5 @@
 //! Identifies parameters from logs, step by step: gains, delay, friction, fit, bodies that can exist, load, remarks.
 
-use claims::Claim;
 use identification::estimate::consistent::{bodies, identify_consistent};
 use identification::estimate::delay::Delay;
 use identification::estimate::described::described_residuals;
@@ -37,6 +36,7 @@ use crate::request::Request;
 pub use crate::request::{IdentifyRequest, SamplesRequest};
 use crate::unknowns::Unknowns;
 use crate::unsure_torques::{Noise, UnsureTorques};
+pub use claims::Claim;
 
 /// The outcome of an identification.
 pub struct Identification {
@@ -366,7 +366,14 @@ fn found_bodies(model: &Model, fit: Fit, kept: Kept, options: &Options) -> Resul
     let linear = options.linear_model(model.regressor());
     let at_rest = model.described_parameters().and_then(|described| {
         let Fit { solution, observation, .. } = &found.least_squares;
-        farther_at_rest(&linear, &solution.x, &found.consistent.x, &described, &observation.range)
+        farther_at_rest(
+            &linear,
+            &solution.x,
+            &found.consistent.x,
+            &described,
+            &observation.range,
+            &found.estimate.joints,
+        )
     });
     let weighed = linear.parameters.iter().filter_map(|p| offset_beside_weight(&linear, p));
     let weighed = weighed.map(|j| linear.regressor.coordinates()[j].clone()).collect();

@@ -274,7 +274,8 @@ fn direction(model: &Model, guess: &Guess, steps: &[Step]) -> String {
     let along: Vec<String> = guess.gravity.normalize().iter().map(|x| format!("{x:.3}")).collect();
     let of_mount = steps.iter().filter(|step| matches!(step.of, Hypothesis::Mount(_)));
     // Where a turn cannot be told, no deviation of the direction is known.
-    let squares: Option<Vec<f64>> = of_mount.map(|step| step.told.map(|(_, deviation)| deviation * deviation)).collect();
+    let squares: Option<Vec<f64>> =
+        of_mount.map(|step| step.told.map(|(_, deviation)| deviation * deviation)).collect();
     let deviation = squares.map_or(String::new(), |squares| {
         format!(" +- {} deg", significant(squares.iter().sum::<f64>().sqrt().to_degrees()))
     });

@@ -8,9 +8,9 @@ use identification::estimate::identified::{Identified, Status};
 use identification::estimate::identify::{Fit, with_deviations};
 use identification::estimate::ledger::effects_of_faults;
 use identification::estimate::ledger::hypotheses::Tested;
-use identification::estimate::ledger::torque_error::{MotionRange, TorqueError, Unsure, shown_rank, torque_errors};
 use identification::estimate::options::Options;
 use identification::estimate::other_logs::mean_square_errors;
+use identification::estimate::torque_error::{MotionRange, TorqueError, Unsure, shown_rank, torque_errors};
 use nalgebra::DMatrix;
 use numerics::triangle::Triangle;
 

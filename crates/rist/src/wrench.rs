@@ -3,7 +3,7 @@
 use std::fmt;
 
 use identification::estimate::verdict::{Trust, claim_line};
-use identification::estimate::wrench_verdict::WrenchVerdict;
+pub use identification::estimate::wrench_verdict::WrenchVerdict;
 use identification::estimators::wrench_load::{WrenchLoad, wrench_load};
 use logs::Wrenches;
 use serde_json::{Value, json};

@@ -143,11 +143,18 @@ fn what_is_open_does_not_spoil_the_prediction() {
     joint_log::write(&here.join("a.csv"), &robot, &x, &[1.0, 0.0, 0.0, 0.0, 0.0, 0.0], 0.01);
     joint_log::write(&here.join("b.csv"), &robot, &x, &[1.5, 0.0, 0.0, 0.0, 0.0, 0.0], 0.01);
     let flags = ["--friction", "none", "--out", "e.yaml", "--validate", "b.csv"];
-    done(&here, &[&["identify", &urdf, "a.csv"], &flags[..]].concat());
+    // Five joints stand still: no use has its torques.
+    let run = rist(&here, &[&["identify", &urdf, "a.csv"], &flags[..]].concat());
+    assert!(
+        run.code == Some(1) && run.err.contains("is not told: the log leaves parameters of it open"),
+        "{}",
+        run.err
+    );
     let found = estimate(&here, "e.yaml");
     let open: Vec<_> = found.parameters.iter().filter(|p| p.status == Status::NotIdentifiable).collect();
     assert!(open.len() > 5 && open.iter().all(|p| p.value.is_none()), "{found}");
-    let run = done(&here, &["validate", &urdf, "e.yaml", "b.csv", "--out", "v.yaml"]);
+    let run = rist(&here, &["validate", &urdf, "e.yaml", "b.csv", "--out", "v.yaml"]);
+    assert_eq!(run.code, Some(1), "{}", run.err);
     let total = run.out.lines().find(|l| l.starts_with("total")).unwrap();
     let total: f64 = total.split_whitespace().nth(1).unwrap().parse().unwrap();
     assert!(total < 2.0 * found.total.unwrap() + 1e-3, "fitted {}: {}", found.total.unwrap(), run.out);

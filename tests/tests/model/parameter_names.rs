@@ -125,7 +125,8 @@ fn a_consistent_estimate_gives_no_value_to_what_is_not_identifiable() {
     let x = Random(53).physical_parameters(&robot);
     joint_log::write(&here.join("log.csv"), &robot, &x, &[1.0, 0.0], 0.01);
     let run = rist(&here, &["identify", "arm.yaml", "log.csv", "--consistent", "--out", "e.yaml"]);
-    assert_eq!(run.code, Some(0), "{}", run.err);
+    // A joint stands still, so no use has its torques; the estimate is written all the same.
+    assert_eq!(run.code, Some(1), "{}", run.err);
     let found = estimate(&here.join("e.yaml"));
     let open = found.parameters.iter().filter(|p| p.status == Status::NotIdentifiable);
     let open: Vec<&Identified> = open.collect();

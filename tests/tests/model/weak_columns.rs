@@ -42,8 +42,8 @@ fn loses_only_what_is_said(robot: &Robot, base: &BaseParameters, what: &str) {
                 b.terms.iter().filter(|t| t.parameter == c).for_each(|t| rest -= d.column(b.column) * t.coefficient);
             }
             let rest = norm(joint, rest.as_slice()) / largest;
-            // Rounding of some hundred operations.
-            assert!(rest <= 2.0 * base.rank.left_out + 1e-12, "{what}: column {c}: {rest:e} {:?}", base.rank);
+            // The largest of some states is that of others but for a small factor; and rounding of some hundred operations.
+            assert!(rest <= 4.0 * base.rank.left_out + 1e-12, "{what}: column {c}: {rest:e} {:?}", base.rank);
             most = most.max(rest);
         }
     }
@@ -245,7 +245,7 @@ fn only_what_uses_base_parameters_asks_for_their_rank() {
         source.contains("The standard parameters X") && source.contains("There are no base parameters"),
         "{source}"
     );
-    assert!(!source.contains("base_regressor") && source.matches("pub fn regressor").count() == 1, "{source}");
+    assert!(!source.contains("base_regressor") && source.matches("pub fn regressor<").count() == 1, "{source}");
     for refused in [&[][..], &[function("base-regressor")]] {
         assert!(modeling::module(&robot, refused).is_err());
     }

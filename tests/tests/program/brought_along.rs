@@ -69,7 +69,7 @@ fn nothing_that_an_input_brings_along_is_written_over() {
         (&["convert", "include.xacro", "--to", "urdf", "--out"][..], "arm.urdf"),
         (&["convert", "masses.xacro", "--to", "yaml", "--out"], "masses.yaml"),
         (&["generate", "arm.mjcf", "--out"], "part.xml"),
-        (&["derive", "arm.mjcf", "--out"], "part.xml"),
+        (&["derive", "arm.mjcf", "--function", "torque", "--out"], "part.xml"),
         (&["convert", "mesh.urdf", "--to", "yaml", "--out"], "hand.stl"),
         (&excite, "hand.stl"),
         (&["identify", "arm.yaml", "set", "--anyway", "--out"], episode),

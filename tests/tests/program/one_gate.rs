@@ -55,7 +55,7 @@ fn what_uses_base_parameters_refuses_a_rank_that_only_chance_makes() {
         &["derive", "arm.yaml", "--function", "pose=3"],
         &["derive", "arm.yaml", "--function", "forward-dynamics"],
         &["generate", "arm.yaml", "--functions", "torque,pose=3", "--out", "free.rs"],
-        &["convert", "arm.yaml", "--out", "free.yaml"],
+        &["convert", "arm.yaml", "--to", "urdf", "--out", "free.urdf"],
         &["lint", "arm.yaml"],
     ] {
         let run = rist(&here, arguments);

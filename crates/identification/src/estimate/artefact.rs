@@ -12,9 +12,9 @@ use serde::{Deserialize, Serialize};
 
 use crate::estimate::directions::Direction;
 use crate::estimate::identified::{Identified, Status};
-use crate::estimate::ledger::torque_error::TorqueError;
 use crate::estimate::options::Options;
 use crate::estimate::residuals::{JointResidual, write_residuals};
+use crate::estimate::torque_error::TorqueError;
 
 /// Identified parameters with their uncertainty and the residual they leave.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]

@@ -27,6 +27,7 @@ pub mod residuals;
 pub mod rotors;
 pub mod selection;
 pub mod standing_torque;
+pub mod torque_error;
 pub mod validation;
 pub mod verdict;
 pub mod wrench_verdict;

@@ -8,6 +8,8 @@ use linear_model::parameter::{FrictionParameter, Parameter, ParameterId};
 use linear_model::regressor::Regressor;
 use random::Random;
 
+use crate::estimate::residuals::JointResidual;
+
 /// Poses at which torques are compared.
 const POSES: usize = 40;
 /// Rounding of a row, as a share of its largest entry.
@@ -40,27 +42,29 @@ pub fn offset_beside_weight(model: &Model, parameter: &Parameter) -> Option<usiz
 }
 
 /// Why bodies are not to be used: at rest some joint's torque by them is farther from that of the fit `x` than that by the
-/// description. `range`: where the joints were seen.
+/// description, and by more than the fit leaves of it. `range`: where the joints were seen; `left`: what the fit leaves of each.
 pub fn farther_at_rest(
     model: &Model,
     x: &[f64],
     bodies: &[f64],
     described: &[f64],
     range: &[(f64, f64)],
+    left: &[JointResidual],
 ) -> Option<String> {
     let mut offsets = vec![0.0; model.n()];
     for (parameter, x) in model.parameters.iter().zip(x) {
         offset_beside_weight(model, parameter).into_iter().for_each(|j| offsets[j] = *x);
     }
     let torque = |row: &[f64], x: &[f64]| row.iter().zip(x).map(|(y, x)| y * x).sum::<f64>();
-    let mut joints = model.regressor.coordinates().iter().zip(rows_at_rest(model.regressor, range)).zip(offsets);
-    joints.find_map(|((name, rows), offset)| {
+    let mut joints = left.iter().zip(rows_at_rest(model.regressor, range)).zip(offsets);
+    joints.find_map(|((joint, rows), offset)| {
         let root = |of: &[f64]| {
             let square = |row: &Vec<f64>| (torque(row, x) + offset - torque(row, of)).powi(2);
             (rows.iter().map(square).sum::<f64>() / POSES as f64).sqrt()
         };
         let (by_bodies, by_description, whole) = (root(bodies), root(described), root(&[]));
-        (by_bodies > by_description + COUNTED_SHARE * whole).then(|| {
+        (by_bodies > by_description + COUNTED_SHARE * whole && by_bodies > joint.rms).then(|| {
+            let name = &joint.coordinate;
             format!(
                 "at rest the torque of {name} by these bodies is farther from the log ({by_bodies:.2}) than by the description \
                  ({by_description:.2})"

@@ -18,9 +18,9 @@ use crate::estimate::ledger::topics::{
     BODIES, COMMON_SCALE, DELAY_TAKEN, GRAVITY_TORQUE, LOG, OTHER_MOTION, ROTORS_TAKEN, TORQUE_AT_LIMITS, TORQUE_SEEN,
     at,
 };
-use crate::estimate::ledger::torque_error::{TorqueError, Use};
 use crate::estimate::ledger::{Beside, claims_of_faults, claims_of_fit, claims_of_log, not_noise, units_of_logs};
 use crate::estimate::passport::Passport;
+use crate::estimate::torque_error::{TorqueError, Use};
 
 pub use claims::Trust;
 
@@ -121,8 +121,10 @@ impl Verdict {
                 worst_joint: error.and_then(|e| e.worst()).map(|(name, share)| (name.into(), share)),
             }
         };
-        let uses: Vec<UseVerdict> = purposes.iter().map(one).collect();
+        let mut uses: Vec<UseVerdict> = purposes.iter().map(one).collect();
         let trust = uses.iter().take(Use::ALL.len()).map(|u| u.trust).min().unwrap_or(Trust::WithCare);
+        // A simulator moves as it likes: its bodies are worth no more than the torques.
+        uses.iter_mut().skip(Use::ALL.len()).for_each(|bodies| bodies.trust = bodies.trust.min(trust));
         let lowered: Vec<&Claim> = claims
             .iter()
             .filter(|claim| purposes[..Use::ALL.len()].iter().any(|(p, _)| lowering(&claims, p).contains(claim)))

@@ -83,8 +83,8 @@ fn left(found: &WrenchLoad) -> f64 {
     found.residuals[0].hypot(found.residuals[1] / ARM_M)
 }
 
-/// What is left, or what explains it.
-fn of_residual(log: &Wrenches, found: &WrenchLoad) -> Claim {
+/// What is left of what varies in a log.
+fn share_left(log: &Wrenches, found: &WrenchLoad) -> f64 {
     let spread = |signal: &[[f64; 3]]| {
         let n = signal.len() as f64;
         let of_axis = |i: usize| {
@@ -93,11 +93,15 @@ fn of_residual(log: &Wrenches, found: &WrenchLoad) -> Claim {
         };
         (0..3).map(of_axis).sum::<f64>().sqrt()
     };
-    let (left, noise) = (left(found), noise(log));
-    let share = left / spread(&log.force).hypot(spread(&log.torque) / ARM_M);
+    left(found) / spread(&log.force).hypot(spread(&log.torque) / ARM_M)
+}
+
+/// What is left, or what explains it.
+fn of_residual(log: &Wrenches, found: &WrenchLoad) -> Claim {
+    let (left, noise, share) = (left(found), noise(log), share_left(log, found));
     let is_noise = left <= NOISE_RATIO * noise;
     if share > SMALL_SHARE
-        && let Some(claim) = alternative(log, left)
+        && let Some(claim) = alternative(log, share)
     {
         return claim;
     }
@@ -124,8 +128,8 @@ fn of_residual(log: &Wrenches, found: &WrenchLoad) -> Claim {
     contradicted(RESIDUAL, fault, advice.into(), Trial::NotTried { why })
 }
 
-/// What the numbers mean instead, where that explains what is left.
-fn alternative(log: &Wrenches, left_as_given: f64) -> Option<Claim> {
+/// What the numbers mean instead, where that explains what is left; `as_given`: the share that is left.
+fn alternative(log: &Wrenches, as_given: f64) -> Option<Claim> {
     let plain = Corrections::default();
     let mut all = vec![
         ("the first number of the quaternions is w".into(), Corrections { scalar_first: true, ..plain }),
@@ -134,6 +138,7 @@ fn alternative(log: &Wrenches, left_as_given: f64) -> Option<Claim> {
             Corrections { inverted_poses: true, ..plain },
         ),
         ("forces and torques are in the axes of the frame at rest".into(), Corrections { base_axes: true, ..plain }),
+        ("are the torques in N mm?".into(), Corrections { torque: 1e-3, ..plain }),
     ];
     if let Some(turn) = sensor_turn(log) {
         let degrees = turn.map(|x| format!("{:.1}", x.to_degrees())).join(", ");
@@ -141,15 +146,15 @@ fn alternative(log: &Wrenches, left_as_given: f64) -> Option<Claim> {
         all.extend((dot(&turn, &turn).sqrt() > SMALL_TURN).then_some((what, Corrections { turn, ..plain })));
     }
     let tried = all.into_iter().filter_map(|(what, corrections)| {
-        let found = wrench_load(&log.clone().corrected(&corrections)).ok()?;
+        let log = log.clone().corrected(&corrections);
+        let found = wrench_load(&log).ok()?;
         let is_load = found.determined[9] && found.parameters[9] > INTERVAL * found.sigma[9];
-        is_load.then(|| (what, corrections, left(&found)))
+        is_load.then(|| (what, corrections, share_left(&log, &found)))
     });
     let (fault, corrections, after) = tried.min_by(|a, b| a.2.total_cmp(&b.2))?;
-    let quantity = format!("left of a sample, N and N m over {ARM_M} m,");
-    let [before, shown] = [left_as_given, after].map(|x| Figure::new(x, "N"));
-    let trial = Trial::Tried { quantity, before, after: shown };
-    (NOISE_RATIO * after < left_as_given).then(|| contradicted(LOG, fault, in_options(&corrections), trial))
+    let [before, shown] = [as_given, after].map(|x| Figure::new(100.0 * x, "% of what varies"));
+    let trial = Trial::Tried { quantity: "what is left".into(), before, after: shown };
+    (NOISE_RATIO * after < as_given).then(|| contradicted(LOG, fault, in_options(&corrections), trial))
 }
 
 /// The noise of the signals, as what is left counts it.

@@ -281,8 +281,8 @@ mod tests {
         let scaled = |k: u64| {
             changed_log(k, |states| states.tau.iter_mut().for_each(|tau| *tau *= 1.0 + 0.06 * (k as f64 - 1.5)))
         };
-        let estimate = sums((0..4).map(scaled)).solve().unwrap();
-        for p in &estimate.parameters[..2] {
+        let (fit, _) = sums((0..4).map(scaled)).fit().unwrap();
+        for p in &fit.estimate.parameters[..2] {
             // Factors with a deviation of 0.077 leave their mean unsure by half of that.
             let share = p.sigma.unwrap() / p.value.unwrap().abs();
             assert!((0.025..0.08).contains(&share), "{p:?}");

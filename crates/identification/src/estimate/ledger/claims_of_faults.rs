@@ -214,8 +214,8 @@ mod tests {
     use super::*;
     use crate::estimate::identified::Deviations;
     use crate::estimate::ledger::purposes::torque_purpose;
-    use crate::estimate::ledger::torque_error::Use;
     use crate::estimate::residuals::{Residuals, Squares};
+    use crate::estimate::torque_error::Use;
     use crate::test_arm::Pendulum;
     use claims::{Standing, worst};
 

@@ -47,7 +47,7 @@ impl Hypothesis {
     /// Whether a robot of n coordinates may have it.
     pub(crate) fn is_of(&self, n: usize) -> bool {
         match *self {
-            Hypothesis::Mount(axis) => axis < 2,
+            Hypothesis::Mount(axis) => axis < 3,
             Hypothesis::CrossTalk(k, i) => k < n && i < n,
             _ => self.joint().is_none_or(|k| k < n),
         }

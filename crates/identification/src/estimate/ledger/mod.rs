@@ -10,8 +10,7 @@
 //! | `claims_of_faults` | what unknowns more explain ([`hypotheses`], by their `hypothesis_columns`) |
 //! | `widening` | by how much those that are not named, or not excluded, widen deviations |
 //! | `unknowns` | the same unknowns all at once, where they are asked for |
-//! | `torque_error` | how wrong torques may be, by the covariance |
-//! | `purposes` | what each use needs of all these |
+//! | `purposes` | what each use needs of all these, and of the torques that may be wrong ([`crate::estimate::torque_error`]) |
 
 mod claims_of_columns;
 mod claims_of_faults;
@@ -24,7 +23,6 @@ mod hypothesis_columns;
 mod noise;
 pub mod purposes;
 pub mod topics;
-pub mod torque_error;
 pub mod unknowns;
 mod widening;
 

@@ -13,8 +13,8 @@ use crate::estimate::digits::percent;
 use crate::estimate::identified::Status;
 use crate::estimate::ledger::topics::*;
 use crate::estimate::ledger::topics::{at, cannot_tell};
-use crate::estimate::ledger::torque_error::{JointTorqueError, TorqueError, Use};
 use crate::estimate::residuals::JointResidual;
+use crate::estimate::torque_error::{JointTorqueError, TorqueError, Use};
 
 /// Error of predicted torque by the covariance, relative, up to which it is sure, and beyond which it is of no use.
 pub(crate) const SURE_TORQUE: f64 = 0.05;
