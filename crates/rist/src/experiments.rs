@@ -129,6 +129,9 @@ pub fn identify_records(
     let SpectralFit { mut estimate, covariance } =
         identify_spectrum(&model.reference, model.regressor(), experiments, method, gains, options)?;
     estimate.torque_errors = errors_of_bodies(model, &estimate, &covariance, experiments);
+    if !estimate.torque_errors.is_empty() {
+        estimate.remarks.push("how unsure torques are is said of those of the bodies, without friction".into());
+    }
     Ok(estimate)
 }
 

@@ -29,7 +29,7 @@ fn judged(arm: &BenchmarkArm, experiments: &[SpectralExperiment]) -> (Estimate, 
     (estimate, verdict)
 }
 
-/// What RIST-MH has in its model earns a yes, each use with a figure; the figure of the bodies' torque is as large as the error.
+/// What RIST-MH has in its model earns a yes, each use with a figure.
 #[test]
 fn the_golden_plan_earns_a_yes() {
     let draws = std::env::var("RIST_DRAWS").ok().and_then(|x| x.parse().ok()).unwrap_or(DRAWS);

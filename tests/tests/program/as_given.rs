@@ -21,7 +21,7 @@ fn says(run: &Run) -> bool {
 #[test]
 fn a_derivation_that_failed_certifies_nothing() {
     let here = folder("as-given-certificate");
-    planar(&here, "tilted.yaml", "1e-6");
+    planar(&here, "tilted.yaml", "3e-8");
     let run = rist(&here, &["inspect", "tilted.yaml"]);
     assert_eq!(run.code, Some(0), "{}", run.err);
     let words = run.out.split_whitespace().collect::<Vec<_>>().join(" ");

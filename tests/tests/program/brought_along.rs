@@ -74,7 +74,7 @@ fn nothing_that_an_input_brings_along_is_written_over() {
         (&excite, "hand.stl"),
         (&["identify", "arm.yaml", "set", "--anyway", "--out"], episode),
         (&["identify", "arm.yaml", "set", "--report"], "set/meta/info.json"),
-        (&["accumulate", "arm.yaml", "set", "--out"], episode),
+        (&["accumulate", "arm.yaml", "set", "--anyway", "--out"], episode),
     ] {
         let before = std::fs::read(here.join(brought)).unwrap();
         let (hard, soft) = (here.join("hard"), here.join("soft"));

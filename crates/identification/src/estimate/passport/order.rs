@@ -87,7 +87,7 @@ impl Search<'_> {
 /// no exchange of them. By pair, the joints of both.
 pub(super) fn hidden_exchanges(trials: &Trials, slopes: &[Partial]) -> Vec<[Vec<usize>; 2]> {
     let n = slopes.len();
-    let lengths = (2..=MAX_LIMBS).filter(|limbs| n % limbs == 0 && n > *limbs).map(|limbs| n / limbs);
+    let lengths = (2..=MAX_LIMBS).filter(|limbs| n.is_multiple_of(*limbs) && n > *limbs).map(|limbs| n / limbs);
     let mut hidden = Vec::new();
     for length in std::iter::once(1).chain(lengths) {
         let limbs: Vec<Vec<usize>> = (0..n / length).map(|k| (k * length..(k + 1) * length).collect()).collect();
@@ -139,7 +139,7 @@ fn usual(coordinates: &[String]) -> Vec<Vec<usize>> {
     let mut found = vec![sorted, inverse, (0..n).rev().collect()];
     found.extend((1..n).map(|by| (0..n).map(|k| (k + by) % n).collect()));
     // Limbs of equal length, one after the other, in all orders: messages of legged robots have an order of their own.
-    for limbs in (2..=MAX_LIMBS).filter(|limbs| n % limbs == 0) {
+    for limbs in (2..=MAX_LIMBS).filter(|limbs| n.is_multiple_of(*limbs)) {
         let length = n / limbs;
         let joints = |order: &Vec<usize>| order.iter().flat_map(|limb| limb * length..(limb + 1) * length).collect();
         found.extend(all(limbs).iter().map(joints).filter(|order: &Vec<usize>| !order.is_sorted()));

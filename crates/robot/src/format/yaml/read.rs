@@ -83,10 +83,8 @@ pub(in crate::format) fn read_yaml_with(text: &str, file: &str, options: ReadOpt
 
     let rotors = rotors(source, &fields)?;
     let mut passive = Vec::new();
-    let mut links = Vec::with_capacity(drafts.len());
-    for draft in &drafts {
-        links.push(link(source, &names, &drafts, draft, rotors, &mut passive)?);
-    }
+    let link = |draft| link(source, &names, &drafts, draft, rotors, &mut passive);
+    let links = drafts.iter().map(link).collect::<Result<Vec<_>, _>>()?;
     let mut coordinates: Vec<Coordinate> =
         names.coordinates.iter().map(|c| Coordinate { name: c.clone(), limits: Limits::default() }).collect();
     assign_coordinates(source, &fields, &names, &drafts, &links, &mut coordinates)?;
