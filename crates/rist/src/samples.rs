@@ -213,20 +213,12 @@ fn identify_kept(
     // The remarks, and the gains that the estimate stands on.
     let fingerprint = Some(model.reference.fingerprint.clone());
     let mut estimate = Estimate { fingerprint, description: model.description.clone(), ..found.estimate };
-    let of_noise = noise.deviations(&estimate);
-    if let Some(found) = gains {
-        estimate.remarks.push(gain_remark(model, logs, &request.gain, &found));
-        widen(&mut estimate, &found);
-    }
-    let with_gains = noise.deviations(&estimate);
-    widen_by_faults(&mut estimate, &faults);
-    let unsure = UnsureTorques::of(noise, [&of_noise, &with_gains], &faults, model, &options, &estimate);
-    widen_by_what_may_be_there(&mut estimate, &faults);
+    estimate.remarks.extend(gains.as_ref().map(|found| gain_remark(model, logs, &request.gain, found)));
+    let unsure = with_all_deviations(&mut estimate, noise, gains.as_ref(), &faults, model, &options);
     estimate.doubts.extend(impossible(&model.standard_map(), &estimate));
     estimate.remarks.splice(..0, chosen.sentences.into_iter().chain(sentence));
     let outgrown = found.outgrown.into_iter().filter(|_| !is_own_scale);
     estimate.remarks.extend(of_left_out(&logs_left_out, &estimate.logs).into_iter().chain(outgrown));
-    estimate.torque_errors = unsure.errors(model, &options, &estimate);
     let found = Identification {
         model: chosen.model,
         estimate,
@@ -247,6 +239,25 @@ fn identify_kept(
         described_parameters,
     };
     Ok(if is_own_scale { found.in_own_scale() } else { found })
+}
+
+/// Widens deviations by gains and faults, and says how unsure torques are.
+fn with_all_deviations(
+    estimate: &mut Estimate,
+    noise: Noise,
+    gains: Option<&DriveGains>,
+    faults: &[Tested],
+    model: &Model,
+    options: &Options,
+) -> UnsureTorques {
+    let of_noise = noise.deviations(estimate);
+    gains.into_iter().for_each(|found| widen(estimate, found));
+    let with_gains = noise.deviations(estimate);
+    widen_by_faults(estimate, faults);
+    let unsure = UnsureTorques::of(noise, [&of_noise, &with_gains], faults, model, options, estimate);
+    widen_by_what_may_be_there(estimate, faults);
+    estimate.torque_errors = unsure.errors(model, options, estimate);
+    unsure
 }
 
 /// Each log predicted by parameters from the others, where there are several. `described`: the base parameters of the description.

@@ -132,7 +132,7 @@ fn nearly_parallel_axes_leave_weak_columns() {
                 weak += usize::from(!found.weak.is_empty());
                 let exact = found.rank.exact.rank().unwrap();
                 // Each has its name, and none is told to have no effect.
-                assert!(found.len() <= exact && (found.len() < exact) == !found.weak.is_empty(), "{what}");
+                assert!(found.len() <= exact && (found.len() < exact) != found.weak.is_empty(), "{what}");
                 assert!(found.weak.iter().all(|w| !found.no_effect.contains(&w.column) && w.share < 1e-6), "{what}");
                 loses_only_what_is_said(&robot, &found, &what);
             }

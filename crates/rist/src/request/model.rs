@@ -113,7 +113,7 @@ mod tests {
         let artefact = ModelOptions {
             value: vec![("D3".into(), 0.4), ("D4".into(), 0.5)],
             rotor_inertia: Some(RotorInertias::Actuated),
-            base: Some([1.5708, 0.0, 0.0]),
+            base: Some([1.5, 0.0, 0.0]),
             ..ModelOptions::default()
         };
         let made_with = artefact.description().unwrap();
@@ -131,7 +131,7 @@ mod tests {
         let said = ModelOptions::differences(none.description().as_ref(), Some(&made_with));
         assert_eq!(said, ["[rotor_inertia] is actuated there and none here"]);
         let said = ModelOptions::differences(None, artefact.description().as_ref());
-        assert_eq!(said[0], "[base] is 1.5708,0,0 there and not given here");
+        assert_eq!(said[0], "[base] is 1.5,0,0 there and not given here");
         assert_eq!(ModelOptions::differences(Some(&made_with), Some(&made_with)), [""; 0]);
     }
 }
