@@ -256,11 +256,7 @@ fn a_motion_goes_to_a_robot_and_back() {
     for never in ["where the robot stands is not given", "approach and return", "limit of"] {
         assert!(!run.out.replace("assumed: limit of", "").contains(never), "{never}: {}", run.out);
     }
-    let rows = |name: &str| -> Vec<Vec<f64>> {
-        let text = std::fs::read_to_string(folder.join(name)).unwrap();
-        text.lines().skip(1).map(|line| line.split(',').map(|x| x.parse().unwrap()).collect()).collect()
-    };
-    let (slow, quick) = (rows("slow.csv"), rows("motion.csv"));
+    let (slow, quick) = (rows(folder, "slow.csv"), rows(folder, "motion.csv"));
     for row in [&slow[0], slow.last().unwrap()] {
         assert!(
             (row[1] - 0.5).abs() < 1e-9 && (row[2] + 0.4).abs() < 1e-9 && row[3..].iter().all(|x| *x == 0.0),
@@ -283,16 +279,6 @@ fn a_motion_goes_to_a_robot_and_back() {
     holds(&run, 0, &["where the robot stands is not given (--from)", "way back: proven", "played again at once"]);
     let text = std::fs::read_to_string(folder.join("ros2.yaml")).unwrap();
     assert!(text.contains("# repetition: it begins and ends at rest at one pose") && !text.contains("NEVER"), "{text}");
-    // What may be played again at once is proven when it is: the file of a series, whose ends differ, leads back.
-    holds(&play(&["--controller", "franka", "--out", "once.csv"]), 0, &["way back: proven", "played again at once"]);
-    let once = rows("once.csv");
-    let ends = [&quick[0], quick.last().unwrap()].map(|row| row[1..3].to_vec());
-    assert!(ends[0].iter().zip(&ends[1]).any(|(a, b)| (a - b).abs() > 0.01), "{ends:?}");
-    let again = once.iter().skip(1).map(|row| [&[row[0] + once.last().unwrap()[0]], &row[1..]].concat());
-    let line = |row: &Vec<f64>| row.iter().map(f64::to_string).collect::<Vec<_>>().join(",") + "\n";
-    let twice: String = once.iter().cloned().chain(again).map(|row| line(&row)).collect();
-    std::fs::write(folder.join("twice.csv"), format!("t,q_q1,q_q2,dq_q1,dq_q2,ddq_q1,ddq_q2\n{twice}")).unwrap();
-    holds(&check(folder, "twice.csv", &[]), 0, &["position of q1 and of q2"]);
     holds(&check(folder, "ros2.yaml", &[]), 0, &["quintic between them"]);
     std::fs::write(folder.join("slower.yaml"), "all: {velocity: 0.2}\n").unwrap();
     let broken = play(&["--limits", "slower.yaml", "--out", "never.yaml"]);
@@ -301,6 +287,28 @@ fn a_motion_goes_to_a_robot_and_back() {
     holds(&play(&["--controller", "ur-e", "--out", "x.script"]), 2, &["six joints that turn; arm has 2 coordinates"]);
     holds(&play(&["--from", "q9=1", "--out", "x.yaml"]), 2, &["--from: there is no coordinate `q9`"]);
     holds(&play(&["--from", "q1=3", "--out", "x.yaml"]), 1, &["way there: position of q1: 3 rad"]);
+}
+
+/// The numbers of a file of points.
+fn rows(folder: &Path, name: &str) -> Vec<Vec<f64>> {
+    let text = std::fs::read_to_string(folder.join(name)).unwrap();
+    text.lines().skip(1).map(|line| line.split(',').map(|x| x.parse().unwrap()).collect()).collect()
+}
+
+/// What may be played again at once is proven when it is: the file of a series, whose ends differ, leads back.
+#[test]
+fn what_may_be_played_again_keeps_its_limits_twice() {
+    let folder = played();
+    let once = rist(folder, &["play", "arm.yaml", "motion.yaml", "--controller", "franka", "--out", "once.csv"]);
+    holds(&once, 0, &["way back: proven", "played again at once"]);
+    let (quick, once) = (rows(folder, "motion.csv"), rows(folder, "once.csv"));
+    let ends = [&quick[0], quick.last().unwrap()].map(|row| row[1..3].to_vec());
+    assert!(ends[0].iter().zip(&ends[1]).any(|(a, b)| (a - b).abs() > 0.01), "{ends:?}");
+    let again = once.iter().skip(1).map(|row| [&[row[0] + once.last().unwrap()[0]], &row[1..]].concat());
+    let line = |row: &Vec<f64>| row.iter().map(f64::to_string).collect::<Vec<_>>().join(",") + "\n";
+    let twice: String = once.iter().cloned().chain(again).map(|row| line(&row)).collect();
+    std::fs::write(folder.join("twice.csv"), format!("t,q_q1,q_q2,dq_q1,dq_q2,ddq_q1,ddq_q2\n{twice}")).unwrap();
+    holds(&check(folder, "twice.csv", &[]), 0, &["position of q1 and of q2"]);
 }
 
 fn file_with(folder: &Path, name: &str, from: &str, to: &str) {
