@@ -10,7 +10,7 @@ use identification::estimate::joint_terms::JointTerms;
 use identification::estimate::ledger::hypotheses::{Hypothesis, Tested, hypotheses};
 use identification::estimate::ledger::topics::{ROTORS_TAKEN, mended};
 use identification::estimate::ledger::unknowns::Step;
-use identification::estimate::ledger::{widen_by_faults, widen_by_unknowns, widen_by_what_may_be_there};
+use identification::estimate::ledger::widen_by_unknowns;
 use identification::estimate::logs_left_out::{LogLeftOut, logs_left_out, sentence as of_left_out};
 use identification::estimate::options::Options;
 use identification::estimate::passport::Passport;
@@ -27,7 +27,7 @@ use robot::{Inertial, LinkId};
 
 use crate::Estimate;
 use crate::chosen::{Chosen, Looked, choose, found_delay, told_rotors, with_open};
-use crate::drive_gains::{OWN_SCALE, drive_gains, gain_remark, is_own_scale, widen};
+use crate::drive_gains::{OWN_SCALE, drive_gains, gain_remark, is_own_scale};
 use crate::error::Error;
 use crate::friction::{ChosenFriction, Kept, choose_friction, not_looked_for, worthwhile_joint_terms};
 use crate::load::{Load, Scales, load};
@@ -214,7 +214,7 @@ fn identify_kept(
     let fingerprint = Some(model.reference.fingerprint.clone());
     let mut estimate = Estimate { fingerprint, description: model.description.clone(), ..found.estimate };
     estimate.remarks.extend(gains.as_ref().map(|found| gain_remark(model, logs, &request.gain, found)));
-    let unsure = with_all_deviations(&mut estimate, noise, gains.as_ref(), &faults, model, &options);
+    let unsure = UnsureTorques::widening(&mut estimate, noise, gains.as_ref(), &faults, model, &options);
     estimate.doubts.extend(impossible(&model.standard_map(), &estimate));
     estimate.remarks.splice(..0, chosen.sentences.into_iter().chain(sentence));
     let outgrown = found.outgrown.into_iter().filter(|_| !is_own_scale);
@@ -239,25 +239,6 @@ fn identify_kept(
         described_parameters,
     };
     Ok(if is_own_scale { found.in_own_scale() } else { found })
-}
-
-/// Widens deviations by gains and faults, and says how unsure torques are.
-fn with_all_deviations(
-    estimate: &mut Estimate,
-    noise: Noise,
-    gains: Option<&DriveGains>,
-    faults: &[Tested],
-    model: &Model,
-    options: &Options,
-) -> UnsureTorques {
-    let of_noise = noise.deviations(estimate);
-    gains.into_iter().for_each(|found| widen(estimate, found));
-    let with_gains = noise.deviations(estimate);
-    widen_by_faults(estimate, faults);
-    let unsure = UnsureTorques::of(noise, [&of_noise, &with_gains], faults, model, options, estimate);
-    widen_by_what_may_be_there(estimate, faults);
-    estimate.torque_errors = unsure.errors(model, options, estimate);
-    unsure
 }
 
 /// Each log predicted by parameters from the others, where there are several. `described`: the base parameters of the description.

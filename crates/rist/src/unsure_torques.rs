@@ -6,15 +6,17 @@
 
 use identification::estimate::identified::{Identified, Status};
 use identification::estimate::identify::{Fit, with_deviations};
-use identification::estimate::ledger::effects_of_faults;
 use identification::estimate::ledger::hypotheses::Tested;
+use identification::estimate::ledger::{effects_of_faults, widen_by_faults, widen_by_what_may_be_there};
 use identification::estimate::options::Options;
 use identification::estimate::other_logs::mean_square_errors;
 use identification::estimate::torque_error::{MotionRange, TorqueError, Unsure, shown_rank, torque_errors};
+use identification::estimators::drive_gains::likelihood::DriveGains;
 use nalgebra::DMatrix;
 use numerics::triangle::Triangle;
 
 use crate::Estimate;
+use crate::drive_gains::widen;
 use crate::model::Model;
 use crate::motion_range::{allowed, seen};
 
@@ -54,7 +56,7 @@ impl Noise {
     }
 
     /// The deviations of an estimate, as far as they are given there.
-    pub(crate) fn deviations(&self, estimate: &Estimate) -> Vec<f64> {
+    fn deviations(&self, estimate: &Estimate) -> Vec<f64> {
         let deviation = |(c, p): (usize, &Identified)| p.sigma.or(self.of_open.get(c).copied()).unwrap_or(0.0);
         estimate.parameters.iter().enumerate().map(deviation).collect()
     }
@@ -88,8 +90,27 @@ struct Covariance {
 }
 
 impl UnsureTorques {
+    /// Widens the deviations of an estimate by gains and faults, and says in it how unsure torques are.
+    pub(crate) fn widening(
+        estimate: &mut Estimate,
+        noise: Noise,
+        gains: Option<&DriveGains>,
+        faults: &[Tested],
+        model: &Model,
+        options: &Options,
+    ) -> UnsureTorques {
+        let of_noise = noise.deviations(estimate);
+        gains.into_iter().for_each(|found| widen(estimate, found));
+        let with_gains = noise.deviations(estimate);
+        widen_by_faults(estimate, faults);
+        let unsure = UnsureTorques::of(noise, [&of_noise, &with_gains], faults, model, options, estimate);
+        widen_by_what_may_be_there(estimate, faults);
+        estimate.torque_errors = unsure.errors(model, options, estimate);
+        unsure
+    }
+
     /// The deviations `of_noise`, and `with_gains` beside it; the estimate has those of the `faults` too.
-    pub(crate) fn of(
+    fn of(
         noise: Noise,
         [of_noise, with_gains]: [&[f64]; 2],
         faults: &[Tested],
@@ -120,7 +141,7 @@ impl UnsureTorques {
     }
 
     /// By use.
-    pub(crate) fn errors(&self, model: &Model, options: &Options, estimate: &Estimate) -> Vec<TorqueError> {
+    fn errors(&self, model: &Model, options: &Options, estimate: &Estimate) -> Vec<TorqueError> {
         self.errors_by(&self.covariance.of_noise, model, options, estimate)
     }
 

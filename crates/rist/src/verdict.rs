@@ -2,7 +2,6 @@
 
 use identification::estimate::described::described_residuals;
 use identification::estimate::fleet::accumulator::Accumulator;
-use identification::estimate::ledger::{widen_by_faults, widen_by_what_may_be_there};
 use identification::estimate::options::Options;
 use identification::estimate::passport::finding::Fault;
 use identification::estimate::verdict::{Evidence, Prediction};
@@ -36,12 +35,7 @@ pub fn sums_verdict(model: &Model, sums: &Accumulator) -> Result<(Estimate, Verd
     check_sums(model, sums)?;
     let (mut fit, faults) = sums.fit()?;
     let (noise, options) = (Noise::of(&fit), &sums.settings().options);
-    let of_noise = noise.deviations(&fit.estimate);
-    let estimate = &mut fit.estimate;
-    widen_by_faults(estimate, &faults);
-    let unsure = UnsureTorques::of(noise, [&of_noise, &of_noise], &faults, model, options, estimate);
-    widen_by_what_may_be_there(estimate, &faults);
-    estimate.torque_errors = unsure.errors(model, options, estimate);
+    let unsure = UnsureTorques::widening(&mut fit.estimate, noise, None, &faults, model, options);
     let verdict = Verdict::of(&Evidence {
         opens_in_any_motion: unsure.opens_in_any_motion,
         faults: &faults,

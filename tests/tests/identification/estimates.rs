@@ -146,7 +146,7 @@ fn what_is_open_does_not_spoil_the_prediction() {
     // Five joints stand still: no use has its torques.
     let run = rist(&here, &[&["identify", &urdf, "a.csv"], &flags[..]].concat());
     assert!(
-        run.code == Some(1) && run.err.contains("is not told: the log leaves parameters of it open"),
+        run.code == Some(1) && run.err.contains("is not determined: the log leaves parameters of it open"),
         "{}",
         run.err
     );

@@ -237,7 +237,9 @@ fn five_situations_have_a_verdict() {
         let outcome = Situation::of(seed).outcome(true);
         assert!(outcome.trust.is_some(), "seed {seed}: {}", outcome.said);
         let judgement = outcome.judgement.as_ref();
-        assert!(judgement.is_some_and(|j| j.torque.is_finite() && !j.parameters.is_empty()), "seed {seed}");
+        // Of one joint that moves a log tells few.
+        let least = if Situation::of(seed).motions.iter().all(|m| m.said.ends_with("alone")) { 0 } else { 4 };
+        assert!(judgement.is_some_and(|j| j.torque.is_finite() && j.parameters.len() > least), "seed {seed}");
         if seed == 1 {
             assert_eq!(Situation::of(seed).outcome(true).said, outcome.said);
         }

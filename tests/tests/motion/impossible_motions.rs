@@ -123,7 +123,7 @@ fn limits_of_an_arm_are_read_or_refused() {
         ("all: {velocity: .nan}", "shoulder_pan: the limit of velocity leaves no room: NaN"),
         ("coordinates: {elbw: {velocity: 1}}", "there is no coordinate `elbw`; there are shoulder_pan, "),
         ("coordinates: {shoulder_lift: {effort: 0}}", "shoulder_lift: the limit of effort leaves no room: 0"),
-        ("all: {power: 0.001}", "no motion keeps the power limit of"),
+        ("all: {power: 0.001}", "no motion keeps the power limit of elbow"),
         ("space: {floor: 3}", "shoulder is 2.9108 m beyond the floor, and no joint that is not locked moves it away"),
         ("space: {walls: [{point: [0,0,0], normal: [0,0,0]}]}", "the wall: normal [0.0, 0.0, 0.0]"),
         ("space: {boxes: [{low: [1,1,1], high: [0,0,0]}]}", "the box: it leaves no room along x: from 1 to 0"),

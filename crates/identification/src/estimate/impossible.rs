@@ -32,15 +32,16 @@ pub fn impossible(map: &StandardMap, estimate: &Estimate) -> Vec<String> {
 
 fn cannot_be_negative(map: &StandardMap, k: usize) -> bool {
     let least = -NEGATIVE_SHARE * map.matrix.row(k).amax();
-    let is_possible = |(_, first): &(String, usize)| {
-        let c = |i: usize| map.matrix[(k, first + i)];
-        let [xy, xz, yz, x, y, z] = [-c(1), -c(2), -c(4), c(6), c(7), c(8)].map(|c| 0.5 * c);
-        let diagonal = [c(3) + c(5), c(0) + c(5), c(0) + c(3), c(9)];
-        let a =
-            Matrix4::new(diagonal[0], xy, xz, x, xy, diagonal[1], yz, y, xz, yz, diagonal[2], z, x, y, z, diagonal[3]);
-        a.symmetric_eigenvalues().min() >= least
-    };
+    let is_possible =
+        |(_, first): &(String, usize)| weights(|i| map.matrix[(k, first + i)]).symmetric_eigenvalues().min() >= least;
     map.bodies.iter().all(is_possible) && map.rotors.iter().all(|&c| map.matrix[(k, c)] >= 0.0)
+}
+
+/// A of a body, by the coefficients of XX XY XZ YY YZ ZZ MX MY MZ M.
+fn weights(c: impl Fn(usize) -> f64) -> Matrix4<f64> {
+    let [xy, xz, yz, x, y, z] = [-c(1), -c(2), -c(4), c(6), c(7), c(8)].map(|c| 0.5 * c);
+    let [xx, yy, zz, m] = [c(3) + c(5), c(0) + c(5), c(0) + c(3), c(9)];
+    Matrix4::new(xx, xy, xz, x, xy, yy, yz, y, xz, yz, zz, z, x, y, z, m)
 }
 
 #[cfg(test)]
@@ -66,23 +67,28 @@ mod tests {
         let mut of = |columns: &[(usize, f64)]| {
             let mut c = [0.0; 10];
             columns.iter().for_each(|&(i, x)| c[i] = x);
-            let mut draw = || {
-                let root = Matrix4::from_fn(|_, _| random.normal());
+            let value = |root: Matrix4<f64>| {
                 let ten = parameters(&(root * root.transpose()));
                 ten.iter().zip(c).map(|(x, c)| x * c).sum::<f64>()
             };
-            let least = (0..2000).map(|_| draw()).fold(f64::INFINITY, f64::min);
+            let drawn =
+                (0..2000).map(|_| value(Matrix4::from_fn(|_, _| random.normal()))).fold(f64::INFINITY, f64::min);
+            // The body for which the value is least is hardly ever drawn.
+            let eigen = weights(|i| c[i]).symmetric_eigen();
+            let last = eigen.eigenvectors.column(eigen.eigenvalues.imin());
+            let least = drawn.min(value(Matrix4::from_fn(|i, j| if j == 0 { last[i] } else { 0.0 })));
             (cannot_be_negative(&map(c, 1.0), 0), least)
         };
         // ZZ, a mass, ZZ about an axis one metre away, and Y moments with their products.
         for columns in [&[(5, 1.0)][..], &[(9, 1.0)], &[(5, 1.0), (6, 2.0), (9, 1.0)], &[(0, 1.0), (3, 1.0), (1, 1.9)]]
         {
             let (is_certain, least) = of(columns);
-            assert!(is_certain && least > 0.0, "{columns:?}: {least}");
+            // Zero, but for rounding, is what a point on the axis gives.
+            assert!(is_certain && least > -1e-12, "{columns:?}: {least}");
         }
-        for columns in [&[(0, 1.0), (3, -1.0)][..], &[(6, 1.0)], &[(5, 1.0), (6, 6.0), (9, 1.0)], &[(4, 1.0)]] {
+        for columns in [&[(0, 1.0), (3, -1.0)][..], &[(6, 1.0)], &[(5, 1.0), (6, 2.1), (9, 1.0)], &[(4, 1.0)]] {
             let (is_certain, least) = of(columns);
-            assert!(!is_certain && least < 0.0, "{columns:?}: {least}");
+            assert!(!is_certain && least < -1e-3, "{columns:?}: {least}");
         }
         let mut c = [0.0; 10];
         c[5] = 1.0;

@@ -24,8 +24,8 @@ pub(crate) const MOST_LEFT_OUT: f64 = 1e-6;
 /// many times more than any that is dropped. What is dropped wrongly has its name.
 pub(crate) const WEAK_GAP: f64 = 1e2;
 
-/// What the relations of these columns leave out of them at the sampled states. The torques of a joint are compared with
-/// the largest column of that joint, and the most of all joints counts: a wrist is weaker than a shoulder.
+/// What the relations of these columns leave out of them at the sampled state where it is most. It is compared with the root mean
+/// square of the largest column of the same joint, and the most of all joints counts: a wrist is weaker than a shoulder.
 pub(crate) fn left_out(
     sampled: &DMatrix<f64>,
     joints: usize,
@@ -36,10 +36,14 @@ pub(crate) fn left_out(
     let largest =
         |joint: usize| sampled.column_iter().map(|c| norm(joint, c.as_slice())).fold(f64::MIN_POSITIVE, f64::max);
     let largest: Vec<f64> = (0..joints).map(|joint| if inexact.is_empty() { 1.0 } else { largest(joint) }).collect();
+    let most = |joint: usize, x: &[f64]| {
+        let of_joint = x.iter().skip(joint).step_by(joints);
+        of_joint.clone().fold(0.0, |most: f64, x| most.max(x.abs())) * (of_joint.count() as f64).sqrt()
+    };
     let rest = |&c: &usize| {
         let made = |rest, (kept, share): &(usize, Share)| rest - share.number * sampled.column(*kept);
         let rest = shares.get(&c).map(|row| row.iter().fold(sampled.column(c).into_owned(), made));
-        let parts = (0..joints).map(|joint| rest.as_ref().map_or(0.0, |x| norm(joint, x.as_slice()) / largest[joint]));
+        let parts = (0..joints).map(|joint| rest.as_ref().map_or(0.0, |x| most(joint, x.as_slice()) / largest[joint]));
         (c, parts.fold(0.0, f64::max))
     };
     inexact.iter().map(rest).collect()

@@ -93,7 +93,11 @@ fn refused(subject: Subject, fault: String, would_tell: &str) -> Claim {
 }
 
 fn untold(of: Use, joints: &[&str]) -> String {
-    format!("for {} the torque of {} is not told: the log leaves parameters of it open", of.name(), joints.join(", "))
+    format!(
+        "for {} the torque of {} is not determined: the log leaves parameters of it open",
+        of.name(),
+        joints.join(", ")
+    )
 }
 
 /// That no torque is told anywhere, where a joint stood still in all logs, parameters are open and nothing says more of them.
@@ -101,7 +105,7 @@ pub(crate) fn untold_torques(estimate: &Estimate) -> Vec<Claim> {
     let still = standing(&estimate.joints);
     let is_open = estimate.parameters.iter().any(|p| p.status == Status::NotIdentifiable);
     let one = |of: Use| {
-        let fault = format!("for {} no torque is told: {} never moved", of.name(), still.join(", "));
+        let fault = format!("for {} no torque is determined: {} never moved", of.name(), still.join(", "));
         refused(Subject::whole(topic(of)), fault, "a motion of all joints (rist excite)")
     };
     if still.is_empty() || !is_open { Vec::new() } else { Use::ALL.map(one).to_vec() }
