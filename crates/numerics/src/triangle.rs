@@ -220,6 +220,13 @@ impl Triangle {
         block.rows = 0;
     }
 
+    /// The rows behind all of `parts`, each of `p` columns.
+    pub fn sum<'a>(p: usize, parts: impl IntoIterator<Item = &'a Triangle>) -> Triangle {
+        let mut sum = Triangle::new(p);
+        parts.into_iter().for_each(|part| sum.merge(part, 1.0));
+        sum
+    }
+
     /// Adds the rows behind another triangle, each multiplied by `weight`.
     pub fn merge(&mut self, other: &Triangle, weight: f64) {
         let (m, rows) = (self.p + 1, self.rows + other.rows);

@@ -13,7 +13,7 @@ use numerics::triangle::{Triangle, TriangleBuilder};
 
 use crate::estimate::residuals::{Residuals, Squares};
 use crate::estimators::weighted::{Weights, fit};
-use crate::rows::observation::{Observation, weighted};
+use crate::rows::observation::{Observation, sum_by_joint, weighted};
 use crate::signals::records::Records;
 
 /// Predicts the torques of other records with parameters `x`.
@@ -51,7 +51,7 @@ pub(crate) fn cross_validate_by_part(
 
 /// The squares of each tenth, one per joint, under parameters from all others.
 fn left_out(model: &Model, observation: &Observation, weights: Weights) -> Vec<Vec<Squares>> {
-    let tenths: Vec<Vec<Triangle>> = observation.parts.chunks(2).map(merged).collect();
+    let tenths: Vec<Vec<Triangle>> = observation.parts.chunks(2).map(sum_by_joint).collect();
     let joints = observation.joints(|_| true);
     let (whole, weights) = fit(&joints, weights);
     let of_part = |(part, mut rest): (&Vec<Triangle>, Triangle)| {
@@ -85,16 +85,6 @@ pub(crate) fn without_each(model: &Model, parts: &[Vec<Triangle>], weights: &[f6
         rests.push(rest);
     }
     rests
-}
-
-/// Several parts merged into one.
-fn merged(parts: &[Vec<Triangle>]) -> Vec<Triangle> {
-    let mut parts = parts.iter().cloned();
-    let mut joints = parts.next().unwrap_or_default();
-    for part in parts {
-        joints.iter_mut().zip(&part).for_each(|(sum, triangle)| sum.merge(triangle, 1.0));
-    }
-    joints
 }
 
 /// Share of a column's norm with which its parameter is held.

@@ -276,18 +276,23 @@ impl Observation {
 
     /// One triangle per joint, merged from the parts that `take` chooses.
     pub fn joints(&self, take: impl Fn(usize) -> bool) -> Vec<Triangle> {
-        let mut chosen = self.parts.iter().enumerate().filter(|(k, _)| take(*k)).map(|(_, part)| part);
-        let Some(first) = chosen.next() else {
-            return self.parts.first().map_or(Vec::new(), |p| p.iter().map(|t| Triangle::new(t.columns())).collect());
-        };
-        let mut joints = first.clone();
-        for part in chosen {
-            for (joint, triangle) in joints.iter_mut().zip(part) {
-                joint.merge(triangle, 1.0);
-            }
+        let chosen = self.parts.iter().enumerate().filter(|(k, _)| take(*k)).map(|(_, part)| part);
+        let sum = sum_by_joint(chosen);
+        match self.parts.first() {
+            Some(part) if sum.is_empty() => part.iter().map(|t| Triangle::new(t.columns())).collect(),
+            _ => sum,
         }
-        joints
     }
+}
+
+/// The rows of several parts, a triangle for each joint; empty where there is no part.
+pub(crate) fn sum_by_joint<'a>(parts: impl IntoIterator<Item = &'a Vec<Triangle>>) -> Vec<Triangle> {
+    let mut parts = parts.into_iter();
+    let mut joints = parts.next().cloned().unwrap_or_default();
+    for part in parts {
+        joints.iter_mut().zip(part).for_each(|(joint, triangle)| joint.merge(triangle, 1.0));
+    }
+    joints
 }
 
 /// The triangle of all joints, the rows of joint j multiplied by `weights[j]`.

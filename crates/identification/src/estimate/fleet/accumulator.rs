@@ -168,12 +168,8 @@ impl Accumulator {
     /// The triangles of faults of all its logs, in `groups` groups of neighbours at most.
     pub(super) fn faults(&self, groups: usize) -> Vec<Triangle> {
         let all: Vec<&Triangle> = self.replicates.iter().flat_map(|r| &r.faults).collect();
-        let merged = |some: &[&Triangle]| {
-            let mut sum = Triangle::new(some[0].columns());
-            some.iter().for_each(|part| sum.merge(part, 1.0));
-            sum
-        };
-        all.chunks(all.len().div_ceil(groups).max(1)).map(merged).collect()
+        let sum = |some: &[&Triangle]| Triangle::sum(some[0].columns(), some.iter().copied());
+        all.chunks(all.len().div_ceil(groups).max(1)).map(sum).collect()
     }
 
     /// Sorts the logs, and folds their blocks as the head of this file says.

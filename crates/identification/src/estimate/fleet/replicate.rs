@@ -12,7 +12,7 @@ use serde::{Deserialize, Serialize};
 use crate::estimate::fleet::state_cells::{Grain, StateCells};
 use crate::estimate::ledger::hypotheses::{Open, Point, triangles_of_sums};
 use crate::estimators::weighted::{Weights, fit};
-use crate::rows::observation::Observation;
+use crate::rows::observation::{Observation, sum_by_joint};
 use crate::signals::records::{Records, SourceRecords};
 
 /// Largest number of blocks of one log.
@@ -132,24 +132,12 @@ impl Replicate {
 
 /// Merges four neighbouring parts at a time.
 fn fold_faults(parts: &mut Vec<Triangle>) {
-    let merged = |some: &[Triangle]| {
-        let mut sum = Triangle::new(some[0].columns());
-        some.iter().for_each(|part| sum.merge(part, 1.0));
-        sum
-    };
-    *parts = parts.chunks(BLOCKS_PER_FOLD).map(merged).collect();
+    *parts = parts.chunks(BLOCKS_PER_FOLD).map(|some| Triangle::sum(some[0].columns(), some)).collect();
 }
 
 /// Merges `together` neighbouring parts at a time.
 fn fold(observation: &mut Observation, together: usize) {
-    let merged = |parts: &[Vec<Triangle>]| {
-        let mut first = parts[0].clone();
-        for part in &parts[1..] {
-            first.iter_mut().zip(part).for_each(|(a, b)| a.merge(b, 1.0));
-        }
-        first
-    };
-    observation.parts = observation.parts.chunks(together.max(2)).map(merged).collect();
+    observation.parts = observation.parts.chunks(together.max(2)).map(sum_by_joint).collect();
     observation.log_of.truncate(observation.parts.len());
 }
 

@@ -313,9 +313,8 @@ fn held_out(parts: &[Triangle], held: &Triangle, columns: &[usize], p: usize) ->
 }
 
 pub(super) fn merged(parts: &[Triangle], out: Option<usize>) -> Triangle {
-    let mut sum = Triangle::new(parts[0].columns());
-    parts.iter().enumerate().filter(|(k, _)| Some(*k) != out).for_each(|(_, part)| sum.merge(part, 1.0));
-    sum
+    let kept = parts.iter().enumerate().filter(|(k, _)| Some(*k) != out);
+    Triangle::sum(parts[0].columns(), kept.map(|(_, part)| part))
 }
 
 /// Rows that hold each parameter at the fit by a share of its column.

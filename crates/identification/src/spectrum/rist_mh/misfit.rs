@@ -95,9 +95,8 @@ impl HarmonicData<'_> {
         let clusters = fit.clusters(self, options, &[]);
         let shared = fit.shared_columns();
         let one = |experiment: usize| {
-            let mut rest = Triangle::new(shared.len());
             let others = clusters.iter().zip(&owners).filter(|(_, owner)| **owner != experiment);
-            others.for_each(|(rows, _)| rest.merge(rows, 1.0));
+            let rest = Triangle::sum(shared.len(), others.map(|(rows, _)| rows));
             let mut left_out = x.to_vec();
             shared.iter().zip(solve(&rest).x).for_each(|(&c, found)| left_out[c] = found);
             left_out
