@@ -12,10 +12,10 @@ use identification::estimate::options::Options;
 use libfuzzer_sys::fuzz_target;
 use linear_model::known_load::KnownLoad;
 use logs::Table;
-use rist::exciting::ExcitingMotion;
-use rist::fleet::Comparison;
+use rist::motion::exciting::ExcitingMotion;
+use rist::fit::fleet::Comparison;
 use rist::page::{PageRequest, page};
-use rist::planning::ExperimentPlan;
+use rist::motion::planning::ExperimentPlan;
 use rist::request::{CheckRequest, ExciteRequest};
 use rist::{Estimate, IdentifyRequest, Model, ModelOptions, Validation};
 
@@ -39,7 +39,7 @@ fn read(model: &Model, text: &str) {
     if let Ok(estimate) = Estimate::from_yaml("estimate.yaml", text) {
         again(estimate.to_yaml(), |text| Estimate::from_yaml("again.yaml", text).and_then(|x| x.to_yaml()));
         let _ = estimate.to_string();
-        let verdict = rist::verdict::estimate_verdict(&estimate);
+        let verdict = rist::fit::verdict::estimate_verdict(&estimate);
         let told = PageRequest {
             model: Some(model),
             estimate: Some(&estimate),

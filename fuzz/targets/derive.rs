@@ -10,8 +10,8 @@ use std::path::Path;
 
 use libfuzzer_sys::fuzz_target;
 use random::Random;
-use rist::description::{check_values, parse_robot};
-use rist::evaluation::{Evaluation, ManyStates, Quantity};
+use rist::describe::description::{check_values, parse_robot};
+use rist::describe::evaluation::{Evaluation, ManyStates, Quantity};
 use rist::{Model, ModelOptions};
 
 /// Robots of more coordinates or links take seconds to derive, and do nothing that these do not.

@@ -10,7 +10,7 @@ use libfuzzer_sys::fuzz_target;
 use logs::{ColumnNames, LogSource, Table};
 use rist::page::{PageRequest, page};
 use rist::request::{Delay, FrictionChoice, SumsRequest};
-use rist::samples::identify_essential;
+use rist::fit::samples::identify_essential;
 use rist::{Estimate, IdentifyRequest, Model, ModelOptions};
 
 const ARM: &str = include_str!("../../models/planar2r_vertical.yaml");
@@ -35,8 +35,8 @@ fuzz_target!(|data: &[u8]| {
         }
         identified(model, &logs, 0);
         identified(model, &logs, which);
-        if let Ok(mut sums) = rist::fleet::accumulator(model, &SumsRequest::default()) {
-            let _ = rist::fleet::update(model, &mut sums, &logs[0], true);
+        if let Ok(mut sums) = rist::fit::fleet::accumulator(model, &SumsRequest::default()) {
+            let _ = rist::fit::fleet::update(model, &mut sums, &logs[0], true);
             let _ = sums.to_bytes().expect("sums are written");
         }
     });
@@ -55,7 +55,7 @@ fn identified(model: &Model, logs: &[LogSource], which: usize) {
         _ => rist::identify(model, logs, &request),
     };
     let Ok(found) = found else { return };
-    let Ok(verdict) = rist::verdict::fitted_verdict(model, &found.estimate, logs) else { return };
+    let Ok(verdict) = rist::fit::verdict::fitted_verdict(model, &found.estimate, logs) else { return };
     let _ = (verdict.to_string(), found.estimate.to_string());
     let _ = page(&PageRequest {
         model: Some(model),

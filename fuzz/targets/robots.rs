@@ -8,7 +8,7 @@ use std::path::Path;
 
 use libfuzzer_sys::fuzz_target;
 use rist::ModelOptions;
-use rist::description::parse_robot;
+use rist::describe::description::parse_robot;
 use robot::Robot;
 use robot::format::{Angles, Mimic, read_yaml, write_par, write_urdf, write_yaml};
 

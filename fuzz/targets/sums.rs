@@ -7,8 +7,8 @@
 use identification::estimate::fleet::replicate::Digest;
 use libfuzzer_sys::fuzz_target;
 use rist::Accumulator;
-use rist::fleet::{Compared, compare};
-use rist::verdict::estimate_verdict;
+use rist::fit::fleet::{Compared, compare};
+use rist::fit::verdict::estimate_verdict;
 
 /// Sums of another log of the robot.
 const REFERENCE: &[u8] = include_bytes!("../corpus/sums/reference.tri");

@@ -14,8 +14,8 @@ use linear_model::parameter::BaseParameter;
 use linear_model::regressor::{Coordinate, Regressor};
 use logs::LogSource;
 use random::Random;
-use rist::model::Model;
-use rist::samples::{IdentifyRequest, identify};
+use rist::describe::model::Model;
+use rist::fit::samples::{IdentifyRequest, identify};
 
 fn panda() -> impl Regressor {
     let function = generated::all().iter().find(|f| f.name == "panda").expect("a model of the repository");

@@ -15,7 +15,7 @@ use logs::LogSource;
 use nalgebra::{Cholesky, DMatrix};
 use numerics::information_matrix::Rows;
 use random::Random;
-use rist::simulation::SimulateRequest;
+use rist::motion::simulation::SimulateRequest;
 use rist::{Error, IdentifyRequest, Model};
 
 /// The columns of [`information`]: base parameters, then the friction of each joint.

@@ -56,7 +56,7 @@ impl TapeRobot {
             truth: base.values(&standard),
             standard,
             coordinates: robot.coordinates.iter().map(|c| c.name.clone()).collect(),
-            parameters: rist::model::base_columns(&robot, &base),
+            parameters: rist::describe::model::base_columns(&robot, &base),
             tapes: Arc::new(tapes),
             base,
             robot,

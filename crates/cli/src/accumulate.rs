@@ -56,10 +56,10 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
         Some(path) => {
             let like = read_sums(path)?;
             let model = arguments.model.derive_as(like.settings().description.as_ref())?;
-            rist::fleet::check_sums(&model, &like)
+            rist::fit::fleet::check_sums(&model, &like)
                 .map_err(|e| Failure::new(format_args!("{}: {e}", path.display())))?;
             told();
-            rist::fleet::accumulate_like(&model, logs, &request, like.settings().options.clone())?
+            rist::fit::fleet::accumulate_like(&model, logs, &request, like.settings().options.clone())?
         }
         None => {
             let model = arguments.model.derive()?;

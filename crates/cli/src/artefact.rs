@@ -2,10 +2,10 @@
 
 use std::path::{Path, PathBuf};
 
+use rist::fit::validation::{TorqueSeries, series_to_csv, series_to_parquet};
 use rist::gate::opened;
 use rist::output::{check_output, is_same};
 pub(crate) use rist::read_text;
-use rist::validation::{TorqueSeries, series_to_csv, series_to_parquet};
 use rist::{Accumulator, Estimate, ExcitingMotion, ExperimentPlan, Kind, Model};
 
 use crate::failure::Failure;

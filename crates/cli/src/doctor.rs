@@ -4,9 +4,9 @@ use std::fmt::Write as _;
 use std::path::PathBuf;
 
 use clap::Args;
-use rist::doctor::claims_of_log;
+use rist::fit::doctor::claims_of_log;
+use rist::fit::verdict::claim_line;
 use rist::request::DoctorRequest;
-use rist::verdict::claim_line;
 use rist::{Finding, Passport};
 use serde_json::{Value, json};
 

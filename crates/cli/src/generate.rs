@@ -3,9 +3,9 @@
 use std::path::{Path, PathBuf};
 
 use clap::Args;
+use rist::describe::source::Language;
 use rist::request::spelling::flags;
 use rist::request::{GenerateRequest, Request, SourceLanguage};
-use rist::source::Language;
 
 use crate::artefact::{read_estimate, write_file};
 use crate::failure::Failure;

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use clap::Args;
-use rist::linting::counted;
+use rist::describe::linting::counted;
 
 use crate::failure::Failure;
 use crate::model::ModelArguments;

@@ -32,8 +32,8 @@ impl ModelArguments {
 
     fn read_by(&self, options: &ModelOptions) -> Result<Robot, Failure> {
         let text = rist::text_of(&self.model)?;
-        let robot = rist::description::parse_robot(&text, &self.model, options)?;
-        if let Some(sentence) = rist::description::snapping(&robot, &text, &self.model, options) {
+        let robot = rist::describe::description::parse_robot(&text, &self.model, options)?;
+        if let Some(sentence) = rist::describe::description::snapping(&robot, &text, &self.model, options) {
             note(sentence);
         }
         Ok(robot)
@@ -42,7 +42,7 @@ impl ModelArguments {
     /// The description; refused where a symbol has no value.
     pub(crate) fn read_with_values(&self) -> Result<Robot, Failure> {
         let robot = self.read()?;
-        rist::description::check_values(&robot, &self.model)?;
+        rist::describe::description::check_values(&robot, &self.model)?;
         Ok(robot)
     }
 
@@ -58,7 +58,7 @@ impl ModelArguments {
 
     fn derive_by(&self, options: &ModelOptions) -> Result<Model, Failure> {
         let robot = self.read_by(options)?;
-        rist::description::check_values(&robot, &self.model)?;
+        rist::describe::description::check_values(&robot, &self.model)?;
         at_work(format_args!("deriving {}", self.model.display()));
         let mut model = Model::of(robot, &self.model, options.any_size)?;
         model.description = options.description();

@@ -45,11 +45,12 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
     arguments.out.iter().try_for_each(|out| check_output(out, &inputs))?;
     let model = arguments.model.derive()?;
     // A choice of minutes is told before it begins.
-    if let Some(long) = rist::planning::outlook(&model, &request)? {
+    if let Some(long) = rist::motion::planning::outlook(&model, &request)? {
         terminal::note(long);
     }
     let told = |done: usize, all: usize, best: f64| progress(format_args!("start {done} of {all}, best {best:.3}"));
-    let rist::planning::Planned { plan, notes, checked } = interruptible(|| rist::plan(&model, &request, &told))??;
+    let rist::motion::planning::Planned { plan, notes, checked } =
+        interruptible(|| rist::plan(&model, &request, &told))??;
     // The experiment that goes lowest: in all else their last lines are the same.
     let height = |checked: &Checked| checked.lowest.as_ref().map_or(f64::INFINITY, |lowest| lowest.z_m);
     let lowest = checked.iter().map(|(_, checked)| checked).min_by(|a, b| height(a).total_cmp(&height(b)));

@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use clap::Args;
-use rist::postures::gravity_text;
+use rist::fit::postures::gravity_text;
 use rist::request::DoctorRequest;
 use rist::{Postures, gravity_parameters, identify_postures};
 use serde_json::json;

@@ -5,13 +5,13 @@ use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
 
 use clap::Args;
-use rist::exciting::ExcitingMotion;
-use rist::motion_portrait::{MotionPortrait, ShownMotion, checked_motion, found_motion, motion_of_file};
+use rist::fit::validation::Portrait;
+use rist::fit::verdict::Verdict;
+use rist::motion::exciting::ExcitingMotion;
+use rist::motion::motion_portrait::{MotionPortrait, ShownMotion, checked_motion, found_motion, motion_of_file};
 use rist::page::{Origin, PageRequest};
 use rist::request::ReportFiles;
 use rist::request::spelling::Reader;
-use rist::validation::Portrait;
-use rist::verdict::Verdict;
 use rist::{Estimate, ExperimentPlan, LogSource, Model, ModelOptions, Validation};
 
 use crate::artefact::{make_directory, read_text, write_file};
@@ -57,7 +57,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
         (Some(model), Some(estimate)) if estimate.options.is_some() => drawn(&files, model, estimate)?,
         (_, Some(estimate)) => {
             let predicted = validation.as_ref().map(|validation| validation.total);
-            Drawn { verdict: Some(rist::verdict::predicted_verdict(estimate, predicted)), portrait: None }
+            Drawn { verdict: Some(rist::fit::verdict::predicted_verdict(estimate, predicted)), portrait: None }
         }
         _ => Drawn { verdict: None, portrait: None },
     };
@@ -143,7 +143,7 @@ pub(crate) fn page_of(
     verdict: &Verdict,
     date: Option<&str>,
 ) -> Result<String, Failure> {
-    let portrait = rist::validation::portrait(model, estimate, logs)?;
+    let portrait = rist::fit::validation::portrait(model, estimate, logs)?;
     let command = command();
     let request = PageRequest {
         model: Some(model),
@@ -228,7 +228,7 @@ struct Drawn {
 
 fn drawn(files: &ReportFiles, model: &Model, estimate: &Estimate) -> Result<Drawn, Failure> {
     let Some(options) = &estimate.options else {
-        return Ok(Drawn { verdict: Some(rist::verdict::estimate_verdict(estimate)), portrait: None });
+        return Ok(Drawn { verdict: Some(rist::fit::verdict::estimate_verdict(estimate)), portrait: None });
     };
     let fitted: Vec<PathBuf> = estimate.logs.iter().map(PathBuf::from).collect();
     let is_of_others = !files.log.is_empty();
@@ -246,10 +246,10 @@ fn drawn(files: &ReportFiles, model: &Model, estimate: &Estimate) -> Result<Draw
     let verdict = match is_of_others {
         true => {
             let total = rist::validate(model, estimate, &logs)?.total;
-            let are_new = !paths.iter().any(|log| rist::validation::is_fitted(estimate, log));
-            rist::verdict::validation_verdict(model, estimate, &logs, total, are_new)?
+            let are_new = !paths.iter().any(|log| rist::fit::validation::is_fitted(estimate, log));
+            rist::fit::verdict::validation_verdict(model, estimate, &logs, total, are_new)?
         }
-        false => rist::verdict::fitted_verdict(model, estimate, &logs)?,
+        false => rist::fit::verdict::fitted_verdict(model, estimate, &logs)?,
     };
-    Ok(Drawn { verdict: Some(verdict), portrait: rist::validation::portrait(model, estimate, &logs)? })
+    Ok(Drawn { verdict: Some(verdict), portrait: rist::fit::validation::portrait(model, estimate, &logs)? })
 }

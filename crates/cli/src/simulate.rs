@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 use rist::Record;
-use rist::simulation::{Motions, SimulateRequest};
+use rist::motion::simulation::{Motions, SimulateRequest};
 use serde_json::json;
 
 use crate::artefact::{MotionFile, check_outputs, make_directory, model_of, read_motions, write_file};

@@ -36,13 +36,13 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let (estimate, verdict) = match &arguments.model {
         None => {
             let estimate = sums.solve().map_err(|e| Failure::new(format_args!("{file}: {e}")))?;
-            let verdict = rist::verdict::estimate_verdict(&estimate);
+            let verdict = rist::fit::verdict::estimate_verdict(&estimate);
             (estimate, verdict)
         }
         Some(path) => {
             let options = sums.settings().description.as_ref().map(ModelOptions::of_description);
             let model = Model::read_with(path, &options.unwrap_or_default())?;
-            rist::verdict::sums_verdict(&model, &sums)?
+            rist::fit::verdict::sums_verdict(&model, &sums)?
         }
     };
     print_result(format_args!("{estimate}\n{verdict}"), || {

@@ -4,8 +4,8 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 use rist::LogSource;
+use rist::fit::validation::is_fitted;
 use rist::request::ValidateRequest;
-use rist::validation::is_fitted;
 use serde_json::json;
 
 use crate::artefact::{read_estimate, series_text, write_file};
@@ -80,10 +80,11 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
         Some(_) => rist::validate(&model, &estimate, &logs)?,
         None => {
             let request = arguments.request.read()?;
-            rist::validation::validate_experiments(&model, &estimate, &motions, &request)?
+            rist::fit::validation::validate_experiments(&model, &estimate, &motions, &request)?
         }
     };
-    let verdict = rist::verdict::validation_verdict(&model, &estimate, &logs, validation.total, fitted.is_empty())?;
+    let verdict =
+        rist::fit::verdict::validation_verdict(&model, &estimate, &logs, validation.total, fitted.is_empty())?;
     print_result(format_args!("{validation}\n{verdict}"), || {
         Ok(json!({"validation": serde_json::to_value(&validation)?, "verdict": as_json(&verdict)}))
     })?;
@@ -92,7 +93,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
         write_file(out, &validation.to_yaml()?)?;
     }
     if let Some(out) = &arguments.series {
-        let series = rist::validation::predicted_torques(&model, &estimate, &logs)?;
+        let series = rist::fit::validation::predicted_torques(&model, &estimate, &logs)?;
         write_file(out, series_text(out, &series, model.regressor().coordinates())?)?;
     }
     if let Some(out) = &arguments.report {

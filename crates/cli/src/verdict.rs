@@ -1,6 +1,6 @@
 //! How a command ends that has a verdict.
 
-use rist::verdict::{Trust, UseVerdict, Verdict};
+use rist::fit::verdict::{Trust, UseVerdict, Verdict};
 use serde_json::{Value, json};
 
 use crate::failure::Failure;

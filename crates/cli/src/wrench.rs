@@ -3,8 +3,8 @@
 use std::path::PathBuf;
 
 use clap::Args;
+use rist::fit::verdict::Trust;
 use rist::request::WrenchRequest;
-use rist::verdict::Trust;
 use rist::{Wrenches, identify_wrench};
 
 use crate::failure::Failure;

@@ -3,7 +3,7 @@
 use pyo3::exceptions::{PyUserWarning, PyValueError};
 use pyo3::prelude::*;
 use rist::request::spelling::{Reader, spelled};
-use rist::verdict::{Trust, Verdict};
+use rist::fit::verdict::{Trust, Verdict};
 
 pyo3::create_exception!(
     rist,

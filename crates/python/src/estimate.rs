@@ -8,9 +8,9 @@ use pyo3::prelude::*;
 use pyo3::types::{PyCapsule, PyDict, PyIterator, PyList, PyTuple};
 use rist::page::{Origin, PageRequest};
 use rist::request::spelling::Reader;
-use rist::samples::Bodies;
-use rist::validation::Portrait;
-use rist::verdict::Trust;
+use rist::fit::samples::Bodies;
+use rist::fit::validation::Portrait;
+use rist::fit::verdict::Trust;
 use rist::{Identified, LinkId, Status};
 
 use crate::arrays::array;
@@ -60,7 +60,7 @@ type BodyState = (Vec<(usize, [f64; 10])>, Vec<f64>, Option<String>);
 impl Estimate {
     /// An estimate out of a file or a simulation.
     pub fn plain(inner: rist::Estimate, model: Option<Py<Model>>) -> Estimate {
-        let verdict = rist::verdict::estimate_verdict(&inner).into();
+        let verdict = rist::fit::verdict::estimate_verdict(&inner).into();
         let (findings, notes) = (Vec::new(), Vec::new());
         let (bodies, load, logs, validation) = (None, None, None, None);
         Estimate { inner, model, verdict, bodies, load, findings, is_read: false, logs, validation, notes }
@@ -101,7 +101,7 @@ impl Estimate {
     fn portrait<'py>(&self, py: Python<'py>, log: Option<&Bound<'py, PyAny>>) -> PyResult<Option<Portrait>> {
         let Some(options) = &self.inner.options else { return Ok(None) };
         let (model, given) = (&self.the_model()?.inner, self.logs_or(log, py)?);
-        work(py, None, |_| rist::validation::portrait(model, &self.inner, &open(given, model, &options.columns)?))
+        work(py, None, |_| rist::fit::validation::portrait(model, &self.inner, &open(given, model, &options.columns)?))
     }
 
     /// What a page is made of.
@@ -361,7 +361,7 @@ impl Estimate {
         let is_one = given.len() == 1;
         let columns = self.inner.options.as_ref().map(|o| o.columns.clone()).unwrap_or_default();
         let series = work(py, None, |_| {
-            rist::validation::predicted_torques(model, &self.inner, &open(given, model, &columns)?)
+            rist::fit::validation::predicted_torques(model, &self.inner, &open(given, model, &columns)?)
         })?;
         let n = model.robot.n_coordinates();
         let mut found = Vec::new();

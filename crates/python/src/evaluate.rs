@@ -6,7 +6,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 use numpy::{PyArrayDyn, PyArrayMethods};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PySlice, PyTuple};
-use rist::evaluation::{Evaluation, ManyStates, ParametersOf, Quantity};
+use rist::describe::evaluation::{Evaluation, ManyStates, ParametersOf, Quantity};
 
 use crate::arrays::{Rows, States, empty};
 use crate::error::{OrError, error};
@@ -176,7 +176,7 @@ fn divided<'py>(
     let py = outputs.py();
     let mut first = 0;
     let is_matrix = function.ends_with("regressor") || function.ends_with("matrix");
-    let one = |o: &rist::evaluation::OutputShape| {
+    let one = |o: &rist::describe::evaluation::OutputShape| {
         let mut shape = if is_one { vec![] } else { vec![count] };
         shape.push(o.rows);
         if o.columns != 1 || is_matrix {

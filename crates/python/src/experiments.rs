@@ -7,7 +7,7 @@ use pyo3::exceptions::PyUserWarning;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use rist::request::{CheckRequest, ExciteRequest, PlanRequest};
-use rist::simulation::{Motions, SimulateRequest};
+use rist::motion::simulation::{Motions, SimulateRequest};
 use rist::{Effort, Interpolation, PlayedFile, Record};
 
 use crate::arrays::array;
@@ -125,8 +125,8 @@ pub fn simulate<'py>(
 
 /// What is simulated.
 enum Played {
-    Plan(rist::planning::ExperimentPlan),
-    Motion(rist::exciting::ExcitingMotion),
+    Plan(rist::motion::planning::ExperimentPlan),
+    Motion(rist::motion::exciting::ExcitingMotion),
 }
 
 impl Played {

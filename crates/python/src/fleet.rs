@@ -5,7 +5,7 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict};
-use rist::fleet::SumsRequest;
+use rist::fit::fleet::SumsRequest;
 use rist::request::CompareRequest;
 
 use crate::artefact::artefact;
@@ -71,7 +71,7 @@ impl Accumulator {
                 "Accumulator: [cutoff] is missing: parts of a sum are filtered alike, so it does not follow from a log",
             ));
         }
-        let sums = rist::fleet::accumulator(inner, &request).or_error()?;
+        let sums = rist::fit::fleet::accumulator(inner, &request).or_error()?;
         Ok(Accumulator { model: model.unbind(), sums: Mutex::new(sums) })
     }
 
@@ -88,7 +88,7 @@ impl Accumulator {
             let mut part = rist::Accumulator::new(this.sums().settings().clone());
             let part = work(slf.py(), None, |_| {
                 let log = log.open(model, &part.settings().options.columns)?;
-                rist::fleet::update(model, &mut part, &log, anyway)?;
+                rist::fit::fleet::update(model, &mut part, &log, anyway)?;
                 Ok(part)
             })?;
             this.sums().merge(&part).or_error()?;
@@ -174,7 +174,7 @@ impl Accumulator {
     }
 
     fn of_sums(sums: rist::Accumulator, model: Py<Model>) -> PyResult<Accumulator> {
-        rist::fleet::check_sums(&model.get().inner, &sums).or_error()?;
+        rist::fit::fleet::check_sums(&model.get().inner, &sums).or_error()?;
         Ok(Accumulator { model, sums: Mutex::new(sums) })
     }
 }
@@ -187,7 +187,7 @@ pub fn _accumulator(bytes: &[u8], model: Py<Model>) -> PyResult<Accumulator> {
 
 artefact! {
     Comparison,
-    rist::fleet::Comparison,
+    rist::fit::fleet::Comparison,
     "What changed between sums: which robots, which parameters, by how many deviations.",
     /// Names of those that changed.
     #[getter]

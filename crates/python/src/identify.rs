@@ -5,12 +5,12 @@ use std::path::PathBuf;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use rist::ClosedLoop;
-use rist::closed_loop::identify_experiments_in_loop;
-use rist::doctor::{DoctorRequest, claims_of_log};
-use rist::experiments::{ExperimentLogs, identify_gains_of_rows, identify_paper_rows};
+use rist::fit::closed_loop::identify_experiments_in_loop;
+use rist::fit::doctor::{DoctorRequest, claims_of_log};
+use rist::fit::experiments::{ExperimentLogs, identify_gains_of_rows, identify_paper_rows};
 use rist::request::{IdentifyRequest, Method, MethodRequest, Words};
-use rist::samples::{identify_essential, identify_loaded};
-use rist::verdict::claim_line;
+use rist::fit::samples::{identify_essential, identify_loaded};
+use rist::fit::verdict::claim_line;
 
 use crate::artefact::hash;
 use crate::call::Call;
@@ -203,7 +203,7 @@ type JointState = (String, Option<f64>, Option<f64>, Option<f64>, f64);
 type PassportState = (String, Vec<String>, Vec<String>, bool, Vec<JointState>, Vec<String>);
 
 impl Passport {
-    fn of(passport: &rist::doctor::Passport) -> Passport {
+    fn of(passport: &rist::fit::doctor::Passport) -> Passport {
         let joints = passport.joints.iter().map(|j| (j.coordinate.clone(), j.slope, j.share, j.explained, j.range));
         let claims: Vec<String> = claims_of_log(passport, &[]).iter().map(claim_line).collect();
         let state = (

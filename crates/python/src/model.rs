@@ -9,7 +9,7 @@ use pyo3::types::{PyDict, PyTuple};
 use rist::ModelOptions;
 use rist::request::spelling::flags;
 use rist::request::{GenerateRequest, InspectRequest, Request, SourceLanguage};
-use rist::source::Language;
+use rist::describe::source::Language;
 
 use crate::arrays::array;
 use crate::artefact::{hash, save};
@@ -127,7 +127,7 @@ impl Model {
     fn derive(py: Python<'_>, text: String, path: PathBuf, options: ModelOptions) -> PyResult<Model> {
         let derived = || rist::Model::parse(&text, &path, &options);
         let model = alone(py, derived)?.or_error()?;
-        let snapped = rist::description::snapping(&model.robot, &text, &path, &options);
+        let snapped = rist::describe::description::snapping(&model.robot, &text, &path, &options);
         if let Some(sentence) = snapped {
             py.import("warnings")?.call_method1("warn", (for_python(&sentence),))?;
         }

@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use pyo3::prelude::*;
-use rist::motion_portrait::{ShownMotion, checked_motion, found_motion, motion_of_file};
+use rist::motion::motion_portrait::{ShownMotion, checked_motion, found_motion, motion_of_file};
 use rist::page::{Origin, PageRequest, PlanProof};
 use rist::request::spelling::Reader;
 use rist::{Player, TrajectoryFormat, trajectory_file};
@@ -15,7 +15,7 @@ use crate::work::alone;
 
 artefact! {
     ExperimentPlan,
-    rist::planning::ExperimentPlan,
+    rist::motion::planning::ExperimentPlan,
     "Experiments to run for identification by spectrum analysis, with what they promise.",
     /// Names of the experiments: their logs are e01.csv, ..
     #[getter]
@@ -74,14 +74,14 @@ impl ExperimentPlan {
     }
 
     /// A plan, or the path of one; refused where it was made with another model.
-    pub fn of(given: &Bound<'_, PyAny>, model: &rist::Model) -> PyResult<rist::planning::ExperimentPlan> {
+    pub fn of(given: &Bound<'_, PyAny>, model: &rist::Model) -> PyResult<rist::motion::planning::ExperimentPlan> {
         let (plan, path) = match given.cast::<ExperimentPlan>() {
             Ok(plan) => (plan.get().inner.clone(), PathBuf::from("plan")),
             Err(_) => {
                 let path: PathBuf =
                     given.extract().map_err(|_| error("a plan is an ExperimentPlan or the path of plan.yaml"))?;
                 (
-                    rist::planning::ExperimentPlan::from_yaml(&path.display().to_string(), &read_text(&path)?)
+                    rist::motion::planning::ExperimentPlan::from_yaml(&path.display().to_string(), &read_text(&path)?)
                         .or_error()?,
                     path,
                 )
@@ -94,7 +94,7 @@ impl ExperimentPlan {
 
 artefact! {
     ExcitingMotion,
-    rist::exciting::ExcitingMotion,
+    rist::motion::exciting::ExcitingMotion,
     "One motion of all joints that makes the parameters visible, with the proof that it keeps its limits.",
     /// Whether all that is looked at is proven, between samples too, and all that was asked for is looked at.
     #[getter]
@@ -201,12 +201,12 @@ impl ExcitingMotion {
     }
 
     /// A motion, or the path of one.
-    pub fn of(given: &Bound<'_, PyAny>) -> PyResult<rist::exciting::ExcitingMotion> {
+    pub fn of(given: &Bound<'_, PyAny>) -> PyResult<rist::motion::exciting::ExcitingMotion> {
         if let Ok(motion) = given.cast::<ExcitingMotion>() {
             return Ok(motion.get().inner.clone());
         }
         let path: PathBuf =
             given.extract().map_err(|_| error("a motion is an ExcitingMotion or the path of motion.yaml"))?;
-        rist::exciting::ExcitingMotion::from_yaml(&path.display().to_string(), &read_text(&path)?).or_error()
+        rist::motion::exciting::ExcitingMotion::from_yaml(&path.display().to_string(), &read_text(&path)?).or_error()
     }
 }

@@ -7,7 +7,7 @@ use pyo3::types::PyDict;
 use rist::page::{Origin, PageRequest};
 use rist::request::Request;
 use rist::request::spelling::Reader;
-use rist::validation::{ValidateRequest, is_fitted};
+use rist::fit::validation::{ValidateRequest, is_fitted};
 
 use crate::artefact::{artefact, save};
 use crate::call::Call;
@@ -111,7 +111,7 @@ pub fn validate(
             work(py, None, |_| {
                 let logs = open(logs, model, &options.columns)?;
                 let validation = rist::validate(model, estimate, &logs)?;
-                let verdict = rist::verdict::validation_verdict(model, estimate, &logs, validation.total, are_new)?;
+                let verdict = rist::fit::verdict::validation_verdict(model, estimate, &logs, validation.total, are_new)?;
                 Ok((validation, verdict))
             })?
         }
@@ -120,8 +120,8 @@ pub fn validate(
             let paths = paths
                 .ok_or_else(|| error("validate: an estimate of experiments predicts motions in files: give paths"))?;
             work(py, None, |_| {
-                let validation = rist::validation::validate_experiments(model, estimate, &paths, &request)?;
-                let verdict = rist::verdict::validation_verdict(model, estimate, &[], validation.total, are_new)?;
+                let validation = rist::fit::validation::validate_experiments(model, estimate, &paths, &request)?;
+                let verdict = rist::fit::verdict::validation_verdict(model, estimate, &[], validation.total, are_new)?;
                 Ok((validation, verdict))
             })?
         }

@@ -7,7 +7,7 @@ use pyo3::types::PyDict;
 
 use crate::artefact::hash;
 use crate::error::{all_spelled, for_python};
-use rist::verdict::{Trust, UseVerdict};
+use rist::fit::verdict::{Trust, UseVerdict};
 
 use crate::html;
 
@@ -20,13 +20,13 @@ pub struct Verdict {
 /// A verdict and its sentences. Claims are written and never read, so what comes out of a pickle has the sentences alone.
 #[derive(Clone)]
 pub struct Said {
-    pub inner: rist::verdict::Verdict,
+    pub inner: rist::fit::verdict::Verdict,
     claims: Vec<String>,
     pub text: String,
 }
 
-impl From<rist::verdict::Verdict> for Said {
-    fn from(inner: rist::verdict::Verdict) -> Said {
+impl From<rist::fit::verdict::Verdict> for Said {
+    fn from(inner: rist::fit::verdict::Verdict) -> Said {
         Said { claims: inner.claims.iter().map(ToString::to_string).collect(), text: inner.to_string(), inner }
     }
 }
@@ -108,7 +108,7 @@ impl Verdict {
     }
 
     fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyAny>, Parts)> {
-        let rist::verdict::Verdict { found, reasons, next, uses, .. } = &self.said.inner;
+        let rist::fit::verdict::Verdict { found, reasons, next, uses, .. } = &self.said.inner;
         let part = |u: &UseVerdict| (u.name.clone(), u.trust.word().into(), u.error, u.worst_joint.clone());
         let uses = uses.iter().map(part).collect();
         let (claims, text) = (self.said.claims.clone(), self.said.text.clone());
@@ -141,6 +141,6 @@ pub fn _verdict(
 ) -> Verdict {
     let one = |(name, word, error, worst_joint): UseParts| UseVerdict { name, trust: trust(&word), error, worst_joint };
     let uses = uses.into_iter().map(one).collect();
-    let inner = rist::verdict::Verdict { trust: trust(word), found, reasons, next, uses, claims: Vec::new() };
+    let inner = rist::fit::verdict::Verdict { trust: trust(word), found, reasons, next, uses, claims: Vec::new() };
     Verdict { said: Said { inner, claims, text } }
 }

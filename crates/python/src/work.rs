@@ -9,7 +9,7 @@ use std::sync::mpsc::{RecvTimeoutError, Sender, channel};
 use std::time::Duration;
 
 use pyo3::prelude::*;
-use rist::exciting::Interruption;
+use rist::motion::exciting::Interruption;
 
 use crate::error::{OrError, error};
 

@@ -6,7 +6,7 @@ use std::path::Path;
 
 use identification::estimate::identified::Identified;
 use report::chart::Chart;
-use rist::validation::predicted_torques;
+use rist::fit::validation::predicted_torques;
 use rist::{Error, Estimate, IdentifyRequest, LogSource, Model, identify};
 
 fn main() -> Result<(), Error> {

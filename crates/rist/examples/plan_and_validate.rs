@@ -5,9 +5,9 @@
 use std::path::PathBuf;
 
 use logs::Effort;
-use rist::experiments::ExperimentLogs;
+use rist::fit::experiments::ExperimentLogs;
+use rist::fit::validation::validate_experiments;
 use rist::request::{HarmonicRequest, PaperRequest, PlanRequest, SimulateRequest, ValidateRequest};
-use rist::validation::validate_experiments;
 use rist::{Error, Model, identify_experiments, plan, simulate};
 
 fn main() -> Result<(), Error> {

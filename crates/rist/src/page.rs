@@ -6,14 +6,14 @@ use report::identification::{Page, Subject};
 pub use report::experiments::PlanProof;
 pub use report::identification::Origin;
 
-use crate::Estimate;
+use crate::describe::model::Model;
 use crate::error::Error;
-use crate::model::Model;
-use crate::motion_portrait::ShownMotion;
-use crate::planning::ExperimentPlan;
+use crate::fit::validation::{Portrait, Validation};
+use crate::fit::verdict::Verdict;
+use crate::motion::motion_portrait::ShownMotion;
+use crate::motion::planning::ExperimentPlan;
 use crate::request::spelling::{Reader, spelled};
-use crate::validation::{Portrait, Validation};
-use crate::verdict::Verdict;
+use identification::estimate::artefact::Estimate;
 
 /// The content of the page. A part that is not given is left out.
 #[derive(Clone, Copy, Default)]
@@ -22,15 +22,15 @@ pub struct PageRequest<'a> {
     pub model: Option<&'a Model>,
     /// The experiments that were planned.
     pub plan: Option<&'a ExperimentPlan>,
-    /// What was found again of them: [`crate::played_file::plan_proof`].
+    /// What was found again of them: [`crate::motion::played_file::plan_proof`].
     pub plan_proof: Option<&'a PlanProof>,
-    /// The exciting motion, with what is drawn of it: [`crate::motion_portrait`].
+    /// The exciting motion, with what is drawn of it: [`crate::motion::motion_portrait`].
     pub motion: Option<ShownMotion<'a>>,
     /// The parameters.
     pub estimate: Option<&'a Estimate>,
     /// Another estimate of the same model, and the name of its file.
     pub against: Option<(&'a str, &'a Estimate)>,
-    /// What they predict for logs: [`crate::validation::portrait`].
+    /// What they predict for logs: [`crate::fit::validation::portrait`].
     pub portrait: Option<&'a Portrait>,
     /// How well they predict other logs.
     pub validation: Option<&'a Validation>,

@@ -9,8 +9,8 @@ use linear_model::parameter::{FrictionParameter, ParameterId};
 use linear_model::regressor::predict_load;
 use linear_model::states::States;
 use logs::ColumnNames;
+use rist::fit::verdict::{Trust, Verdict};
 use rist::request::IdentifyRequest;
-use rist::verdict::{Trust, Verdict};
 use rist::{Error, LogSource, Model};
 
 use super::Situation;

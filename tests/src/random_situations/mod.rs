@@ -22,7 +22,7 @@ use std::path::Path;
 
 use logs::Table;
 use rist::Model;
-use rist::description::{ModelOptions, parse_robot};
+use rist::describe::description::{ModelOptions, parse_robot};
 
 use defects::{Defect, Kind};
 use draw::Draw;

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::fmt;
 
-use rist::verdict::Trust;
+use rist::fit::verdict::Trust;
 
 use super::Situation;
 use super::judge::Outcome;

@@ -5,7 +5,7 @@ use identification::estimate::ledger::hypotheses::Hypothesis;
 use identification::estimate::ledger::topics::{MOUNT, SCALE, SPRING, ZERO};
 use identification::estimators::weighted::Weights;
 use rist::Model;
-use rist::verdict::{Trust, Verdict};
+use rist::fit::verdict::{Trust, Verdict};
 use robot::Robot;
 use robot::value::Value;
 use tests::faults::{changed, each};

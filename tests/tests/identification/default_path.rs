@@ -4,8 +4,8 @@
 use identification::signals::signal_options::Velocity;
 use linear_model::description_options::RotorInertias;
 use linear_model::parameter::ParameterId;
+use rist::fit::samples::Identification;
 use rist::request::{IdentifyRequest, SamplesRequest};
-use rist::samples::Identification;
 use rist::{Model, ModelOptions};
 use robot::{Inertial, StandardParameter};
 use tests::faults::changed;

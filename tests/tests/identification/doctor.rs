@@ -9,7 +9,7 @@ use identification::estimate::options::Options;
 use identification::estimate::passport::Passport;
 use identification::estimate::passport::finding::{Columns, Fault, Finding};
 use logs::{Log, LogSource};
-use rist::description::RotorInertias;
+use rist::describe::description::RotorInertias;
 use rist::{Model, ModelOptions};
 use tests::benchmark::dataset::Dataset;
 use tests::faults::{Injected, changed, cut, each, injected, mirrored};
@@ -204,15 +204,20 @@ fn exchanged_sides_are_named_and_never_trusted() {
             request.samples.rows.signals.options = Some(options.clone());
             let mut found = rist::identify(&model, &logs, &request).unwrap();
             let judged = found.judged(&model, std::slice::from_ref(&other), false).unwrap().verdict;
-            let validated =
-                rist::verdict::validation_verdict(&model, &found.estimate, std::slice::from_ref(&other), 0.01, true);
-            let read_again = rist::verdict::fitted_verdict(&model, &found.estimate, &logs);
+            let validated = rist::fit::verdict::validation_verdict(
+                &model,
+                &found.estimate,
+                std::slice::from_ref(&other),
+                0.01,
+                true,
+            );
+            let read_again = rist::fit::verdict::fitted_verdict(&model, &found.estimate, &logs);
             let all = [judged, validated.unwrap(), read_again.unwrap()];
             for verdict in &all {
                 // What free bodies explain is no contradiction, but no yes either.
-                let is_yes = verdict.trust == rist::verdict::Trust::Yes;
+                let is_yes = verdict.trust == rist::fit::verdict::Trust::Yes;
                 assert!(!(is_swapped && is_yes), "{seed}: {verdict}");
-                assert!(is_swapped || verdict.trust != rist::verdict::Trust::No, "{seed}: {verdict}");
+                assert!(is_swapped || verdict.trust != rist::fit::verdict::Trust::No, "{seed}: {verdict}");
                 let says = verdict.to_string().replace('\n', " ").contains("are in another order (position, velocity");
                 assert_eq!(says, is_swapped, "{seed}: {verdict}");
             }
@@ -260,10 +265,10 @@ fn a_last_body_that_lies_otherwise_is_no_wrong_zero() {
         let [explained] = passport.explained.as_slice() else { panic!("{turn}: {passport:?}") };
         assert!(matches!(explained.finding.fault, Fault::Zero(_)) && explained.is_likely, "{explained:?}");
         // The same in sums.
-        let request = rist::fleet::SumsRequest::default();
-        let mut sums = rist::fleet::accumulator(&model, &request).unwrap();
+        let request = rist::fit::fleet::SumsRequest::default();
+        let mut sums = rist::fit::fleet::accumulator(&model, &request).unwrap();
         let (source, _) = model.open_log(&here.join("log.csv"), &Default::default()).unwrap();
-        rist::fleet::update(&model, &mut sums, &source, false).unwrap();
+        rist::fit::fleet::update(&model, &mut sums, &source, false).unwrap();
     }
 }
 

@@ -59,7 +59,8 @@ fn friction_of_the_load_is_found_and_carried() {
         let run = rist(&here, &[&["identify", &urdf, "fitted.csv", "--out", name], more].concat());
         let text = std::fs::read_to_string(here.join(name)).unwrap_or_else(|e| panic!("{e}: {}{}", run.out, run.err));
         let estimate = Estimate::from_yaml(name, &text).unwrap();
-        let predicted = rist::validation::predictions(&robot, &estimate, None, std::slice::from_ref(&other)).unwrap();
+        let predicted =
+            rist::fit::validation::predictions(&robot, &estimate, None, std::slice::from_ref(&other)).unwrap();
         (run, estimate, predicted[0].residuals.total)
     };
     let (_, _, plain) = of("plain.yaml", &["--friction", "viscous,coulomb,offset"]);

@@ -131,7 +131,7 @@ fn too_few_postures_are_refused_and_what_they_can_tell_is_listed() {
     let parameters = gravity_parameters(&model).unwrap();
     let names: Vec<&str> = parameters.iter().map(|p| p.name.as_str()).collect();
     assert!(names.iter().all(|name| name.starts_with('M')), "{names:?}");
-    assert!(rist::postures::gravity_text(&parameters).contains("[kg m]"));
+    assert!(rist::fit::postures::gravity_text(&parameters).contains("[kg m]"));
 }
 
 /// The tables and the log of the field, where a table has no clock or one that steps by a second.

@@ -2,7 +2,7 @@
 //! recursion of the tests; five situations end with a verdict.
 
 use rist::Model;
-use rist::verdict::Trust;
+use rist::fit::verdict::Trust;
 use tests::random::{Random, State};
 use tests::random_situations::Situation;
 use tests::random_situations::chain::Chain;

@@ -3,8 +3,8 @@
 use claims::Outcome;
 use identification::estimate::ledger::topics::{MOUNT, ROTOR, SCALE, SPRING, ZERO};
 use rist::Model;
+use rist::fit::verdict::Trust;
 use rist::request::IdentifyRequest;
-use rist::verdict::Trust;
 use tests::joint_log::unlike;
 use tests::model_path;
 use tests::program::folder;

@@ -6,8 +6,8 @@ use identification::estimators::drive_gains::likelihood::Gain;
 use identification::signals::transmission::Transmission;
 use logs::{ColumnNames, LogSource, Table};
 use nalgebra::{Rotation3, Vector3};
+use rist::fit::samples::Identification;
 use rist::request::{IdentifyRequest, Unknown};
-use rist::samples::Identification;
 use rist::{Model, ModelOptions};
 use tests::random_situations::Situation;
 use tests::random_situations::defects::{Defect, Kind};
@@ -302,7 +302,8 @@ fn errors_are_relative_to_the_torque_as_measured() {
             });
             let used = found.used(&model);
             let predicted = rist::validate(used, &found.estimate, &source).unwrap();
-            let series = rist::validation::predicted_torques(used, &found.estimate, &source).unwrap().swap_remove(0);
+            let series =
+                rist::fit::validation::predicted_torques(used, &found.estimate, &source).unwrap().swap_remove(0);
             let measured: Vec<f64> = found.estimate.joints.iter().map(|joint| joint.rms / joint.relative).collect();
             let validated: Vec<f64> = predicted.joints.iter().map(|joint| joint.rms / joint.relative).collect();
             let square: f64 = found.estimate.joints.iter().map(|j| j.rms * j.rms * j.rows as f64).sum();

@@ -1,8 +1,8 @@
 //! A description that is written is nearer the truth than the one it replaces.
 
 use rist::Model;
+use rist::fit::verdict::Trust;
 use rist::request::IdentifyRequest;
-use rist::verdict::Trust;
 use tests::joint_log::{described, swinging, swinging_by, unlike};
 use tests::model_path;
 use tests::program::folder;

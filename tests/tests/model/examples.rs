@@ -2,8 +2,8 @@
 
 use std::process::Command;
 
+use rist::describe::source::Language;
 use rist::generate;
-use rist::source::Language;
 use tests::{model, workspace};
 
 /// What an example prints; panics where it fails. Built as `cargo test --workspace` has built it already.

@@ -210,10 +210,15 @@ fn only_what_uses_base_parameters_asks_for_their_rank() {
     let (state, x) = (random.state(&robot), random.physical_parameters(&robot));
     let tau = tests::recursion::torque(&robot, &state, &x);
     let at = |name: &str, others: &[(&str, &[f64])]| {
-        let evaluation = rist::evaluation::Evaluation::of_function(&model, name).unwrap();
+        let evaluation = rist::describe::evaluation::Evaluation::of_function(&model, name).unwrap();
         let mut outputs = vec![f64::NAN; evaluation.outputs().iter().map(|o| o.rows * o.columns).sum()];
-        let states =
-            rist::evaluation::ManyStates { q: &state.q, dq: &state.dq, ddq: &state.ddq, parameters: &x, others };
+        let states = rist::describe::evaluation::ManyStates {
+            q: &state.q,
+            dq: &state.dq,
+            ddq: &state.ddq,
+            parameters: &x,
+            others,
+        };
         evaluation.fill(&model, &states, &mut outputs).unwrap();
         outputs
     };

@@ -3,8 +3,8 @@
 use experiments::excitation::artefact::ExcitingMotion;
 use experiments::excitation::visibility::JointNoise;
 use rist::Model;
+use rist::motion::simulation::SimulateRequest;
 use rist::request::{ExciteRequest, FrictionChoice};
-use rist::simulation::SimulateRequest;
 use tests::model_path;
 use tests::promise::{FRICTION, Kept, kept, promised};
 

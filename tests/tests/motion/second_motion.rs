@@ -12,7 +12,7 @@ use linear_model::friction::terms::FrictionTerm;
 use nalgebra::{Cholesky, DMatrix};
 use numerics::information_matrix::{InformationMatrix, Rows};
 use rist::Model;
-use rist::planning::PlanRequest;
+use rist::motion::planning::PlanRequest;
 use tests::program::{folder, rist as run};
 use tests::promise::{columns, information};
 use tests::workspace;
@@ -161,9 +161,12 @@ fn candidates_of(model: &Model, request: &PlanRequest) -> Vec<Candidate> {
 }
 
 /// The least D-efficiency that follows from a plan's file and the candidates, with the candidates' scaled rows.
-fn efficiency_by_hand(model: &Model, request: &PlanRequest) -> (rist::planning::ExperimentPlan, f64, Vec<Rows>, f64) {
+fn efficiency_by_hand(
+    model: &Model,
+    request: &PlanRequest,
+) -> (rist::motion::planning::ExperimentPlan, f64, Vec<Rows>, f64) {
     let planned = rist::plan(model, request, &|_, _, _| ()).unwrap().plan;
-    let read = rist::planning::ExperimentPlan::from_yaml("plan.yaml", &planned.to_yaml().unwrap()).unwrap();
+    let read = rist::motion::planning::ExperimentPlan::from_yaml("plan.yaml", &planned.to_yaml().unwrap()).unwrap();
     assert_eq!(read, planned);
     let proof = read.proof.as_ref().unwrap();
     let candidates = candidates_of(model, request);

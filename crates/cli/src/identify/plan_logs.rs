@@ -3,8 +3,8 @@
 use std::path::{Path, PathBuf};
 
 use rist::ClosedLoop;
-use rist::closed_loop::identify_experiments_in_loop;
-use rist::experiments::{ExperimentLogs, identify_experiments, identify_gains_of_rows, identify_paper_rows};
+use rist::fit::closed_loop::identify_experiments_in_loop;
+use rist::fit::experiments::{ExperimentLogs, identify_experiments, identify_gains_of_rows, identify_paper_rows};
 use rist::output::check_output;
 use rist::request::{HarmonicRequest, Method, PaperRequest};
 use serde_json::json;
@@ -56,7 +56,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
             identify_experiments(&model, logs, &request)?
         }
     };
-    let verdict = rist::verdict::estimate_verdict(&estimate);
+    let verdict = rist::fit::verdict::estimate_verdict(&estimate);
     print_result(format_args!("{estimate}\n{verdict}"), || {
         Ok(json!({"estimate": serde_json::to_value(&estimate)?, "verdict": as_json(&verdict)}))
     })?;

@@ -3,11 +3,11 @@
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
-use rist::judged::Judged;
-use rist::load::Load;
+use rist::fit::judged::Judged;
+use rist::fit::load::Load;
+use rist::fit::samples::{Identification, identify_essential, identify_loaded};
+use rist::fit::verdict::Verdict;
 use rist::request::{BodiesFiles, IdentifyRequest, Method};
-use rist::samples::{Identification, identify_essential, identify_loaded};
-use rist::verdict::Verdict;
 use rist::{ColumnNames, Inertial, LogSource, Model, Residuals, Validation};
 use serde_json::{Value, json};
 
@@ -69,7 +69,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
         write_file(out, page)?;
     }
     if let Some(out) = &files.samples.series {
-        let series = rist::validation::predicted_torques(model, estimate, &logs)?;
+        let series = rist::fit::validation::predicted_torques(model, estimate, &logs)?;
         write_file(out, series_text(out, &series, model.regressor().coordinates())?)?;
     }
     refused(&verdict, is_withheld && writes)

@@ -110,7 +110,7 @@ impl ExciteRequest {
         }
     }
 
-    /// s; none: by the limits, see [`crate::exciting::default_period`].
+    /// s; none: by the limits, see [`crate::motion::exciting::default_period`].
     pub fn seconds(&self) -> Option<f64> {
         self.period.or(self.frequency.map(|hz| 1.0 / hz))
     }

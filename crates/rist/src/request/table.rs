@@ -126,7 +126,7 @@ macro_rules! request {
                 [own, $(<$part_type as $crate::request::Request>::fields(),)?].concat()
             }
 
-            fn set_texts(&mut self, name: &str, texts: &[String]) -> Result<(), $crate::Error> {
+            fn set_texts(&mut self, name: &str, texts: &[String]) -> Result<(), $crate::error::Error> {
                 match name {
                     $(stringify!($field) => {
                         self.$field = $crate::request::FieldType::of_texts(texts).map_err(|e| e.about(name))?;
@@ -137,7 +137,7 @@ macro_rules! request {
                 Ok(())
             }
 
-            fn set_value(&mut self, name: &str, value: &serde_json::Value) -> Result<(), $crate::Error> {
+            fn set_value(&mut self, name: &str, value: &serde_json::Value) -> Result<(), $crate::error::Error> {
                 let fields = Self::fields();
                 let Some(field) = fields.iter().find(|field| field.name == name) else {
                     return Err($crate::request::unknown(name, fields.iter().map(|field| field.name)));
@@ -163,7 +163,7 @@ macro_rules! request {
                 [own, $(self.$part.given(),)?].concat()
             }
 
-            fn check(&self) -> Result<(), $crate::Error> {
+            fn check(&self) -> Result<(), $crate::error::Error> {
                 let fields = Self::fields();
                 let mut fields = fields.iter();
                 $($crate::request::in_range(fields.next().expect("a field of the table"), &self.$field)?;)*

@@ -57,11 +57,11 @@ macro_rules! words {
                 $crate::request::words::shape::<$type>()
             }
 
-            fn of_texts(texts: &[String]) -> Result<$type, $crate::Error> {
+            fn of_texts(texts: &[String]) -> Result<$type, $crate::error::Error> {
                 $crate::request::words::of_texts(texts)
             }
 
-            fn of_value(value: &serde_json::Value) -> Result<Option<$type>, $crate::Error> {
+            fn of_value(value: &serde_json::Value) -> Result<Option<$type>, $crate::error::Error> {
                 Ok(value.as_str().and_then(<$type as $crate::request::words::Words>::of_word))
             }
 

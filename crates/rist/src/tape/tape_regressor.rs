@@ -79,7 +79,7 @@ impl Regressor for TapeRegressor {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::model::{base_columns, coordinates};
+    use crate::describe::model::{base_columns, coordinates};
     use modeling::Derivation;
     use std::path::Path;
 

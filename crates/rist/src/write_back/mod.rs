@@ -3,6 +3,7 @@
 //! `steps` are what a user calls; the other files know bodies and text alone.
 
 pub mod body;
+mod identified_values;
 pub mod mjcf;
 pub mod mjcf_into;
 mod mjcf_pose;

@@ -8,10 +8,10 @@ use crate::write_back::mjcf::mjcf;
 use crate::write_back::mjcf_into::mjcf_into;
 use crate::write_back::urdf::{WrittenBack, write_back};
 
-use crate::Estimate;
+use crate::describe::model::Model;
 use crate::error::Error;
-use crate::model::Model;
-use crate::samples::Bodies;
+use crate::fit::samples::Bodies;
+use identification::estimate::artefact::Estimate;
 
 /// A URDF with the identified bodies, joint damping and friction; the rest of the text is unchanged. Its notes say what
 /// a URDF cannot express.

@@ -1,0 +1,99 @@
+//! A description in another format, and its parameters in another convention.
+
+use robot::convention::Convention;
+use robot::format::{Angles, ReadOptions, write_par, write_urdf, write_yaml};
+use robot::{PassiveCoordinate, Robot, transform_inertial};
+
+use crate::describe::torque_difference::torque_difference;
+use crate::error::Error;
+use crate::request::DescriptionFormat;
+
+/// A description in another format.
+#[derive(Clone, Debug)]
+pub struct Converted {
+    /// The file.
+    pub text: String,
+    /// What the format cannot carry.
+    pub notes: Vec<String>,
+    /// What of the robot is not in the text, found by reading it.
+    pub differences: Vec<String>,
+}
+
+/// Writes a robot in another format, and reads it back.
+///
+/// Fails where the format cannot carry the robot.
+pub fn convert(robot: &Robot, format: DescriptionFormat) -> Result<Converted, Error> {
+    let (text, notes) = match format {
+        DescriptionFormat::Par => write_par(robot),
+        DescriptionFormat::Yaml => write_yaml(robot),
+        DescriptionFormat::Urdf => write_urdf(robot),
+    };
+    let differences = read_back(robot, &text, format)?;
+    let notes = notes.iter().map(|note| format!("{}: {}", note.subject, note.text)).collect();
+    Ok(Converted { text, notes, differences })
+}
+
+/// Relative difference of torques that rounding explains: a URDF has other frames and its angles as decimals.
+const TORQUE_ROUNDING: f64 = 1e-9;
+
+/// What of the robot is not in the text, by reading it. Fails where it cannot be read: then nothing is written.
+fn read_back(robot: &Robot, text: &str, format: DescriptionFormat) -> Result<Vec<String>, Error> {
+    let options = ReadOptions { angles: Angles::AsGiven, floating_base: robot.massless > 0, ..ReadOptions::default() };
+    let read = match format {
+        DescriptionFormat::Par => robot::format::read_par(text, "the result"),
+        DescriptionFormat::Yaml => robot::format::read_yaml(text, "the result"),
+        DescriptionFormat::Urdf => robot::format::read_urdf_with(text, "the result", options),
+    };
+    let read = read.map_err(|e| {
+        Error::new(format_args!("{}: this format cannot carry the robot: written, it is refused with: {e}", robot.name))
+    })?;
+    let mut differences = Vec::new();
+    // What coordinates lose: their order, or some of them.
+    let names = |r: &Robot| r.coordinates.iter().map(|c| c.name.clone()).collect::<Vec<_>>();
+    let (before, after) = (names(robot), names(&read));
+    let mut sorted = [before.clone(), after.clone()];
+    sorted.iter_mut().for_each(|names| names.sort());
+    if before != after && sorted[0] == sorted[1] {
+        differences.push(format!("the coordinates come in another order: {}", after.join(", ")));
+    }
+    if before.len() != after.len() {
+        differences.push(format!("{} coordinates become {}", before.len(), after.len()));
+    }
+    // What the formats have no word for.
+    if robot.massless > 0 {
+        let n = robot.massless;
+        differences.push(format!(
+            "the {n} links without mass that carry the base are written as bodies with parameters of their own; write the \
+             robot without [floating_base] and let it float when it is read"
+        ));
+    }
+    let starts = |r: &Robot| r.passive.iter().map(|p| p.start).collect::<Vec<_>>();
+    if starts(robot).iter().any(|s| *s != 0.0) && starts(robot) != starts(&read) {
+        let start = |p: &PassiveCoordinate| format!("{} = {}", p.name, p.start);
+        let starts: Vec<String> = robot.passive.iter().map(start).collect();
+        differences.push(format!("where the search for passive joints starts is not carried: {}", starts.join(", ")));
+    }
+    // Whatever else was lost shows in the torques.
+    if let Some(x) = torque_difference(robot, &read).filter(|x| *x > TORQUE_ROUNDING) {
+        differences.push(format!("the result is another robot: its torques differ by {x:.1e} of the largest"));
+    }
+    Ok(differences)
+}
+
+/// CSV: link, parameter, value. The value is missing where the parameters of a link are not known, and where the
+/// convention would divide by a mass of zero.
+pub fn inertial_table(robot: &Robot, convention: Convention) -> String {
+    let mut text = String::from("link,parameter,value\n");
+    for link in &robot.links[robot.massless..] {
+        let in_frame = |x: [f64; 10]| match convention {
+            Convention::Symoro => x,
+            _ => transform_inertial(&x, &link.file_frame.inverse()),
+        };
+        let named = link.inertial.map(in_frame).and_then(|x| convention.write(&x));
+        for (i, name) in convention.names().into_iter().enumerate() {
+            let value = named.as_ref().map_or(String::new(), |n| format!("{:?}", n.values[i].1));
+            text += &format!("{},{name},{value}\n", link.label);
+        }
+    }
+    text
+}

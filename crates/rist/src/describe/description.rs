@@ -1,0 +1,146 @@
+//! A description as a user gives it: how it is read, which values the reader rounded, which it lacks.
+
+use std::path::{Path, PathBuf};
+
+use clearance::mesh::mesh_files;
+use gate::opened;
+pub use linear_model::description_options::RotorInertias;
+use modeling::Size;
+use nalgebra::{Rotation3, Vector3};
+use robot::format::{Angles, ReadOptions};
+use robot::value::Value;
+use robot::{Drive, JointKind, Robot, RotorInertia};
+
+use crate::describe::torque_difference::torque_difference;
+use crate::error::Error;
+use crate::output::directory_of;
+pub use crate::request::ModelOptions;
+
+/// A description as it stands in its file, with the options applied; nothing is derived.
+///
+/// Fails with the place of what cannot be read, and where a symbol of `value` is not there.
+pub fn read_robot(path: &Path, options: &ModelOptions) -> Result<Robot, Error> {
+    parse_robot(&robot::format::text_of(path)?, path, options)
+}
+
+/// As [`read_robot`] of a text; the extension of `path` tells its format, and no file is opened but what the text brings along.
+/// That is an input as the file itself ([`crate::output`]).
+pub fn parse_robot(text: &str, path: &Path, options: &ModelOptions) -> Result<Robot, Error> {
+    opened::with(path, || {
+        let robot = parsed(text, path, options)?;
+        mesh_files(&robot, directory_of(path)).iter().for_each(|file| opened::note(file));
+        Ok(robot)
+    })
+}
+
+fn parsed(text: &str, path: &Path, options: &ModelOptions) -> Result<Robot, Error> {
+    let ModelOptions { mimic, angles, floating_base, value: ref values, arg: ref arguments, .. } = *options;
+    let packages: Vec<(String, PathBuf)> =
+        options.package.iter().map(|(name, folder)| (name.clone(), PathBuf::from(folder))).collect();
+    let read = ReadOptions { mimic, angles, floating_base, values, arguments, packages: &packages };
+    let mut robot = robot::format::parse_with(text, path, read)?;
+    for (name, position) in &options.lock {
+        let refused = |why: String| Error::new(format_args!("{}: [lock]: {why}", path.display()));
+        robot = robot.locked(name, *position).map_err(refused)?;
+    }
+    if let Some(rotors) = options.rotor_inertia {
+        set_rotor_inertias(&mut robot, rotors);
+    }
+    if let Some(base) = options.base {
+        if options.floating_base {
+            return Err(Error::new(
+                "[base] says how a fixed base is mounted, and [floating_base] that it is not: give one",
+            ));
+        }
+        turn_base(&mut robot, base);
+    }
+    Ok(if options.floating_base { robot.floating() } else { robot })
+}
+
+/// R = Rz(yaw) Ry(pitch) Rx(roll), as a URDF has it.
+pub(crate) fn turn_of_rpy([roll, pitch, yaw]: [f64; 3]) -> Rotation3<f64> {
+    Rotation3::from_euler_angles(roll, pitch, yaw)
+}
+
+/// An angle of pi written to five digits is off by less, rad.
+const WRITTEN_ANGLE_RAD: f64 = 2e-5;
+
+/// Roll, pitch and yaw of a turn, rounded to so many digits behind the point, rad: what is printed is what counts.
+pub(crate) fn rounded_rpy(turn: &Rotation3<f64>, digits: i32) -> [f64; 3] {
+    let (roll, pitch, yaw) = turn.euler_angles();
+    let unit = 10f64.powi(digits);
+    // No zero is negative.
+    [roll, pitch, yaw].map(|angle| (angle * unit).round() / unit + 0.0)
+}
+
+/// Mounts the base so, from however it was before: gravity of the file, which stands still, is seen from a frame that is
+/// turned by R. What a rounded angle leaves of it along an axis is zero.
+pub(crate) fn turn_base(robot: &mut Robot, base: [f64; 3]) {
+    let now = robot.gravity_number();
+    let of_file = *robot.file_gravity.get_or_insert(now);
+    let gravity = turn_of_rpy(base).inverse() * Vector3::from(of_file);
+    let least = WRITTEN_ANGLE_RAD * gravity.norm();
+    robot.gravity = [0, 1, 2].map(|i| Value::Number(if gravity[i].abs() < least { 0.0 } else { gravity[i] }));
+}
+
+/// A sentence on the angles and axes that the reader took for other values, and on how much this changes the torque;
+/// `None` where everything is as given.
+pub fn snapping(robot: &Robot, text: &str, path: &Path, options: &ModelOptions) -> Option<String> {
+    /// This many are named, and the others counted.
+    const NAMED_ANGLES: usize = 4;
+    if robot.snapped.is_empty() {
+        return None;
+    }
+    let mut taken: Vec<String> =
+        robot.snapped.iter().take(NAMED_ANGLES).map(|n| format!("{}: {}", n.subject, n.text)).collect();
+    if robot.snapped.len() > NAMED_ANGLES {
+        taken.push(format!("{} more", robot.snapped.len() - NAMED_ANGLES));
+    }
+    let as_given = parse_robot(text, path, &ModelOptions { angles: Angles::AsGiven, ..options.clone() });
+    let change = match as_given.ok().and_then(|given| torque_difference(&given, robot)) {
+        Some(x) => format!("the torque changes by up to {x:.1e} of its largest component"),
+        None => "what that does to the torque is not known".into(),
+    };
+    Some(format!(
+        "{}: angles are taken for what was meant ({}); {change}; [angles=as-given] keeps them",
+        path.display(),
+        taken.join("; ")
+    ))
+}
+
+/// Refuses a description in which a symbol has no value, because numbers are to be computed.
+pub fn check_values(robot: &Robot, path: &Path) -> Result<(), Error> {
+    let missing: Vec<&str> = robot.symbols.iter().filter(|s| s.generic).map(|s| s.name.as_str()).collect();
+    match missing.first() {
+        None => Ok(()),
+        Some(first) => Err(Error::new(format_args!(
+            "{}: no value for {}: figures need one ([value={first}=0.45], or `(* Value {first} = 0.45 *)` in the file)",
+            path.display(),
+            missing.join(", ")
+        ))),
+    }
+}
+
+/// Refuses a robot whose derivation takes long or much memory, with the figures, unless it may be of any size.
+pub fn check_size(robot: &Robot, any_size: bool) -> Result<(), Error> {
+    let size = Size::of(robot);
+    if size.is_large() && !any_size {
+        return Err(Error::new(format_args!("{size}; [any_size] derives it all the same")));
+    }
+    Ok(())
+}
+
+pub(crate) fn set_rotor_inertias(robot: &mut Robot, rotors: RotorInertias) {
+    for link in &mut robot.links {
+        let has = match rotors {
+            RotorInertias::None => false,
+            RotorInertias::Actuated => link.joint.drive == Drive::Actuated,
+            RotorInertias::All => link.joint.drive != Drive::Locked && link.joint.kind != JointKind::Fixed,
+        };
+        link.joint.rotor_inertia = match (has, link.joint.rotor_inertia) {
+            (false, _) => RotorInertia::Absent,
+            (true, RotorInertia::Absent) => RotorInertia::Unknown,
+            (true, known) => known,
+        };
+    }
+}

@@ -1,0 +1,324 @@
+//! Regressors, torques, inertia matrices and any other function of a model at many states.
+//!
+//! ```text
+//! tau = Y(q, dq, ddq) X = A(q) ddq + h(q, dq),    h(q, 0) = g(q)
+//! ```
+//! Symbols: q, dq, ddq (N x n; rad, rad/s, rad/s^2, or m ..); X the base parameters, p of them; Y_s (n x p_s) of the
+//! standard parameters; A (n x n, kg m^2); h, g and tau (n; N m, or N of a joint that slides). A state is a row, and its
+//! outputs are one matrix, row by row.
+
+use modeling::{Derivation, UnclearRank};
+
+use crate::describe::model::Model;
+use crate::describe::named_function::function_named;
+use crate::error::Error;
+use crate::tape::state_tape::{Argument, StateTape};
+
+/// What is evaluated.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Quantity {
+    /// Y_s, n x p_s: torque per unit of each standard parameter.
+    Regressor,
+    /// Y, n x p: torque per unit of each base parameter.
+    BaseRegressor,
+    /// tau, n x 1.
+    Torque,
+    /// A, n x n.
+    InertiaMatrix,
+    /// h, n x 1: Coriolis, centrifugal and gravity torques.
+    Bias,
+    /// g, n x 1.
+    Gravity,
+}
+
+/// A matrix that a function gives for each state.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct OutputShape {
+    /// What it is called: `tau`, `dtau_by_q`.
+    pub name: String,
+    /// Rows; columns are 1 of a vector.
+    pub rows: usize,
+    /// Columns.
+    pub columns: usize,
+}
+
+/// States and parameters. An argument that the quantity does not depend on may be empty.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct ManyStates<'a> {
+    /// rad (m), one row per state.
+    pub q: &'a [f64],
+    /// rad/s (m/s).
+    pub dq: &'a [f64],
+    /// rad/s^2 (m/s^2).
+    pub ddq: &'a [f64],
+    /// X, the same for all states; regressors need none.
+    pub parameters: &'a [f64],
+    /// What else the function takes, by name, one row per state: torques `tau`, a `wrench`, a `point`, a pose `t`.
+    pub others: &'a [(&'a str, &'a [f64])],
+}
+
+/// Which parameters a function takes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ParametersOf {
+    /// p base parameters.
+    Base(usize),
+    /// p_s standard parameters, of which base parameters do not tell enough.
+    Standard(usize),
+}
+
+/// One quantity of a model, ready to be evaluated by any number of threads.
+pub struct Evaluation {
+    source: Source,
+    n: usize,
+    outputs: Vec<OutputShape>,
+    parameters: Option<ParametersOf>,
+}
+
+enum Source {
+    /// The model's own base regressor, which is compiled if this robot is built in.
+    Regressor,
+    /// Any function of the states.
+    Tape(Box<StateTape>),
+}
+
+/// States that are evaluated together, so few that their inputs and outputs stay in the cache.
+const STATES_PER_PASS: usize = 64;
+
+impl Evaluation {
+    /// Derives the functions that the quantity needs.
+    ///
+    /// Fails where a loop of the robot closes nowhere.
+    pub fn new(model: &Model, quantity: Quantity) -> Result<Evaluation, Error> {
+        let function = match quantity {
+            Quantity::BaseRegressor => return Ok(Evaluation::of_regressor(model)),
+            Quantity::Regressor => return Evaluation::of_function(model, "regressor"),
+            Quantity::Torque => "inverse-dynamics",
+            Quantity::InertiaMatrix => "inertia-matrix",
+            Quantity::Bias => "bias",
+            Quantity::Gravity => "gravity",
+        };
+        Evaluation::of_function(model, function)
+    }
+
+    /// Any function by its name, as `rist generate` knows it: `forward-dynamics`, `pose=5`, `jacobian=5:base`.
+    ///
+    /// Fails with the names there are, and where a loop of the robot closes nowhere.
+    pub fn of_function(model: &Model, name: &str) -> Result<Evaluation, Error> {
+        let refused = |e: UnclearRank| Error::new(format_args!("{}: {e}", model.path.display()));
+        let which = function_named(&model.robot, name)?;
+        let mut derivation = Derivation::new(&model.robot).map_err(|e| refused(e.into()))?;
+        let function = derivation.function(&which, &model.standard_regressor, &model.parameters).bound();
+        let shape = |o: &expr::Output| OutputShape { name: o.name.clone(), rows: o.rows, columns: o.columns };
+        let outputs = function.outputs.iter().map(shape).collect();
+        let tape = StateTape::new(&function, derivation.closure());
+        let parameters = tape.arguments().iter().find_map(|a| match *a {
+            Argument::Parameters(p) if p == model.parameters.len() => Some(ParametersOf::Base(p)),
+            Argument::Parameters(p) => Some(ParametersOf::Standard(p)),
+            _ => None,
+        });
+        Ok(Evaluation { source: Source::Tape(Box::new(tape)), n: model.robot.n_coordinates(), outputs, parameters })
+    }
+
+    /// The model's own base regressor.
+    fn of_regressor(model: &Model) -> Evaluation {
+        let n = model.robot.n_coordinates();
+        let outputs = vec![OutputShape { name: "y".into(), rows: n, columns: model.parameters.len() }];
+        Evaluation { source: Source::Regressor, n, outputs, parameters: None }
+    }
+
+    /// What is written for each state, in order, each row by row.
+    pub fn outputs(&self) -> &[OutputShape] {
+        &self.outputs
+    }
+
+    /// What else is needed for each state, with the number of its entries.
+    pub fn others(&self) -> Vec<(&str, usize)> {
+        let Source::Tape(tape) = &self.source else { return Vec::new() };
+        let other = |a| if let &Argument::Other(ref name, width) = a { Some((name.as_str(), width)) } else { None };
+        tape.arguments().iter().filter_map(other).collect()
+    }
+
+    /// Writes the outputs of one state after the other. Where a loop does not close, they are not numbers.
+    ///
+    /// Fails where the lengths are not those of whole states, of the same number of them, and of the parameters.
+    pub fn fill<'a>(&self, model: &Model, states: &ManyStates<'a>, outputs: &mut [f64]) -> Result<(), Error> {
+        let (n, size) = (self.n, self.outputs.iter().map(|o| o.rows * o.columns).sum::<usize>());
+        let count = match self.others()[..] {
+            // A pose is enough for the inverse geometric model.
+            [(name, width), ..] if !self.needs("q") => named(states, name).len().checked_div(width).unwrap_or(0),
+            _ => states.q.len().checked_div(n).unwrap_or(0),
+        };
+        let wrong = |what: &str, expected: usize, found: usize| {
+            Err(Error::new(format_args!(
+                "{what}: {expected} numbers are expected for {count} states, {found} are there"
+            )))
+        };
+        for (what, given) in [("q", states.q), ("dq", states.dq), ("ddq", states.ddq)] {
+            if self.needs(what) && given.len() != count * n {
+                return wrong(what, count * n, given.len());
+            }
+        }
+        if let Some(ParametersOf::Base(p) | ParametersOf::Standard(p)) = self.parameters
+            && p != states.parameters.len()
+        {
+            return wrong("parameters", p, states.parameters.len());
+        }
+        let others = self.others();
+        for (name, width) in &others {
+            if named(states, name).len() != count * width {
+                return wrong(name, count * width, named(states, name).len());
+            }
+        }
+        if outputs.len() != count * size {
+            return wrong("outputs", count * size, outputs.len());
+        }
+        if outputs.is_empty() {
+            return Ok(());
+        }
+        for (first, outputs) in (0..count).step_by(STATES_PER_PASS).zip(outputs.chunks_mut(STATES_PER_PASS * size)) {
+            let rows = first..count.min(first + STATES_PER_PASS);
+            // An argument that is not needed may be empty.
+            let row = |x: &'a [f64], k: usize| x.get(k * n..(k + 1) * n).unwrap_or_default();
+            let some = |(name, width): &(&str, usize)| &named(states, name)[rows.start * width..rows.end * width];
+            let others: Vec<&[f64]> = others.iter().map(some).collect();
+            let rows = rows.map(|k| [row(states.q, k), row(states.dq, k), row(states.ddq, k)]);
+            match &self.source {
+                Source::Regressor => {
+                    model.regressor().fill_many(&rows.flatten().flatten().copied().collect::<Vec<f64>>(), outputs)
+                }
+                Source::Tape(tape) => tape.fill(rows, states.parameters, &others, outputs),
+            }
+        }
+        Ok(())
+    }
+
+    /// Whether the outputs depend on an argument, `q`, `dq` or `ddq`.
+    pub fn needs(&self, argument: &str) -> bool {
+        match (&self.source, argument) {
+            (Source::Regressor, _) => true,
+            (Source::Tape(tape), "q") => tape.arguments().contains(&Argument::Q),
+            (Source::Tape(tape), "dq") => tape.arguments().contains(&Argument::Dq),
+            (Source::Tape(tape), _) => tape.arguments().contains(&Argument::Ddq),
+        }
+    }
+
+    /// Which parameters the outputs depend on.
+    pub fn parameters(&self) -> Option<ParametersOf> {
+        self.parameters
+    }
+}
+
+/// The rows of an argument; none where it is not given.
+fn named<'a>(states: &ManyStates<'a>, name: &str) -> &'a [f64] {
+    states.others.iter().find(|(given, _)| *given == name).map_or(&[], |(_, rows)| rows)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use random::Random;
+
+    /// tau = Y X = Y_s X_s = A ddq + h, and h(q, 0) = g, at more states than are evaluated together. The robots are a
+    /// tree, a compiled robot, and loops that are closed numerically.
+    #[test]
+    fn the_quantities_of_a_state_agree() {
+        for name in ["tree.yaml", "ur5.yaml", "sr400.par"] {
+            let model = Model::read(format!("{}/../../models/{name}", env!("CARGO_MANIFEST_DIR"))).unwrap();
+            let n = model.robot.n_coordinates();
+            let mut random = Random::new(5);
+            let count = STATES_PER_PASS + 7;
+            let mut normal = |count: usize| (0..count).map(|_| 0.3 * random.normal()).collect::<Vec<f64>>();
+            let standard = normal(model.parameters.standard.len());
+            let (q, dq, ddq, x) =
+                (normal(count * n), normal(count * n), normal(count * n), model.parameters.values(&standard));
+            let at = |quantity, dq: &[f64]| {
+                let evaluation = Evaluation::new(&model, quantity).unwrap();
+                let size: usize = evaluation.outputs().iter().map(|o| o.rows * o.columns).sum();
+                let mut outputs = vec![0.0; count * size];
+                let states = ManyStates { q: &q, dq, ddq: &ddq, parameters: &x, others: &[] };
+                evaluation.fill(&model, &states, &mut outputs).unwrap();
+                outputs
+            };
+            let times = |matrices: &[f64], x: &[f64]| -> Vec<f64> {
+                matrices.chunks(x.len()).map(|row| row.iter().zip(x).map(|(a, b)| a * b).sum()).collect()
+            };
+            let torque = at(Quantity::Torque, &dq);
+            let inertia = at(Quantity::InertiaMatrix, &dq);
+            let accelerated: Vec<f64> = inertia
+                .chunks(n * n)
+                .zip(ddq.chunks(n))
+                .flat_map(|(a, ddq)| times(a, ddq))
+                .zip(at(Quantity::Bias, &dq))
+                .map(|(a, h)| a + h)
+                .collect();
+            let at_rest = at(Quantity::Bias, &vec![0.0; count * n]);
+            for (what, found, expected) in [
+                ("Y X", times(&at(Quantity::BaseRegressor, &dq), &x), &torque),
+                ("Y_s X_s", times(&at(Quantity::Regressor, &dq), &standard), &torque),
+                ("A ddq + h", accelerated, &torque),
+                ("g", at(Quantity::Gravity, &[]), &at_rest),
+            ] {
+                let open = expected.iter().filter(|x| x.is_nan()).count();
+                assert!(open < expected.len() / 2, "{name}: the loops are open at {open} of {}", expected.len());
+                for (found, expected) in found.iter().zip(expected) {
+                    // Sums of some hundred terms of order one.
+                    let close = (found - expected).abs() < 1e-10 * expected.abs().max(1.0);
+                    assert!(close || (found.is_nan() && expected.is_nan()), "{name}: {what}: {found} for {expected}");
+                }
+            }
+        }
+    }
+
+    /// Accelerations undo torques, in passes of many states with torques of their own.
+    #[test]
+    fn functions_are_found_by_their_name() {
+        let model = Model::read(format!("{}/../../models/ur5.yaml", env!("CARGO_MANIFEST_DIR"))).unwrap();
+        let (n, count) = (6, STATES_PER_PASS + 7);
+        let mut random = Random::new(6);
+        let mut normal = |count: usize| (0..count).map(|_| 0.3 * random.normal()).collect::<Vec<f64>>();
+        let (q, dq, ddq) = (normal(count * n), normal(count * n), normal(count * n));
+        let x = model.described_parameters().unwrap();
+        let at = |name: &str, states: ManyStates| {
+            let evaluation = Evaluation::of_function(&model, name).unwrap();
+            let size: usize = evaluation.outputs().iter().map(|o| o.rows * o.columns).sum();
+            let mut outputs = vec![0.0; count * size];
+            evaluation.fill(&model, &states, &mut outputs).unwrap();
+            outputs
+        };
+        let states = ManyStates { q: &q, dq: &dq, ddq: &ddq, parameters: &x, others: &[] };
+        let tau = at("inverse-dynamics", states);
+        let found = at("forward-dynamics", ManyStates { ddq: &[], others: &[("tau", &tau)], ..states });
+        let worst = found.iter().zip(&ddq).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+        // The condition of A, up to 1e4.
+        assert!(worst < 1e-9, "{worst:e}");
+
+        let derivatives = Evaluation::of_function(&model, "forward-dynamics-derivatives").unwrap();
+        let names: Vec<&str> = derivatives.outputs().iter().map(|o| o.name.as_str()).collect();
+        assert_eq!((names, derivatives.others()), (vec!["ddq_by_q", "ddq_by_dq", "ddq_by_tau"], vec![("tau", 6)]));
+        let refused = derivatives.fill(&model, &states, &mut vec![0.0; count * 108]).unwrap_err().to_string();
+        assert_eq!(refused, format!("tau: {} numbers are expected for {count} states, 0 are there", count * n));
+
+        // A pose alone gives configurations; one of them is where it came from.
+        let pose = at("pose=6", ManyStates { q: &q, ..ManyStates::default() });
+        let back = at("inverse-geometry=6", ManyStates { others: &[("t", &pose)], ..ManyStates::default() });
+        for (q, back) in q.chunks(n).zip(back.chunks(96)) {
+            let off = |k: usize| {
+                let angle = |j: usize| back[6 * k + j].atan2(back[48 + 6 * k + j]);
+                (0..n).map(|j| (q[j] - angle(j)).sin().abs()).fold(0.0, f64::max)
+            };
+            assert!((0..8).map(off).any(|off| off < 1e-6), "{q:?}");
+        }
+    }
+
+    #[test]
+    fn wrong_lengths_are_refused() {
+        let model = Model::read(format!("{}/../../models/planar2r.yaml", env!("CARGO_MANIFEST_DIR"))).unwrap();
+        let torque = Evaluation::new(&model, Quantity::Torque).unwrap();
+        let (q, x) = ([0.0; 4], vec![0.0; model.parameters.len()]);
+        let states = ManyStates { q: &q, dq: &q, ddq: &q[..2], parameters: &x, others: &[] };
+        let refused = torque.fill(&model, &states, &mut [0.0; 4]).unwrap_err().to_string();
+        assert_eq!(refused, "ddq: 4 numbers are expected for 2 states, 2 are there");
+        let states = ManyStates { ddq: &q, parameters: &x[1..], ..states };
+        assert!(torque.fill(&model, &states, &mut [0.0; 4]).is_err());
+    }
+}

@@ -1,0 +1,284 @@
+//! What a description gives: base parameters, their rules, the counts and the evidence of the rank.
+
+use std::path::Path;
+
+use expr::Count;
+use modeling::{BaseParameters, Rules, Weak};
+use report::sheet::{self, Sheet, Source, geometry};
+use robot::Robot;
+use robot::format::Angles;
+use robot::value::SymbolId;
+use serde_json::{Value, json};
+
+use crate::describe::description::read_robot;
+use crate::describe::model::Model;
+use crate::error::Error;
+use crate::request::{InspectRequest, ModelOptions};
+
+/// A model with its rules, ready to be shown.
+pub struct Inspection {
+    /// What was derived.
+    pub model: Model,
+    /// Nested, or in the standard parameters alone.
+    pub rules: Rules,
+    tilted: Tilted,
+}
+
+/// Derives a robot that was read from `path` with these options, and its rules.
+///
+/// Fails where the derivation does, and where rules that are to be expanded have more than a million terms.
+pub fn inspect(
+    robot: Robot,
+    path: &Path,
+    options: &ModelOptions,
+    request: &InspectRequest,
+) -> Result<Inspection, Error> {
+    let model = Model::of(robot, path, options.any_size)?;
+    let tilted = Tilted::new(&model, options)?;
+    let rules = if request.expand_rules { expanded(&model)? } else { model.parameters.rules() };
+    Ok(Inspection { model, rules, tilted })
+}
+
+impl Inspection {
+    /// Text of lines of at most `width` columns.
+    pub fn text(&self, width: usize) -> String {
+        report::robot::text(&self.sheet(), width)
+    }
+
+    /// A page of Markdown.
+    pub fn markdown(&self) -> String {
+        report::robot::markdown(&self.sheet())
+    }
+
+    /// Tables of LaTeX.
+    pub fn latex(&self) -> String {
+        report::robot::latex(&self.sheet())
+    }
+
+    /// A page on which a parameter or a link can be chosen.
+    pub fn html(&self) -> String {
+        report::robot::html(&self.sheet())
+    }
+
+    fn sheet(&self) -> Sheet {
+        sheet_of(&self.model, &self.rules, &self.tilted)
+    }
+
+    /// All of it as values.
+    pub fn to_json(&self) -> Value {
+        as_json(&self.model, &self.rules, &self.tilted)
+    }
+}
+
+fn expanded(model: &Model) -> Result<Rules, Error> {
+    model.parameters.expanded_rules().ok_or_else(|| {
+        Error::new(format_args!(
+            "{}: expanded, the rules have more than a million terms; without [expand_rules] they are nested",
+            model.path.display()
+        ))
+    })
+}
+
+/// Base parameters that the angles exactly as given would add. They appear only because some axis is almost, but not
+/// quite, parallel or at right angles to another.
+struct Tilted {
+    /// Name and share of the torque; or why the angles as given have no base parameters.
+    appear: Result<Vec<(String, f64)>, String>,
+    /// The angles that were taken for others.
+    because: Vec<String>,
+}
+
+impl Tilted {
+    fn new(derived: &Model, options: &ModelOptions) -> Result<Tilted, Error> {
+        let robot = &derived.robot;
+        let because: Vec<String> = robot.snapped.iter().map(|n| format!("{}: {}", n.subject, n.text)).collect();
+        let mut tilted = Tilted { appear: Ok(Vec::new()), because };
+        if tilted.because.is_empty() {
+            return Ok(tilted);
+        }
+        let options = ModelOptions { angles: Angles::AsGiven, ..options.clone() };
+        let given = read_robot(&derived.path, &options)?;
+        let kept = |c: usize| derived.parameters.base.iter().any(|b| b.column == c);
+        let name = |of: &Model, c: usize| of.parameters.standard[c].display(&of.robot).to_string();
+        tilted.appear = match Model::of(given, &derived.path, options.any_size) {
+            Ok(model) => {
+                let more = model.parameters.base.iter().filter(|b| !kept(b.column));
+                Ok(more.map(|b| (name(&model, b.column), b.share)).collect())
+            }
+            Err(e) => Err(e.to_string()),
+        };
+        Ok(tilted)
+    }
+
+    fn sentence(&self) -> Option<String> {
+        if self.because.is_empty() {
+            return None;
+        }
+        let because = self.because.join("; ");
+        let appear = match &self.appear {
+            Ok(appear) => appear,
+            Err(why) => return Some(format!("the angles as given have no clear base parameters ({because}): {why}")),
+        };
+        if appear.is_empty() {
+            return Some(format!("with the angles as given there are no more base parameters ({because})"));
+        }
+        let largest = appear.iter().map(|a| a.1).fold(0.0, f64::max);
+        let names: Vec<&str> = appear.iter().map(|a| a.0.as_str()).collect();
+        Some(format!(
+            "{} more appear only with the angles as given ({because}): {}; they carry {largest:.0e} of the torque",
+            names.len(),
+            names.join(" ")
+        ))
+    }
+}
+
+/// The sheet of a model.
+fn sheet_of(derived: &Model, rules: &Rules, tilted: &Tilted) -> Sheet {
+    let described = described(derived);
+    let operations = [
+        ("regressor", derived.standard_regressor.count()),
+        ("base regressor", derived.base_regressor.count()),
+        ("torque", derived.torque.count()),
+    ];
+    let closed_at: Vec<f64> = derived.assembly.iter().map(|(_, x)| *x).collect();
+    let mut sheet = Sheet::new(&Source {
+        robot: &derived.robot,
+        parameters: &derived.parameters,
+        rules,
+        described: described.as_deref(),
+        closed_at: &closed_at,
+        operations: &operations,
+    });
+    if derived.is_compiled() {
+        sheet.evidence.push("the base regressor is compiled into this program".into());
+    }
+    sheet.evidence.extend(assembly(derived));
+    sheet.evidence.extend(tilted.sentence());
+    sheet
+}
+
+/// Where the loops were found closed; `None` without loops that are solved numerically.
+fn assembly(derived: &Model) -> Option<String> {
+    if derived.assembly.is_empty() {
+        return None;
+    }
+    let (q, passive) = derived.assembly.split_at(derived.robot.n_coordinates());
+    // Shown with six decimals: -0 is 0.
+    let list = |of: &[(String, f64)]| {
+        let value = |(name, x): &(String, f64)| format!("{name} = {}", (x * 1e6).round() / 1e6 + 0.0);
+        of.iter().map(value).collect::<Vec<_>>().join(", ")
+    };
+    Some(format!(
+        "at {} the loops are closed by {} (rad, m), and every other configuration is followed from there; another start \
+         may choose another assembly",
+        list(q),
+        list(passive)
+    ))
+}
+
+/// The values of the base parameters by the description; `None` without inertials, or where a symbol has no value.
+fn described(derived: &Model) -> Option<Vec<f64>> {
+    let is_open = derived.robot.symbols.iter().any(|s| s.generic);
+    derived.described_parameters().filter(|_| !is_open)
+}
+
+/// A link with its joint, its frame in that of its antecedent, and its inertials where they are known.
+fn link(robot: &Robot, link: &robot::Link) -> Value {
+    let entry = |(name, text, number): (&str, String, f64)| {
+        let number = if number.is_finite() { json!(number) } else { Value::Null };
+        (name.to_string(), json!({"text": text, "number": number}))
+    };
+    let terms = link.joint.variable.terms.iter();
+    json!({
+        "name": link.name,
+        "joint": link.joint.name,
+        "label": link.label,
+        "antecedent": link.antecedent.map(|id| &robot.link(id).name),
+        "kind": format!("{:?}", link.joint.kind).to_lowercase(),
+        "moves_with": terms.map(|(k, factor)| json!({"coordinate": robot.coordinate_name(*k), "factor": factor})).collect::<Vec<_>>(),
+        "geometry": geometry(robot, link).into_iter().map(entry).collect::<serde_json::Map<_, _>>(),
+        "inertial": link.inertial,
+    })
+}
+
+/// A base parameter: its rule, what it means, and the standard parameters that it absorbs.
+fn base(derived: &Model, rules: &Rules, described: Option<&[f64]>, k: usize) -> Value {
+    let (robot, parameters) = (&derived.robot, &derived.parameters);
+    let b = &parameters.base[k];
+    let name = |c: usize| parameters.standard[c].display(robot).to_string();
+    // Nested rules have no coefficients in full.
+    let symbolic = |t: usize| rules.coefficients.get(k).map_or(Value::Null, |c| json!(c[t]));
+    let term = |(i, t): (usize, &modeling::Term)| json!({"parameter": name(t.parameter), "coefficient": t.coefficient, "symbolic": symbolic(i)});
+    json!({
+        "name": b.name,
+        "parameter": name(b.column),
+        "rule": rules.base[k],
+        "meaning": parameters.meaning(robot, k),
+        "value": described.map(|x| x[k]),
+        "unit": sheet::unit(robot, parameters.standard[b.column]),
+        "share": b.share,
+        "terms": b.terms.iter().enumerate().map(term).collect::<Vec<_>>(),
+    })
+}
+
+/// A symbol of the geometry; one without a value is any number.
+fn symbol(robot: &Robot, i: usize) -> Value {
+    let value = match robot.symbols[i].generic {
+        true => Value::Null,
+        false => json!(robot::Value::Symbol(SymbolId(i)).number(&robot.symbols)),
+    };
+    json!({"name": robot.symbols[i].name, "value": value})
+}
+
+/// How sure the rank is.
+fn rank(robot: &Robot, parameters: &BaseParameters) -> Value {
+    let rank = &parameters.rank;
+    let weak =
+        |w: &Weak| json!({"parameter": parameters.standard[w.column].display(robot).to_string(), "share": w.share});
+    json!({
+        "weak": parameters.weak.iter().map(weak).collect::<Vec<_>>(),
+        "left_out": rank.left_out,
+        "numeric": rank.numeric,
+        "exact": rank.exact.rank(),
+        "evidence": parameters.evidence_of_rank(robot),
+        // JSON has no infinity, which stands for a model without dropped columns.
+        "gap": if rank.gap().is_finite() { json!(rank.gap()) } else { Value::Null },
+        "smallest_kept": rank.smallest_kept,
+        "largest_dropped": rank.largest_dropped,
+        "exact_relations": rank.exact_relations,
+        "general_relations": rank.general_relations,
+        "numeric_relations": rank.numeric_relations,
+    })
+}
+
+fn as_json(derived: &Model, rules: &Rules, tilted: &Tilted) -> Value {
+    let (robot, parameters) = (&derived.robot, &derived.parameters);
+    let name = |c: usize| parameters.standard[c].display(robot).to_string();
+    let names = |columns: &[usize]| columns.iter().map(|&c| name(c)).collect::<Vec<_>>();
+    let described = described(derived);
+    let count = |c: Count| json!({"mul": c.mul, "add": c.add, "sin_cos": c.sin_cos});
+    let added = |(name, share): &(String, f64)| json!({"parameter": name, "share": share});
+    json!({
+        "robot": robot.name,
+        "source": robot.source,
+        "coordinates": robot.coordinates.iter().map(|c| &c.name).collect::<Vec<_>>(),
+        "symbols": (0..robot.symbols.len()).map(|i| symbol(robot, i)).collect::<Vec<_>>(),
+        "links": robot.links.iter().map(|l| link(robot, l)).collect::<Vec<_>>(),
+        "constants": parameters.constants.iter().map(|(name, x)| (name.clone(), json!(x))).collect::<serde_json::Map<_, _>>(),
+        "standard": (0..parameters.standard.len()).map(name).collect::<Vec<_>>(),
+        "base": (0..parameters.len()).map(|k| base(derived, rules, described.as_deref(), k)).collect::<Vec<_>>(),
+        "regrouped": rules.regrouped,
+        "assembly": derived.assembly.iter().map(|(name, x)| (name.clone(), json!(x))).collect::<serde_json::Map<_, _>>(),
+        "as_given": tilted.appear.iter().flatten().map(added).collect::<Vec<_>>(),
+        "as_given_refused": tilted.appear.as_ref().err(),
+        "no_effect": names(&parameters.no_effect),
+        "rank": rank(robot, parameters),
+        "ops": {
+            "regressor": count(derived.standard_regressor.count()),
+            "base_regressor": count(derived.base_regressor.count()),
+            "torque": count(derived.torque.count()),
+        },
+        "compiled": derived.is_compiled(),
+        "notes": robot.notes.iter().chain(&robot.snapped).map(|n| json!({"subject": n.subject, "text": n.text})).collect::<Vec<_>>(),
+    })
+}

@@ -1,0 +1,348 @@
+//! A robot as every step needs it: read, derived once, with a base regressor to evaluate.
+
+use std::path::{Path, PathBuf};
+
+use expr::Function;
+use linear_model::compiled::compiled;
+use linear_model::description_options::DescriptionOptions;
+use linear_model::known_load::KnownLoad;
+use linear_model::label::Label;
+use linear_model::parameter::{BaseName, BaseParameter, ParameterId};
+use linear_model::reference::ModelReference;
+use linear_model::regressor::{Coordinate, Regressor};
+use linear_model::standard_map::StandardMap;
+use logs::{ColumnNames, Columns, LogSource, Table};
+use modeling::{BaseParameters, Closure, Derivation, UnclearRank};
+use robot::value::CoordinateId;
+use robot::{Inertial, JointKind, LinkId, Robot};
+
+use crate::describe::description::{ModelOptions, check_size, check_values, parse_robot};
+use crate::error::Error;
+use crate::tape::tape_regressor::TapeRegressor;
+use identification::estimate::artefact::Estimate;
+
+/// A robot and what follows from it.
+pub struct Model {
+    /// The file it was read from, as the user named it.
+    pub path: PathBuf,
+    /// The description with its options applied.
+    pub robot: Robot,
+    /// The base parameters with the rules of their regrouping.
+    pub parameters: BaseParameters,
+    /// Y(q, dq, ddq) of the standard parameters: n x p_s, row by row.
+    pub standard_regressor: Function,
+    /// Y(q, dq, ddq) of the base parameters: n x p, row by row.
+    pub base_regressor: Function,
+    /// tau(q, dq, ddq, X) of the standard parameters.
+    pub torque: Function,
+    /// Name and fingerprint, by which artefacts know it again.
+    pub reference: ModelReference,
+    /// How its file was read, for artefacts.
+    pub description: Option<DescriptionOptions>,
+    /// Where the loops that are solved numerically were found closed: the value of each coordinate, then of each passive
+    /// one, rad or m, by name. All other configurations are followed from there. Empty without such loops.
+    pub assembly: Vec<(String, f64)>,
+    closure: Option<Closure>,
+    regressor: Box<dyn Regressor + Send>,
+}
+
+impl Model {
+    /// Reads a description (.yaml, .urdf, .xacro, .xml of MuJoCo, .par) and derives its dynamics.
+    ///
+    /// Fails with the place of what cannot be read, where a symbol has no value, and where the rank of the base
+    /// parameters is not clear-cut.
+    pub fn read(path: impl AsRef<Path>) -> Result<Model, Error> {
+        Model::read_with(path, &ModelOptions::default())
+    }
+
+    /// The same with options.
+    pub fn read_with(path: impl AsRef<Path>, options: &ModelOptions) -> Result<Model, Error> {
+        let path = path.as_ref();
+        Model::parse(&robot::format::text_of(path)?, path, options)
+    }
+
+    /// The same of a text; the extension of `path` tells its format and stands in messages, and no file is opened.
+    pub fn parse(text: &str, path: impl AsRef<Path>, options: &ModelOptions) -> Result<Model, Error> {
+        let path = path.as_ref();
+        let robot = parse_robot(text, path, options)?;
+        check_values(&robot, path)?;
+        Ok(Model { description: options.description(), ..Model::of(robot, path, options.any_size)? })
+    }
+
+    /// Derives the dynamics of a robot; `path` stands in messages.
+    ///
+    /// Fails where the rank of the base parameters is not clear-cut, and on robots whose derivation takes long or much
+    /// memory, with the figures, unless `any_size` asks for it.
+    pub fn of(robot: Robot, path: &Path, any_size: bool) -> Result<Model, Error> {
+        let model = Model::at_any_rank(robot, path, any_size)?;
+        match &model.parameters.refused {
+            Some(unclear) => Err(Error::new(format_args!("{}: {unclear}", path.display()))),
+            None => Ok(model),
+        }
+    }
+
+    /// The same, but where the base parameters are refused, [`Model::parameters`] are the standard ones, each for itself:
+    /// for torques, poses and all that needs no base parameters.
+    pub fn at_any_rank(robot: Robot, path: &Path, any_size: bool) -> Result<Model, Error> {
+        check_size(&robot, any_size).map_err(|e| Error::new(format_args!("{}: {e}", path.display())))?;
+        let refused = |unclear: UnclearRank| Error::new(format_args!("{}: {unclear}", path.display()));
+        let mut derivation = Derivation::new(&robot).map_err(|e| refused(e.into()))?;
+        let standard = derivation.regressor();
+        let parameters = derivation.parameters_at_any_rank(&standard).map_err(refused)?;
+        let base_regressor = parameters.regressor(&standard).bound();
+        let (torque, closure) = (derivation.torque().bound(), derivation.closure());
+        let (for_regressor, assembly) = (derivation.closure(), assembly(&robot, derivation.closure()));
+        let (coordinates, columns) = (coordinates(&robot), base_columns(&robot, &parameters));
+        let fingerprint = base_regressor.fingerprint();
+        let regressor: Box<dyn Regressor + Send> = match compiled(fingerprint, coordinates.clone(), columns.clone()) {
+            Some(compiled) => Box::new(compiled),
+            None => Box::new(TapeRegressor::new(&base_regressor, for_regressor, coordinates, columns)),
+        };
+        Ok(Model {
+            path: path.to_path_buf(),
+            description: None,
+            reference: ModelReference { name: robot.name.clone(), fingerprint: format!("{fingerprint:016x}") },
+            standard_regressor: standard.bound(),
+            base_regressor,
+            torque,
+            parameters,
+            assembly,
+            closure,
+            regressor,
+            robot,
+        })
+    }
+
+    /// The model of the robot after a change that its description does not have, and that its options say from now on.
+    ///
+    /// Fails where the rank of the base parameters is not clear-cut.
+    pub(crate) fn changed(
+        &self,
+        robot: impl FnOnce(&mut Robot),
+        options: impl FnOnce(&mut DescriptionOptions),
+    ) -> Result<Model, Error> {
+        let (mut changed, mut description) = (self.robot.clone(), self.description.clone().unwrap_or_default());
+        robot(&mut changed);
+        options(&mut description);
+        Ok(Model { description: Some(description), ..Model::of(changed, &self.path, true)? })
+    }
+
+    /// The base regressor: compiled in where this robot is, a tape otherwise.
+    pub fn regressor(&self) -> &dyn Regressor {
+        self.regressor.as_ref()
+    }
+
+    /// Opens a log of the robot, and says which column was taken for which signal.
+    ///
+    /// Fails where it cannot be read, where a column is missing, and where one of a sliding joint is in units of angles.
+    pub fn open_log(&self, path: &Path, names: &ColumnNames) -> Result<(LogSource, Columns), Error> {
+        let (log, columns) = LogSource::open(path, self.regressor().coordinates(), names)?;
+        Ok((log, self.with_sliding(columns, &path.display().to_string())?))
+    }
+
+    /// A log of the robot out of a table in memory, as [`Model::open_log`] of a file.
+    pub fn log_of_table(&self, table: Table, names: &ColumnNames) -> Result<(LogSource, Columns), Error> {
+        let file = table.file.clone();
+        let (log, columns) = LogSource::from_table(table, self.regressor().coordinates(), names)?;
+        Ok((log, self.with_sliding(columns, &file)?))
+    }
+
+    fn with_sliding(&self, columns: Columns, file: &str) -> Result<Columns, Error> {
+        let slides: Vec<bool> = (0..columns.coordinates.len()).map(|k| self.regressor().is_prismatic(k)).collect();
+        columns.with_sliding(&slides).map_err(|e| Error::new(format_args!("{file}: {e}")))
+    }
+
+    /// The solver for the passive joints, taken out of the model; `None` where no joint is found numerically.
+    pub fn take_closure(&mut self) -> Option<Closure> {
+        self.closure.take()
+    }
+
+    /// Whether the base regressor is compiled into this program.
+    pub fn is_compiled(&self) -> bool {
+        linear_model::compiled::is_compiled(self.base_regressor.fingerprint())
+    }
+
+    /// How the base parameters follow from the standard ones, in numbers.
+    pub fn standard_map(&self) -> StandardMap {
+        let (base, standard) = (&self.parameters.base, &self.parameters.standard);
+        let terms: Vec<(usize, usize, f64)> = base
+            .iter()
+            .enumerate()
+            .flat_map(|(k, b)| b.terms.iter().map(move |t| (k, t.parameter, t.coefficient)))
+            .collect();
+        let first = |c: &usize| standard[*c].inertial == Inertial::Xx;
+        let bodies = (0..standard.len()).filter(first).map(|c| (self.robot.link(standard[c].link).name.clone(), c));
+        StandardMap::new(
+            standard.iter().map(|s| s.display(&self.robot).to_string()).collect(),
+            base.len(),
+            &terms,
+            bodies.collect(),
+            (0..standard.len()).filter(|&c| standard[c].inertial == Inertial::Ia).collect(),
+        )
+    }
+
+    /// The bodies that the description gives, in the order of the map.
+    pub fn reference_bodies(&self) -> Vec<Option<[f64; 10]>> {
+        self.body_links().into_iter().map(|link| self.robot.link(link).inertial).collect()
+    }
+
+    /// The link behind each body of the map.
+    pub fn body_links(&self) -> Vec<LinkId> {
+        self.parameters.standard.iter().filter(|s| s.inertial == Inertial::Xx).map(|s| s.link).collect()
+    }
+
+    /// Base parameters from the inertials of the description, a link without them counting as massless; `None` where
+    /// no link has any.
+    pub fn described_parameters(&self) -> Option<Vec<f64>> {
+        Some(self.parameters.values(&self.described_standard_parameters()?))
+    }
+
+    /// Standard parameters from the inertials of the description, in their order; as [`Model::described_parameters`].
+    pub fn described_standard_parameters(&self) -> Option<Vec<f64>> {
+        if self.robot.links.iter().all(|link| link.inertial.is_none()) {
+            return None;
+        }
+        let value = |p: &robot::StandardParameter| p.value(&self.robot).unwrap_or(0.0);
+        Some(self.parameters.standard.iter().map(value).collect())
+    }
+
+    /// Drive gains of the description, one per coordinate, N m/A.
+    pub fn drive_gains(&self) -> Vec<Option<f64>> {
+        let gain = |k| self.robot.joint_of(CoordinateId(k)).and_then(|j| self.robot.link(j).joint.drive_gain);
+        (0..self.robot.n_coordinates()).map(gain).collect()
+    }
+
+    /// The index of a coordinate by its name.
+    ///
+    /// Fails with the names there are.
+    pub fn coordinate(&self, name: &str) -> Result<usize, Error> {
+        let names = self.regressor.coordinates();
+        names
+            .iter()
+            .position(|c| c == name)
+            .ok_or_else(|| Error::new(format_args!("there is no coordinate `{name}`; there are {}", names.join(", "))))
+    }
+
+    /// The index of the coordinate whose drive has a given gain.
+    ///
+    /// Fails with the names there are.
+    pub(crate) fn driven(&self, name: &str, gain: f64) -> Result<usize, Error> {
+        self.coordinate(name).map_err(|e| Error::new(format_args!("[gain={name}={gain}]: {e}")))
+    }
+
+    /// The base parameters of an estimate that predict torques, in the order of the regressor.
+    ///
+    /// Fails where one is missing.
+    pub fn values(&self, estimate: &Estimate) -> Result<Vec<f64>, Error> {
+        let value = |base: &BaseParameter| predicts(estimate, &ParameterId::Base(base.name.clone()));
+        self.regressor.parameters().iter().map(value).collect()
+    }
+
+    /// Drive gains of an estimate, one per coordinate, N m/A.
+    pub fn estimated_gains(&self, estimate: &Estimate) -> Vec<Option<f64>> {
+        let gain = |c: &String| estimate.value(&ParameterId::drive_gain(c));
+        self.regressor.coordinates().iter().map(gain).collect()
+    }
+
+    /// Contribution of a known load to the base parameters.
+    ///
+    /// Fails where the robot has no such link.
+    pub fn added_by(&self, load: &KnownLoad) -> Result<Vec<f64>, Error> {
+        load.base_parameters(&self.robot, &self.standard_map()).map_err(Error::new)
+    }
+
+    /// Refuses an estimate that was made with another robot or geometry, or does not say with which.
+    pub fn check_estimate(&self, file: &Path, estimate: &Estimate) -> Result<(), Error> {
+        let Some(made_with) = estimate.made_with() else {
+            return Err(Error::new(format_args!("{}: it does not say with which model it was made", file.display())));
+        };
+        let differences = ModelOptions::differences(self.description.as_ref(), estimate.description.as_ref());
+        self.check_read(file, &made_with, &differences)
+    }
+
+    /// Refuses an artefact that was made with another robot or geometry.
+    pub fn check(&self, file: &Path, made_with: &ModelReference) -> Result<(), Error> {
+        self.check_read(file, made_with, &[])
+    }
+
+    /// The same where it is known how the options of its description differ from those here.
+    pub(crate) fn check_read(
+        &self,
+        file: &Path,
+        made_with: &ModelReference,
+        differences: &[String],
+    ) -> Result<(), Error> {
+        let ours = &self.reference;
+        if made_with.fingerprint == ours.fingerprint {
+            return Ok(());
+        }
+        let why = match differences {
+            [] => "its geometry or joints have changed, or it was read with other options ([rotor_inertia], [value], [arg], \
+                   [package], [mimic], [lock], [base], [floating_base]), or by another version of rist"
+                .into(),
+            differences => differences.join(", "),
+        };
+        Err(Error::new(format_args!(
+            "{}: made with `{}` ({}), but this model is `{}` ({}): {why}",
+            file.display(),
+            made_with.name,
+            made_with.fingerprint,
+            ours.name,
+            ours.fingerprint
+        )))
+    }
+}
+
+/// The value of a parameter of an estimate with which torques are predicted.
+///
+/// Fails where it is missing.
+pub(crate) fn predicts(estimate: &Estimate, id: &ParameterId) -> Result<f64, Error> {
+    let missing = || Error::new(format_args!("the estimate has no parameter {id}, which this model has"));
+    estimate.prediction(id).ok_or_else(missing)
+}
+
+/// The coordinates of a robot, as its file names them.
+pub(crate) fn coordinates(robot: &Robot) -> Vec<Coordinate> {
+    let is_prismatic = |k: usize| {
+        let joint = robot.joint_of(CoordinateId(k));
+        joint.is_some_and(|j| robot.link(j).joint.kind == JointKind::Prismatic)
+    };
+    let coordinate =
+        |(k, c): (usize, &robot::Coordinate)| Coordinate { name: c.name.clone(), is_prismatic: is_prismatic(k) };
+    robot.coordinates.iter().enumerate().map(coordinate).collect()
+}
+
+/// The closed configuration that the solver starts from, by name.
+fn assembly(robot: &Robot, closure: Option<Closure>) -> Vec<(String, f64)> {
+    let found = closure.and_then(|mut closure| closure.find_origin(robot.n_coordinates()));
+    let Some((q, passive)) = found else { return Vec::new() };
+    let name = |k: usize| robot.coordinate_name(CoordinateId(k)).to_string();
+    q.into_iter().chain(passive).enumerate().map(|(k, x)| (name(k), x)).collect()
+}
+
+/// The columns of the base regressor: their names, and the coordinates that the joints of their links follow.
+pub fn base_columns(robot: &Robot, parameters: &BaseParameters) -> Vec<BaseParameter> {
+    let column = |base: &modeling::BaseParameter| {
+        let standard = parameters.standard[base.column];
+        let link = robot.link(standard.link);
+        let plain = BaseName {
+            lever: String::new(),
+            inertial: standard.inertial,
+            absorbs: base.terms.len() > 1,
+            label: Label::of_link(&link.label),
+        };
+        let lever = base.name.strip_suffix(&plain.to_string()).unwrap_or_default().to_string();
+        BaseParameter {
+            name: BaseName { lever, ..plain },
+            coordinates: moves_with(robot, standard.link),
+            is_prismatic: link.joint.kind == JointKind::Prismatic,
+        }
+    };
+    parameters.base.iter().map(column).collect()
+}
+
+/// The coordinates that the joint of a link follows; none where a loop is closed numerically.
+fn moves_with(robot: &Robot, link: LinkId) -> Vec<usize> {
+    let terms = robot.link(link).joint.variable.terms.iter().map(|(k, _)| k.0);
+    terms.filter(|&k| k < robot.n_coordinates()).collect()
+}

@@ -1,0 +1,174 @@
+//! The regressor or the torque at the states of a CSV file, as CSV, so that any tool can check us.
+//!
+//! ```text
+//! q_q1,q_q2,dq_q1,dq_q2,ddq_q1,ddq_q2   ->   Y_q1_ZZR1,..   or   tau_q1,tau_q2
+//! ```
+//! SI; a row is a state, and absent columns dq and ddq count as zero. Of the torque, columns x_MX2 stand for the values of
+//! the description.
+
+use std::path::Path;
+
+use expr::{Function, Tape};
+use gate::{shown, source};
+use modeling::Closure;
+use robot::{Inertial, Robot, RotorInertia, StandardParameter};
+
+use crate::describe::model::Model;
+use crate::error::Error;
+use crate::request::StateQuantity;
+
+/// What is asked for at each state of the file, as CSV with a header.
+///
+/// Fails with the line and column of what is no number, and where a column is missing.
+pub fn evaluate(model: &mut Model, states: &Path, quantity: StateQuantity) -> Result<String, Error> {
+    let closure = model.take_closure();
+    let (robot, parameters) = (&model.robot, &model.parameters);
+    let states = States::read(states, robot, quantity, closure)?;
+    let standard = || (0..parameters.standard.len()).map(|c| parameters.standard[c].display(robot).to_string());
+    let (function, columns): (&Function, Vec<String>) = match quantity {
+        StateQuantity::Regressor => (&model.standard_regressor, regressor_columns(robot, standard().collect())),
+        StateQuantity::BaseRegressor => {
+            (&model.base_regressor, regressor_columns(robot, parameters.base.iter().map(|b| b.name.clone()).collect()))
+        }
+        StateQuantity::Torque => (&model.torque, robot.coordinates.iter().map(|c| format!("tau_{}", c.name)).collect()),
+    };
+    let tape = Tape::new(function);
+    let mut outputs = vec![0.0; states.n_rows * tape.n_outputs()];
+    if tape.n_inputs() > 0 {
+        tape.evaluate_many(&states.inputs, &mut tape.workspace(), &mut outputs);
+    }
+    let mut text = columns.iter().map(|column| shown::csv_cell(column)).collect::<Vec<_>>().join(",");
+    text.push('\n');
+    for row in outputs.chunks(columns.len().max(1)) {
+        let cells: Vec<String> = row.iter().map(|x| format!("{x:?}")).collect();
+        text += &cells.join(",");
+        text.push('\n');
+    }
+    Ok(text)
+}
+
+fn regressor_columns(robot: &Robot, parameters: Vec<String>) -> Vec<String> {
+    let of = |coordinate: &str| parameters.iter().map(|p| format!("Y_{coordinate}_{p}")).collect::<Vec<_>>();
+    robot.coordinates.iter().flat_map(|c| of(&c.name)).collect()
+}
+
+/// Largest file of states. It is held with the functions' values at all of them.
+const MAX_STATES_BYTES: u64 = 1 << 28;
+
+/// Inputs of the function, row after row.
+struct States {
+    inputs: Vec<f64>,
+    n_rows: usize,
+}
+
+/// The source of an input: a column of the file, or one number for every row.
+enum Origin {
+    Column(usize),
+    Number(f64),
+}
+
+impl States {
+    fn read(
+        path: &Path,
+        robot: &Robot,
+        quantity: StateQuantity,
+        mut closure: Option<Closure>,
+    ) -> Result<States, Error> {
+        let file = path.display();
+        let failed = |e: csv::Error| Error::new(format_args!("{file}: {e}"));
+        let text = source::read(path, MAX_STATES_BYTES).map_err(|e| Error::new(format_args!("{file}: {e}")))?;
+        let mut reader = csv::ReaderBuilder::new().trim(csv::Trim::All).from_reader(&text[..]);
+        let header = reader.headers().map_err(failed)?;
+        let header: Vec<String> = header.iter().map(|name| shown::line(name).into_owned()).collect();
+        let mut origins = state_origins(robot, &header, path)?;
+        if quantity == StateQuantity::Torque {
+            for parameter in StandardParameter::all(robot) {
+                origins.push(parameter_origin(robot, parameter, &header, path)?);
+            }
+        }
+        let mut states = States { inputs: Vec::new(), n_rows: 0 };
+        for record in reader.records() {
+            let record = record.map_err(failed)?;
+            let line = record.position().map_or(0, csv::Position::line);
+            let mut row: Vec<f64> = Vec::with_capacity(origins.len());
+            for origin in &origins {
+                row.push(match origin {
+                    Origin::Number(x) => *x,
+                    Origin::Column(c) => match record[*c].parse::<f64>() {
+                        Ok(x) if x.is_finite() => x,
+                        _ => {
+                            return Err(Error::new(format_args!(
+                                "{file}:{line}: column `{}`: a finite number was expected, `{}` was found",
+                                header[*c], &record[*c]
+                            )));
+                        }
+                    },
+                });
+            }
+            // Passive joints come after the coordinates.
+            if let Some(closure) = &mut closure {
+                let n = robot.n_coordinates();
+                let passive =
+                    closure.passive(&row[..n]).map_err(|open| Error::new(format_args!("{file}:{line}: {open}")))?;
+                row.splice(n..n, passive);
+            }
+            states.inputs.extend(row);
+            states.n_rows += 1;
+        }
+        if states.n_rows == 0 {
+            return Err(Error::new(format_args!("{file}: no states below the header")));
+        }
+        Ok(states)
+    }
+}
+
+/// Where q, dq and ddq come from; velocities and accelerations without a column are zero.
+fn state_origins(robot: &Robot, header: &[String], path: &Path) -> Result<Vec<Origin>, Error> {
+    let mut origins = Vec::new();
+    for quantity in ["q", "dq", "ddq"] {
+        for coordinate in &robot.coordinates {
+            let name = format!("{quantity}_{}", coordinate.name);
+            // `q1` for coordinate q1, beside `q_q1`.
+            let short = coordinate.name.strip_prefix('q').map(|rest| format!("{quantity}{rest}"));
+            let matches = |h: &String| *h == name || Some(h) == short.as_ref();
+            match header.iter().position(matches) {
+                Some(column) => origins.push(Origin::Column(column)),
+                None if quantity == "q" => {
+                    let (file, found) = (path.display(), header.join(", "));
+                    return Err(Error::new(format_args!("{file}:1: no column `{name}`; found: {found}")));
+                }
+                None => origins.push(Origin::Number(0.0)),
+            }
+        }
+    }
+    Ok(origins)
+}
+
+/// The file's column `x_<parameter>`, or the description's value.
+fn parameter_origin(
+    robot: &Robot,
+    parameter: StandardParameter,
+    header: &[String],
+    path: &Path,
+) -> Result<Origin, Error> {
+    let name = parameter.display(robot).to_string();
+    if let Some(column) = header.iter().position(|h| *h == format!("x_{name}")) {
+        return Ok(Origin::Column(column));
+    }
+    let link = robot.link(parameter.link);
+    let value = match parameter.inertial {
+        Inertial::Ia => match link.joint.rotor_inertia {
+            RotorInertia::Known(x) => Some(x),
+            RotorInertia::Absent | RotorInertia::Unknown => Some(0.0),
+        },
+        inertial => link.inertial.map(|x| x[inertial as usize]),
+    };
+    value.map(Origin::Number).ok_or_else(|| {
+        Error::new(format_args!(
+            "the description does not give the parameters of link `{}`: add a column `x_{name}` to {}, or standard \
+             parameters to the description",
+            link.name,
+            path.display()
+        ))
+    })
+}

@@ -1,0 +1,135 @@
+//! Identifies parameters from the logs of a plan by simulation of its experiments: IDIM-IV and DIDIM.
+//!
+//! The simulated controller is that of [`simulate`](crate::simulate): PD of 10 Hz, tuned to the robot that least
+//! squares finds. IV requires only that it follows the plan as the robot does. DIDIM requires that the loops are alike.
+
+use experiments::motion::record::Record;
+use experiments::motion::reference_motion::Reference;
+use experiments::simulate::closed_loop::Stop;
+use experiments::simulate::setup::{Asked, SimulationSetup};
+use identification::estimate::closed_loop::identify_closed_loop;
+use identification::estimate::identify::Fit;
+use identification::estimators::closed_loop::{ClosedLoop, Simulator};
+use identification::signals::preparation::{Preparation, states};
+use linear_model::friction::law::FrictionLaw;
+use linear_model::friction::terms::FrictionTerm;
+use linear_model::states::States;
+
+use crate::describe::adapters::tape_dynamics::dynamics as dynamics_of;
+use crate::describe::model::Model;
+use crate::error::Error;
+use crate::fit::experiments::{ExperimentLogs, Reader};
+use crate::request::{ClosedLoopRequest, Request};
+use identification::estimate::artefact::Estimate;
+
+/// Identifies the base parameters and the friction from the experiments of a plan, which are simulated again and again.
+///
+/// Fails where a log is missing or is not that of its experiment, where a gain of currents is not known, where another
+/// friction is asked for, where a simulation breaks down and where the motion leaves parameters open.
+pub fn identify_experiments_in_loop(
+    model: &Model,
+    logs: ExperimentLogs,
+    request: &ClosedLoopRequest,
+    method: ClosedLoop,
+) -> Result<Estimate, Error> {
+    request.check()?;
+    let mut options = request.options()?;
+    let trajectories = logs.plan.trajectories(&logs.directory.display().to_string())?;
+    let mut read = Reader { model, columns: &options.columns, currents: false, files: Vec::new() };
+    let mut records: Vec<Record> = Vec::new();
+    for (e, trajectory) in logs.plan.experiments.iter().zip(&trajectories) {
+        records.push(read.record(&logs.directory.join(format!("{}.csv", e.name)), trajectory)?);
+    }
+    let gains = gains(model, read.currents, &request.gain)?;
+
+    // The record and its simulation are both cut to the shorter of the two.
+    let mut references: Vec<Reference> = trajectories.iter().map(|t| t.reference()).collect();
+    let coordinates = model.regressor().coordinates();
+    let mut measured = Vec::new();
+    for ((record, reference), file) in records.iter_mut().zip(&mut references).zip(&read.files) {
+        let count = record.q[0].len().min(reference.q[0].len());
+        *record = record.cut(std::slice::from_ref(&(0..count)));
+        [&mut reference.q, &mut reference.dq, &mut reference.ddq].into_iter().flatten().for_each(|x| x.truncate(count));
+        measured.push(record.to_log(file, coordinates, &gains));
+    }
+    options.model = model.robot.name.clone();
+    let preparation = options.preparation().for_logs(&measured)?;
+    let mut rows = Vec::new();
+    for log in &measured {
+        rows.extend(states(model.regressor(), log, &preparation)?);
+    }
+    let start = Fit::of_records(model.regressor(), rows.as_slice(), read.files.clone(), &options)?.solution.x;
+    let base = model.regressor().parameters().len();
+    let mut setup = SimulationSetup::for_robot(&model.robot, dynamics_of(model, start[..base].to_vec()).as_ref());
+    setup.drives.gain.fill(1.0);
+    // Instruments must be free of noise, and so of the rounding of positions in the loop.
+    setup.sensing.quantum.fill(0.0);
+    let simulator = PlanInLoop { model, references: &references, setup, preparation };
+    let mut estimate = identify_closed_loop(model.regressor(), &rows, read.files, &simulator, &options, method)?;
+    estimate.fingerprint = Some(model.reference.fingerprint.clone());
+    estimate.description = model.description.clone();
+    if let Some(options) = estimate.options.as_mut().filter(|_| read.currents) {
+        options.transmission.drive_gains = Some(gains);
+    }
+    Ok(estimate)
+}
+
+/// The experiments of a plan, simulated.
+struct PlanInLoop<'a> {
+    model: &'a Model,
+    references: &'a [Reference],
+    setup: SimulationSetup,
+    preparation: Preparation,
+}
+
+impl Simulator for PlanInLoop<'_> {
+    fn simulate(&self, x: &[f64]) -> Result<States, logs::Error> {
+        let regressor = self.model.regressor();
+        let (base, friction) = x.split_at(regressor.parameters().len());
+        let dynamics = dynamics_of(self.model, base.to_vec());
+        let mut setup = self.setup.clone();
+        // FV, FS and OFF of each joint.
+        let law = |f: &[f64]| FrictionLaw::asymmetric(f[0], f[1] + f[2], f[0], f[2] - f[1]);
+        setup.friction = friction.chunks_exact(FrictionTerm::STANDARD.len()).map(law).collect();
+        let mut found = Vec::new();
+        let asked = |reference| Asked { reference, feedforward: None, noise: None };
+        let asked: Vec<Asked> = self.references.iter().map(asked).collect();
+        for (record, stop) in setup.records(dynamics.as_ref(), &asked) {
+            if let Stop::NotPhysical { time } = stop {
+                return Err(logs::Error::new(format!(
+                    "the simulation of an experiment breaks down at {time:.3} s: no robot has the parameters it starts \
+                     from, or it cannot follow the motion; identify by [method=ls] or rist-mh and look at the estimate"
+                )));
+            }
+            let log = record.to_log("simulation", regressor.coordinates(), &setup.drives.gain);
+            found.extend(states(regressor, &log, &self.preparation)?);
+        }
+        Ok(States::joined(&found))
+    }
+}
+
+/// N m per unit of the logs, one per coordinate: all must be known.
+fn gains(model: &Model, currents: bool, given: &[(String, f64)]) -> Result<Vec<f64>, Error> {
+    let coordinates = model.regressor().coordinates();
+    if !currents {
+        return match given.first() {
+            Some((name, _)) => Err(Error::new(format_args!("[gain={name}]: the logs hold torques, not currents"))),
+            None => Ok(vec![1.0; coordinates.len()]),
+        };
+    }
+    let mut known = model.drive_gains();
+    for (coordinate, gain) in given {
+        known[model.driven(coordinate, *gain)?] = Some(*gain);
+    }
+    let open = |(name, gain): (&String, &Option<f64>)| gain.is_none().then(|| name.clone());
+    let open: Vec<String> = coordinates.iter().zip(&known).filter_map(open).collect();
+    if !open.is_empty() {
+        return Err(Error::new(format_args!(
+            "the logs hold currents, and the gains of {} are not known: give them with [gain={}=1.0], or have them estimated \
+             by [method=rist-mh]",
+            open.join(", "),
+            open[0]
+        )));
+    }
+    Ok(known.into_iter().flatten().collect())
+}

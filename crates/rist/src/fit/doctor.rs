@@ -1,0 +1,103 @@
+//! Checks whether logs belong to the robot of a description, before anything is fitted.
+
+use identification::estimate::options::Options;
+use identification::estimate::passport::{Measured, passport};
+use identification::signals::records::{Records, SourceRecords};
+use identification::signals::signal_options::Velocity;
+use logs::{Effort, LogSource, Names};
+
+pub use identification::estimate::ledger::claims_of_log;
+pub use identification::estimate::passport::Passport;
+
+pub use crate::request::DoctorRequest;
+
+use crate::describe::model::Model;
+use crate::error::Error;
+use crate::fit::drive_gains::OWN_SCALE;
+use crate::fit::gravity_direction::look_for_mount;
+use crate::fit::signal_sources::sources;
+
+/// Looks at logs as an identification with these options would read them.
+///
+/// Currents become torques by the drive gains of the options, or else by those of the description. Where there are
+/// none, currents are taken as they are, and the passport says which gains the description implies. Fails where a log
+/// cannot be read or does not fit the robot.
+pub fn examine(model: &Model, logs: &[LogSource], options: &Options) -> Result<Passport, Error> {
+    let mut options = options.clone();
+    let is_current = logs.iter().any(|log| log.effort_is().needs_gains());
+    let are_known = options.transmission.drive_gains.is_some() || model.drive_gains().iter().all(Option::is_some);
+    if is_current && options.transmission.drive_gains.is_none() {
+        options.transmission.drive_gains = Some(model.drive_gains().into_iter().map(|g| g.unwrap_or(1.0)).collect());
+    }
+    let records = SourceRecords::new(model.regressor(), logs, &options.preparation())?;
+    let gains = options.transmission.drive_gains.as_deref().filter(|_| are_known);
+    let first = passport_of(model, logs, &records, gains, &options)?;
+    // Columns that are no slopes are not used, and accuse nobody.
+    let mut chosen = options.clone();
+    let mut found = match sources(&first, &mut chosen).is_empty() {
+        true => first,
+        false => {
+            let records = SourceRecords::new(model.regressor(), logs, &chosen.preparation())?;
+            passport_of(model, logs, &records, gains, &chosen)?.with_columns_of(first)
+        }
+    };
+    match are_known {
+        false if logs.iter().any(|log| log.effort_is() == Effort::PositionError) => {
+            found.efforts_are_position_errors(OWN_SCALE);
+        }
+        false if is_current => found.efforts_are_currents(),
+        _ => {}
+    }
+    Ok(found)
+}
+
+impl DoctorRequest {
+    /// The options with which logs are looked at.
+    ///
+    /// Fails where a gain is of no coordinate.
+    pub fn options(&self, model: &Model) -> Result<Options, Error> {
+        let mut options = self.options.clone().unwrap_or_default();
+        if !self.gain.is_empty() {
+            let mut all: Vec<f64> = model.drive_gains().into_iter().map(|gain| gain.unwrap_or(1.0)).collect();
+            for (name, gain) in &self.gain {
+                all[model.driven(name, *gain)?] = *gain;
+            }
+            options.transmission.drive_gains = Some(all);
+        }
+        Ok(options)
+    }
+}
+
+/// The passport of logs and their records. `gains`: the drive gains by which currents became torques, where they are
+/// known. `options`: how the records were made.
+pub(crate) fn passport_of<R: Records + ?Sized>(
+    model: &Model,
+    logs: &[LogSource],
+    records: &R,
+    gains: Option<&[f64]>,
+    options: &Options,
+) -> Result<Passport, Error> {
+    let signal = &options.signal;
+    let suspects: Vec<_> = logs.iter().flat_map(|log| log.report().suspect.clone()).collect();
+    let look = |model: &Model| {
+        let described = model.described_parameters();
+        Ok(passport(model.regressor(), records, &suspects, described.as_deref())?)
+    };
+    let mut found: Passport = look(model)?;
+    look_for_mount(model, records, &mut found, look)?;
+    let [velocity, acceleration] = logs.iter().fold([false; 2], |[v, a], log| {
+        let [has_velocity, has_acceleration] = log.has_rates();
+        [v || has_velocity, a || has_acceleration]
+    });
+    found.measured = Measured {
+        velocity: velocity && signal.velocity != Velocity::Differentiated,
+        acceleration: acceleration && signal.acceleration != Velocity::Differentiated,
+    };
+    let by_place = |names: &Option<Names>| matches!(names, Some(Names::Pattern(p)) if p.contains("{}"));
+    found.is_by_place = by_place(&options.columns.position) || by_place(&options.columns.torque);
+    let is_current = logs.iter().any(|log| log.effort_is().needs_gains());
+    if let Some(gains) = gains.filter(|_| is_current) {
+        found.gains_are(gains);
+    }
+    Ok(found)
+}

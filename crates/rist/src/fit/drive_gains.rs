@@ -1,0 +1,158 @@
+//! Torque per unit of current of each drive: known, or estimated with the parameters.
+
+use std::fmt::Write as _;
+
+use identification::estimate::drive_gains::estimate_drive_gains;
+use identification::estimate::identified::Identified;
+use identification::estimate::identify::with_deviations;
+use identification::estimate::options::Options;
+use identification::estimators::drive_gains::likelihood::{DriveGains, Gain};
+use logs::{Effort, LogSource};
+
+use crate::describe::model::Model;
+use crate::error::Error;
+use identification::estimate::artefact::Estimate;
+
+/// Puts the known gains into the options, and estimates those that are missing; `None` where all are known.
+pub(crate) fn drive_gains(
+    model: &Model,
+    logs: &[LogSource],
+    given: &[(String, Gain)],
+    options: &mut Options,
+) -> Result<Option<DriveGains>, Error> {
+    // Nothing to estimate: torques in the logs, gains in the options, or all gains given.
+    let effort = efforts(logs)?;
+    if effort == Effort::Torque {
+        return match given.first() {
+            Some((name, _)) => Err(Error::new(format_args!("[gain={name}]: the logs hold torques, not currents"))),
+            None => Ok(None),
+        };
+    }
+    if given.is_empty() && options.transmission.drive_gains.is_some() {
+        return Ok(None);
+    }
+    let coordinates = model.regressor().coordinates();
+    let known = known_gains(model, given)?;
+    let all: Option<Vec<f64>> = known.iter().map(|g| if let Gain::Known(g) = g { Some(*g) } else { None }).collect();
+    if all.is_some() {
+        options.transmission.drive_gains = all;
+        return Ok(None);
+    }
+    // Without any known gain the scale of all torques is free.
+    if known.iter().all(|g| *g == Gain::Free) {
+        if effort == Effort::PositionError {
+            options.transmission.drive_gains = Some(vec![1.0; coordinates.len()]);
+            return Ok(None);
+        }
+        return Err(Error::new(format_args!(
+            "the logs hold motor currents: give the torque per unit of current of every drive, or of one at least (the \
+             others are then estimated): [gain={}=11.5]",
+            coordinates.first().map_or("q1", String::as_str)
+        )));
+    }
+    // An estimate that does not tell a gain from zero is refused, for all parameters scale with it.
+    let found = estimate_drive_gains(model.regressor(), logs, options, &known)?;
+    let is_open = |k: &usize| {
+        !found.gain_determined[*k] || found.gain[*k] <= 0.0 || 2.0 * found.gain_deviation[*k] >= found.gain[*k]
+    };
+    let open: Vec<String> = (0..coordinates.len()).filter(is_open).map(|k| coordinates[k].clone()).collect();
+    if !open.is_empty() {
+        return Err(Error::verdict(format_args!(
+            "the logs do not tell the drive gains of {} (zero is within two sigma): give them, or what is expected of \
+             them with its deviation, as [gain={}=11+-2]",
+            open.join(", "),
+            open[0]
+        )));
+    }
+    if found.steps.is_none() {
+        return Err(Error::verdict("the drive gains did not converge: give more of them, or what is expected of them"));
+    }
+    options.transmission.drive_gains = Some(found.gain.clone());
+    Ok(Some(found))
+}
+
+/// Whether no gain of position servos is known, so that their torques are in the servos' own scale.
+///
+/// Fails where a gain is of no coordinate.
+pub(crate) fn is_own_scale(
+    model: &Model,
+    logs: &[LogSource],
+    given: &[(String, Gain)],
+    options: &Options,
+) -> Result<bool, Error> {
+    let are_errors = logs.iter().any(|log| log.effort_is() == Effort::PositionError);
+    let is_free = |gains: Vec<Gain>| gains.iter().all(|g| *g == Gain::Free);
+    Ok(are_errors && options.transmission.drive_gains.is_none() && is_free(known_gains(model, given)?))
+}
+
+/// What all that is said of such torques is up to.
+pub(crate) const OWN_SCALE: &str = "torques are in the servo's own scale: parameters are up to the gain of each joint, \
+     which counts as 1 N m/rad (1 N/m where it slides)";
+
+/// What the efforts of all logs are.
+///
+/// Fails where some hold currents and others position errors: one gain of a joint cannot make torques of both.
+fn efforts(logs: &[LogSource]) -> Result<Effort, Error> {
+    let mut with_gains = logs.iter().filter(|log| log.effort_is().needs_gains());
+    let Some(first) = with_gains.next() else { return Ok(Effort::Torque) };
+    match with_gains.find(|log| log.effort_is() != first.effort_is()) {
+        Some(other) => Err(Error::new(format_args!(
+            "{} holds {}, and {} {}: give logs of one kind",
+            first.name(),
+            first.effort_is().words(),
+            other.name(),
+            other.effort_is().words()
+        ))),
+        None => Ok(first.effort_is()),
+    }
+}
+
+/// The gains of the request over those of the description, one per coordinate.
+fn known_gains(model: &Model, given: &[(String, Gain)]) -> Result<Vec<Gain>, Error> {
+    let described = model.drive_gains();
+    let mut known: Vec<Gain> = described.iter().map(|g| g.map_or(Gain::Free, Gain::Known)).collect();
+    for (coordinate, gain) in given {
+        known[known_coordinate(model, coordinate)?] = *gain;
+    }
+    Ok(known)
+}
+
+fn known_coordinate(model: &Model, name: &str) -> Result<usize, Error> {
+    model.coordinate(name).map_err(|e| Error::new(format_args!("[gain={name}]: {e}")))
+}
+
+/// A sentence on the gains that an estimate stands on.
+pub(crate) fn gain_remark(model: &Model, logs: &[LogSource], given: &[(String, Gain)], found: &DriveGains) -> String {
+    let known = known_gains(model, given).unwrap_or_default();
+    let mut text = match logs.iter().map(LogSource::effort_is).find(|effort| effort.needs_gains()) {
+        Some(Effort::PositionError) => "gains of the servos, N m/rad:".to_string(),
+        _ => "drive gains, N m/A:".to_string(),
+    };
+    let coordinates = model.regressor().coordinates();
+    for (((coordinate, gain), sigma), known) in
+        coordinates.iter().zip(&found.gain).zip(&found.gain_deviation).zip(&known)
+    {
+        // Writing to a String cannot fail.
+        let _ = match known {
+            Gain::Known(_) => write!(text, " {coordinate} {gain:.4} (given)"),
+            Gain::Expected(..) | Gain::Free => write!(text, " {coordinate} {gain:.4} +- {sigma:.4}"),
+        };
+    }
+    text + "; all results rest on those that were given"
+}
+
+/// Includes the uncertainty of the gains in deviations and covariance, because the parameters follow from the gains.
+pub(crate) fn widen(estimate: &mut Estimate, gains: &DriveGains) {
+    // If the friction was chosen after the gains, the columns differ, and the estimate keeps its own deviations.
+    if gains.deviation.len() != estimate.parameters.len() {
+        return;
+    }
+    for (parameter, &deviation) in estimate.parameters.iter_mut().zip(&gains.deviation) {
+        *parameter = parameter.clone().widened(deviation);
+    }
+    if !estimate.covariance.is_empty() {
+        let found = |(c, parameter): (usize, &Identified)| parameter.sigma.unwrap_or(estimate.covariance[c][c].sqrt());
+        let sigma: Vec<f64> = estimate.parameters.iter().enumerate().map(found).collect();
+        estimate.covariance = with_deviations(&gains.covariance, &sigma);
+    }
+}

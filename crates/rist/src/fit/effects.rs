@@ -1,0 +1,119 @@
+//! The effects that a request names, as options of RIST-MH: coordinates by their indices, each effect once.
+
+use identification::signals::signal_options::possible_delay;
+use identification::spectrum::rist_mh::data::HarmonicOptions;
+use identification::spectrum::rist_mh::effects::Effect;
+
+use crate::describe::model::Model;
+use crate::error::Error;
+use crate::request::{Delay, HarmonicRequest, Request, Whose};
+
+/// Largest number of periods a turn that is accepted as ripple: a hundred times that of a motor with a hundred poles.
+const MOST_PERIODS: f64 = 1e4;
+
+impl HarmonicRequest {
+    /// The options of the estimate.
+    ///
+    /// Fails where there is no such coordinate, and where a number is out of range.
+    pub fn options(&self, model: &Model) -> Result<HarmonicOptions, Error> {
+        let mut options = HarmonicOptions::default().with_effects(self.joint_effects(model)?);
+        self.check()?;
+        if let Some(hz) = self.cutoff {
+            options.band.equations = hz;
+            options.band.motion = options.band.motion.max(2.0 * hz);
+        }
+        match self.delay {
+            Some(Delay::Seconds(seconds)) => options.band.delay = possible_delay(seconds).map_err(Error::new)?,
+            Some(Delay::Auto) => options.effects.push(Effect::Delay),
+            None => {}
+        }
+        Ok(options)
+    }
+
+    /// Ripple, springs, eccentric encoders and backlash, each once.
+    fn joint_effects(&self, model: &Model) -> Result<Vec<Effect>, Error> {
+        let n = model.regressor().coordinates().len();
+        let joints = |whose: &Whose| match whose {
+            Whose::All => Ok(0..n),
+            Whose::Coordinate(name) => model.coordinate(name).map(|k| k..k + 1),
+        };
+        let of = |what: &str, whose: &Whose| joints(whose).map_err(|e| Error::new(format_args!("[{what}]: {e}")));
+        let mut found = Vec::new();
+        for (whose, periods) in &self.ripple {
+            if !(*periods > 0.0 && *periods <= MOST_PERIODS) {
+                return Err(Error::new(format_args!(
+                    "[ripple] of {periods} periods a turn: a number above 0 and up to {MOST_PERIODS} is expected"
+                )));
+            }
+            found.extend(of("ripple", whose)?.map(|joint| Effect::Ripple { joint, periods: *periods }));
+        }
+        for whose in &self.spring {
+            found.extend(of("spring", whose)?.map(|joint| Effect::Spring { joint }));
+        }
+        for whose in &self.eccentric {
+            found.extend(of("eccentric", whose)?.map(|joint| Effect::Eccentric { joint }));
+        }
+        for whose in &self.elastic {
+            found.extend(of("elastic", whose)?.map(|joint| Effect::Elastic { joint }));
+        }
+        for whose in &self.backlash {
+            found.extend(of("backlash", whose)?.map(|joint| Effect::Play { joint }));
+        }
+        let is_new = |i: &usize| !found[..*i].contains(&found[*i]);
+        Ok((0..found.len()).filter(is_new).map(|i| found[i]).collect())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn planar() -> Model {
+        Model::read(concat!(env!("CARGO_MANIFEST_DIR"), "/../../models/planar2r_vertical.yaml")).unwrap()
+    }
+
+    fn named(name: &str) -> Whose {
+        Whose::Coordinate(name.into())
+    }
+
+    #[test]
+    fn effects_are_of_coordinates_and_asked_for_once() {
+        let request = HarmonicRequest {
+            delay: Some(Delay::Auto),
+            ripple: vec![(Whose::All, 6.0), (named("q2"), 12.0)],
+            elastic: vec![named("q2"), Whose::All],
+            ..HarmonicRequest::default()
+        };
+        let options = request.options(&planar()).unwrap();
+        let ripple = |joint, periods| Effect::Ripple { joint, periods };
+        let elastic = |joint| Effect::Elastic { joint };
+        let expected =
+            [ripple(0, 6.0), ripple(1, 6.0), ripple(1, 12.0), elastic(1), elastic(0), Effect::Delay].to_vec();
+        assert_eq!(options.effects, expected);
+        // Springs end the equations at 10 Hz, unless it is said where they end.
+        assert_eq!(options.band.equations, 10.0);
+        let cut = HarmonicRequest { cutoff: Some(25.0), ..request }.options(&planar()).unwrap();
+        assert_eq!((cut.band.equations, cut.band.motion), (25.0, 50.0));
+        assert!(!HarmonicRequest::default().has_joint_effects());
+        assert_eq!(HarmonicRequest::default().options(&planar()).unwrap(), HarmonicOptions::default());
+    }
+
+    #[test]
+    fn what_cannot_be_is_refused() {
+        let message = |request: HarmonicRequest| request.options(&planar()).unwrap_err().to_string();
+        let plain = HarmonicRequest::default;
+        let unknown = message(HarmonicRequest { backlash: vec![named("q9")], ..plain() });
+        assert_eq!(unknown, "[backlash]: there is no coordinate `q9`; there are q1, q2");
+        for periods in [0.0, -3.0, f64::NAN, f64::INFINITY] {
+            let said = message(HarmonicRequest { ripple: vec![(Whose::All, periods)], ..plain() });
+            assert!(said.contains("above 0 and up to 10000 is expected"), "{said}");
+        }
+        for seconds in [1.0, f64::NAN] {
+            let said = message(HarmonicRequest { delay: Some(Delay::Seconds(seconds)), ..plain() });
+            assert!(said.contains("seconds between -1 and 1 are expected"), "{said}");
+        }
+        assert!(
+            message(HarmonicRequest { cutoff: Some(0.0), ..plain() }).starts_with("[cutoff] must be a positive number")
+        );
+    }
+}

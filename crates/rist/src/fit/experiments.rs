@@ -1,0 +1,244 @@
+//! Identifies parameters from the logs of a plan: by the paper's rows of Sp, or by RIST-MH.
+
+use std::path::{Path, PathBuf};
+
+use experiments::motion::record::Record;
+use experiments::plan::exciting_trajectory::ExcitingTrajectory;
+use experiments::plan::experiment_plan::ExperimentPlan;
+use identification::estimate::torque_error::{TorqueError, Unsure, torque_errors};
+use identification::estimators::drive_gains::likelihood::Gain;
+use identification::spectrum::identify::{SpectralFit, identify_spectrum};
+use linear_model::linear_model::Model as LinearModel;
+use logs::{ColumnNames, Effort, Log};
+
+pub use identification::spectrum::experiment::SpectralExperiment;
+pub use identification::spectrum::identify::SpectralMethod;
+pub use identification::spectrum::rist_mh::data::HarmonicOptions;
+
+use crate::describe::model::Model;
+use crate::error::Error;
+use crate::fit::motion_range::{allowed, seen_in_plan};
+use crate::request::{HarmonicRequest, PaperRequest, Request};
+use identification::estimate::artefact::Estimate;
+
+/// The logs of a plan that was run.
+#[derive(Clone, Copy)]
+pub struct ExperimentLogs<'a> {
+    /// Holds `e01.csv`, .. by the names of the experiments, and `e01_loaded.csv`, .. of those done again with a load.
+    pub directory: &'a Path,
+    /// The plan that was run.
+    pub plan: &'a ExperimentPlan,
+}
+
+impl ExperimentLogs<'_> {
+    /// The names of all logs that may be read, whether they are there or not.
+    pub fn files(&self) -> Vec<PathBuf> {
+        let names = self.plan.experiments.iter().flat_map(|e| [plain(&e.name), loaded(&e.name)]);
+        names.map(|name| self.directory.join(name)).collect()
+    }
+}
+
+/// The name of the log of an experiment.
+fn plain(experiment: &str) -> String {
+    format!("{experiment}.csv")
+}
+
+/// The name of its log with a load.
+fn loaded(experiment: &str) -> String {
+    format!("{experiment}_loaded.csv")
+}
+
+/// Identifies the base parameters, and the drive gains that are not known, from the experiments of a plan, by all
+/// harmonics and with friction.
+///
+/// Fails where a log is missing or is not that of its experiment, and where nothing tells the scale of currents.
+pub fn identify_experiments(model: &Model, logs: ExperimentLogs, request: &HarmonicRequest) -> Result<Estimate, Error> {
+    let options = request.options(model)?;
+    identify_by(model, logs, &request.paper, SpectralMethod::Harmonic, &options)
+}
+
+/// The same by the paper's rows, which have no friction.
+///
+/// Fails as [`identify_experiments`] does.
+pub fn identify_paper_rows(model: &Model, logs: ExperimentLogs, request: &PaperRequest) -> Result<Estimate, Error> {
+    request.check()?;
+    identify_by(model, logs, request, SpectralMethod::Paper, &HarmonicOptions::default())
+}
+
+/// The same by the paper's rows, with the gains of drives by total least squares, as the paper has them.
+///
+/// Fails as [`identify_experiments`] does, and where all gains are known.
+pub fn identify_gains_of_rows(model: &Model, logs: ExperimentLogs, request: &PaperRequest) -> Result<Estimate, Error> {
+    request.check()?;
+    identify_by(model, logs, request, SpectralMethod::TotalLeastSquares, &HarmonicOptions::default())
+}
+
+fn identify_by(
+    model: &Model,
+    logs: ExperimentLogs,
+    request: &PaperRequest,
+    method: SpectralMethod,
+    options: &HarmonicOptions,
+) -> Result<Estimate, Error> {
+    let columns = request.columns()?;
+    let trajectories = logs.plan.trajectories(&logs.directory.display().to_string())?;
+    // The logs of the plan, in its order.
+    let mut read = Reader { model, columns: &columns, currents: false, files: Vec::new() };
+    let mut experiments = Vec::new();
+    for (e, trajectory) in logs.plan.experiments.iter().zip(&trajectories) {
+        experiments.push(read.experiment(&logs.directory.join(plain(&e.name)), trajectory)?);
+    }
+    let mut remark = None;
+    // Logs of the same experiments with a known load, as many as there are.
+    if let Some((file, load)) = &request.load {
+        let added = model.added_by(load).map_err(|e| Error::new(format_args!("{}: {e}", file.display())))?;
+        remark = Some(format!("the load of {}: {} kg on {}", file.display(), load.mass, load.link));
+        let unloaded = experiments.len();
+        for (e, trajectory) in logs.plan.experiments.iter().zip(&trajectories) {
+            let path = logs.directory.join(loaded(&e.name));
+            if path.exists() {
+                experiments.push(read.experiment(&path, trajectory)?.loaded(&added));
+            }
+        }
+        if experiments.len() == unloaded {
+            return Err(Error::new(format_args!(
+                "{}: no log of an experiment with the load (e01_loaded.csv, ..) in it",
+                logs.directory.display()
+            )));
+        }
+    }
+    let gains = gains(model, read.currents, request)?;
+    let mut estimate = identify_records(model, &experiments, method, &gains, options)?;
+    estimate.remarks.extend(read.files.iter().zip(&experiments).filter_map(|(file, e)| unlike(model, file, e)));
+    estimate.logs = read.files;
+    estimate.description = model.description.clone();
+    estimate.remarks.extend(remark);
+    Ok(estimate)
+}
+
+/// Identifies the parameters from experiments that were read already. `gains`: one per coordinate.
+///
+/// Fails as [`identify_spectrum`] does.
+pub fn identify_records(
+    model: &Model,
+    experiments: &[SpectralExperiment],
+    method: SpectralMethod,
+    gains: &[Gain],
+    options: &HarmonicOptions,
+) -> Result<Estimate, Error> {
+    let SpectralFit { mut estimate, covariance } =
+        identify_spectrum(&model.reference, model.regressor(), experiments, method, gains, options)?;
+    estimate.torque_errors = errors_of_bodies(model, &estimate, &covariance, experiments);
+    if !estimate.torque_errors.is_empty() {
+        estimate.remarks.push("how unsure torques are is said of those of the bodies, without friction".into());
+    }
+    Ok(estimate)
+}
+
+/// How unsure the torques of the bodies are, by use; friction is a nuisance of the experiments and not in it. Nothing where a
+/// parameter is open.
+fn errors_of_bodies(
+    model: &Model,
+    estimate: &Estimate,
+    covariance: &[Vec<f64>],
+    experiments: &[SpectralExperiment],
+) -> Vec<TorqueError> {
+    let linear = LinearModel::new(model.regressor(), &[], &[]);
+    let base = estimate.parameters.iter().take(linear.p());
+    let Some(x) = base.map(|p| p.value).collect::<Option<Vec<f64>>>() else { return Vec::new() };
+    let seen = seen_in_plan(experiments.iter().map(|e| &e.trajectory));
+    let unsure = Unsure { covariance, open: &[], changes: &[], logs: &[] };
+    torque_errors(&linear, &x, unsure, &seen, &allowed(model, &seen))
+}
+
+/// Scatter of a position, relative to its swing, above which the periods count as unlike. In logs that repeat, noise
+/// makes the periods scatter by less than a hundredth. A drive that saturates makes the scatter one.
+const UNLIKE_PERIODS_SCATTER: f64 = 0.05;
+
+/// A sentence on an experiment whose motion does not repeat.
+fn unlike(model: &Model, file: &str, experiment: &SpectralExperiment) -> Option<String> {
+    let (joint, scatter) = experiment.scatter()?;
+    (scatter > UNLIKE_PERIODS_SCATTER).then(|| {
+        format!(
+            "{file}: the motion of {} does not repeat, its periods scatter by {:.0} % of the swing: a drive saturates, \
+             or the controller does not hold it; the mean of unlike periods is no motion, and no interval shows that",
+            model.regressor().coordinates()[joint],
+            100.0 * scatter
+        )
+    })
+}
+
+/// Reads the logs of experiments, and keeps count of them.
+pub(crate) struct Reader<'a> {
+    pub model: &'a Model,
+    pub columns: &'a ColumnNames,
+    /// Whether a log held currents.
+    pub currents: bool,
+    pub files: Vec<String>,
+}
+
+impl Reader<'_> {
+    /// The experiment behind a log, which must be long enough.
+    fn experiment(&mut self, path: &Path, trajectory: &ExcitingTrajectory) -> Result<SpectralExperiment, Error> {
+        let record = self.record(path, trajectory)?;
+        let found = record.q.first().map_or(0, Vec::len);
+        let needed = trajectory.windows().last().map_or(0, |w| w.end);
+        SpectralExperiment::new(trajectory.clone(), &record).ok_or_else(|| {
+            let path = path.display();
+            Error::new(format_args!("{path}: {found} samples; its experiment takes {needed} from its start"))
+        })
+    }
+
+    /// What was recorded of an experiment, whose clock must be the plan's.
+    pub(crate) fn record(&mut self, path: &Path, trajectory: &ExcitingTrajectory) -> Result<Record, Error> {
+        let (log, _) = Log::read(path, self.model.regressor().coordinates(), self.columns)?;
+        if log.effort_is == Effort::PositionError {
+            return Err(Error::new(format_args!(
+                "{}: the experiments of a plan need torques or currents, not [options.columns.goal]; identify logs of position \
+                 errors without the plan",
+                path.display()
+            )));
+        }
+        self.currents |= log.effort_is == Effort::Current;
+        self.files.push(path.display().to_string());
+        let record = Record::from_log(&log)?;
+        if (record.sample_time / trajectory.sample_time - 1.0).abs() > SAME_CLOCK {
+            return Err(Error::new(format_args!(
+                "{}: sampled every {:.6} s, but the plan counts its periods in samples of {:.6} s",
+                path.display(),
+                record.sample_time,
+                trajectory.sample_time
+            )));
+        }
+        Ok(record)
+    }
+}
+
+/// Largest relative difference of sample times at which two clocks count as one. Four periods of a thousand samples
+/// then end within four samples of where they are expected.
+const SAME_CLOCK: f64 = 1e-3;
+
+/// The drive gains: none for torques. Currents need the gains of all drives, or of some, or a load.
+fn gains(model: &Model, currents: bool, request: &PaperRequest) -> Result<Vec<Gain>, Error> {
+    let coordinates = model.regressor().coordinates();
+    let n = coordinates.len();
+    if !currents {
+        return match request.gain.first() {
+            Some((name, _)) => Err(Error::new(format_args!("[gain={name}]: the logs hold torques, not currents"))),
+            None => Ok(vec![Gain::Known(1.0); n]),
+        };
+    }
+    let of_file = request.gain.is_empty() && request.load.is_none();
+    let mut known = if of_file { model.drive_gains() } else { vec![None; n] };
+    for (coordinate, gain) in &request.gain {
+        known[model.driven(coordinate, *gain)?] = Some(*gain);
+    }
+    if request.load.is_none() && known.iter().all(Option::is_none) {
+        return Err(Error::new(format_args!(
+            "the logs hold currents and no gain of the {n} drives is known; give one with [gain={}=1.0] (the others \
+             follow from it), all of them, or a known load with [load]",
+            coordinates.last().map_or("q1", |c| c.as_str())
+        )));
+    }
+    Ok(known.into_iter().map(|k| k.map_or(Gain::Free, Gain::Known)).collect())
+}

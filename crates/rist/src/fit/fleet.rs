@@ -1,0 +1,174 @@
+//! Logs of a fleet: each is read once and becomes a few triangles, which are merged, solved and compared without it.
+
+use std::path::{Path, PathBuf};
+
+use identification::estimate::fleet::replicate::Replicate;
+use identification::estimate::fleet::settings::Settings;
+use identification::estimate::options::Options;
+use identification::estimate::passport::finding::Fault;
+use identification::signals::cutoff::MotionEnergy;
+use identification::signals::records::{SourceRecords, add_motion};
+use linear_model::friction::terms::{FrictionTerm, JointTerm, check_terms};
+use logs::LogSource;
+use numerics::interruption::Interruption;
+use processor::in_order;
+
+pub use identification::estimate::fleet::accumulator::Accumulator;
+pub use identification::estimate::fleet::comparison::{Compared, Comparison, compare};
+
+use crate::describe::model::Model;
+use crate::error::Error;
+use crate::fit::chosen::with_open;
+use crate::fit::doctor::passport_of;
+pub use crate::request::{AccumulateRequest, SumsRequest};
+use crate::request::{ModelOptions, Request};
+
+/// Sums over no logs yet.
+///
+/// Fails where the options need the rows twice, and where a gain is of no coordinate.
+pub fn accumulator(model: &Model, request: &SumsRequest) -> Result<Accumulator, Error> {
+    request.check()?;
+    accumulator_with(model, request.rows.options_of_sums()?, &request.gain)
+}
+
+fn accumulator_with(model: &Model, mut options: Options, gains: &[(String, f64)]) -> Result<Accumulator, Error> {
+    check_terms(&options.friction, model.regressor().coordinates().len()).map_err(Error::new)?;
+    let grows = |term: &&FrictionTerm| matches!(term, FrictionTerm::At(_, JointTerm::Load));
+    if let Some(term) = options.friction.iter().find(grows)
+        && options.friction_load.is_empty()
+    {
+        return Err(Error::new(format_args!(
+            "[friction={term}] needs the torques that a first fit predicts, and sums have no rows: give friction_load in the \
+             [options], from the estimate that rist identify writes"
+        )));
+    }
+    let mut known = model.drive_gains();
+    for (coordinate, gain) in gains {
+        known[model.driven(coordinate, *gain)?] = Some(*gain);
+    }
+    if options.transmission.drive_gains.is_none() || !gains.is_empty() {
+        options.transmission.drive_gains = known.into_iter().collect();
+    }
+    let (reference, description) = (model.reference.clone(), model.description.clone());
+    let settings =
+        with_open(model, None, |open| Settings::new(model.regressor(), reference, description, &options, open))?;
+    Ok(Accumulator::new(settings))
+}
+
+/// Adds a log. `anyway`: also one that does not belong to the description.
+///
+/// Fails, and adds nothing, where the sums are of another model, where the log cannot be used, where it does not belong
+/// to the description (`rist doctor`), and where it is in the sums already.
+pub fn update(model: &Model, sums: &mut Accumulator, log: &LogSource, anyway: bool) -> Result<(), Error> {
+    check_sums(model, sums)?;
+    Ok(sums.add(replicate(model, &sums.settings().options, log, anyway)?)?)
+}
+
+/// Refuses sums that were made with another model.
+pub fn check_sums(model: &Model, sums: &Accumulator) -> Result<(), Error> {
+    let (ours, theirs) = (model.description.as_ref(), sums.settings().description.as_ref());
+    model.check_read(Path::new("the sums"), &sums.settings().model, &ModelOptions::differences(ours, theirs))
+}
+
+/// Reads logs and adds them up, some at a time; the result does not depend on how many.
+///
+/// Fails with the first log that cannot be used, or where none can.
+pub fn accumulate(model: &Model, logs: &[PathBuf], request: &AccumulateRequest) -> Result<Accumulator, Error> {
+    request.check()?;
+    accumulate_like(model, logs, request, request.sums.rows.options_of_sums()?)
+}
+
+/// The same with the settings of other sums in place of those of the request.
+///
+/// Fails as [`accumulate`] does.
+pub fn accumulate_like(
+    model: &Model,
+    logs: &[PathBuf],
+    request: &AccumulateRequest,
+    mut options: Options,
+) -> Result<Accumulator, Error> {
+    // A single log gets its cut-off when it is read.
+    if logs.len() > 1 && options.signal.order > 0 && options.signal.cutoff.is_none() {
+        options.signal.cutoff = common_cutoff(model, logs, &options);
+    }
+    let mut all = accumulator_with(model, options, &request.sums.gain)?;
+    let options = all.settings().options.clone();
+    // Logs are merged in batches, because each merge goes through all logs that are there.
+    let mut batch = Accumulator::new(all.settings().clone());
+    let threads = request.threads.unwrap_or_else(processor::threads);
+    let read = |_: usize, path: &PathBuf| {
+        let (log, _) = model.open_log(path, &options.columns)?;
+        replicate(model, &options, &log, request.anyway)
+    };
+    in_order(logs, threads, read, |i, found| {
+        Interruption::check()?;
+        let name = logs[i].display().to_string();
+        match found.and_then(|replicate| Ok(batch.add(replicate)?)) {
+            Ok(()) => {}
+            Err(e) if request.skip_broken => batch.fail(name, e.to_string()),
+            Err(e) => return Err(named(&name, &e)),
+        }
+        if batch.logs().len() >= LOGS_PER_BATCH {
+            let settings = batch.settings().clone();
+            all.merge(&std::mem::replace(&mut batch, Accumulator::new(settings)))?;
+        }
+        Ok(())
+    })?;
+    all.merge(&batch)?;
+    match all.failed().first() {
+        Some(failed) if all.replicates().is_empty() => {
+            Err(Error::new(format_args!("no log can be used: {}: {}", failed.name, failed.reason)))
+        }
+        _ => Ok(all),
+    }
+}
+
+/// Logs that are added up before they are merged with those before.
+const LOGS_PER_BATCH: usize = 64;
+
+/// An error that names its log.
+fn named(name: &str, e: &Error) -> Error {
+    let text = e.to_string();
+    let text = if text.starts_with(name) { text } else { format!("{name}: {text}") };
+    Error::new(format_args!("{text} ([skip_broken=true] leaves such logs out, and says so)"))
+}
+
+/// The cut-off that follows from the motion of all logs that can be read; the others are refused where they are used.
+fn common_cutoff(model: &Model, logs: &[PathBuf], options: &Options) -> Option<f64> {
+    let (preparation, mut energy) = (options.preparation(), MotionEnergy::default());
+    for path in logs {
+        let mut with = energy.clone();
+        let read = model.open_log(path, &options.columns).map(|(log, _)| add_motion(&log, &preparation, &mut with));
+        if let Ok(Ok(())) = read {
+            energy = with;
+        }
+    }
+    Some(energy.content().cutoff).filter(|hz| *hz > 0.0)
+}
+
+/// One log as triangles, checked first unless `anyway`.
+fn replicate(model: &Model, options: &Options, log: &LogSource, anyway: bool) -> Result<Replicate, Error> {
+    let name = log.name();
+    if log.effort_is().needs_gains() && options.transmission.drive_gains.is_none() {
+        return Err(Error::new(format_args!(
+            "{name}: it holds {}, and gains that are not known are found from all logs at once: give the gain \
+             of every drive ([gain={}=11.5,..]), or identify these logs in one go",
+            log.effort_is().words(),
+            model.regressor().coordinates().first().map_or("q1", String::as_str)
+        )));
+    }
+    let records = SourceRecords::new(model.regressor(), std::slice::from_ref(log), &options.preparation())?;
+    if !anyway {
+        let gains = options.transmission.drive_gains.as_deref();
+        let mut found = passport_of(model, std::slice::from_ref(log), &records, gains, options)?;
+        // Short logs are accepted, because sums are made for them.
+        found.findings.retain(|f| f.fault.is_gross() && !matches!(f.fault, Fault::Short(_)));
+        if let Some(finding) = found.findings.first() {
+            return Err(Error::new(format_args!(
+                "{name}: {finding} (rist doctor says more; [anyway=true] takes it in)"
+            )));
+        }
+    }
+    let linear = options.linear_model(model.regressor());
+    Ok(with_open(model, None, |open| Replicate::of(&linear, log, &records, open))?)
+}

@@ -1,0 +1,202 @@
+//! The friction of an identification: terms of all joints, and of single ones.
+//!
+//! | the user says | the terms are |
+//! |---|---|
+//! | terms | these |
+//! | `auto` | the set for all joints that predicts parts left out best, and terms of single joints beside it |
+//! | nothing | viscous and Coulomb friction and an offset, and terms of single joints beside them where those predict parts left out better by far |
+
+use identification::estimate::consistent::identify_consistent;
+use identification::estimate::identified::Status;
+use identification::estimate::identify::Fit;
+use identification::estimate::joint_terms::{JointTerms, choose_joint_terms, joint_candidates};
+use identification::estimate::ledger::hypotheses::Tested;
+use identification::estimate::options::Options;
+use identification::estimate::selection::{FrictionSelection, friction_candidates, preparation, select_friction};
+use identification::estimators::huber::Robust;
+use identification::rows::observation::Observation;
+use identification::signals::records::SourceRecords;
+use linear_model::friction::terms::{FrictionTerm, JointTerm, check_terms};
+use linear_model::parameter::{FrictionParameter, ParameterId};
+use logs::LogSource;
+
+use crate::describe::model::Model;
+use crate::error::Error;
+use crate::fit::chosen::{NEGLIGIBLE_ERROR, WORTHWHILE_ERROR_RATIO};
+use crate::request::SamplesRequest;
+
+/// Which parameters are kept.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Kept {
+    /// All.
+    All,
+    /// Those that the data need; the others are zero.
+    Essential,
+    /// All, of bodies that can exist. Where the logs do not determine them, the description does.
+    Consistent,
+}
+
+/// What was chosen.
+#[derive(Default)]
+pub(crate) struct ChosenFriction {
+    /// The choice among sets for all joints, where it was asked for.
+    pub selection: Option<FrictionSelection>,
+    /// The choice among terms of single joints, where it was asked for.
+    pub joint_terms: Option<JointTerms>,
+}
+
+/// Puts the friction into the options.
+///
+/// Fails where a term cannot be, or a log cannot be read.
+pub(crate) fn choose_friction(
+    model: &Model,
+    logs: &[LogSource],
+    kept: Kept,
+    request: &SamplesRequest,
+    options: &mut Options,
+) -> Result<ChosenFriction, Error> {
+    let mut chosen = ChosenFriction::default();
+    if request.finds_friction() {
+        chosen.selection = Some(found_friction(model, logs, options)?);
+    }
+    check_terms(&options.friction, model.regressor().coordinates().len()).map_err(Error::new)?;
+    if request.finds_friction() {
+        let Predicted { load, speed, x, robust } = predicted_load(model, logs, kept, options)?;
+        let beside = robust.as_ref().map(|rows| (x.as_slice(), rows));
+        chosen.joint_terms = Some(found_joint_terms(model, logs, load, &speed, options, beside)?);
+    } else if options.friction_load.is_empty() && grows_with_load(options) {
+        options.friction_load = predicted_load(model, logs, kept, options)?.load;
+    }
+    Ok(chosen)
+}
+
+/// Terms of single joints beside those of a fit, put into the options where they predict parts left out better by far, and
+/// far better than any fault of the log does; and a sentence on them.
+///
+/// Fails where a log cannot be read.
+pub(crate) fn worthwhile_joint_terms(
+    model: &Model,
+    logs: &[LogSource],
+    fit: &Fit,
+    faults: &[Tested],
+    options: &mut Options,
+) -> Result<Option<String>, Error> {
+    let mut tried = options.clone();
+    let load = fit.solution.x[..model.regressor().parameters().len()].to_vec();
+    // Where little motion decides the friction of a joint, terms more fit this log and no other.
+    let coordinates = model.regressor().coordinates();
+    let is_weak = |name: &String| {
+        let ids = [FrictionParameter::Viscous, FrictionParameter::Coulomb].map(|f| ParameterId::friction(f, name));
+        fit.estimate
+            .parameters
+            .iter()
+            .any(|p| ids.contains(&p.id) && [Status::Weak, Status::NotIdentifiable].contains(&p.status))
+    };
+    let speed: Vec<f64> =
+        coordinates.iter().zip(&fit.observation.speed).map(|(k, v)| if is_weak(k) { 0.0 } else { *v }).collect();
+    let found = found_joint_terms(model, logs, load, &speed, &mut tried, fit.of_rows())?;
+    let ratio = found.taken.last().map_or(1.0, |taken| taken.ratio);
+    let of_faults = faults.iter().filter_map(Tested::gain).fold(1.0, f64::min);
+    // A fault is one number and the terms are several: they are to explain twice as much, in the logarithm.
+    if ratio > WORTHWHILE_ERROR_RATIO.min(of_faults * of_faults) || found.error < NEGLIGIBLE_ERROR {
+        return Ok(None);
+    }
+    *options = tried;
+    let terms: Vec<String> = found.taken.iter().map(|taken| in_words(&taken.term, coordinates)).collect();
+    Ok(Some(format!(
+        "{}: parts left out are predicted with an error of {:.4} instead of {:.4} ([friction=viscous,coulomb,offset] leaves \
+         them out)",
+        terms.join(", "),
+        ratio * found.error,
+        found.error
+    )))
+}
+
+/// That friction of single joints was not looked for; `None` where the logs are held in memory. Others would have to be read
+/// once more.
+pub(crate) fn not_looked_for(logs: &[LogSource]) -> Option<String> {
+    let is_streamed = logs.iter().any(|log| matches!(log, LogSource::Streamed(_)));
+    let sentence = "friction of single joints was not looked for, since the logs are too long to be held in memory \
+                    ([friction=auto] looks for it)";
+    is_streamed.then(|| sentence.into())
+}
+
+/// A term of a single joint, for a sentence.
+fn in_words(term: &FrictionTerm, coordinates: &[String]) -> String {
+    let FrictionTerm::At(number, term) = term else { return format!("friction {term}") };
+    let joint = &coordinates[number - 1];
+    match term {
+        JointTerm::Load => format!("friction of {joint} grows with its load"),
+        JointTerm::Stribeck(_) => format!("friction of {joint} is larger at low speed"),
+        JointTerm::ViscousAsymmetry => format!("viscous friction of {joint} differs by direction"),
+        JointTerm::Root => format!("friction of {joint} grows with the root of its speed"),
+    }
+}
+
+/// The terms of all joints that predict parts left out best, put into the options.
+///
+/// Fails where a log cannot be read.
+fn found_friction(model: &Model, logs: &[LogSource], options: &mut Options) -> Result<FrictionSelection, Error> {
+    let records = SourceRecords::new(model.regressor(), logs, &options.preparation())?;
+    let seen = Observation::of_records(&options.linear_model_with(model.regressor(), &[]), &records, None)?;
+    let candidates = friction_candidates(seen.speed.iter().copied().fold(0.0, f64::max));
+    let records = SourceRecords::new(model.regressor(), logs, &preparation(options, &candidates))?;
+    let selection = select_friction(model.regressor(), &records, options, &candidates)?;
+    options.friction = selection.candidates[selection.chosen].terms.clone();
+    Ok(selection)
+}
+
+/// Whether friction of a single joint grows with its load.
+fn grows_with_load(options: &Options) -> bool {
+    options.friction.iter().any(|term| matches!(term, FrictionTerm::At(_, JointTerm::Load)))
+}
+
+/// A fit without friction that grows with the load.
+struct Predicted {
+    /// The base parameters that predict the load.
+    load: Vec<f64>,
+    /// The largest speed of each joint.
+    speed: Vec<f64>,
+    /// All parameters, and what rows count by their residual, where not all alike.
+    x: Vec<f64>,
+    robust: Option<Robust>,
+}
+
+fn predicted_load(model: &Model, logs: &[LogSource], kept: Kept, options: &Options) -> Result<Predicted, Error> {
+    let mut options = options.clone();
+    options.friction.retain(|term| !matches!(term, FrictionTerm::At(_, JointTerm::Load)));
+    let records = SourceRecords::new(model.regressor(), logs, &options.preparation())?;
+    let names = logs.iter().map(LogSource::name).collect();
+    let fit = Fit::of_records(model.regressor(), &records, names, &options)?;
+    let (speed, robust, x) = (fit.observation.speed.clone(), fit.robust.clone(), fit.solution.x.clone());
+    let load = match kept {
+        Kept::All | Kept::Essential => fit.solution.x,
+        Kept::Consistent => {
+            let (map, known) = (model.standard_map(), model.reference_bodies());
+            identify_consistent(model.regressor(), &map, &known, fit, &options, &Default::default())?.consistent.x
+        }
+    };
+    Ok(Predicted { load: load[..model.regressor().parameters().len()].to_vec(), speed, x, robust })
+}
+
+/// Terms of single joints beside those of all joints, put into the options. `load`: the base parameters that predict the
+/// load; `speed`: the largest of each joint.
+fn found_joint_terms(
+    model: &Model,
+    logs: &[LogSource],
+    load: Vec<f64>,
+    speed: &[f64],
+    options: &mut Options,
+    beside: Option<(&[f64], &Robust)>,
+) -> Result<JointTerms, Error> {
+    let with_load = Options { friction_load: load, ..options.clone() };
+    let records = SourceRecords::new(model.regressor(), logs, &with_load.preparation())?;
+    let is_new = |term: &FrictionTerm| !options.friction.iter().any(|own| own.parameters() == term.parameters());
+    let candidates: Vec<FrictionTerm> = joint_candidates(speed).into_iter().filter(is_new).collect();
+    let found = choose_joint_terms(model.regressor(), &records, options, &candidates, beside)?;
+    options.friction.extend(found.taken.iter().map(|taken| taken.term));
+    if found.has_load() {
+        options.friction_load = with_load.friction_load;
+    }
+    Ok(found)
+}

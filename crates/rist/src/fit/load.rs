@@ -1,0 +1,305 @@
+//! Identifies the load on a link, from logs with it and logs without.
+
+use std::fmt;
+
+use identification::estimate::identified::INTERVAL;
+use identification::estimate::identify::{Fit, with_deviations};
+use identification::estimate::ledger::common_factor_shown;
+use identification::estimate::ledger::hypotheses::{Hypothesis, Tested};
+use identification::estimate::options::Options;
+use identification::estimate::passport::Passport;
+use identification::estimators::drive_gains::likelihood::DriveGains;
+use identification::estimators::payload::payload;
+use identification::rows::observation::Observation;
+use identification::signals::records::SourceRecords;
+use linear_model::pseudo_inertia::{Centroidal, Ten, centroidal, smallest_eigenvalue};
+use logs::LogSource;
+use nalgebra::DMatrix;
+use robot::{Inertial, LinkId, transform_inertial};
+
+use crate::describe::model::Model;
+use crate::error::Error;
+
+/// A load with its uncertainty.
+pub struct Load {
+    /// The link that carries it.
+    pub link: String,
+    /// Whether all its parameters are determined. They are then in the link's frame as the model's file has it, else in
+    /// the link's modified DH frame.
+    pub is_whole: bool,
+    /// XX XY XZ YY YZ ZZ MX MY MZ M about the frame's origin.
+    pub parameters: Ten,
+    /// Standard deviations that take the correlation of residuals in time into account.
+    pub sigma: Ten,
+    /// Whether the logs tell each of them.
+    pub determined: [bool; 10],
+    /// Whose scale they have.
+    pub scale: LoadScale,
+    /// Whether they are in the frame that the user means, though not all are determined.
+    pub(crate) in_file_frame: bool,
+}
+
+/// Whose scale a load has: all ten parameters are as much too large as the signals are.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum LoadScale {
+    /// That of a sensor of its own, of which its verdict tells.
+    Sensor,
+    /// That of torques as logged, or of gains as given; the least common factor that would have shown, where one would.
+    AsLogged(Option<f64>),
+    /// That of drive gains whose deviation is part of the load's.
+    Gains,
+}
+
+/// What scales the torques of a fit, and what it tells of it.
+pub(crate) struct Scales<'a> {
+    pub(crate) gains: Option<&'a DriveGains>,
+    pub(crate) faults: &'a [Tested],
+    pub(crate) passport: &'a Passport,
+}
+
+impl Scales<'_> {
+    /// Covariance of the relative errors of the torques, joint by joint: of the gains, or of the scales beside each other as the
+    /// fit tells them.
+    fn covariance(&self, n: usize) -> DMatrix<f64> {
+        if let Some(gains) = self.gains {
+            let sigma: Vec<f64> = gains.gain_deviation.iter().zip(&gains.gain).map(|(s, k)| s / k.abs()).collect();
+            let rows = with_deviations(&gains.gain_covariance, &sigma);
+            return DMatrix::from_fn(n, n, |i, j| rows[i][j]);
+        }
+        let square = |k: usize| {
+            let told = self.faults.iter().find(|f| f.of == Hypothesis::Scale(k) && f.deviation.is_finite());
+            told.map_or(0.0, |f| f.value.powi(2) + f.deviation.powi(2))
+        };
+        DMatrix::from_fn(n, n, |i, j| if i == j { square(i) } else { 0.0 })
+    }
+}
+
+/// The load in the loaded logs. Its covariance is that of the residuals and that of the scales of the joints' torques.
+///
+/// Fails where the link does not exist or is ambiguous, or the logs cannot be read.
+pub(crate) fn load(
+    model: &Model,
+    link: Option<&str>,
+    fit: &Fit,
+    loaded: &[LogSource],
+    options: &Options,
+    scales: &Scales,
+) -> Result<Load, Error> {
+    let index = body(model, link)?;
+    let linear = options.linear_model(model.regressor());
+    let records = SourceRecords::new(model.regressor(), loaded, &options.preparation())?;
+    let with = Observation::of_records(&linear, &records, None)?.joints(|_| true);
+    let without = fit.observation.joints(|_| true);
+    let found = payload(&without, &with, &fit.weights, &model.standard_map(), index)?;
+    let carrier = model.robot.link(model.body_links()[index]);
+
+    // x' = T x: columns of T are the unit parameters in the other frame.
+    let is_whole = found.determined.iter().all(|d| *d);
+    let to_file = carrier.file_frame.inverse();
+    let unit = |k: usize| -> Ten { std::array::from_fn(|i| f64::from(i == k)) };
+    let turned: Vec<Ten> = (0..10).map(|k| transform_inertial(&unit(k), &to_file)).collect();
+    let frame = if is_whole { DMatrix::from_fn(10, 10, |i, k| turned[k][i]) } else { DMatrix::identity(10, 10) };
+    let parameters = std::array::from_fn(|i| (0..10).map(|k| frame[(i, k)] * found.parameters[k]).sum());
+    // Residuals of logs are correlated in time, so intervals are wider than for white noise.
+    let by_scale = DMatrix::from_fn(10, found.by_scale.len(), |i, j| found.by_scale[j][i]);
+    let of_scales = &by_scale * scales.covariance(found.by_scale.len()) * by_scale.transpose();
+    let covariance = &frame * (&found.covariance * fit.estimate.discount() + of_scales) * frame.transpose();
+    let sigma = std::array::from_fn(|i| covariance[(i, i)].max(0.0).sqrt());
+    let scale = match scales.gains {
+        Some(_) => LoadScale::Gains,
+        None => LoadScale::AsLogged(common_factor_shown(scales.passport)),
+    };
+    let determined = std::array::from_fn(|i| found.determined[i]);
+    Ok(Load { link: carrier.name.clone(), is_whole, parameters, sigma, determined, scale, in_file_frame: is_whole })
+}
+
+/// The body that carries the load: the named one (or one with a fixed link of that name), else the last one, if there
+/// is only one last.
+fn body(model: &Model, link: Option<&str>) -> Result<usize, Error> {
+    let (robot, ids) = (&model.robot, model.body_links());
+    let name = |id: &LinkId| robot.link(*id).name.as_str();
+    let listed = |ids: &[LinkId]| ids.iter().map(name).collect::<Vec<_>>().join(", ");
+    if let Some(wanted) = link {
+        let carries = |id: &LinkId| name(id) == wanted || robot.link(*id).parts.iter().any(|p| p.name == wanted);
+        return ids.iter().position(carries).ok_or_else(|| {
+            Error::new(format_args!("[loaded_link]: there is no link `{wanted}`; there are {}", listed(&ids)))
+        });
+    }
+    let is_last = |id: &LinkId| robot.links.iter().all(|other| other.antecedent != Some(*id));
+    let ends: Vec<LinkId> = ids.iter().copied().filter(is_last).collect();
+    match ends.as_slice() {
+        [end] => Ok(ids.iter().position(|id| id == end).unwrap_or(0)),
+        _ => Err(Error::new(format_args!(
+            "which link carries the load? the robot ends in {}; name one with [loaded_link], of {}",
+            listed(&ends),
+            listed(&ids)
+        ))),
+    }
+}
+
+impl Load {
+    /// The 95 % interval of the mass, with the common factor that would not have shown, kg; `None` where nothing bounds that.
+    pub fn mass_interval(&self) -> Option<[f64; 2]> {
+        let factor = match self.scale {
+            LoadScale::AsLogged(factor) => factor?,
+            LoadScale::Sensor | LoadScale::Gains => 1.0,
+        };
+        let (mass, certain) = (self.parameters[9], INTERVAL * self.sigma[9]);
+        Some([(mass - certain) / factor, (mass + certain) * factor])
+    }
+
+    /// Whose scale the load has, in a sentence.
+    fn of_scale(&self) -> Option<String> {
+        let logged = "in the units of the torques as logged: a common factor";
+        Some(match (self.scale, self.mass_interval()) {
+            (LoadScale::Sensor, _) => return None,
+            (LoadScale::Gains, _) => {
+                "the deviations of the drive gains are in these; all rest on the gains that were given".into()
+            }
+            (LoadScale::AsLogged(Some(factor)), Some([from, to])) => format!(
+                "{logged} below {} would not have shown, by which the mass is between {from:.3} and {to:.3} kg",
+                claims::significant(factor, 3)
+            ),
+            (LoadScale::AsLogged(_), _) => format!("{logged} of any size would not have shown"),
+        })
+    }
+
+    /// Mass, centre of mass and the inertia about it, in the axes of the link's frame as the model's file has it; `None`
+    /// where the logs do not tell a body that can exist.
+    pub fn body(&self) -> Option<Centroidal> {
+        let is_told = self.is_whole && self.parameters[9].abs() > INTERVAL * self.sigma[9];
+        let can_exist = smallest_eigenvalue(&self.parameters) >= 0.0;
+        centroidal(&self.parameters).filter(|_| is_told && can_exist)
+    }
+}
+
+/// A load in the words of those who take one; each wants the centre of mass, and the inertia about it, in the axes of its
+/// flange. `None` for the inertia leaves out those who cannot do without.
+///
+/// UR: set_target_payload(m, cog, [Ixx, Iyy, Izz, Ixy, Ixz, Iyz]). Franka: setLoad with the nine entries by columns. KUKA:
+/// centre in mm. xArm: set_tcp_load with kg and mm, without an inertia. The last is the file of our own `load`.
+fn words_of_controllers(
+    f: &mut fmt::Formatter<'_>,
+    link: &str,
+    mass: f64,
+    centre: [f64; 3],
+    inertia: Option<[f64; 6]>,
+) -> fmt::Result {
+    // Rounded as printed, so that nothing is a negative zero.
+    let rounded = |x: f64, digits: f64| (x * digits).round() / digits + 0.0;
+    let [x, y, z] = centre.map(|x| rounded(x, 1e4));
+    let [x_mm, y_mm, z_mm] = [x, y, z].map(|x| 1000.0 * x);
+    let inertia = inertia.map(|inertia| inertia.map(|i| rounded(i, 1e5)));
+    writeln!(f, "about its centre of mass, in the axes of that frame (that of the flange, for a controller):")?;
+    let ur = inertia.map_or(String::new(), |[xx, xy, xz, yy, yz, zz]| {
+        format!(", [{xx:.5}, {yy:.5}, {zz:.5}, {xy:.5}, {xz:.5}, {yz:.5}]")
+    });
+    writeln!(f, "UR      set_target_payload({mass:.4}, [{x:.4}, {y:.4}, {z:.4}]{ur})")?;
+    if let Some([xx, xy, xz, yy, yz, zz]) = inertia {
+        let franka = format!("{{{xx:.5}, {xy:.5}, {xz:.5}, {xy:.5}, {yy:.5}, {yz:.5}, {xz:.5}, {yz:.5}, {zz:.5}}}");
+        writeln!(f, "Franka  setLoad({mass:.4}, {{{x:.4}, {y:.4}, {z:.4}}}, {franka})")?;
+    }
+    writeln!(f, "KUKA    M {mass:.4}, X {x_mm:.1}, Y {y_mm:.1}, Z {z_mm:.1} (mm)")?;
+    writeln!(f, "xArm    set_tcp_load({mass:.4}, [{x_mm:.1}, {y_mm:.1}, {z_mm:.1}])")?;
+    let own = inertia.map_or(String::new(), |[xx, xy, xz, yy, yz, zz]| {
+        format!(", inertia: {{xx: {xx:.5}, xy: {xy:.5}, xz: {xz:.5}, yy: {yy:.5}, yz: {yz:.5}, zz: {zz:.5}}}")
+    });
+    writeln!(f, "rist    {{link: {link}, mass: {mass:.4}, centre_of_mass: [{x:.4}, {y:.4}, {z:.4}]{own}}}")
+}
+
+impl Load {
+    /// The parameters and the centre of mass; where the load may be used, the words of controllers.
+    pub(crate) fn tell(&self, f: &mut fmt::Formatter<'_>, may_be_used: bool) -> fmt::Result {
+        let (x, sigma) = (&self.parameters, &self.sigma);
+        for (k, inertial) in Inertial::BODY.into_iter().enumerate() {
+            let name = inertial.letters();
+            let unit = ["kg m^2", "kg m", "kg"][usize::from(k > 5) + usize::from(k > 8)];
+            if self.determined[k] {
+                writeln!(f, "{name:<3} {:>12.5} +- {:.5} {unit}", x[k], sigma[k])?;
+            } else {
+                writeln!(f, "{name:<3} not identifiable from these logs")?;
+            }
+        }
+        let (mass, certain) = (x[9], INTERVAL * sigma[9]);
+        if self.determined[9] && mass.abs() <= certain {
+            writeln!(f, "zero is within the 95 % interval of its mass: there is no load, or the logs do not tell")?;
+        } else if self.is_whole && smallest_eigenvalue(x) < 0.0 {
+            writeln!(f, "no body has these parameters: its inertia is not known well enough")?;
+        }
+        let is_point = self.determined[6..].iter().all(|d| *d) && mass > certain;
+        let centre = [6, 7, 8].map(|k| x[k] / mass);
+        if is_point {
+            let [x, y, z] = centre;
+            writeln!(f, "{mass:.4} kg, centre of mass ({x:.4}, {y:.4}, {z:.4}) m")?;
+        }
+        let is_there = self.determined[9] && mass > certain;
+        self.of_scale().filter(|_| is_there).iter().try_for_each(|sentence| writeln!(f, "{sentence}"))?;
+        match self.body() {
+            _ if !may_be_used => Ok(()),
+            Some(body) => words_of_controllers(f, &self.link, body.mass, body.centre, Some(body.inertia)),
+            // A centre of mass is told in the frame of the file, which takes all ten parameters to turn into.
+            None if is_point && self.in_file_frame && !self.is_whole => {
+                words_of_controllers(f, &self.link, mass, centre, None)
+            }
+            None => Ok(()),
+        }
+    }
+}
+
+impl fmt::Display for Load {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let frame = if self.is_whole { "the link as the model's file has it" } else { "the link's modified DH frame" };
+        writeln!(f, "\nload on {}, in and about the frame of {frame}:", self.link)?;
+        self.tell(f, true)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn load(parameters: Ten) -> Load {
+        Load {
+            link: "tool0".into(),
+            is_whole: true,
+            parameters,
+            sigma: [1e-4; 10],
+            determined: [true; 10],
+            scale: LoadScale::AsLogged(Some(1.25)),
+            in_file_frame: true,
+        }
+    }
+
+    /// 2 kg at (0.1, 0, 0.2) with 0.01 0.02 0.025 about it: the blocks have it back, in each order.
+    #[test]
+    fn a_load_is_told_in_the_words_of_controllers() {
+        let (m, [x, z]) = (2.0, [0.1, 0.2]);
+        let about_origin = [0.01 + m * z * z, 0.0, -m * x * z, 0.02 + m * (x * x + z * z), 0.0, 0.025 + m * x * x];
+        let [xx, xy, xz, yy, yz, zz] = about_origin;
+        let shown = load([xx, xy, xz, yy, yz, zz, m * x, 0.0, m * z, m]).to_string();
+        for line in [
+            "UR      set_target_payload(2.0000, [0.1000, 0.0000, 0.2000], [0.01000, 0.02000, 0.02500, 0.00000, ",
+            "Franka  setLoad(2.0000, {0.1000, 0.0000, 0.2000}, {0.01000, ",
+            "KUKA    M 2.0000, X 100.0, Y 0.0, Z 200.0 (mm)",
+            "xArm    set_tcp_load(2.0000, [100.0, 0.0, 200.0])",
+            "rist    {link: tool0, mass: 2.0000, centre_of_mass: [0.1000, 0.0000, 0.2000], inertia: {xx: 0.01000, ",
+            "a common factor below 1.25 would not have shown, by which the mass is between 1.600 and 2.500 kg\n",
+        ] {
+            assert!(shown.contains(line), "{line}\n{shown}");
+        }
+        // Nothing is said of a factor where gains with a deviation scale the load, or a sensor of its own.
+        for scale in [LoadScale::Gains, LoadScale::Sensor] {
+            let told = Load { scale, ..load([xx, xy, xz, yy, yz, zz, m * x, 0.0, m * z, m]) };
+            assert!(!told.to_string().contains("factor"), "{told}");
+            assert!(told.mass_interval().unwrap()[0] > 1.999);
+        }
+    }
+
+    #[test]
+    fn what_is_no_body_is_told_to_nobody() {
+        for parameters in [[-0.1, 0.0, 0.0, 0.1, 0.0, 0.1, 0.0, 0.0, 0.0, 2.0], [0.0; 10]] {
+            let shown = load(parameters).to_string();
+            assert!(!shown.contains("set_target_payload"), "{shown}");
+        }
+    }
+}

@@ -1,0 +1,66 @@
+//! Where a robot was seen to move, and where its description lets it.
+
+use experiments::motion::reference_motion::Reference;
+use experiments::plan::exciting_trajectory::ExcitingTrajectory;
+use identification::estimate::torque_error::MotionRange;
+use identification::rows::observation::Observation;
+
+use crate::describe::model::Model;
+
+/// Position limits farther apart than this are none, rad (m).
+const LIMITLESS_POSITION: f64 = 1e3;
+
+/// Where the logs moved. The acceleration is that of the largest speed at the frequency of the motion.
+pub(crate) fn seen(observation: &Observation) -> MotionRange {
+    let fastest = observation.f95.iter().copied().fold(0.0, f64::max);
+    let acceleration = |(speed, f95): (&f64, &f64)| {
+        let frequency = if *f95 > 0.0 { *f95 } else { fastest };
+        std::f64::consts::TAU * frequency * speed
+    };
+    MotionRange {
+        position: observation.range.clone(),
+        speed: observation.speed.clone(),
+        acceleration: observation.speed.iter().zip(&observation.f95).map(acceleration).collect(),
+    }
+}
+
+/// Where the experiments of a plan go.
+pub(crate) fn seen_in_plan<'a>(trajectories: impl Iterator<Item = &'a ExcitingTrajectory>) -> MotionRange {
+    let references: Vec<Reference> = trajectories.map(ExcitingTrajectory::reference).collect();
+    let n = references.first().map_or(0, |reference| reference.q.len());
+    let over = |series: fn(&Reference) -> &[Vec<f64>], k: usize| -> (f64, f64) {
+        let all = references.iter().flat_map(|reference| series(reference)[k].iter().copied());
+        all.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), x| (low.min(x), high.max(x)))
+    };
+    let fastest = |series: fn(&Reference) -> &[Vec<f64>]| {
+        (0..n).map(|k| over(series, k)).map(|(low, high)| high.max(-low)).collect()
+    };
+    let position = (0..n).map(|k| over(|reference| &reference.q, k)).collect();
+    MotionRange {
+        position,
+        speed: fastest(|reference| &reference.dq),
+        acceleration: fastest(|reference| &reference.ddq),
+    }
+}
+
+/// Where the description lets the robot move: a whole turn, and no farther or faster than seen, where it says nothing. The
+/// acceleration grows with the speed, as at the frequencies seen.
+pub(crate) fn allowed(model: &Model, seen: &MotionRange) -> MotionRange {
+    let mut range = seen.clone();
+    for k in 0..seen.speed.len() {
+        let limits = model.robot.coordinates.get(k).map(|c| &c.limits);
+        let position =
+            limits.and_then(|l| l.position).filter(|(low, high)| low < high && high - low < LIMITLESS_POSITION);
+        range.position[k] = match position {
+            Some(limits) => limits,
+            None if model.regressor().is_prismatic(k) => seen.position[k],
+            None => (-std::f64::consts::PI, std::f64::consts::PI),
+        };
+        let speed = limits.and_then(|l| l.velocity).filter(|speed| *speed > 0.0 && *speed < LIMITLESS_POSITION);
+        if let Some(speed) = speed.filter(|_| seen.speed[k] > 0.0) {
+            range.acceleration[k] *= speed / seen.speed[k];
+            range.speed[k] = speed;
+        }
+    }
+    range
+}

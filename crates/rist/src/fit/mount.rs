@@ -1,0 +1,102 @@
+//! The torques by which a tilted base shows: those of gravity that is turned about the axes of the base.
+//!
+//! A small turn a of the base about its axis e turns gravity g, seen from the base, by e x g a. The torques that follow are
+//! those of the description's bodies at rest under the acceleration e x g. A turn about gravity itself shows nowhere, so
+//! there are two axes, across gravity, however the base is mounted: the two axes of the base that are farther from gravity,
+//! without what is along it and along each other.
+
+use std::cell::RefCell;
+
+use expr::{Tape, Workspace};
+use modeling::Derivation;
+use nalgebra::Vector3;
+use robot::value::Value;
+use robot::{Robot, StandardParameter};
+
+/// Two axes across gravity, which is not zero, at right angles, each with the number of the axis of the base that it is nearest
+/// to.
+pub(crate) fn axes(gravity: &Vector3<f64>) -> [(usize, Vector3<f64>); 2] {
+    let along = gravity.normalize();
+    let across = |axis: usize, others: &[Vector3<f64>]| {
+        others.iter().fold(Vector3::ith(axis, 1.0), |e, other| e - other * e.dot(other)).normalize()
+    };
+    let [i, j] = [[1, 2], [0, 2], [0, 1]][along.iamax()];
+    let first = across(i, &[along]);
+    [(i, first), (j, across(j, &[along, first]))]
+}
+
+/// The torques per radian of one axis.
+pub(crate) struct Tilt {
+    tape: Tape,
+    work: RefCell<Workspace>,
+    bodies: Vec<f64>,
+    n: usize,
+}
+
+impl Tilt {
+    /// About both axes across gravity, each with the number of the axis of the base that it is nearest to; none for a robot
+    /// without described bodies, and for one whose loops are solved numerically. `changes` of the described bodies.
+    pub(crate) fn both(robot: &Robot, changes: &[(StandardParameter, f64)]) -> Vec<(usize, Tilt)> {
+        let is_described = robot.links.iter().any(|link| link.inertial.is_some());
+        let gravity = Vector3::from(robot.gravity_number());
+        if !is_described || !robot.passive.is_empty() || gravity.norm() == 0.0 {
+            return Vec::new();
+        }
+        let turned = axes(&gravity).into_iter().map(|(axis, e)| (axis, e.cross(&gravity).into()));
+        let mut tilts: Vec<(usize, Tilt)> = turned.filter_map(|(axis, g)| Some((axis, Tilt::of(robot, g)?))).collect();
+        let places: Vec<StandardParameter> = StandardParameter::all(robot).into_iter().collect();
+        for (parameter, change) in changes {
+            let place = places.iter().position(|p| p == parameter);
+            place.into_iter().for_each(|i| tilts.iter_mut().for_each(|(_, tilt)| tilt.bodies[i] += change));
+        }
+        tilts
+    }
+
+    /// Of gravity as given, m/s^2 in the frame of the base, per unit of 1.
+    pub(crate) fn of(robot: &Robot, gravity: [f64; 3]) -> Option<Tilt> {
+        let mut turned = robot.clone();
+        turned.gravity = gravity.map(Value::Number);
+        let mut derivation = Derivation::new(&turned).ok()?;
+        let tape = Tape::new(&derivation.torque().bound());
+        let value = |p: StandardParameter| p.value(robot).unwrap_or(0.0);
+        let bodies = StandardParameter::all(robot).into_iter().map(value).collect();
+        Some(Tilt { work: RefCell::new(tape.workspace()), tape, bodies, n: robot.n_coordinates() })
+    }
+
+    /// N m (N) per rad, one per coordinate, at the position `q`.
+    pub(crate) fn torques(&self, q: &[f64]) -> Vec<f64> {
+        let at_rest = std::iter::repeat_n(0.0, 2 * self.n);
+        let inputs: Vec<f64> = q.iter().copied().chain(at_rest).chain(self.bodies.iter().copied()).collect();
+        let mut torques = vec![0.0; self.tape.n_outputs()];
+        self.tape.evaluate(&inputs, &mut self.work.borrow_mut(), &mut torques);
+        torques
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The torques of a robot whose gravity is turned, less those as it is, are those of the tilt.
+    #[test]
+    fn a_tilt_is_a_turned_gravity() {
+        let puma = concat!(env!("CARGO_MANIFEST_DIR"), "/../../models/puma560.yaml");
+        let robot = crate::describe::description::read_robot(puma.as_ref(), &Default::default()).unwrap();
+        let tilts = Tilt::both(&robot, &[]);
+        let zero = Tilt::of(&robot, robot.gravity_number()).unwrap();
+        let angle = 1e-6;
+        let [x, y, z] = robot.gravity_number();
+        for (k, turned) in
+            [[x, y - angle * z, z + angle * y], [x + angle * z, y, z - angle * x]].into_iter().enumerate()
+        {
+            let turned = Tilt::of(&robot, turned).unwrap();
+            for q in [[0.3, -0.4, 0.5, 1.0, 2.0, -1.0], [1.0, 2.0, -2.0, 0.1, 0.2, 0.3]] {
+                for j in 0..6 {
+                    let found = (turned.torques(&q)[j] - zero.torques(&q)[j]) / angle;
+                    // Torques of some ten N m, of which differences of a millionth keep nine digits.
+                    assert!((found - tilts[k].1.torques(&q)[j]).abs() < 1e-6 * 50.0, "{k} {q:?} {j}");
+                }
+            }
+        }
+    }
+}

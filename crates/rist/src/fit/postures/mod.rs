@@ -1,0 +1,270 @@
+//! What a robot at rest tells: its gravity parameters, and with the bodies of its description zeros and mount.
+//!
+//! ```text
+//! tau_j = sum_c G_jc(q) X_c + OFF_j                                gravity parameters, one offset a joint
+//! tau_j = sum_i g_i T_ij(q + z) + OFF_j     |g| as described       zeros z and mount, bodies as described
+//! ```
+//! G is the base regressor at rest, without the columns that are zero or combinations of others at every posture; what those
+//! would say is within the others. T_i is the torque of the described bodies under gravity along axis i of the base. Rows
+//! have the weight of their joint's residual, whose deviation holds friction at rest too. Deviations are those of least
+//! squares. With free bodies no zero is told: a turned joint and a turned first moment are one.
+
+mod fit;
+mod placement;
+
+use std::fmt;
+
+use claims::significant;
+use linear_model::parameter::Parameter;
+use logs::{Effort, Postures};
+use modeling::independent_columns;
+use nalgebra::{DMatrix, DVector};
+use random::Random;
+use serde_json::{Value, json};
+
+use crate::describe::model::Model;
+use crate::error::Error;
+use crate::fit::postures::fit::Fit;
+pub use crate::fit::postures::fit::Told;
+pub use crate::fit::postures::placement::Placed;
+use crate::fit::postures::placement::placed;
+
+/// A share of a column in another is none below this.
+const NOTHING: f64 = 1e-8;
+/// A direction whose singular value is below this share of the largest is not told.
+const UNTOLD: f64 = 1e-6;
+
+/// A gravity parameter.
+pub struct GravityParameter {
+    /// The base parameter, and what postures cannot tell from it with its share.
+    pub name: String,
+    /// `kg m`, `kg`.
+    pub unit: String,
+    column: usize,
+    /// Other columns and their shares.
+    with: Vec<(usize, f64)>,
+}
+
+/// The gravity parameters of a model: all that postures can tell.
+///
+/// Fails where the base regressor has no finite value at rest.
+pub fn gravity_parameters(model: &Model) -> Result<Vec<GravityParameter>, Error> {
+    let regressor = model.regressor();
+    let (n, p) = (regressor.coordinates().len(), regressor.parameters().len());
+    let mut random = Random::new(1);
+    let mut rows = Vec::new();
+    for _ in 0..20 + 4 * p.div_ceil(n.max(1)) {
+        let reach = |k: usize| if regressor.is_prismatic(k) { 0.5 } else { std::f64::consts::PI };
+        let q: Vec<f64> = (0..n).map(|k| random.between(-reach(k), reach(k))).collect();
+        let y = at_rest(model, &q);
+        if y.iter().all(|x| x.is_finite()) {
+            rows.extend(y);
+        }
+    }
+    if rows.is_empty() && p > 0 {
+        return Err(Error::new("the torques at rest are no numbers at any posture that was tried"));
+    }
+    let matrix = DMatrix::from_row_slice(rows.len() / p.max(1), p, &rows);
+    let columns = independent_columns(&matrix)
+        .map_err(|_| Error::new("the torques at rest leave the range of numbers at postures that were tried"))?;
+    let name = |c: usize| Parameter::from(&regressor.parameters()[c]).id.to_string();
+    let unit = |c: usize| Parameter::from(&regressor.parameters()[c]).unit().to_string();
+    let kept = columns.kept.iter().map(|&c| GravityParameter { name: name(c), unit: unit(c), column: c, with: vec![] });
+    let mut kept: Vec<GravityParameter> = kept.collect();
+    for (c, shares) in &columns.dependent {
+        for (parameter, share) in kept.iter_mut().zip(shares).filter(|(_, share)| share.abs() > NOTHING) {
+            let sign = if *share < 0.0 { '-' } else { '+' };
+            parameter.name += &format!(" {sign} {} {}", significant(share.abs(), 4), name(*c));
+            parameter.with.push((*c, *share));
+        }
+    }
+    Ok(kept)
+}
+
+/// Y(q, 0, 0), row by row.
+fn at_rest(model: &Model, q: &[f64]) -> Vec<f64> {
+    let (n, p) = (q.len(), model.regressor().parameters().len());
+    let (mut y, rest) = (vec![0.0; n * p], vec![0.0; n]);
+    model.regressor().fill(q, &rest, &rest, &mut y);
+    y
+}
+
+/// What postures tell.
+pub struct PostureEstimate {
+    /// The gravity parameters, in their order.
+    pub parameters: Vec<GravityParameter>,
+    /// Value and deviation of each.
+    pub values: Vec<Told>,
+    /// Of each by the description, where it has inertials.
+    pub described: Option<Vec<f64>>,
+    /// Names of the joints.
+    pub coordinates: Vec<String>,
+    /// Whether each joint slides: its torque is a force, N, and its zero a length, m.
+    pub slides: Vec<bool>,
+    /// N m (N), the offset of each joint's torque with its deviation.
+    pub offsets: Vec<Told>,
+    /// N m (N), what is left of each joint's torques: root of the mean square.
+    pub residuals: Vec<f64>,
+    /// N m (N), root of the mean square of each joint's torques.
+    pub torques: Vec<f64>,
+    /// Postures.
+    pub postures: usize,
+    /// Whether they are plateaus of a log.
+    pub are_plateaus: bool,
+    /// Zeros and mount, with the bodies of the description.
+    pub placed: Option<Placed>,
+}
+
+/// Identifies what postures tell. `gains`: N m/A of each drive, where the efforts are currents.
+///
+/// Fails where the postures are too few, and where currents have no gains.
+pub fn identify_postures(model: &Model, postures: &Postures, gains: Option<&[f64]>) -> Result<PostureEstimate, Error> {
+    let parameters = gravity_parameters(model)?;
+    let torques = torques(model, postures, gains)?;
+    let (n, count) = (model.regressor().coordinates().len(), postures.q.len());
+    let p = parameters.len();
+    if count * n < 2 * (p + n) || count < 4 {
+        return Err(Error::new(format_args!(
+            "{}: {count} postures of {n} joints for {p} gravity parameters and {n} offsets: at least {} are needed",
+            postures.name,
+            (2 * (p + n)).div_ceil(n.max(1)).max(4)
+        )));
+    }
+    let columns = parameters.iter().map(|parameter| parameter.column).collect::<Vec<_>>();
+    let all = model.regressor().parameters().len();
+    let mut joints: Vec<DMatrix<f64>> = vec![DMatrix::zeros(count, p + n); n];
+    for (r, q) in postures.q.iter().enumerate() {
+        let y = at_rest(model, q);
+        for j in 0..n {
+            columns.iter().enumerate().for_each(|(c, column)| joints[j][(r, c)] = y[j * all + column]);
+            joints[j][(r, p + j)] = 1.0;
+        }
+    }
+    let fit = Fit::of(&joints, &torques, UNTOLD)?;
+    let described = model.described_parameters().map(|x| {
+        let value = |k: &GravityParameter| x[k.column] + k.with.iter().map(|(c, share)| share * x[*c]).sum::<f64>();
+        parameters.iter().map(value).collect()
+    });
+    let size = |x: &DVector<f64>| (x.norm_squared() / count as f64).sqrt();
+    Ok(PostureEstimate {
+        values: fit.told[..p].to_vec(),
+        offsets: fit.told[p..].to_vec(),
+        placed: placed(model, postures, &torques, &fit.deviations)?,
+        residuals: fit.residuals.iter().map(size).collect(),
+        torques: torques.iter().map(size).collect(),
+        coordinates: postures.coordinates.clone(),
+        slides: (0..n).map(|k| model.regressor().is_prismatic(k)).collect(),
+        described,
+        postures: count,
+        are_plateaus: postures.are_plateaus,
+        parameters,
+    })
+}
+
+/// N m (N) of each joint, one per posture.
+fn torques(model: &Model, postures: &Postures, gains: Option<&[f64]>) -> Result<Vec<DVector<f64>>, Error> {
+    let n = postures.coordinates.len();
+    let gains = match (postures.effort_is, gains) {
+        (Effort::Torque, _) => vec![1.0; n],
+        (_, Some(gains)) => gains.to_vec(),
+        (effort, None) => {
+            let known: Option<Vec<f64>> = model.drive_gains().into_iter().collect();
+            known.ok_or_else(|| {
+                Error::new(format_args!(
+                    "{}: {} need the gain of each drive: [gain={}=NUMBER], in {}",
+                    postures.name,
+                    effort.words(),
+                    postures.coordinates[0],
+                    effort.gain_unit()
+                ))
+            })?
+        }
+    };
+    let count = postures.effort.len();
+    Ok((0..n).map(|j| DVector::from_fn(count, |r, _| gains[j] * postures.effort[r][j])).collect())
+}
+
+impl PostureEstimate {
+    /// All of it as values.
+    pub fn to_json(&self) -> Value {
+        let told = |told: &Told| json!({"value": told.map(|t| t.0), "sigma": told.map(|t| t.1)});
+        let parameters = self.parameters.iter().zip(&self.values).enumerate().map(|(k, (parameter, value))| {
+            json!({
+                "name": parameter.name,
+                "unit": parameter.unit,
+                "value": value.map(|v| v.0),
+                "sigma": value.map(|v| v.1),
+                "described": self.described.as_ref().map(|d| d[k]),
+            })
+        });
+        json!({
+            "postures": self.postures,
+            "plateaus": self.are_plateaus,
+            "parameters": parameters.collect::<Vec<_>>(),
+            "joints": self.coordinates.iter().enumerate().map(|(j, name)| json!({
+                "coordinate": name,
+                "offset": told(&self.offsets[j]),
+                "residual": self.residuals[j],
+                "torque": self.torques[j],
+            })).collect::<Vec<_>>(),
+            "with_described_bodies": self.placed.as_ref().map(|placed| json!({
+                "zeros": placed.zeros.iter().map(told).collect::<Vec<_>>(),
+                "tilt": told(&placed.tilt),
+                "base": placed.base,
+                "left_before": placed.left[0],
+                "left": placed.left[1],
+                "explains": placed.explains,
+            })),
+        })
+    }
+}
+
+/// The parameters as a list: what postures can tell.
+pub fn gravity_text(parameters: &[GravityParameter]) -> String {
+    let mut text = format!("{} gravity parameters: all that a robot at rest can tell\n", parameters.len());
+    parameters.iter().for_each(|parameter| text += &format!("  {} [{}]\n", parameter.name, parameter.unit));
+    text
+}
+
+impl fmt::Display for PostureEstimate {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let kind = if self.are_plateaus { "plateaus of the log" } else { "rows, each a posture" };
+        writeln!(f, "{} {kind}\n", self.postures)?;
+        let shown = |told: &Told| match told {
+            Some((value, sigma)) => format!("{:>10} +- {}", significant(*value, 4), significant(*sigma, 2)),
+            None => "not told by these postures:".into(),
+        };
+        let width = self.parameters.iter().map(|p| p.name.len()).chain([8]).max().unwrap_or(8);
+        for (k, (parameter, value)) in self.parameters.iter().zip(&self.values).enumerate() {
+            let described =
+                self.described.as_ref().map_or(String::new(), |d| format!("  described {}", significant(d[k], 4)));
+            writeln!(f, "  {:width$}  {} {}{described}", parameter.name, shown(value), parameter.unit)?;
+        }
+        writeln!(f)?;
+        for (j, name) in self.coordinates.iter().enumerate() {
+            let left = 100.0 * self.residuals[j] / self.torques[j].max(f64::MIN_POSITIVE);
+            let unit = if self.slides[j] { "N" } else { "N m" };
+            let of =
+                format!("left {} {unit}, {} % of its torques", significant(self.residuals[j], 2), significant(left, 2));
+            writeln!(f, "  {name:width$}  {} {unit} offset of its torque; {of}", shown(&self.offsets[j]))?;
+        }
+        let Some(placed) = &self.placed else { return Ok(()) };
+        let [before, after] = placed.left.map(|share| significant(100.0 * share, 2));
+        writeln!(
+            f,
+            "\nwith the bodies of the description {before} % of the torques are left, with zeros and mount of their own {after} %"
+        )?;
+        if !placed.explains {
+            return writeln!(f, "these bodies do not explain the postures: neither zeros nor mount are told by them");
+        }
+        for ((name, zero), slides) in self.coordinates.iter().zip(&placed.zeros).zip(&self.slides) {
+            let unit = if *slides { "m" } else { "rad" };
+            writeln!(f, "  {name:width$}  {} zero, {unit} to be added to its positions", shown(zero))?;
+        }
+        writeln!(f, "  {:width$}  {} turn of gravity, rad", "mount", shown(&placed.tilt))?;
+        match placed.differs() {
+            true => writeln!(f, "to hold them: {}", placed.remedy()),
+            false => writeln!(f, "zeros and mount are as described"),
+        }
+    }
+}

@@ -1,0 +1,247 @@
+//! Zeros and mount that explain postures by the bodies of the description.
+//!
+//! ```text
+//! tau_j = sum_i g_i T_ij(q + z) + OFF_j     |g| as described
+//! ```
+//! T_i is the torque of the described bodies under gravity along axis i of the base, one; Gauss-Newton in z and in two turns
+//! of g across it. A joint whose axis is along gravity as described has no zero: a mount beside it would be turned with it.
+
+use logs::Postures;
+use nalgebra::{DMatrix, DVector, Rotation3, Vector3};
+
+use crate::describe::description::rounded_rpy;
+use crate::describe::model::Model;
+use crate::error::Error;
+use crate::fit::gravity_direction::{base, mounted};
+use crate::fit::mount::{Tilt, axes};
+use crate::fit::postures::fit::{Fit, Told};
+
+/// Steps until the search for zeros and mount is given up.
+const MOST_STEPS: usize = 50;
+/// rad, the largest change in a step.
+const LARGEST_STEP: f64 = 0.3;
+/// Bodies of the description explain postures that they leave at most so many times the deviation of free bodies.
+const EXPLAINED_TIMES: f64 = 2.0;
+/// A zero or mount below this many deviations is none.
+const TELLING_DEVIATIONS: f64 = 3.0;
+/// Zeros and mount are told together where the singular value of each direction has more than this share of the largest.
+const UNTOLD_UNKNOWN: f64 = 3e-5;
+/// A step that leaves more is halved so often.
+const MOST_HALVINGS: i32 = 8;
+/// Steps that mend a smaller share end the search.
+const SETTLED_SHARE: f64 = 1e-9;
+/// rad, the step of a difference: torques that far apart keep nine digits.
+const DIFFERENCE_STEP: f64 = 1e-5;
+/// A joint moves no torque where its column is below this share of the largest.
+const IDLE_SHARE: f64 = 1e-8;
+
+/// Zeros and mount that explain the postures by the bodies of the description.
+pub struct Placed {
+    /// rad (m), to be added to the positions of each joint, with its deviation.
+    pub zeros: Vec<Told>,
+    /// rad, roll, pitch and yaw of the base.
+    pub base: [f64; 3],
+    /// rad, by which gravity is turned from where it is described, with its deviation.
+    pub tilt: Told,
+    /// Shares of the torques that the description leaves as it is, and with zeros and mount.
+    pub left: [f64; 2],
+    /// Whether it then leaves no more than bodies of its own would explain.
+    pub explains: bool,
+}
+
+/// Zeros and mount from those of the description; `None` where it has no bodies, or loops that are solved numerically.
+pub(super) fn placed(
+    model: &Model,
+    postures: &Postures,
+    torques: &[DVector<f64>],
+    deviations: &[f64],
+) -> Result<Option<Placed>, Error> {
+    let described = Vector3::from(model.robot.gravity_number());
+    let is_described = model.robot.links.iter().any(|link| link.inertial.is_some());
+    if !is_described || !model.robot.passive.is_empty() || described.norm() == 0.0 {
+        return Ok(None);
+    }
+    let axes = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+    let axes: Option<Vec<Tilt>> = axes.into_iter().map(|axis| Tilt::of(&model.robot, axis)).collect();
+    let Some(axes) = axes else { return Ok(None) };
+    let search = Search { axes, postures, torques, deviations };
+    let Found { zeros, gravity, fit, left } = search.found(described)?;
+    let n = torques.len();
+    let misfit = left[1] / (postures.q.len() * n) as f64;
+    // Of all torques alike: a joint that free bodies explain badly has a large deviation.
+    let share = |zeros: &[f64], gravity: &Vector3<f64>| {
+        let left: f64 = search.look(zeros, gravity).1.iter().map(|x| x.add_scalar(-x.mean()).norm_squared()).sum();
+        (left / torques.iter().map(|x| x.norm_squared()).sum::<f64>().max(f64::MIN_POSITIVE)).sqrt()
+    };
+    let told = |k: usize, value: f64| fit.told[k].map(|(_, deviation)| (value, deviation));
+    let tilt = match (fit.told[n], fit.told[n + 1]) {
+        (Some((_, a)), Some((_, b))) => Some((gravity.angle(&described), a.max(b))),
+        _ => None,
+    };
+    Ok(Some(Placed {
+        zeros: zeros.iter().enumerate().map(|(k, zero)| told(k, *zero)).collect(),
+        base: rounded_rpy(&base(model, &gravity), 5),
+        tilt,
+        left: [share(&vec![0.0; n], &described), share(&zeros, &gravity)],
+        explains: misfit.sqrt() < EXPLAINED_TIMES,
+    }))
+}
+
+/// The columns of each joint, and what is left of its torques.
+type Look = (Vec<DMatrix<f64>>, Vec<DVector<f64>>);
+
+/// The end of a search.
+struct Found {
+    zeros: Vec<f64>,
+    gravity: Vector3<f64>,
+    /// The last step, with the deviations.
+    fit: Fit,
+    /// What is left as described and so, in squares over the deviations.
+    left: [f64; 2],
+}
+
+struct Search<'a> {
+    axes: Vec<Tilt>,
+    postures: &'a Postures,
+    torques: &'a [DVector<f64>],
+    deviations: &'a [f64],
+}
+
+impl Search<'_> {
+    /// Zeros and gravity, step by step, none of which leaves more than the one before.
+    fn found(&self, described: Vector3<f64>) -> Result<Found, Error> {
+        let n = self.torques.len();
+        let (mut zeros, mut gravity) = (vec![0.0; n], described);
+        let (as_described, left_as_described) = self.look(&zeros, &gravity);
+        let before = self.left(&left_as_described);
+        let idle = idle(&as_described, n);
+        let mut left = before;
+        // A robot on a ceiling is one whose shoulder is off by half a turn: the mount alone is tried first.
+        let by_mount = self.gravity_alone()? * described.norm();
+        let left_by_mount = self.left(&self.look(&zeros, &by_mount).1);
+        if left_by_mount < before {
+            (gravity, left) = (by_mount, left_by_mount);
+        }
+        let mut fit = self.step(&zeros, &gravity, &idle)?;
+        for _ in 0..MOST_STEPS {
+            let angle = |k: usize, share: f64| share * fit.solution[k].clamp(-LARGEST_STEP, LARGEST_STEP);
+            let [first, second] = axes(&gravity).map(|(_, axis)| axis);
+            let at = |share: f64| {
+                let moved: Vec<f64> = zeros.iter().enumerate().map(|(k, zero)| zero + angle(k, share)).collect();
+                let turned = Rotation3::new(first * angle(n, share) + second * angle(n + 1, share)) * gravity;
+                let left = self.left(&self.look(&moved, &turned).1);
+                (moved, turned, left)
+            };
+            let tried = (0..MOST_HALVINGS).map(|k| at(0.5_f64.powi(k))).find(|(.., moved)| *moved < left);
+            let Some((moved, turned, less)) = tried else { break };
+            let is_settled = left - less < SETTLED_SHARE * left;
+            (zeros, gravity, left) = (moved, turned, less);
+            fit = self.step(&zeros, &gravity, &idle)?;
+            if is_settled {
+                break;
+            }
+        }
+        Ok(Found { zeros, gravity, fit, left: [before, left] })
+    }
+
+    /// What mends zeros and mount, and offsets of the torques.
+    fn step(&self, zeros: &[f64], gravity: &Vector3<f64>, idle: &[usize]) -> Result<Fit, Error> {
+        let (mut columns, left) = self.look(zeros, gravity);
+        columns.iter_mut().for_each(|c| idle.iter().for_each(|&k| c.column_mut(k).fill(0.0)));
+        Fit::weighted(&columns, &left, self.deviations, UNTOLD_UNKNOWN)
+    }
+
+    /// N m (N) of each joint at a position under gravity.
+    fn under(&self, q: &[f64], gravity: &Vector3<f64>) -> Vec<f64> {
+        let by_axis: Vec<Vec<f64>> = self.axes.iter().map(|tilt| tilt.torques(q)).collect();
+        (0..q.len()).map(|j| (0..3).map(|i| gravity[i] * by_axis[i][j]).sum()).collect()
+    }
+
+    /// Columns of the zeros, of the two turns, of the offsets.
+    fn look(&self, zeros: &[f64], gravity: &Vector3<f64>) -> Look {
+        let n = zeros.len();
+        let turns = axes(gravity).map(|(_, axis)| axis.cross(gravity));
+        let mut columns = vec![DMatrix::zeros(self.postures.q.len(), 2 * n + 2); n];
+        let mut left = self.torques.to_vec();
+        for (r, q) in self.postures.q.iter().enumerate() {
+            let q: Vec<f64> = q.iter().zip(zeros).map(|(q, z)| q + z).collect();
+            let torque = self.under(&q, gravity);
+            (0..n).for_each(|j| left[j][r] -= torque[j]);
+            for k in 0..n {
+                let at = |step: f64| {
+                    let mut moved = q.clone();
+                    moved[k] += step;
+                    self.under(&moved, gravity)
+                };
+                let (ahead, behind) = (at(DIFFERENCE_STEP), at(-DIFFERENCE_STEP));
+                (0..n).for_each(|j| columns[j][(r, k)] = (ahead[j] - behind[j]) / (2.0 * DIFFERENCE_STEP));
+            }
+            for (k, turn) in turns.iter().enumerate() {
+                let by = self.under(&q, turn);
+                (0..n).for_each(|j| columns[j][(r, n + k)] = by[j]);
+            }
+            (0..n).for_each(|j| columns[j][(r, n + 2 + j)] = 1.0);
+        }
+        (columns, left)
+    }
+
+    /// The sum of squares, each joint over its deviation.
+    fn squares(&self, left: &[DVector<f64>]) -> f64 {
+        left.iter().zip(self.deviations).map(|(x, d)| x.norm_squared() / (d * d)).sum()
+    }
+
+    /// What is left of the torques beside an offset of each joint, in squares over the deviations.
+    fn left(&self, left: &[DVector<f64>]) -> f64 {
+        let without_offset: Vec<DVector<f64>> = left.iter().map(|x| x.add_scalar(-x.mean())).collect();
+        self.squares(&without_offset)
+    }
+
+    /// The direction of gravity in the frame of the base, zeros as they are: the torques are linear in it.
+    fn gravity_alone(&self) -> Result<Vector3<f64>, Error> {
+        let n = self.torques.len();
+        let mut columns = vec![DMatrix::zeros(self.postures.q.len(), 3 + n); n];
+        for (r, q) in self.postures.q.iter().enumerate() {
+            for (i, tilt) in self.axes.iter().enumerate() {
+                tilt.torques(q).iter().zip(&mut columns).for_each(|(torque, columns)| columns[(r, i)] = *torque);
+            }
+            columns.iter_mut().enumerate().for_each(|(j, columns)| columns[(r, 3 + j)] = 1.0);
+        }
+        let fit = Fit::weighted(&columns, self.torques, self.deviations, UNTOLD_UNKNOWN)?;
+        let found = Vector3::new(fit.solution[0], fit.solution[1], fit.solution[2]);
+        Ok(found.try_normalize(f64::MIN_POSITIVE).unwrap_or(Vector3::z()))
+    }
+}
+
+/// The joints that move no torque.
+fn idle(columns: &[DMatrix<f64>], n: usize) -> Vec<usize> {
+    let size = |k: usize| columns.iter().map(|c| c.column(k).norm_squared()).sum::<f64>().sqrt();
+    let sizes: Vec<f64> = (0..n).map(size).collect();
+    let largest = sizes.iter().copied().fold(0.0, f64::max);
+    (0..n).filter(|&k| sizes[k] <= IDLE_SHARE * largest).collect()
+}
+
+/// Whether a value is several of its deviations.
+fn tells(told: &Told) -> bool {
+    told.is_some_and(|(value, deviation)| value.abs() > TELLING_DEVIATIONS * deviation)
+}
+
+impl Placed {
+    /// Whether a zero or the mount differs from the description.
+    pub fn differs(&self) -> bool {
+        self.zeros.iter().chain([&self.tilt]).any(tells)
+    }
+
+    /// The lines that hold what was found.
+    pub fn remedy(&self) -> String {
+        let digits = |told: &Told| format!("{:.4}", told.filter(|_| tells(told)).map_or(0.0, |told| told.0));
+        let mut lines = Vec::new();
+        if self.zeros.iter().any(tells) {
+            let zeros: Vec<String> = self.zeros.iter().map(digits).collect();
+            lines.push(format!("transmission: {{offsets: [{}]}}", zeros.join(", ")));
+        }
+        if tells(&self.tilt) {
+            lines.push(mounted(self.base));
+        }
+        lines.join("; ")
+    }
+}

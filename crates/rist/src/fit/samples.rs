@@ -1,0 +1,396 @@
+//! Identifies parameters from logs, step by step: gains, delay, friction, fit, bodies that can exist, load, remarks.
+
+use identification::estimate::consistent::{bodies, identify_consistent};
+use identification::estimate::delay::Delay;
+use identification::estimate::described::described_residuals;
+use identification::estimate::essential::keep_essential;
+use identification::estimate::identify::Fit;
+use identification::estimate::impossible::impossible;
+use identification::estimate::joint_terms::JointTerms;
+use identification::estimate::ledger::hypotheses::{Hypothesis, Tested, hypotheses};
+use identification::estimate::ledger::topics::{ROTORS_TAKEN, mended};
+use identification::estimate::ledger::unknowns::Step;
+use identification::estimate::ledger::widen_by_unknowns;
+use identification::estimate::logs_left_out::{LogLeftOut, logs_left_out, sentence as of_left_out};
+use identification::estimate::options::Options;
+use identification::estimate::passport::Passport;
+use identification::estimate::passport::finding::Fault;
+use identification::estimate::remarks::outgrown;
+use identification::estimate::selection::FrictionSelection;
+use identification::estimate::standing_torque::{farther_at_rest, offset_beside_weight};
+use identification::estimate::verdict::{BodiesEvidence, Evidence, Prediction, Trust, Verdict};
+use identification::estimators::drive_gains::likelihood::DriveGains;
+use identification::signals::records::SourceRecords;
+use linear_model::pseudo_inertia::Ten;
+use logs::LogSource;
+use robot::{Inertial, LinkId};
+
+use crate::describe::model::Model;
+use crate::error::Error;
+use crate::fit::chosen::{Chosen, Looked, choose, found_delay, told_rotors, with_open};
+use crate::fit::drive_gains::{OWN_SCALE, drive_gains, gain_remark, is_own_scale};
+use crate::fit::friction::{ChosenFriction, Kept, choose_friction, not_looked_for, worthwhile_joint_terms};
+use crate::fit::load::{Load, Scales, load};
+use crate::fit::unknowns::Unknowns;
+use crate::fit::unsure_torques::{Noise, UnsureTorques};
+use crate::request::Request;
+pub use crate::request::{IdentifyRequest, SamplesRequest};
+pub use claims::Claim;
+use identification::estimate::artefact::Estimate;
+
+/// The outcome of an identification.
+pub struct Identification {
+    /// The model that was used, where it is not the one given: with the rotor inertias that its URDF cannot say.
+    pub model: Option<Model>,
+    /// Values, intervals, residuals and remarks.
+    pub estimate: Estimate,
+    /// The delay, where it was searched.
+    pub delay: Option<Delay>,
+    /// The choice among friction models, where it was made.
+    pub friction: Option<FrictionSelection>,
+    /// The choice among friction of single joints, where it was made.
+    pub joint_terms: Option<JointTerms>,
+    /// The load of the loaded logs.
+    pub load: Option<Load>,
+    /// The bodies, where only those that can exist were asked for.
+    pub bodies: Option<Bodies>,
+    /// Whether the logs belong to the description.
+    pub passport: Passport,
+    /// |tau - W X| / |tau| of the description with fitted friction; `None` where it has no inertials.
+    pub described: Option<f64>,
+    /// |tau - W X| / |tau| of least squares on parts of the logs, each predicted from the others.
+    pub held_out: Option<f64>,
+    /// Each of several logs, predicted by parameters from the others.
+    pub logs_left_out: Vec<LogLeftOut>,
+    /// The evidence for and against the bodies.
+    pub bodies_evidence: Option<BodiesEvidence>,
+    /// What they follow from.
+    pub(crate) unsure: UnsureTorques,
+    /// Faults of the logs, each tested as one unknown more.
+    pub faults: Vec<Tested>,
+    /// What was mended without being asked for.
+    pub mended: Vec<Claim>,
+    /// The last step of the unknowns that were asked for; what they are stands in the options and the description.
+    pub unknowns: Vec<Step>,
+    /// The base parameters of the description; `None` where it has no inertials.
+    pub described_parameters: Option<Vec<f64>>,
+}
+
+impl Identification {
+    /// The model that was used, where `given` was given.
+    pub fn used<'a>(&'a self, given: &'a Model) -> &'a Model {
+        self.model.as_ref().unwrap_or(given)
+    }
+
+    /// With what was found of unknowns, which deviations and remarks tell from now on.
+    fn with_unknowns(mut self, unknowns: Unknowns) -> Identification {
+        widen_by_unknowns(&mut self.estimate, &unknowns.steps);
+        self.estimate.remarks.splice(..0, unknowns.remarks);
+        Identification { model: self.model.or(unknowns.model), unknowns: unknowns.steps, ..self }
+    }
+
+    /// Says that torques are up to the gains of servos, and holds nothing against a description in N m.
+    fn in_own_scale(mut self) -> Identification {
+        self.passport.efforts_are_position_errors(OWN_SCALE);
+        self.estimate.remarks.insert(0, OWN_SCALE.into());
+        if let Some(bodies) = &mut self.bodies {
+            bodies.refusal = Some(format!("{OWN_SCALE}: no body in kg follows without [gain]"));
+        }
+        if let Some(evidence) = &mut self.bodies_evidence {
+            evidence.refusal = self.bodies.as_ref().and_then(|bodies| bodies.refusal.clone());
+            evidence.masses.clear();
+        }
+        Identification { described: None, described_parameters: None, ..self }
+    }
+
+    /// Whether to trust the estimate. If the answer is no, the estimate says so from now on. `prediction`: of logs that
+    /// were not fitted, where there are some.
+    pub(crate) fn judge(&mut self, prediction: Prediction) -> Verdict {
+        self.estimate.refusal = Vec::new();
+        let parts_are_new = self.passport.visited.has_new_parts();
+        let verdict = Verdict::of(&Evidence {
+            estimate: &self.estimate,
+            passport: Some(&self.passport),
+            described: self.described,
+            described_parameters: self.described_parameters.as_deref(),
+            total: self.estimate.total,
+            is_of_fit: true,
+            prediction: Prediction { held_out: self.held_out, parts_are_new, ..prediction },
+            bodies: self.bodies_evidence.as_ref(),
+            opens_in_any_motion: self.unsure.opens_in_any_motion,
+            faults: &self.faults,
+            mended: &self.mended,
+        });
+        if verdict.trust == Trust::No {
+            self.estimate.refusal.clone_from(&verdict.reasons);
+        }
+        verdict
+    }
+}
+
+/// Bodies and rotors that can exist.
+pub struct Bodies {
+    /// XX XY XZ YY YZ ZZ MX MY MZ M about the frame of each link that has inertials.
+    pub links: Vec<(LinkId, Ten)>,
+    /// Rotor inertia of each coordinate, kg m^2 (kg); zero where the model has none.
+    pub armatures: Vec<f64>,
+    /// Why they must not be used. Nothing is written into a simulator's file while there is a reason.
+    pub refusal: Option<String>,
+}
+
+/// Identifies the base parameters and the friction of a robot from its logs.
+///
+/// Fails where the logs do not fit the robot, and with a verdict where the data leave a gain or the delay open. A
+/// parameter that the data do not determine is no failure: its status says so.
+pub fn identify(model: &Model, logs: &[LogSource], request: &IdentifyRequest) -> Result<Identification, Error> {
+    identify_loaded(model, logs, &[], request)
+}
+
+/// As [`identify`], with the load of logs of the same robot.
+///
+/// Fails as [`identify`] does, and where the load is on no link.
+pub fn identify_loaded(
+    model: &Model,
+    logs: &[LogSource],
+    loaded: &[LogSource],
+    request: &IdentifyRequest,
+) -> Result<Identification, Error> {
+    request.check()?;
+    let kept = if request.consistent { Kept::Consistent } else { Kept::All };
+    identify_kept(model, logs, loaded, &request.samples, kept)
+}
+
+/// As [`identify_loaded`], with only the parameters that the data need; the others are zero. Bodies need all of theirs, so
+/// there are none.
+///
+/// Fails as [`identify`] does.
+pub fn identify_essential(
+    model: &Model,
+    logs: &[LogSource],
+    loaded: &[LogSource],
+    request: &SamplesRequest,
+) -> Result<Identification, Error> {
+    request.check()?;
+    identify_kept(model, logs, loaded, request, Kept::Essential)
+}
+
+fn identify_kept(
+    model: &Model,
+    logs: &[LogSource],
+    loaded: &[LogSource],
+    request: &SamplesRequest,
+    kept: Kept,
+) -> Result<Identification, Error> {
+    if !request.unknowns.is_empty() {
+        let unknowns = Unknowns::find(model, logs, request)?;
+        let with = unknowns.model.as_ref().unwrap_or(model);
+        let found = identify_kept(with, logs, loaded, &unknowns.request, kept)?;
+        return Ok(found.with_unknowns(unknowns));
+    }
+    let is_own_scale = is_own_scale(model, logs, &request.gain, &request.options())?;
+    let Prepared { mut options, gains, chosen, delay, friction } = Prepared::of(model, logs, request, kept)?;
+    let model = chosen.model.as_ref().unwrap_or(model);
+    let is_open = request.leaves_friction_open();
+    let Fitted { passport, mut fit, faults, sentence } = fitted(model, logs, chosen.looked, is_open, &mut options)?;
+    if let Some((rotating, sentence)) = told_rotors(model, &fit, &faults)? {
+        let mut identified = identify_kept(&rotating, logs, loaded, request, kept)?;
+        identified.mended.push(mended(ROTORS_TAKEN, &sentence));
+        identified.estimate.remarks.insert(0, sentence);
+        return Ok(Identification { model: Some(rotating), ..identified });
+    }
+    let link = request.loaded_link.as_deref();
+    let scales = Scales { gains: gains.as_ref(), faults: &faults, passport: &passport };
+    let load = (!loaded.is_empty()).then(|| load(model, link, &fit, loaded, &options, &scales)).transpose()?;
+    let (noise, described_parameters) = (Noise::of(&fit), model.described_parameters());
+    let described = described_parameters.as_ref().map(|x| described_error(model, &fit, &options, x));
+    if kept == Kept::Essential {
+        keep_essential(model.regressor(), &mut fit, &options);
+    }
+    let held_out = fit.estimate.cross_validation;
+    let logs_left_out = left_out(model, &fit, &options, described_parameters.as_deref());
+    let found = found_bodies(model, fit, kept, &options)?;
+
+    // The remarks, and the gains that the estimate stands on.
+    let fingerprint = Some(model.reference.fingerprint.clone());
+    let mut estimate = Estimate { fingerprint, description: model.description.clone(), ..found.estimate };
+    estimate.remarks.extend(gains.as_ref().map(|found| gain_remark(model, logs, &request.gain, found)));
+    let unsure = UnsureTorques::widening(&mut estimate, noise, gains.as_ref(), &faults, model, &options);
+    estimate.doubts.extend(impossible(&model.standard_map(), &estimate));
+    estimate.remarks.splice(..0, chosen.sentences.into_iter().chain(sentence));
+    let outgrown = found.outgrown.into_iter().filter(|_| !is_own_scale);
+    estimate.remarks.extend(of_left_out(&logs_left_out, &estimate.logs).into_iter().chain(outgrown));
+    let found = Identification {
+        model: chosen.model,
+        estimate,
+        delay,
+        friction: friction.selection,
+        joint_terms: friction.joint_terms,
+        load,
+        bodies: found.bodies,
+        passport,
+        described,
+        held_out,
+        logs_left_out,
+        bodies_evidence: found.evidence,
+        unsure,
+        faults,
+        mended: chosen.mended,
+        unknowns: Vec::new(),
+        described_parameters,
+    };
+    Ok(if is_own_scale { found.in_own_scale() } else { found })
+}
+
+/// Each log predicted by parameters from the others, where there are several. `described`: the base parameters of the description.
+fn left_out(model: &Model, fit: &Fit, options: &Options, described: Option<&[f64]>) -> Vec<LogLeftOut> {
+    logs_left_out(&options.linear_model(model.regressor()), fit, described)
+}
+
+/// What is decided before the fit.
+struct Prepared<'a> {
+    options: Options,
+    gains: Option<DriveGains>,
+    chosen: Chosen<'a>,
+    delay: Option<Delay>,
+    friction: ChosenFriction,
+}
+
+impl<'a> Prepared<'a> {
+    /// Converts currents to torques, decides what is left open, and corrects the delay of the torques; then the friction, for
+    /// which the rows are read once more where it is to be chosen.
+    ///
+    /// Fails where a log cannot be read, and where the data leave a gain or the delay open.
+    fn of(
+        model: &'a Model,
+        logs: &'a [LogSource],
+        request: &SamplesRequest,
+        kept: Kept,
+    ) -> Result<Prepared<'a>, Error> {
+        let mut options = Options { model: model.robot.name.clone(), ..request.options() };
+        let gains = drive_gains(model, logs, &request.gain, &mut options)?;
+        let mut chosen = choose(model, logs, request, &mut options)?;
+        let model = chosen.model.as_ref().unwrap_or(model);
+        let delay = match chosen.delay.take() {
+            Some(delay) => Some(delay),
+            None => request.finds_delay().then(|| found_delay(model, logs, &mut options)).transpose()?,
+        };
+        let friction = choose_friction(model, logs, kept, request, &mut options)?;
+        Ok(Prepared { options, gains, chosen, delay, friction })
+    }
+}
+
+/// A fit to logs, and what it was made with.
+struct Fitted {
+    passport: Passport,
+    fit: Fit,
+    faults: Vec<Tested>,
+    /// On friction that nobody asked for.
+    sentence: Option<String>,
+}
+
+/// The fit of the options; where the friction is open, with terms of single joints that are worthwhile, put into the options.
+///
+/// Fails where a log cannot be read, and where no joint moves.
+fn fitted<'a>(
+    model: &'a Model,
+    logs: &'a [LogSource],
+    looked: Option<Looked<'a>>,
+    is_open: bool,
+    options: &mut Options,
+) -> Result<Fitted, Error> {
+    let one = |looked: Looked<'_>, options: &Options| -> Result<Fitted, Error> {
+        let fit = looked.fit(model, logs)?;
+        let mut faults = faults(model, options, &looked.records, &fit)?;
+        // A base that is found to be mounted otherwise is said once.
+        if looked.passport.findings.iter().any(|finding| matches!(finding.fault, Fault::Mount(_))) {
+            faults.retain(|fault| !matches!(fault.of, Hypothesis::Mount(_)));
+        }
+        Ok(Fitted { passport: looked.passport, fit, faults, sentence: None })
+    };
+    let plain = one(Looked::again(looked, model, logs, options)?, options)?;
+    if !is_open {
+        return Ok(plain);
+    }
+    if let Some(sentence) = not_looked_for(logs) {
+        return Ok(Fitted { sentence: Some(sentence), ..plain });
+    }
+    let sentence = worthwhile_joint_terms(model, logs, &plain.fit, &plain.faults, options)?;
+    match sentence.is_some() {
+        true => Ok(Fitted { sentence, ..one(Looked::of(model, logs, options)?, options)? }),
+        false => Ok(plain),
+    }
+}
+
+/// The faults that unknowns more would explain, the tilt of the mount among them.
+fn faults(model: &Model, options: &Options, records: &SourceRecords<'_>, fit: &Fit) -> Result<Vec<Tested>, Error> {
+    let linear = options.linear_model(model.regressor());
+    with_open(model, None, |open| Ok(hypotheses(&linear, records, fit.point(), open)?))
+}
+
+/// |tau - W X| / |tau| with these base parameters, and friction fitted to the remainder.
+fn described_error(model: &Model, fit: &Fit, options: &Options, parameters: &[f64]) -> f64 {
+    let linear = options.linear_model(model.regressor());
+    described_residuals(&linear, &fit.observation.joints(|_| true), &fit.weights, parameters).total
+}
+
+/// An estimate, with its bodies where only those that can exist were asked for.
+struct FoundBodies {
+    estimate: Estimate,
+    bodies: Option<Bodies>,
+    evidence: Option<BodiesEvidence>,
+    /// Remarks on bodies whose mass differs much from that of the description.
+    outgrown: Vec<String>,
+}
+
+/// The estimate whose bodies can exist, where only such were asked for. Where the logs do not determine them, the description does.
+fn found_bodies(model: &Model, fit: Fit, kept: Kept, options: &Options) -> Result<FoundBodies, Error> {
+    if kept != Kept::Consistent {
+        return Ok(FoundBodies { estimate: fit.estimate, bodies: None, evidence: None, outgrown: Vec::new() });
+    }
+    let (map, known) = (model.standard_map(), model.reference_bodies());
+    let found = identify_consistent(model.regressor(), &map, &known, fit, options, &Default::default())?;
+    let named: Vec<(&str, Ten)> = bodies(&map, &found.consistent.phi).collect();
+    let describe = |(body, known): (&(&str, Ten), &Option<Ten>)| outgrown(body, known.as_ref()?);
+    let ratio = |((name, body), known): (&(&str, Ten), &Option<Ten>)| {
+        let described = known.as_ref()?[9];
+        Some((name.to_string(), body[9] / described, described)).filter(|(_, ratio, _)| ratio.is_finite())
+    };
+    let linear = options.linear_model(model.regressor());
+    let at_rest = model.described_parameters().and_then(|described| {
+        let Fit { solution, observation, .. } = &found.least_squares;
+        farther_at_rest(
+            &linear,
+            &solution.x,
+            &found.consistent.x,
+            &described,
+            &observation.range,
+            &found.estimate.joints,
+        )
+    });
+    let weighed = linear.parameters.iter().filter_map(|p| offset_beside_weight(&linear, p));
+    let weighed = weighed.map(|j| linear.regressor.coordinates()[j].clone()).collect();
+    let links = model.body_links().into_iter().zip(named.iter().map(|(_, x)| *x)).collect();
+    let refusal = found.refusal();
+    Ok(FoundBodies {
+        bodies: Some(Bodies { links, armatures: armatures(model, &found.consistent.phi), refusal: refusal.clone() }),
+        evidence: Some(BodiesEvidence {
+            refusal,
+            masses: named.iter().zip(&known).filter_map(ratio).collect(),
+            at_rest,
+            weighed,
+        }),
+        outgrown: named.iter().zip(&known).filter_map(describe).collect(),
+        estimate: found.estimate,
+    })
+}
+
+/// Rotor inertias by coordinate, kg m^2 (kg); zero where the model has none.
+fn armatures(model: &Model, phi: &[f64]) -> Vec<f64> {
+    let robot = &model.robot;
+    let of_link = |link: LinkId| {
+        let is_rotor = |s: &robot::StandardParameter| s.inertial == Inertial::Ia && s.link == link;
+        model.parameters.standard.iter().position(is_rotor).map_or(0.0, |c| phi[c])
+    };
+    let joint = |k: usize| robot.joint_of(robot::value::CoordinateId(k));
+    (0..robot.n_coordinates()).map(|k| joint(k).map_or(0.0, of_link)).collect()
+}

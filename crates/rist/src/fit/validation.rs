@@ -1,0 +1,186 @@
+//! Tests how well an estimate predicts logs it was not made from.
+
+use std::io::{BufRead, BufReader};
+use std::path::{Path, PathBuf};
+
+use experiments::motion::record::Record;
+use gate::source::Source;
+use identification::estimate::described::described_residuals;
+use identification::estimate::held_out;
+use identification::estimate::passport::visited::Visited;
+use identification::estimate::residuals::Residuals;
+use identification::estimators::weighted::{Weights, fit};
+use identification::portrait::series::series;
+use identification::rows::observation::Observation;
+use identification::signals::records::SourceRecords;
+use identification::spectrum::validate::validate_motions;
+use linear_model::linear_model::Model as LinearModel;
+use logs::{ColumnNames, Log, LogSource};
+use numerics::triangle::Triangle;
+
+pub use identification::estimate::validation::Validation;
+pub use identification::portrait::Portrait;
+pub use identification::portrait::series::{TorqueSeries, series_to_csv, series_to_parquet};
+
+use crate::describe::model::{Model, predicts};
+use crate::error::Error;
+use crate::request::Request;
+pub use crate::request::ValidateRequest;
+use identification::estimate::artefact::Estimate;
+
+/// Hz: default low-pass on position and torque of motions of a plan. It is twice the cut-off of the equations, up to
+/// where the paper's figure 2 looks.
+pub const MOTION_CUTOFF: f64 = 20.0;
+
+/// A log that an estimate predicted.
+pub struct Predicted {
+    /// Its name.
+    pub log: String,
+    /// What is left of its torques.
+    pub residuals: Residuals,
+    /// |tau - W X| / |tau| of the description with fitted friction; `None` where it has no inertials.
+    pub described: Option<f64>,
+    /// The error that the deviations of the estimate explain; `None` where no covariance is known.
+    pub unsure: Option<f64>,
+    /// |tau - W X| / |tau| of parameters that are fitted to this log alone.
+    pub(crate) least: f64,
+    /// Its rows as triangles, one per joint.
+    pub(crate) joints: Vec<Triangle>,
+    /// Where the robot was.
+    pub visited: Visited,
+}
+
+impl Predicted {
+    /// What of the error no other parameters would leave.
+    pub(crate) fn by_parameters(&self) -> f64 {
+        held_out::of_parameters(self.residuals.total, self.least)
+    }
+}
+
+/// Predicts logs one by one, with the signal options and the friction of the estimate's fit.
+///
+/// Empty for an estimate of experiments, which [`validate_experiments`] predicts. `covariance` of its parameters, where it is
+/// known. Fails where a log cannot be read, and where the estimate lacks a parameter.
+pub fn predictions(
+    model: &Model,
+    estimate: &Estimate,
+    covariance: Option<&[Vec<f64>]>,
+    logs: &[LogSource],
+) -> Result<Vec<Predicted>, Error> {
+    let Some(options) = &estimate.options else { return Ok(Vec::new()) };
+    let linear = options.linear_model(model.regressor());
+    let x = values_of(&linear, estimate)?;
+    let described = model.described_parameters();
+    let predict = |log: &LogSource| {
+        let records = SourceRecords::new(model.regressor(), std::slice::from_ref(log), &options.preparation())?;
+        let joints = Observation::of_records(&linear, &records, None)?.joints(|_| true);
+        let of_description = |x: &Vec<f64>| described_residuals(&linear, &joints, &vec![1.0; joints.len()], x).total;
+        Ok(Predicted {
+            log: log.name(),
+            residuals: held_out::residuals(&linear, &joints, &x),
+            described: described.as_ref().map(of_description),
+            least: held_out::residuals(&linear, &joints, &fit(&joints, Weights::None).0.x).total,
+            unsure: covariance.map(|covariance| held_out::unsure(&linear, &joints, covariance)),
+            visited: Visited::of_records(&records, model.regressor().coordinates().len())?,
+            joints,
+        })
+    };
+    logs.iter().map(predict).collect()
+}
+
+/// What the estimate predicts for logs, joint by joint, ready to be drawn; `None` for an estimate of experiments.
+///
+/// Fails where a log cannot be read, and where the estimate lacks a parameter.
+pub fn portrait(model: &Model, estimate: &Estimate, logs: &[LogSource]) -> Result<Option<Portrait>, Error> {
+    let Some(options) = &estimate.options else { return Ok(None) };
+    let linear = options.linear_model(model.regressor());
+    let x = values_of(&linear, estimate)?;
+    let described = model.described_parameters();
+    Ok(Some(identification::portrait::portrait(&linear, &x, described.as_deref(), options, logs)?))
+}
+
+/// Measured and predicted torques of logs, sample by sample.
+///
+/// Fails for an estimate of experiments, where a log cannot be read, and where the estimate lacks a parameter.
+pub fn predicted_torques(model: &Model, estimate: &Estimate, logs: &[LogSource]) -> Result<Vec<TorqueSeries>, Error> {
+    let Some(options) = &estimate.options else {
+        return Err(Error::new("an estimate of experiments has no series of samples; one of logs has"));
+    };
+    let linear = options.linear_model(model.regressor());
+    let x = values_of(&linear, estimate)?;
+    Ok(series(&linear, &x, options, logs)?)
+}
+
+/// For each column the value that predicts torques.
+fn values_of(linear: &LinearModel, estimate: &Estimate) -> Result<Vec<f64>, Error> {
+    linear.parameters.iter().map(|p| predicts(estimate, &p.id)).collect()
+}
+
+/// Whether the estimate was made from this log: whether one of its files is the same file, or still exists and has the
+/// same bytes.
+pub fn is_fitted(estimate: &Estimate, log: &Path) -> bool {
+    let place = |name: &Path| std::fs::canonicalize(name).unwrap_or_else(|_| name.to_path_buf());
+    let is_log = |fitted: &Path| place(fitted) == place(log) || is_copy(fitted, log).unwrap_or(false);
+    estimate.logs.iter().any(|fitted| is_log(Path::new(fitted)))
+}
+
+/// Whether two files have the same bytes.
+fn is_copy(a: &Path, b: &Path) -> std::io::Result<bool> {
+    let (of_a, of_b) = (std::fs::metadata(a)?, std::fs::metadata(b)?);
+    // A pipe must not be opened, because it can be read only once.
+    if !of_a.is_file() || !of_b.is_file() || of_a.len() != of_b.len() {
+        return Ok(false);
+    }
+    let (mut a, mut b) = (BufReader::new(Source::open(a)?), BufReader::new(Source::open(b)?));
+    loop {
+        let (left, right) = (a.fill_buf()?, b.fill_buf()?);
+        let count = left.len().min(right.len());
+        if count == 0 || left[..count] != right[..count] {
+            return Ok(left.is_empty() && right.is_empty());
+        }
+        a.consume(count);
+        b.consume(count);
+    }
+}
+
+/// Predicts logs with an estimate from samples.
+///
+/// Fails where a log cannot be read or does not fit the robot.
+pub fn validate(model: &Model, estimate: &Estimate, logs: &[LogSource]) -> Result<Validation, Error> {
+    let found = predictions(model, estimate, None, logs)?.into_iter().map(|p| (p.log, p.residuals)).collect::<Vec<_>>();
+    let (reference, method) = (model.reference.clone(), &estimate.method);
+    Ok(Validation::of_logs(reference, method, estimate.cutoff, model.regressor(), &found))
+}
+
+/// Predicts motions with an estimate of experiments. Friction is fitted to the motions, since the paper's rows estimate
+/// none. The gains of the request replace those of the estimate.
+///
+/// Fails where a log cannot be read, or is too short or too slow for the low-pass.
+pub fn validate_experiments(
+    model: &Model,
+    estimate: &Estimate,
+    motions: &[PathBuf],
+    request: &ValidateRequest,
+) -> Result<Validation, Error> {
+    request.check()?;
+    let cutoff = request.cutoff.unwrap_or(MOTION_CUTOFF);
+    let regressor = model.regressor();
+    let mut records = Vec::new();
+    let mut currents = false;
+    for path in motions {
+        let (log, _) = Log::read(path, regressor.coordinates(), &ColumnNames::default())?;
+        currents |= log.effort_is.needs_gains();
+        records.push((path.display().to_string(), Record::from_log(&log)?));
+    }
+    let mut gain = vec![1.0; regressor.coordinates().len()];
+    if currents {
+        let found = model.estimated_gains(estimate).into_iter().zip(model.drive_gains());
+        gain = found.map(|(estimated, of_file)| estimated.or(of_file).unwrap_or(1.0)).collect();
+        for (coordinate, given) in &request.gain {
+            gain[model.driven(coordinate, *given)?] = *given;
+        }
+    }
+    let parameters = model.values(estimate)?;
+    let method = &estimate.method;
+    Ok(validate_motions(&model.reference, method, regressor, &parameters, &gain, &records, cutoff)?)
+}

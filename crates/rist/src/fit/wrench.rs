@@ -1,0 +1,120 @@
+//! The load behind a force-torque sensor, as a second source of a load: no robot moves in it, and no drive.
+
+use std::fmt;
+
+use identification::estimate::verdict::{Trust, claim_line};
+pub use identification::estimate::wrench_verdict::WrenchVerdict;
+use identification::estimators::wrench_load::{WrenchLoad, wrench_load};
+use logs::Wrenches;
+use serde_json::{Value, json};
+
+use crate::error::Error;
+use crate::fit::load::{Load, LoadScale};
+
+/// What a log of a force-torque sensor tells of its load.
+pub struct WrenchEstimate {
+    /// The load, in and about the frame of the sensor.
+    pub load: Load,
+    /// Whether to use it.
+    pub verdict: WrenchVerdict,
+    found: WrenchLoad,
+    rows: usize,
+    left_out: usize,
+    is_static: bool,
+}
+
+/// The load behind a sensor. `link` is the name of the link whose frame is the sensor's, for the file of `[load]`.
+///
+/// Fails where the log is too short to tell a load.
+pub fn identify_wrench(log: &Wrenches, link: &str) -> Result<WrenchEstimate, Error> {
+    let found = wrench_load(log)?;
+    let load = Load {
+        link: link.into(),
+        is_whole: found.determined.iter().all(|d| *d),
+        parameters: found.parameters,
+        sigma: found.sigma,
+        determined: found.determined,
+        scale: LoadScale::Sensor,
+        in_file_frame: true,
+    };
+    let (rows, left_out, is_static) = (log.force.len(), log.left_out, log.t.is_empty());
+    let verdict = WrenchVerdict::of(log, &found);
+    Ok(WrenchEstimate { load, verdict, found, rows, left_out, is_static })
+}
+
+/// Names and units of the offsets.
+const OFFSETS: [(&str, &str); 6] = [
+    ("force x", "N"),
+    ("force y", "N"),
+    ("force z", "N"),
+    ("torque x", "N m"),
+    ("torque y", "N m"),
+    ("torque z", "N m"),
+];
+
+impl WrenchEstimate {
+    /// All of it as values.
+    pub fn to_json(&self) -> Value {
+        let told = |k: usize| (self.load.parameters[k], self.load.sigma[k]);
+        let parameters: Vec<Value> = (robot::Inertial::BODY.into_iter().enumerate())
+            .map(|(k, inertial)| {
+                let (value, sigma) = told(k);
+                let value = self.load.determined[k].then(|| json!({"value": value, "sigma": sigma}));
+                json!({"name": inertial.letters(), "told": value})
+            })
+            .collect();
+        let offsets: Vec<Value> = OFFSETS
+            .into_iter()
+            .zip(self.found.offsets)
+            .map(|((name, unit), told)| json!({"name": name, "unit": unit, "told": told.map(|(x, s)| json!({"value": x, "sigma": s}))}))
+            .collect();
+        let WrenchVerdict { trust, claims, reasons, next } = &self.verdict;
+        let body = self.load.body().filter(|_| *trust != Trust::No);
+        let body = body.map(|b| json!({"mass": b.mass, "centre_of_mass": b.centre, "inertia": b.inertia}));
+        json!({
+            "parameters": parameters,
+            "body": body,
+            "offsets": offsets,
+            "is_reaction": self.found.is_reaction,
+            "residuals": {"force": self.found.residuals[0], "torque": self.found.residuals[1]},
+            "rows": self.rows,
+            "left_out": self.left_out,
+            "verdict": {"trust": trust.word(), "reasons": reasons, "next": next, "claims": claims},
+        })
+    }
+}
+
+impl fmt::Display for WrenchEstimate {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let (count, [force, torque]) = (self.found.windows, self.found.residuals);
+        match self.is_static {
+            true => writeln!(f, "{} postures at rest, since the table has no clock", self.rows)?,
+            false => writeln!(f, "{} rows in {count} windows", self.rows)?,
+        }
+        if self.left_out > 0 {
+            writeln!(f, "{} rows are left out: without a number, or with a clock that does not go on", self.left_out)?;
+        }
+        if self.found.is_reaction {
+            writeln!(f, "the sensor gives what the load does to it: the signs are turned")?;
+        }
+        writeln!(f, "{force:.4} N and {torque:.5} N m of a sample are left")?;
+        for ((name, unit), told) in OFFSETS.into_iter().zip(self.found.offsets) {
+            match told {
+                Some((x, sigma)) => writeln!(f, "offset of {name:<8} {x:>10.4} +- {sigma:.4} {unit}")?,
+                None => writeln!(f, "offset of {name:<8} not told: the sensor keeps its attitude")?,
+            }
+        }
+        writeln!(f, "\nload on the sensor, in and about its frame:")?;
+        let verdict = &self.verdict;
+        self.load.tell(f, verdict.trust != Trust::No)?;
+        if self.is_static {
+            writeln!(f, "at rest no inertia is told: record a motion, with a clock and positions")?;
+        }
+        writeln!(f)?;
+        let lines = verdict.claims.iter().filter(|claim| !claim.is_contradicted()).map(claim_line);
+        lines.into_iter().try_for_each(|line| writeln!(f, "{line}"))?;
+        writeln!(f, "trust: {}", verdict.trust.word())?;
+        verdict.reasons.iter().try_for_each(|reason| writeln!(f, "  - {reason}"))?;
+        verdict.next.iter().try_for_each(|next| writeln!(f, "next: {next}"))
+    }
+}

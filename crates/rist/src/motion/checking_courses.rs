@@ -1,0 +1,328 @@
+//! Checks what others made: points in a CSV or a JointTrajectory, and the experiments of a plan.
+//!
+//! What goes from point to point is stated ([`Interpolation`]), and bounded between the points too. A limit that neither
+//! the description nor the request gives is not assumed: nobody looks at it, and that is said.
+
+use std::path::Path;
+
+use experiments::excitation::course::Course;
+use experiments::excitation::error_margins::ErrorMargins;
+use experiments::excitation::fitting::Obligations;
+use experiments::excitation::held_limits::{HeldLimit, Origin};
+use experiments::excitation::left_out::{LeftOut, Matter};
+use experiments::excitation::limits::{AskedLimits, CoordinateLimits, LimitKind, LimitsFile, given};
+use experiments::excitation::margins::{self, Margins, asked_with_margins};
+use experiments::excitation::polynomial_course::PolynomialCourse;
+use experiments::excitation::space_limits::SpaceLimits;
+use experiments::motion::point_trajectory::{Interpolation, PointTrajectory};
+use experiments::plan::exciting_trajectory::ExcitingTrajectory;
+use experiments::plan::experiment_plan::ExperimentPlan;
+use experiments::plan::planned_experiment::PlannedExperiment;
+use experiments::plan::proof_again;
+use logs::{ColumnNames, Columns, Table};
+
+use crate::describe::adapters::surroundings::RobotSurroundings;
+use crate::describe::model::Model;
+use crate::error::Error;
+use crate::motion::checking::{Checked, after_note};
+use crate::motion::described::torque_left_out;
+use crate::motion::exciting::identified_torque;
+use crate::motion::known_torque::KnownTorque;
+use crate::request::CheckRequest;
+
+/// What of a course no derivative bounds, since it jumps, with the reason.
+struct Jumps {
+    /// The first kind that has no bound.
+    from: LimitKind,
+    why: &'static str,
+    would_tell: &'static str,
+    /// How far beyond a limit is rounding, as a share of it.
+    slack: f64,
+}
+
+/// A plan uses limits to their end: so far beyond them is rounding.
+const PLAN_ROUNDING: f64 = 1e-9;
+/// rad (m): how far rounding may move a coordinate that is locked.
+const LOCKED_TOLERANCE: f64 = 1e-9;
+
+/// Proves the limits of points that others made, with the interpolation that is asked for, or the smoothest that the points
+/// allow. Limits are those of the description and of the request; efforts and powers may be used to their end.
+///
+/// Fails where the file moves what is no coordinate, or nothing says where a coordinate stands; where the points do not
+/// have what the interpolation needs; and where the limits leave no room.
+pub fn check_points(
+    model: &Model,
+    file: &Path,
+    points: PointTrajectory,
+    interpolation: Option<Interpolation>,
+    request: &CheckRequest,
+) -> Result<Checked, Error> {
+    let refused = |what: String| Error::new(format_args!("{}: {what}", file.display()));
+    let names = model.regressor().coordinates();
+    let asked = limits_of_request(model, request.limits.as_ref())?;
+    let points = points.of_coordinates(names, &|k| asked[k].locked).map_err(refused)?;
+    let interpolation = points.interpolation(interpolation).map_err(refused)?;
+    let jumps = match interpolation {
+        Interpolation::Linear => Jumps {
+            from: LimitKind::Acceleration,
+            why: "between points it goes straight, so that its velocity jumps at each",
+            would_tell: "velocities at the points, and accelerations",
+            slack: 0.0,
+        },
+        Interpolation::Cubic => Jumps {
+            from: LimitKind::Jerk,
+            why: "between points it is cubic, so that its acceleration jumps at each",
+            would_tell: "accelerations at the points",
+            slack: 0.0,
+        },
+        Interpolation::Quintic => Jumps { from: LimitKind::Effort, why: "", would_tell: "", slack: 0.0 },
+    };
+    let course = PolynomialCourse::through(&points, interpolation);
+    let checked = CourseCheck::new(model, request, asked, jumps)?.course(&course);
+    let mut notes = checked.notes;
+    notes.push(format!(
+        "{} points over {:.3} s, {} between them; efforts and powers are held to their whole limits",
+        points.times().len(),
+        points.times().last().zip(points.times().first()).map_or(0.0, |(last, first)| last - first),
+        interpolation.word()
+    ));
+    if !points.rests_at_its_ends() {
+        notes.push("it does not begin and end at rest: what the robot does before and after is not looked at".into());
+    }
+    Ok(Checked { notes, ..checked })
+}
+
+/// Proves the limits of each experiment of a plan, by its name. Their profiles are those of the plan.
+///
+/// Fails where the plan was made with another model, or an experiment of it is none.
+pub fn check_experiments(
+    model: &Model,
+    file: &Path,
+    plan: &ExperimentPlan,
+    request: &CheckRequest,
+) -> Result<Vec<(String, Checked)>, Error> {
+    model.check(file, &plan.model)?;
+    let held = CourseCheck::of_plans(model, request)?;
+    let experiments = plan.trajectories(&file.display().to_string())?;
+    let one = |(planned, experiment): (&PlannedExperiment, &ExcitingTrajectory)| {
+        (planned.name.clone(), held.experiment(experiment))
+    };
+    Ok(plan.experiments.iter().zip(&experiments).map(one).collect())
+}
+
+/// The least D-efficiency that the proof in a plan's file leaves, found again from the model and the candidates in it; `None`
+/// where it has no proof that can be found again.
+///
+/// Fails where the plan was made with another model, and where the proof proves nothing.
+pub fn efficiency_again(model: &Model, file: &Path, plan: &ExperimentPlan) -> Result<Option<f64>, Error> {
+    model.check(file, &plan.model)?;
+    Ok(proof_again::efficiency_again(plan, model.regressor(), &file.display().to_string())?)
+}
+
+/// Points from a table: a clock, a position of each coordinate, and perhaps velocities and accelerations.
+///
+/// Fails where a column is missing or two claim one place, where a number is missing, and where time does not go on.
+pub fn points_of_table(model: &Model, table: &Table, names: &ColumnNames) -> Result<PointTrajectory, Error> {
+    let coordinates = model.regressor().coordinates();
+    let slides: Vec<bool> = (0..coordinates.len()).map(|k| model.regressor().is_prismatic(k)).collect();
+    let columns = Columns::of_motion(table, coordinates, names)?.with_sliding(&slides)?;
+    let series = |source: &logs::Source| -> Vec<f64> {
+        table.columns[source.column].iter().map(|x| source.factor * x).collect()
+    };
+    let of = |sources: &[logs::Source]| sources.iter().map(series).collect::<Vec<_>>();
+    let (velocities, accelerations) = (columns.velocity.as_deref().map(of), columns.acceleration.as_deref().map(of));
+    PointTrajectory::new(coordinates.to_vec(), series(&columns.time), of(&columns.position), velocities, accelerations)
+        .map_err(|what| Error::new(format_args!("{}: {what}", table.file)))
+}
+
+/// What description and request give, one per coordinate, narrowed by the margins of the joints.
+pub(crate) fn limits_of_request(model: &Model, file: Option<&LimitsFile>) -> Result<Vec<AskedLimits>, Error> {
+    let refused = |what: String| Error::new(format_args!("{}: {what}", model.path.display()));
+    let (nothing, names) = (Default::default(), model.regressor().coordinates());
+    let file = file.unwrap_or(&nothing);
+    file.check_names(names).map_err(refused)?;
+    let one = |(name, coordinate): (&String, &robot::Coordinate)| {
+        let found = given(&coordinate.limits, &file.of(name), &file.all)
+            .and_then(|found| asked_with_margins(found, file.margins.of_joint(name)));
+        found.map_err(|what| refused(format!("coordinate {name}: {what}")))
+    };
+    names.iter().zip(&model.robot.coordinates).map(one).collect()
+}
+
+/// The limits as a proof takes them; a kind that nobody gives, or that jumps, has no end.
+fn bounds(asked: &AskedLimits, jumps: &Jumps) -> CoordinateLimits {
+    let end = f64::INFINITY;
+    let is_bounded = |kind: LimitKind| {
+        let place = |kind| LimitKind::KINEMATIC.iter().position(|k| *k == kind).unwrap_or(LimitKind::KINEMATIC.len());
+        place(kind) < place(jumps.from)
+    };
+    let with_slack = |x: f64| x * (1.0 + jumps.slack);
+    let of = |kind: LimitKind, given: Option<f64>| given.filter(|_| is_bounded(kind)).map_or(end, with_slack);
+    let position = match asked.locked {
+        Some(q) => (q - LOCKED_TOLERANCE, q + LOCKED_TOLERANCE),
+        None => asked.position.map_or((-end, end), |(low, high)| {
+            let slack = jumps.slack * (high - low);
+            (low - slack, high + slack)
+        }),
+    };
+    let drives = jumps.from != LimitKind::Acceleration;
+    CoordinateLimits {
+        position,
+        velocity: of(LimitKind::Velocity, asked.velocity),
+        acceleration: of(LimitKind::Acceleration, asked.acceleration),
+        jerk: of(LimitKind::Jerk, asked.jerk),
+        effort: asked.effort.filter(|_| drives),
+        power: asked.power.filter(|_| drives),
+        locked: None,
+    }
+}
+
+/// What courses are held to: limits, torques and bodies.
+pub(crate) struct CourseCheck<'a> {
+    model: &'a Model,
+    request: &'a CheckRequest,
+    asked: Vec<AskedLimits>,
+    jumps: Jumps,
+    limits: Vec<CoordinateLimits>,
+    known: KnownTorque<'a>,
+    surroundings: RobotSurroundings,
+    errors: ErrorMargins,
+}
+
+impl<'a> CourseCheck<'a> {
+    /// Fails where the bodies have no place.
+    fn new(model: &'a Model, request: &'a CheckRequest, asked: Vec<AskedLimits>, jumps: Jumps) -> Result<Self, Error> {
+        let limits: Vec<CoordinateLimits> = asked.iter().map(|asked| bounds(asked, &jumps)).collect();
+        let names = model.regressor().coordinates();
+        let identified =
+            request.after.as_ref().map(|estimate| identified_torque(model, names, estimate)).transpose()?;
+        let errors = request.limits.as_ref().map(|limits| limits.margins.clone()).unwrap_or_default();
+        let known = KnownTorque::new(model, identified.as_ref()).with_payload(model, errors.payload.as_ref())?;
+        let nothing = SpaceLimits::default();
+        let user = request.limits.as_ref().and_then(|limits| limits.space.as_ref()).unwrap_or(&nothing);
+        let surroundings = RobotSurroundings::new(model, user, None, &limits, &errors)?;
+        Ok(CourseCheck { model, request, asked, jumps, limits, known, surroundings, errors })
+    }
+
+    /// What the experiments of plans are held to.
+    pub(crate) fn of_plans(model: &'a Model, request: &'a CheckRequest) -> Result<CourseCheck<'a>, Error> {
+        let asked = limits_of_request(model, request.limits.as_ref())?;
+        // Ramps and corners: the acceleration of a bang-bang swing and of a sweep jumps.
+        let jumps = Jumps {
+            from: LimitKind::Jerk,
+            why: "the acceleration of a bang-bang swing and of a sweep jumps",
+            would_tell: "a smooth profile",
+            slack: PLAN_ROUNDING,
+        };
+        CourseCheck::new(model, request, asked, jumps)
+    }
+
+    /// The torques.
+    pub(crate) fn known(&self) -> &KnownTorque<'a> {
+        &self.known
+    }
+
+    /// The bodies.
+    pub(crate) fn surroundings(&self) -> &RobotSurroundings {
+        &self.surroundings
+    }
+
+    /// What description and request give, one per coordinate.
+    pub(crate) fn asked(&self) -> &[AskedLimits] {
+        &self.asked
+    }
+
+    /// The proofs of an experiment.
+    pub(crate) fn experiment(&self, experiment: &ExcitingTrajectory) -> Checked {
+        self.course(&PolynomialCourse::of_experiment(experiment))
+    }
+
+    fn course(&self, course: &dyn Course) -> Checked {
+        let (names, limits) = (self.model.regressor().coordinates(), &self.limits);
+        let torque = self.known.described(1.0, limits);
+        let surroundings = self.surroundings.some();
+        let obligations = Obligations { limits, names, torque: torque.as_ref(), surroundings };
+        let certificate = obligations.certificate(course);
+        Checked {
+            margins: Margins::new(course, &certificate, &obligations, &self.errors, self.surroundings.mesh_error()),
+            certificate,
+            left_out: self.left_out(),
+            floor: self.surroundings.floor(),
+            lowest: self.surroundings.lowest_of(course),
+            notes: after_note(self.request).into_iter().collect(),
+            limits: limits.clone(),
+            origins: origins(self.model, names, &self.asked, limits),
+        }
+    }
+
+    /// What no row is about, whatever the course.
+    pub(crate) fn left_out(&self) -> Vec<LeftOut> {
+        let (names, asked) = (self.model.regressor().coordinates(), &self.asked);
+        let mut left_out = self.surroundings.left_out().to_vec();
+        if self.jumps.from == LimitKind::Acceleration {
+            let of = names.iter().zip(asked).filter(|(_, a)| a.effort.is_some() || a.power.is_some());
+            let of: Vec<String> = of.map(|(name, _)| name.clone()).collect();
+            if !of.is_empty() {
+                left_out.push(LeftOut::not_looked_at(Matter::Effort, of, self.jumps.why, self.jumps.would_tell));
+            }
+        } else {
+            let file = self.request.limits.as_ref();
+            left_out.extend(torque_left_out(self.model, self.known.enclosure.is_some(), names, &self.limits, file));
+        }
+        left_out.extend(unbounded(names, asked, &self.limits, &self.jumps, self.request));
+        left_out.push(LeftOut::approach());
+        left_out.extend(margins::left_out(&self.errors));
+        left_out
+    }
+}
+
+/// The kinds that no row is about: nobody gives a limit, or they jump.
+fn unbounded(
+    names: &[String],
+    asked: &[AskedLimits],
+    limits: &[CoordinateLimits],
+    jumps: &Jumps,
+    request: &CheckRequest,
+) -> Vec<LeftOut> {
+    let mut found = Vec::new();
+    for kind in LimitKind::KINEMATIC {
+        let is_open =
+            |l: &CoordinateLimits| l.bounds(kind).is_none_or(|(low, high)| low.is_infinite() || high.is_infinite());
+        let open: Vec<usize> = (0..names.len()).filter(|&k| is_open(&limits[k])).collect();
+        let (jumping, missing): (Vec<usize>, Vec<usize>) =
+            open.into_iter().partition(|&k| asked[k].bounds(kind).is_some());
+        let of = |all: &[usize]| {
+            vec![format!("{kind} of {}", all.iter().map(|&k| names[k].as_str()).collect::<Vec<_>>().join(", "))]
+        };
+        if !jumping.is_empty() {
+            // The description may give it too; what the user asks for may not be passed over.
+            let is_asked = |&k: &usize| {
+                request.limits.as_ref().is_some_and(|f| f.of(&names[k]).bounds(kind).or(f.all.bounds(kind)).is_some())
+            };
+            let out = LeftOut::not_looked_at(Matter::Limit, of(&jumping), jumps.why, jumps.would_tell);
+            found.push(LeftOut { is_asked: jumping.iter().any(is_asked), ..out });
+        }
+        if !missing.is_empty() {
+            let why = "neither the description nor a limits file gives a limit";
+            found.push(LeftOut::not_looked_at(Matter::Limit, of(&missing), why, "a limit ([limits=FILE])"));
+        }
+    }
+    found
+}
+
+/// The limits one by one, with where they stand.
+fn origins(model: &Model, names: &[String], asked: &[AskedLimits], limits: &[CoordinateLimits]) -> Vec<HeldLimit> {
+    let kinds = [LimitKind::KINEMATIC.as_slice(), &[LimitKind::Effort, LimitKind::Power]].concat();
+    let mut rows = Vec::new();
+    for (k, name) in names.iter().enumerate() {
+        let described = AskedLimits::of_description(&model.robot.coordinates[k].limits);
+        for &kind in &kinds {
+            let held = limits[k].bounds(kind).filter(|(low, high)| low.is_finite() && high.is_finite());
+            let (Some(_), Some(given)) = (held, asked[k].bounds(kind).or(held)) else { continue };
+            let is_described = described.bounds(kind) == Some(given);
+            let origin = if is_described { Origin::Description } else { Origin::LimitsFile };
+            rows.push(HeldLimit { coordinate: name.clone(), limit: kind, bounds: given, origin });
+        }
+    }
+    rows
+}

@@ -1,0 +1,106 @@
+//! The torques that a proof and a search go by: of the description or of an identification, with a payload where one may be there.
+
+use experiments::excitation::limits::CoordinateLimits;
+use experiments::excitation::proof::{DescribedFriction, DescribedTorque, EnclosedTorque, IdentifiedTorque};
+use experiments::excitation::torque_wall::TorqueWall;
+use linear_model::known_load::KnownLoad;
+
+use crate::describe::adapters::torque_enclosure::TorqueEnclosure;
+use crate::describe::model::Model;
+use crate::error::Error;
+use crate::motion::described::described_friction;
+
+/// The torques known from the description or from an identification.
+pub(crate) struct KnownTorque<'a> {
+    /// `None` where nothing is known.
+    pub(crate) enclosure: Option<TorqueEnclosure<'a>>,
+    /// Base parameters.
+    pub(crate) parameters: Option<Vec<f64>>,
+    /// The same two with a payload that may be there.
+    pub(crate) loaded: Option<(TorqueEnclosure<'a>, Vec<f64>)>,
+    /// One per coordinate.
+    pub(crate) friction: Vec<DescribedFriction>,
+}
+
+impl<'a> KnownTorque<'a> {
+    /// The identified torques, or else those of the description.
+    pub(crate) fn new(model: &'a Model, identified: Option<&IdentifiedTorque>) -> KnownTorque<'a> {
+        match identified {
+            Some(IdentifiedTorque { parameters, friction }) => KnownTorque {
+                enclosure: TorqueEnclosure::identified(model, parameters),
+                parameters: Some(parameters.clone()),
+                loaded: None,
+                friction: friction.clone(),
+            },
+            None => KnownTorque {
+                enclosure: TorqueEnclosure::new(model),
+                parameters: model.described_parameters(),
+                loaded: None,
+                friction: described_friction(model),
+            },
+        }
+    }
+
+    /// With a payload that may be there. Fails where the robot has no link that would carry it.
+    pub(crate) fn with_payload(self, model: &'a Model, payload: Option<&KnownLoad>) -> Result<KnownTorque<'a>, Error> {
+        let Some(payload) = payload else { return Ok(self) };
+        let added = model.added_by(payload).map_err(|e| Error::new(format_args!("margins: payload: {e}")))?;
+        let Some(parameters) = &self.parameters else { return Ok(self) };
+        let both: Vec<f64> = parameters.iter().zip(&added).map(|(own, added)| own + added).collect();
+        let loaded = TorqueEnclosure::identified(model, &both).map(|enclosure| (enclosure, both));
+        Ok(KnownTorque { loaded, ..self })
+    }
+
+    /// Fails where there are limits of power but no known torques, which these limits need.
+    pub(crate) fn check_power(&self, names: &[String], limits: &[CoordinateLimits]) -> Result<(), String> {
+        let limited = names.iter().zip(limits).find(|(_, l)| l.power.is_some() && self.enclosure.is_none());
+        limited.map_or(Ok(()), |(name, _)| {
+            Err(format!(
+                "the limit of power of {name} needs the torque, which the description does not tell: give it inertial \
+                 parameters, or an estimate ([after]), or leave that limit out"
+            ))
+        })
+    }
+
+    /// Fails where dry friction alone takes what a limit of effort leaves.
+    pub(crate) fn check_friction(
+        &self,
+        names: &[String],
+        limits: &[CoordinateLimits],
+        share: f64,
+    ) -> Result<(), String> {
+        let is_taken = |(name, l, dry): (&String, &CoordinateLimits, f64)| {
+            let effort = l.effort.filter(|effort| share * effort <= dry)?;
+            Some(format!(
+                "the effort limit of {name} is {effort}, of which [effort_share] leaves {:.4}, and its dry friction alone takes \
+                 {dry}: raise the limit or [effort_share], or correct the friction",
+                share * effort
+            ))
+        };
+        let all = names.iter().zip(limits).zip(&self.friction);
+        match self
+            .enclosure
+            .as_ref()
+            .and_then(|_| all.map(|((name, l), f)| (name, l, f.coulomb.abs())).find_map(is_taken))
+        {
+            Some(fault) => Err(fault),
+            None => Ok(()),
+        }
+    }
+
+    /// The enclosure of the torques, where there are limits of effort or power. A motion may use `share` of these
+    /// limits.
+    pub(crate) fn described(&self, share: f64, limits: &[CoordinateLimits]) -> Option<DescribedTorque<'_>> {
+        limits.iter().find(|l| l.effort.is_some() || l.power.is_some())?;
+        let torque: &dyn EnclosedTorque = self.enclosure.as_ref()?;
+        let loaded = self.loaded.as_ref().map(|(loaded, _)| loaded as &dyn EnclosedTorque);
+        Some(DescribedTorque { torque, friction: self.friction.clone(), share, loaded })
+    }
+
+    /// The wall that keeps the search away from the limits of the torque, with the payload where one may be there: it mostly
+    /// asks for more.
+    pub(crate) fn wall(&self, share: f64) -> Option<TorqueWall> {
+        let parameters = self.loaded.as_ref().map(|(_, parameters)| parameters).or(self.parameters.as_ref())?;
+        Some(TorqueWall { parameters: parameters.clone(), friction: self.friction.clone(), share })
+    }
+}

@@ -1,0 +1,20 @@
+//! Motions and plans of motions: searched, proved, checked, simulated and played.
+
+pub(crate) mod after_estimate;
+pub mod checking;
+pub(crate) mod checking_courses;
+pub(crate) mod described;
+pub(crate) mod excite_timing;
+pub mod exciting;
+pub(crate) mod free_memory;
+pub(crate) mod known_torque;
+pub mod motion_portrait;
+pub(crate) mod plan_permission;
+pub mod planning;
+pub mod play;
+pub(crate) mod play_advice;
+pub mod played_file;
+pub(crate) mod proved_motion;
+pub mod simulation;
+pub mod staged_play;
+pub mod told_by;

@@ -1,0 +1,122 @@
+//! Which motions a plan may choose from: those whose torques leave a margin, and whose bodies keep apart.
+//!
+//! Looked at are instants of one period, and the way between its ends, which is straight. What happens between them the proof of
+//! the chosen experiments finds ([`crate::motion::planning`]).
+
+use experiments::excitation::gap_proof::{Known, Surroundings};
+use experiments::excitation::limits::AskedLimits;
+use experiments::excitation::proof::DescribedFriction;
+use experiments::plan::exciting_trajectory::{ExcitingTrajectory, Motion};
+use experiments::plan::permission::Permission;
+
+use crate::describe::adapters::surroundings::RobotSurroundings;
+use crate::describe::model::Model;
+use crate::motion::described::described_friction;
+use crate::motion::known_torque::KnownTorque;
+
+/// Instants of a period at which torques are looked at; between two of them, so that no corner is one.
+const TORQUE_INSTANTS: usize = 64;
+/// The longest way of a coordinate between two places at which bodies are looked at, rad (m).
+const WAY_BETWEEN_PLACES: f64 = 0.1;
+/// Places on the way from one end to the other.
+const PLACES: std::ops::RangeInclusive<usize> = 5..=60;
+
+/// What the description and the user's limits ask of torques and bodies.
+pub(crate) struct PlanPermission<'a> {
+    model: &'a Model,
+    /// Base parameters, where the description has them; and those with a payload that may be there.
+    parameters: Vec<Vec<f64>>,
+    friction: Vec<DescribedFriction>,
+    /// What torque without dry friction may be, one per coordinate, N m (N).
+    most: Vec<Option<f64>>,
+    surroundings: &'a RobotSurroundings,
+}
+
+impl<'a> PlanPermission<'a> {
+    /// `share`: of the limits of effort, what a torque may use; `known`: the torques of the description.
+    pub(crate) fn new(
+        model: &'a Model,
+        limits: &[AskedLimits],
+        share: f64,
+        known: &KnownTorque,
+        surroundings: &'a RobotSurroundings,
+    ) -> PlanPermission<'a> {
+        let friction = described_friction(model);
+        let most = |(l, f): (&AskedLimits, &DescribedFriction)| l.effort.map(|effort| share * effort - f.coulomb.abs());
+        let most = limits.iter().zip(&friction).map(most).collect();
+        let loaded = known.loaded.as_ref().map(|(_, parameters)| parameters);
+        let parameters = known.parameters.iter().chain(loaded).cloned().collect();
+        PlanPermission { model, parameters, friction, most, surroundings }
+    }
+
+    /// Whether bodies keep apart at a pose and its torques leave a margin. `known`: of the pose before it on a way.
+    fn is_free(&self, q: &[f64], known: &mut Known) -> bool {
+        let mut is_free = true;
+        let most = self.surroundings.gaps().iter().map(|gap| gap.reserve).fold(0.0, f64::max);
+        self.surroundings.near(q, most, known, &mut |gap, room, _| {
+            is_free &= room >= self.surroundings.gaps()[gap].reserve;
+        });
+        let still = vec![0.0; q.len()];
+        is_free && self.is_strong_enough(&[[q.to_vec(), still.clone(), still]])
+    }
+
+    fn is_strong_enough(&self, states: &[[Vec<f64>; 3]]) -> bool {
+        let Some(p) = self.parameters.first().map(Vec::len).filter(|_| self.most.iter().any(Option::is_some)) else {
+            return true;
+        };
+        let regressor = self.model.regressor();
+        let mut y = vec![0.0; self.most.len() * p];
+        states.iter().all(|[q, dq, ddq]| {
+            regressor.fill(q, dq, ddq, &mut y);
+            let kept = |(k, most): (usize, &Option<f64>)| {
+                let f = &self.friction[k];
+                let rigid =
+                    |parameters: &Vec<f64>| -> f64 { y[k * p..][..p].iter().zip(parameters).map(|(y, x)| y * x).sum() };
+                let torques = self.parameters.iter().map(|parameters| rigid(parameters) + f.viscous * dq[k] + f.offset);
+                most.is_none_or(|most| torques.into_iter().all(|torque| torque.abs() <= most))
+            };
+            self.most.iter().enumerate().all(kept)
+        })
+    }
+}
+
+impl Permission for PlanPermission<'_> {
+    fn pose(&self, q: &[f64]) -> bool {
+        self.is_free(q, &mut None)
+    }
+
+    fn motion(&self, trajectory: &ExcitingTrajectory) -> bool {
+        let n = trajectory.centre.len();
+        let half: Vec<f64> = match &trajectory.motion {
+            Motion::Swing { half_range, .. } => half_range.clone(),
+            Motion::Sweep { range, .. } => {
+                (0..n).map(|k| if k == trajectory.fast { 0.5 * range } else { 0.0 }).collect()
+            }
+        };
+        let at = |share: f64| -> Vec<f64> { trajectory.centre.iter().zip(&half).map(|(c, h)| c + share * h).collect() };
+        let longest = half.iter().fold(0.0_f64, |m, h| m.max(2.0 * h.abs()));
+        let places = ((longest / WAY_BETWEEN_PLACES).ceil() as usize).clamp(*PLACES.start(), *PLACES.end());
+        let on_the_way = |i: usize| 2.0 * i as f64 / places as f64 - 1.0;
+        let states: Vec<[Vec<f64>; 3]> = match &trajectory.motion {
+            Motion::Swing { profile, period, .. } => {
+                let t = *period as f64 * trajectory.sample_time;
+                let of = |i: usize| {
+                    let (p, dp, ddp) = profile.at((i as f64 + 0.5) / TORQUE_INSTANTS as f64);
+                    let times = |x: f64| half.iter().map(|h| h * x).collect::<Vec<f64>>();
+                    [at(p), times(dp / t), times(ddp / (t * t))]
+                };
+                (0..TORQUE_INSTANTS).map(of).collect()
+            }
+            Motion::Sweep { velocity, acceleration, .. } => {
+                let only = |x: f64| (0..n).map(|k| if k == trajectory.fast { x } else { 0.0 }).collect::<Vec<f64>>();
+                let of = |(i, forth, up): (usize, f64, f64)| {
+                    [at(on_the_way(i)), only(forth * velocity), only(up * acceleration)]
+                };
+                let signs = [(1.0, 1.0), (1.0, -1.0), (-1.0, 1.0), (-1.0, -1.0)];
+                (0..=places).flat_map(|i| signs.map(|(forth, up)| (i, forth, up))).map(of).collect()
+            }
+        };
+        let mut known = None;
+        self.is_strong_enough(&states) && (0..=places).all(|i| self.is_free(&at(on_the_way(i)), &mut known))
+    }
+}

@@ -1,0 +1,320 @@
+//! From a model to the experiments that identify it best.
+
+use claims::significant;
+use experiments::excitation::limits::AskedLimits;
+use experiments::motion::sample_count::check_samples;
+use experiments::plan::candidates::{Candidate, CandidateGrid, MotionLimits, permitted_candidates};
+use experiments::plan::exchange::Search;
+use experiments::plan::exciting_trajectory::ExcitingTrajectory;
+use experiments::plan::motion_count::{bytes_of_choice, count_of_kinds};
+use experiments::plan::ranges::check_limits;
+use experiments::simulate::defaults::motion_limits;
+use experiments::simulate::dynamics::RegressorDynamics;
+use experiments::simulate::setup::SimulationSetup;
+use numerics::interruption::Interruption;
+
+pub use experiments::plan::experiment_plan::ExperimentPlan;
+
+pub use crate::request::PlanRequest;
+
+use crate::describe::model::Model;
+use crate::error::Error;
+use crate::motion::checking::Checked;
+use crate::motion::checking_courses::CourseCheck;
+use crate::motion::exciting::refuse_what_is_owed;
+use crate::motion::free_memory::free_bytes;
+use crate::motion::plan_permission::PlanPermission;
+use crate::request::{CheckRequest, Request};
+
+/// A plan, and the assumptions behind it.
+pub struct Planned {
+    /// The chosen experiments with their expected information.
+    pub plan: ExperimentPlan,
+    /// Sentences on what the description does not say.
+    pub notes: Vec<String>,
+    /// The proofs of each experiment, by its name.
+    pub checked: Vec<(String, Checked)>,
+}
+
+/// What the limits and rows of one motion take for each coordinate and base parameter, CPU s. Measured on two cores of an AMD
+/// EPYC (2026-11-26), user time of whole runs: 4.6e-6 and 5.6e-6 for 60 and 20 configurations of a chain of 14 joints, 7.5e-6 and
+/// 9.8e-6 for 60 and 200 of a UR5, where it is seconds. Told as a rough figure, and nothing hangs on it.
+const S_PER_ROWS: f64 = 5e-6;
+/// What one motion takes of the choice for each coordinate and base parameter, in one start for one experiment, CPU s: 12 starts
+/// less one on the same, by the motions that the limits leave: 4.4e-8 on the chain, and less on the UR5.
+const S_PER_CHOICE: f64 = 4e-8;
+/// What takes longer is told before, CPU s.
+const LONG_S: f64 = 60.0;
+/// What is told beside the time of a long choice, bytes.
+const MUCH_MEMORY: f64 = 1e9;
+
+/// What a plan chooses from, in words, where that takes more than a minute of CPU time; `None` where it does not.
+///
+/// Fails where the choice holds more than the machine has free, as far as the machine says.
+pub fn outlook(model: &Model, request: &PlanRequest) -> Result<Option<String>, Error> {
+    outlook_within(model, request, free_bytes())
+}
+
+/// The same on a machine with so many bytes free; `None`: nobody knows.
+fn outlook_within(model: &Model, request: &PlanRequest, free: Option<f64>) -> Result<Option<String>, Error> {
+    let (n, p) = (model.regressor().coordinates().len(), model.regressor().parameters().len());
+    let has_gravity = grid_of(model, request).gravity;
+    let kinds = count_of_kinds(n, has_gravity);
+    // No more configurations than the grid has points.
+    let points = request.steps.checked_pow(u32::try_from(n).unwrap_or(u32::MAX)).unwrap_or(usize::MAX);
+    let configurations = request.configurations.min(points);
+    let motions = kinds.saturating_mul(configurations);
+    let bytes = bytes_of_choice(n, p, has_gravity, configurations);
+    let choices = (request.starts * request.experiments) as f64;
+    let seconds = (S_PER_ROWS + S_PER_CHOICE * choices) * (n * p) as f64 * motions as f64;
+    let what = format!("{kinds} kinds of motion about {configurations} configurations are {motions} motions");
+    let remedy = "lower [configurations] or [starts], or hold joints still in a description with fewer of them";
+    let gigabytes = |bytes: f64| format!("{} GB", significant(bytes / 1e9, 2));
+    if let Some(free) = free.filter(|free| bytes > *free) {
+        let (needs, has) = (gigabytes(bytes), gigabytes(free));
+        let path = model.path.display();
+        return Err(Error::new(format_args!(
+            "{path}: {what}, which take {needs} of memory, and {has} are free: {remedy}"
+        )));
+    }
+    let memory = if bytes > MUCH_MEMORY { format!(" and {} of memory", gigabytes(bytes)) } else { String::new() };
+    let minutes = (seconds / 60.0).ceil();
+    Ok((seconds > LONG_S)
+        .then(|| format!("{what}: the plan takes about {minutes:.0} minutes of CPU time{memory}; {remedy}")))
+}
+
+/// Times that a plan is chosen anew without the experiments whose proof failed.
+const MOST_ROUNDS: usize = 10;
+
+/// Chooses the experiments with the greatest determinant (or the least condition number) of their information, among
+/// those whose torques and bodies keep the limits of the description and of the request, and proves that the chosen ones do.
+/// `progress`: starts done, starts, best value.
+///
+/// Fails where a number of the request or a limit of the description is out of range, where the limits leave no
+/// motion, and where the request asks for what nobody can look at. If it is interrupted during the search, it gives the
+/// best plan found.
+pub fn plan(
+    model: &Model,
+    request: &PlanRequest,
+    progress: &(dyn Fn(usize, usize, f64) + Sync),
+) -> Result<Planned, Error> {
+    check(request)?;
+    outlook(model, request)?;
+    let of_check = CheckRequest { limits: request.limits.clone(), ..CheckRequest::default() };
+    let held = CourseCheck::of_plans(model, &of_check)?;
+    refuse_what_is_owed(model, &held.left_out())?;
+    let Candidates { mut candidates, mut notes, noise } = candidates_of(model, request, &held)?;
+    let threads = processor::threads();
+    let search =
+        Search { starts: request.starts, threads, seed: request.seed, nodes: request.nodes, ..Search::default() };
+    let mut left_out = 0;
+    for _ in 0..MOST_ROUNDS {
+        let plan = ExperimentPlan::choose(
+            model.reference.clone(),
+            model.regressor(),
+            &candidates,
+            &noise,
+            request.experiments,
+            request.criterion,
+            &search,
+            progress,
+        );
+        if Interruption::take() {
+            if plan.experiments.is_empty() {
+                return Err(Error::new("interrupted before there was a plan"));
+            }
+            notes.push("the search was interrupted: this is the best plan up to there".into());
+        }
+        let experiments = plan.trajectories("the plan")?;
+        let proofs: Vec<Checked> = experiments.iter().map(|experiment| held.experiment(experiment)).collect();
+        let failed: Vec<&ExcitingTrajectory> =
+            experiments.iter().zip(&proofs).filter(|(_, proof)| !proof.is_proven()).map(|(e, _)| e).collect();
+        if failed.is_empty() {
+            if left_out > 0 {
+                notes.push(format!("experiments left out since a limit is not kept between instants: {left_out}"));
+            }
+            let checked = plan.experiments.iter().map(|e| e.name.clone()).zip(proofs).collect();
+            return Ok(Planned { plan, notes, checked });
+        }
+        let before = candidates.len();
+        candidates.retain(|candidate| !failed.contains(&&candidate.trajectory));
+        left_out += before - candidates.len();
+        if candidates.is_empty() {
+            break;
+        }
+    }
+    Err(no_motion(model))
+}
+
+fn no_motion(model: &Model) -> Error {
+    Error::new(format_args!(
+        "{}: the limits leave no motion: widen those of position, or raise [steps], or [effort_share] where torques are near \
+         their limits; for links that may meet, sign the pair in [limits=FILE]: space: accept: [[LINK, LINK, REASON]]",
+        model.path.display()
+    ))
+}
+
+/// The motions to choose from.
+struct Candidates {
+    candidates: Vec<Candidate>,
+    /// The assumptions behind them.
+    notes: Vec<String>,
+    /// Noise of a torque sample, N m (N), one per coordinate.
+    noise: Vec<f64>,
+}
+
+/// From rest to the greatest velocity in this time, where a velocity is given and no acceleration, s.
+const RISE_S: f64 = 0.3;
+
+/// What the motions of a plan keep: of the description and of the user's file, assumed where neither has a limit.
+fn limits_of(model: &Model, asked: &[AskedLimits]) -> (Vec<MotionLimits>, Vec<String>) {
+    let mut robot = model.robot.clone();
+    let mut quick = Vec::new();
+    for (coordinate, asked) in robot.coordinates.iter_mut().zip(asked) {
+        // Of positions that are none, or that hold still, nothing is said here.
+        let around = asked.locked.map(|q| (q - 1.0, q + 1.0));
+        if asked.acceleration.is_none() && asked.velocity.is_some() {
+            quick.push(coordinate.name.clone());
+        }
+        coordinate.limits = robot::Limits {
+            position: around.or(asked.position),
+            velocity: asked.velocity,
+            acceleration: asked.acceleration.or(asked.velocity.map(|velocity| velocity / RISE_S)),
+            effort: asked.effort,
+        };
+    }
+    let (mut limits, mut notes) = motion_limits(&robot);
+    for (limits, asked) in limits.iter_mut().zip(asked) {
+        limits.position = asked.locked.map_or(limits.position, |q| (q, q));
+    }
+    if !quick.is_empty() {
+        let names = quick.join(", ");
+        notes.push(format!("{names}: no greatest acceleration given, the greatest velocity in {RISE_S} s assumed"));
+    }
+    (limits, notes)
+}
+
+fn candidates_of(model: &Model, request: &PlanRequest, held: &CourseCheck) -> Result<Candidates, Error> {
+    let (limits, mut notes) = limits_of(model, held.asked());
+    check_limits(model.regressor().coordinates(), &limits)
+        .map_err(|e| Error::new(format_args!("{}: {e}", model.path.display())))?;
+    // Torque noise is a share of the effort, which needs inertial parameters.
+    let noise = match model.described_parameters() {
+        Some(truth) => {
+            let dynamics = RegressorDynamics::new(model.regressor(), truth);
+            SimulationSetup::for_robot(&model.robot, &dynamics).sensing.torque_noise
+        }
+        None => {
+            notes.push("no inertial parameters in the file: torque noise of 0.1 N m (N) a sample assumed".into());
+            vec![0.1; limits.len()]
+        }
+    };
+    let grid = grid_of(model, request);
+    let permission = PlanPermission::new(model, held.asked(), request.effort_share, held.known(), held.surroundings());
+    let candidates = permitted_candidates(&grid, &limits, model.regressor(), &noise, &permission);
+    Interruption::check()?;
+    if candidates.is_empty() {
+        return Err(no_motion(model));
+    }
+    Ok(Candidates { candidates, notes, noise })
+}
+
+fn grid_of(model: &Model, request: &PlanRequest) -> CandidateGrid {
+    CandidateGrid {
+        profile: request.profile,
+        steps: request.steps,
+        configurations: request.configurations,
+        duration: request.duration,
+        sample_time: 1.0 / request.rate,
+        gravity: model.robot.gravity_number() != [0.0; 3],
+        seed: request.seed,
+    }
+}
+
+/// Refuses more experiments than anybody runs, and more candidates than a machine holds.
+fn check(request: &PlanRequest) -> Result<(), Error> {
+    request.check()?;
+    check_samples(request.rate * request.duration).map_err(|e| Error::new(format_args!("[rate] and [duration]: {e}")))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A chain of `n` joints about axes that take turns.
+    fn chain(n: usize) -> Model {
+        let link = |k: usize| {
+            format!(
+                "<link name='l{k}'><inertial><origin xyz='0.1 0.02 0.1'/><mass value='1'/>\
+                 <inertia ixx='0.01' iyy='0.02' izz='0.02' ixy='0' ixz='0' iyz='0'/></inertial></link>"
+            )
+        };
+        let joint = |k: usize| {
+            let axis = ["1 0 0", "0 1 0", "0 0 1"][k % 3];
+            format!(
+                "<joint name='j{k}' type='revolute'><parent link='l{}'/><child link='l{k}'/><origin xyz='0 0 0.2'/>\
+                 <axis xyz='{axis}'/><limit lower='-1' upper='1' velocity='1' effort='50'/></joint>",
+                k - 1
+            )
+        };
+        let (links, joints): (String, String) = ((0..=n).map(link).collect(), (1..=n).map(joint).collect());
+        let text = format!("<robot name='chain'>{links}{joints}</robot>");
+        Model::parse(&text, std::path::Path::new("chain.urdf"), &Default::default()).unwrap()
+    }
+
+    /// A choice of minutes is told before it begins, with what makes it short; one that no memory holds is refused.
+    #[test]
+    fn a_long_plan_is_told_before() {
+        let (short, long) = (chain(4), chain(12));
+        let request = PlanRequest::default();
+        assert_eq!(outlook(&short, &request).unwrap(), None);
+        let many = PlanRequest { starts: 100, ..request.clone() };
+        let told = outlook(&long, &many).unwrap().expect("minutes");
+        // 12 of inertia and gravity each, 11 mixed, 12 x 11 with one companion.
+        assert!(told.starts_with("167 kinds of motion about 60 configurations are 10020 motions: "), "{told}");
+        assert!(told.contains(" minutes of CPU time; lower [configurations] or [starts]"), "{told}");
+        // With one start the rows are what takes long, by what is measured of a chain of 14 joints: 80 CPU s.
+        let few = PlanRequest { starts: 1, ..request.clone() };
+        assert!(outlook(&chain(14), &few).unwrap().is_some_and(|told| told.contains(" 2 minutes of CPU time")));
+        let endless = PlanRequest { configurations: 100_000, ..request };
+        let refused = outlook_within(&long, &endless, Some(8e9)).unwrap_err().to_string();
+        assert!(refused.contains(" GB of memory, and 8 GB are free: lower [configurations]"), "{refused}");
+        // Where nobody knows what is free, it is told.
+        let told = outlook_within(&long, &endless, None).unwrap().expect("hours");
+        assert!(told.contains(" minutes of CPU time and ") && told.contains(" GB of memory; "), "{told}");
+    }
+
+    /// What the choice holds is at least what its candidates hold, and little more where nothing is left out.
+    #[test]
+    fn memory_is_that_of_the_rows() {
+        let model = chain(6);
+        let request = PlanRequest { configurations: 5, ..PlanRequest::default() };
+        let (n, p) = (6, model.regressor().parameters().len());
+        let of_check = CheckRequest::default();
+        let held = CourseCheck::of_plans(&model, &of_check).unwrap();
+        let candidates = candidates_of(&model, &request, &held).unwrap().candidates;
+        let rows: usize = candidates.iter().map(|c| c.raw.len() + c.information.len()).sum();
+        let told = bytes_of_choice(n, p, true, 5);
+        let five_copies = 2.5 * (rows * p * size_of::<f64>()) as f64;
+        assert!(candidates.len() as f64 > 0.9 * (count_of_kinds(n, true) * 5) as f64, "{}", candidates.len());
+        assert!(five_copies <= told && told < 1.5 * five_copies, "{five_copies} {told}");
+    }
+
+    /// Rates and counts that no controller has are refused before anything is computed.
+    #[test]
+    fn numbers_out_of_range_are_refused() {
+        check(&PlanRequest::default()).unwrap();
+        for (request, said) in [
+            (PlanRequest { rate: 1e300, ..PlanRequest::default() }, "[rate]"),
+            (PlanRequest { rate: f64::NAN, ..PlanRequest::default() }, "[rate]"),
+            (PlanRequest { duration: 0.0, ..PlanRequest::default() }, "[duration]"),
+            (PlanRequest { experiments: usize::MAX, ..PlanRequest::default() }, "[experiments]"),
+            (PlanRequest { steps: 0, ..PlanRequest::default() }, "[steps]"),
+            (PlanRequest { nodes: 1_000_001, ..PlanRequest::default() }, "[nodes]"),
+            (PlanRequest { rate: 2e4, duration: 3000.0, ..PlanRequest::default() }, "samples"),
+        ] {
+            let refused = check(&request).unwrap_err().to_string();
+            assert!(refused.contains(said), "{refused}");
+        }
+    }
+}

@@ -1,0 +1,145 @@
+//! A file that a robot follows: a motion of `rist excite`, a plan of `rist plan`, or points that others made.
+
+use std::path::Path;
+
+use experiments::excitation::artefact::ExcitingMotion;
+use experiments::motion::point_trajectory::{Interpolation, PointTrajectory};
+use experiments::plan::experiment_plan::ExperimentPlan;
+use linear_model::artefact::Kind;
+use logs::{ColumnNames, Table};
+use report::experiments::PlanProof;
+use robot::format::read_text;
+
+use crate::describe::model::Model;
+use crate::error::Error;
+use crate::motion::checking::{Checked, check};
+use crate::motion::checking_courses::{check_experiments, check_points, efficiency_again, points_of_table};
+use crate::request::CheckRequest;
+
+/// What a file holds.
+pub enum PlayedFile {
+    /// Of `rist excite`.
+    Motion(Box<ExcitingMotion>),
+    /// Of `rist plan`.
+    Plan(Box<ExperimentPlan>),
+    /// A JointTrajectory.
+    Points(Box<PointTrajectory>),
+    /// A table, or the folder of a recording.
+    Table(Box<PointTrajectory>),
+}
+
+/// Ends of the names of files that hold text; others are tables.
+const TEXTS: [&str; 3] = ["yaml", "yml", "json"];
+/// How far rounding may take what a proof is worth from what its file says.
+const EFFICIENCY_ROUNDING: f64 = 1e-9;
+
+/// What a proof in a plan's file is worth.
+pub struct Worth {
+    /// The least D-efficiency that it leaves; `None` where there is no proof that could be found again.
+    pub found: Option<f64>,
+    /// Whether the file says no more than that.
+    pub is_kept: bool,
+    /// Both in a sentence.
+    pub sentence: String,
+}
+
+/// The certificates of a file, made anew.
+pub struct CheckedFile {
+    /// One per experiment of a plan, by its name; else one without a name.
+    pub parts: Vec<(String, Checked)>,
+    /// On the file itself.
+    pub notes: Vec<String>,
+    /// Of a plan.
+    pub worth: Option<Worth>,
+}
+
+impl CheckedFile {
+    /// What speaks against the file, in sentences.
+    pub fn faults(&self) -> Vec<String> {
+        let of = |(name, checked): &(String, Checked)| -> Vec<String> {
+            let with_name = |fault: String| if name.is_empty() { fault } else { format!("{name}: {fault}") };
+            checked.faults().into_iter().map(with_name).collect()
+        };
+        let worth = self.worth.iter().filter(|worth| !worth.is_kept).map(|worth| worth.sentence.clone());
+        self.parts.iter().flat_map(of).chain(worth).collect()
+    }
+}
+
+impl PlayedFile {
+    /// Reads a file; its content and the end of its name tell what it is.
+    ///
+    /// Fails where it is none of them.
+    pub fn read(model: &Model, path: &Path) -> Result<PlayedFile, Error> {
+        let extension = path.extension().and_then(|e| e.to_str()).map(str::to_ascii_lowercase);
+        if extension.is_some_and(|extension| !TEXTS.contains(&extension.as_str())) || path.is_dir() {
+            let points = points_of_table(model, &Table::read(path)?, &ColumnNames::default())?;
+            return Ok(PlayedFile::Table(Box::new(points)));
+        }
+        let (file, text) = (path.display().to_string(), read_text(path)?);
+        let begins = |word: &str| text.lines().any(|line| line.starts_with(word));
+        Ok(match Kind::of(&text) {
+            Some(Kind::Plan) => PlayedFile::Plan(Box::new(ExperimentPlan::from_yaml(&file, &text)?)),
+            None if text.contains("joint_names") => {
+                PlayedFile::Points(Box::new(PointTrajectory::from_ros(&file, &text)?))
+            }
+            // Of a file of before the first line the keys differ.
+            None if begins("experiments:") => PlayedFile::Plan(Box::new(ExperimentPlan::from_yaml(&file, &text)?)),
+            _ => PlayedFile::Motion(Box::new(ExcitingMotion::from_yaml(&file, &text)?)),
+        })
+    }
+
+    /// Proves its limits anew; `file` stands in messages.
+    ///
+    /// Fails as [`check`], [`check_points`] and [`check_experiments`] do, and where an interpolation is asked of a file that says
+    /// itself how it moves.
+    pub fn check(
+        &self,
+        model: &Model,
+        file: &Path,
+        interpolation: Option<Interpolation>,
+        request: &CheckRequest,
+    ) -> Result<CheckedFile, Error> {
+        let says_itself = matches!(self, PlayedFile::Motion(_) | PlayedFile::Plan(_));
+        if interpolation.is_some() && says_itself {
+            let what = if matches!(self, PlayedFile::Plan(_)) { "plan" } else { "motion" };
+            return Err(Error::new(format_args!("{}: a {what} says itself how it moves", file.display())));
+        }
+        let one = |checked: Checked| CheckedFile { parts: vec![(String::new(), checked)], notes: vec![], worth: None };
+        match self {
+            PlayedFile::Motion(motion) => Ok(one(check(model, file, motion, request)?)),
+            PlayedFile::Points(points) | PlayedFile::Table(points) => {
+                Ok(one(check_points(model, file, (**points).clone(), interpolation, request)?))
+            }
+            PlayedFile::Plan(plan) => Ok(CheckedFile {
+                parts: check_experiments(model, file, plan, request)?,
+                notes: plan.seal.note(file.display()).into_iter().collect(),
+                worth: Some(worth(plan, efficiency_again(model, file, plan)?)),
+            }),
+        }
+    }
+}
+
+/// What is found again of a plan, for a page.
+///
+/// Fails as a check of it does.
+pub fn plan_proof(model: &Model, file: &Path, plan: &ExperimentPlan) -> Result<PlanProof, Error> {
+    let checked = PlayedFile::Plan(Box::new(plan.clone())).check(model, file, None, &CheckRequest::default())?;
+    let stands = |(name, checked): &(String, Checked)| (name.clone(), checked.ledger().to_string());
+    Ok(PlanProof {
+        worth: checked.worth.as_ref().map(|worth| worth.sentence.clone()).unwrap_or_default(),
+        experiments: checked.parts.iter().map(stands).collect(),
+        is_kept: checked.faults().is_empty(),
+    })
+}
+
+fn worth(plan: &ExperimentPlan, found: Option<f64>) -> Worth {
+    let said = plan.d_efficiency_at_least;
+    // What is proven again differs from what was written by rounding alone.
+    let is_kept = found.is_none_or(|found| found >= said - EFFICIENCY_ROUNDING);
+    let sentence = match found {
+        Some(found) if is_kept => format!("proven again: D-efficiency at least {found:.4}"),
+        Some(found) => format!("BROKEN: the file says D-efficiency at least {said:.4}; its proof is worth {found:.4}"),
+        None => format!("the file says: D-efficiency at least {said:.4}; it has no proof that could be found again"),
+    };
+    Worth { found, is_kept, sentence }
+}

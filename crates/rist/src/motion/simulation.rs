@@ -1,0 +1,364 @@
+//! Simulates the experiments of a plan, or an exciting motion, and gives the logs that they would leave.
+
+use claims::significant;
+use experiments::excitation::limits::{AskedLimits, LimitKind};
+use experiments::excitation::motion;
+use experiments::motion::point_to_point::{ValidationMotion, validation_trajectory};
+use experiments::motion::record::Record;
+use experiments::motion::reference_motion::Reference;
+use experiments::motion::sample_count::check_samples;
+use experiments::plan::candidates::MotionLimits;
+use experiments::plan::exciting_trajectory::ExcitingTrajectory;
+use experiments::plan::ranges::check_limits;
+use experiments::simulate::closed_loop::Stop;
+use experiments::simulate::dynamics::{Dynamics, inverse_dynamics};
+use experiments::simulate::setup::{self, Asked, MAX_CONTROL_PERIOD_S, SimulationSetup};
+use expr::Tape;
+use identification::estimate::identified::Identified;
+use linear_model::artefact::Seal;
+use linear_model::parameter::{BaseParameter, FrictionParameter, Parameter, ParameterId};
+use logs::Effort;
+use numerics::interruption::Interruption;
+use processor::{in_order, threads};
+use random::Random;
+
+use crate::describe::adapters::tape_dynamics::dynamics as dynamics_of;
+pub use crate::request::SimulateRequest;
+use identification::estimate::artefact::Estimate;
+
+use crate::describe::model::Model;
+use crate::error::Error;
+use crate::motion::exciting::ExcitingMotion;
+use crate::motion::planning::ExperimentPlan;
+use crate::request::Request;
+
+/// What is simulated.
+#[derive(Clone, Copy, Debug)]
+pub enum Motions<'a> {
+    /// The experiments of a plan.
+    Planned(&'a ExperimentPlan),
+    /// One motion of all joints.
+    Exciting(&'a ExcitingMotion),
+}
+
+impl<'a> From<&'a ExperimentPlan> for Motions<'a> {
+    fn from(plan: &'a ExperimentPlan) -> Motions<'a> {
+        Motions::Planned(plan)
+    }
+}
+
+impl<'a> From<&'a ExcitingMotion> for Motions<'a> {
+    fn from(motion: &'a ExcitingMotion) -> Motions<'a> {
+        Motions::Exciting(motion)
+    }
+}
+
+impl Motions<'_> {
+    /// Whether their file is as rist wrote it.
+    fn seal(&self) -> Seal {
+        match self {
+            Motions::Planned(plan) => plan.seal,
+            Motions::Exciting(motion) => motion.seal,
+        }
+    }
+
+    /// Sample time, s.
+    fn sample_time(&self) -> f64 {
+        match self {
+            Motions::Planned(plan) => plan.sample_time_s,
+            Motions::Exciting(motion) => 1.0 / motion.rate_hz,
+        }
+    }
+
+    /// The motions, each with its name.
+    fn ways(&self) -> Result<Vec<(&str, Way)>, Error> {
+        match self {
+            Motions::Planned(plan) => {
+                let names = plan.experiments.iter().map(|e| e.name.as_str());
+                Ok(names.zip(plan.trajectories("plan")?.into_iter().map(Way::Planned)).collect())
+            }
+            Motions::Exciting(motion) => {
+                let motion = motion.motion("motion")?;
+                // The controller's samples fill the last step of the motion too, however long a slow rate makes it.
+                let (rate, seconds) =
+                    (motion.rate.max(1.0 / MAX_CONTROL_PERIOD_S), motion.duration() + 1.0 / motion.rate);
+                check_samples(seconds * rate).map_err(|e| Error::new(format_args!("motion: at {rate} Hz {e}")))?;
+                Ok(vec![("motion", Way::Exciting(motion))])
+            }
+        }
+    }
+}
+
+impl SimulateRequest {
+    /// Whether the logs hold torques or currents. They hold torques where neither the description nor the request knows
+    /// a drive gain, so that they can be identified as they are.
+    pub fn effort(&self, model: &Model) -> Effort {
+        let is_without_gains = self.gain.is_empty() && model.drive_gains().iter().all(Option::is_none);
+        if is_without_gains { Effort::Torque } else { Effort::Current }
+    }
+}
+
+/// The outcome of a simulation.
+pub struct Simulated {
+    /// The parameters, friction and gains behind the logs.
+    pub truth: Estimate,
+    /// The same behind the logs with the load, where there are some.
+    pub loaded_truth: Option<Estimate>,
+    /// Sentences on what the description does not say and was assumed.
+    pub notes: Vec<String>,
+}
+
+/// Simulates motions in closed loop, with friction, noise and drive gains; hands over each record with its name: those of
+/// the plan or `motion`, `v01`, .. for validation, `e01_loaded`, .. with the load.
+///
+/// Fails where the description has no inertial parameters or impossible ones, where a limit is out of range, and where
+/// `take` does.
+pub fn simulate<'a>(
+    model: &Model,
+    motions: impl Into<Motions<'a>>,
+    request: &SimulateRequest,
+    take: &mut dyn FnMut(&str, &Record) -> Result<(), Error>,
+) -> Result<Simulated, Error> {
+    request.check()?;
+    let motions = motions.into();
+    let (ways, sample_time, seal) = (motions.ways()?, motions.sample_time(), motions.seal());
+    let Some(truth) = model.described_parameters() else {
+        return Err(Error::new(format_args!(
+            "{}: no link has inertial parameters; give standard_parameters to simulate with",
+            model.path.display()
+        )));
+    };
+    let dynamics = dynamics_of(model, truth.clone());
+    let mut setup = SimulationSetup::for_robot(&model.robot, dynamics.as_ref());
+    let refused = |e: String| Error::new(format_args!("{}: {e}", model.path.display()));
+    check_limits(model.regressor().coordinates(), &setup.limits).map_err(refused)?;
+    check_validation(&setup.limits, sample_time, request.validation).map_err(refused)?;
+    for (coordinate, gain) in &request.gain {
+        setup.drives.gain[model.driven(coordinate, *gain)?] = *gain;
+    }
+    let feedforward = request.feedforward.as_ref().map(|e| Feedforward::new(model, e, &setup.drives.gain));
+    let feedforward = feedforward.transpose()?;
+    let validations: Vec<Way> = (0..request.validation).map(Way::Validation).collect();
+    let motion = |name: String, way, is_loaded| Motion { name, way, is_loaded };
+    let mut motions: Vec<Motion> = ways.iter().map(|(name, way)| motion(name.to_string(), way, false)).collect();
+    motions.extend(validations.iter().enumerate().map(|(k, way)| motion(format!("v{:02}", k + 1), way, false)));
+    let (mut loaded, mut with_load) = (None, None);
+    if let Some((_, load)) = &request.load {
+        let added = model.added_by(load)?;
+        let plus = |x: &[f64]| x.iter().zip(&added).map(|(x, l)| x + l).collect::<Vec<f64>>();
+        // The load is known, so the feedforward includes it.
+        let feedforward = feedforward.as_ref().map(|f| Feedforward { parameters: plus(&f.parameters), ..f.clone() });
+        with_load = Some(plus(&truth));
+        loaded = Some(Run { model, setup: &setup, request, dynamics: dynamics_of(model, plus(&truth)), feedforward });
+        motions.extend(ways.iter().map(|(name, way)| motion(format!("{name}_loaded"), way, true)));
+    }
+    let run = Run { model, setup: &setup, request, dynamics, feedforward };
+    let groups = abreast(&motions);
+    let records = |_, group: &Vec<usize>| {
+        let run = loaded.as_ref().filter(|_| motions[group[0]].is_loaded).unwrap_or(&run);
+        let reference = |index: &usize| match motions[*index].way {
+            Way::Planned(trajectory) => trajectory.reference(),
+            Way::Exciting(motion) => motion.reference(),
+            Way::Validation(number) => validation_motion(&run.setup.limits, sample_time, request.seed, *number),
+        };
+        run.records(group, &group.iter().map(reference).collect::<Vec<Reference>>())
+    };
+    in_order(&groups, threads(), records, |group, records| {
+        groups[group].iter().zip(records).try_for_each(|(index, (record, stop))| {
+            Interruption::check()?;
+            let name = &motions[*index].name;
+            take(name, &whole(name, record, stop)?)
+        })
+    })?;
+    drop((run, loaded));
+    let of_feedforward = request.feedforward.as_ref().and_then(|estimate| estimate.seal.note("[feedforward]"));
+    let seals = seal.note("the motion").into_iter().chain(of_feedforward);
+    let seals = seals.chain(ways.iter().flat_map(|(name, way)| beyond_limits(model, name, way)));
+    let notes = seals.chain(setup.notes.iter().cloned()).chain(effort_notes(model, request)).collect();
+    let of = |x: &[f64]| truth_of(model, &setup, x, request.effort(model));
+    Ok(Simulated { truth: of(&truth), loaded_truth: with_load.as_deref().map(of), notes })
+}
+
+/// Where the set points of a motion of a file leave the limits of the description, which its simulation does not hold it to.
+fn beyond_limits(model: &Model, name: &str, way: &Way) -> Vec<String> {
+    let reference = match way {
+        Way::Planned(trajectory) => trajectory.reference(),
+        Way::Exciting(motion) => motion.reference(),
+        Way::Validation(_) => return vec![],
+    };
+    let (series, kinds) = ([&reference.q, &reference.dq, &reference.ddq], &LimitKind::KINEMATIC[..3]);
+    let of = |(k, coordinate): (usize, &robot::Coordinate)| {
+        let described = AskedLimits::of_description(&coordinate.limits);
+        let one = |(x, kind): (&&Vec<Vec<f64>>, &LimitKind)| {
+            let (low, high) = described.bounds(*kind)?;
+            let beyond = |x: f64| (x - high).max(low - x);
+            let farthest = x.get(k)?.iter().copied().reduce(|a, b| if beyond(b) > beyond(a) { b } else { a })?;
+            // Set points at a limit are beyond it by their rounding.
+            (beyond(farthest) > 1e-6 * (high - low)).then(|| {
+                let (unit, bound) =
+                    (kind.unit(model.regressor().is_prismatic(k)), if farthest > high { high } else { low });
+                let [farthest, bound] = [farthest, bound].map(|x| significant(x, 3));
+                format!(
+                    "{name}: {kind} of {}: {farthest} {unit} is beyond {bound} of the description (`rist check`)",
+                    coordinate.name
+                )
+            })
+        };
+        series.iter().zip(kinds).filter_map(one).collect::<Vec<String>>()
+    };
+    model.robot.coordinates.iter().enumerate().flat_map(of).collect()
+}
+
+/// The assumptions on the drive gains.
+fn effort_notes(model: &Model, request: &SimulateRequest) -> Vec<String> {
+    if request.effort(model) == Effort::Torque {
+        return vec!["no drive gain is known: the logs hold torques ([gain] makes currents of them)".into()];
+    }
+    let regressor = model.regressor();
+    let names = regressor.coordinates().iter().zip(model.drive_gains()).enumerate();
+    let assumed = names.filter(|(_, (c, gain))| gain.is_none() && request.gain.iter().all(|(name, _)| name != *c));
+    let unit = |k: usize| if regressor.is_prismatic(k) { "N/A" } else { "N m/A" };
+    assumed.map(|(k, (c, _))| format!("{c}: no drive gain in the file, 1 {} assumed", unit(k))).collect()
+}
+
+/// Refuses motions for validation that are too long.
+fn check_validation(limits: &[MotionLimits], sample_time: f64, motions: usize) -> Result<(), String> {
+    let motion = ValidationMotion::default();
+    let longest = |l: &MotionLimits| motion.seconds(l.position.1 - l.position.0, l.velocity, l.acceleration);
+    let longest = limits.iter().map(longest).fold(0.0, f64::max);
+    let samples = motion.moves as f64 * longest / sample_time;
+    let of = |e: String| format!("a motion for validation within these limits: {e} ([validation=0] makes none)");
+    if motions > 0 { check_samples(samples).map_err(of) } else { Ok(()) }
+}
+
+/// A motion from point to point at the limits, a different one for each number.
+fn validation_motion(limits: &[MotionLimits], sample_time: f64, seed: u64, number: usize) -> Reference {
+    let of = |f: &dyn Fn(&MotionLimits) -> f64| limits.iter().map(f).collect::<Vec<f64>>();
+    let position: Vec<(f64, f64)> = limits.iter().map(|l| l.position).collect();
+    let (velocity, acceleration) = (of(&|l| l.velocity), of(&|l| l.acceleration));
+    let mut random = Random::stream(seed ^ 0x76, number as u64);
+    let motion = ValidationMotion::default();
+    validation_trajectory(&motion, &position, &velocity, &acceleration, sample_time, &mut random)
+}
+
+/// The motions, by their numbers, that are computed side by side: those of one robot, and one with another load is another; at
+/// most as many as a tape computes states.
+fn abreast(motions: &[Motion]) -> Vec<Vec<usize>> {
+    let numbers: Vec<usize> = (0..motions.len()).collect();
+    let of_one_robot = numbers.chunk_by(|a, b| motions[*a].is_loaded == motions[*b].is_loaded);
+    let even = |of_one: &[usize]| of_one.len().div_ceil(of_one.len().div_ceil(Tape::LANES));
+    of_one_robot.flat_map(|of_one| of_one.chunks(even(of_one))).map(<[usize]>::to_vec).collect()
+}
+
+/// The record of a motion that went to its end.
+fn whole(name: &str, record: Record, stop: Stop) -> Result<Record, Error> {
+    match stop {
+        Stop::End => Ok(record),
+        Stop::NotPhysical { time } => Err(Error::new(format_args!(
+            "{name}: the simulation breaks down at {time:.3} s: the inertial parameters of the file are not physical, or the \
+             robot cannot follow"
+        ))),
+    }
+}
+
+/// A motion to be simulated.
+struct Motion<'a> {
+    name: String,
+    way: &'a Way,
+    is_loaded: bool,
+}
+
+/// The course of a motion.
+enum Way {
+    Planned(ExcitingTrajectory),
+    Exciting(motion::Motion),
+    /// One of the motions for validation, by its number.
+    Validation(usize),
+}
+
+/// What motions have in common; each has noise of its own.
+struct Run<'a> {
+    model: &'a Model,
+    setup: &'a SimulationSetup,
+    request: &'a SimulateRequest,
+    dynamics: Box<dyn Dynamics + 'a>,
+    feedforward: Option<Feedforward>,
+}
+
+impl Run<'_> {
+    /// The records of the motions with these numbers.
+    fn records(&self, numbers: &[usize], references: &[Reference]) -> Vec<(Record, Stop)> {
+        let added = self.feedforward.as_ref().map(|f| |reference: &Reference| f.torques(self.model, reference));
+        let feedforward = added.as_ref().map(|f| f as &setup::Feedforward);
+        let noise = |number: usize| (!self.request.noise_free).then_some((self.request.seed, number as u64));
+        let asked = |(number, reference): (&usize, _)| Asked { reference, feedforward, noise: noise(*number) };
+        let asked: Vec<Asked> = numbers.iter().zip(references).map(asked).collect();
+        self.setup.records(self.dynamics.as_ref(), &asked)
+    }
+}
+
+/// The feedforward that the controller adds to its own torque.
+#[derive(Clone)]
+struct Feedforward {
+    /// Base parameters of the estimate.
+    parameters: Vec<f64>,
+    /// True gain over estimated gain, one per coordinate. The controller commands currents, torque over estimated gain,
+    /// and the true gain turns these into torques.
+    factor: Vec<f64>,
+}
+
+impl Feedforward {
+    fn new(model: &Model, estimate: &Estimate, gain: &[f64]) -> Result<Feedforward, Error> {
+        let estimated = model.estimated_gains(estimate);
+        let factor = gain.iter().zip(estimated).map(|(k, found)| found.map_or(1.0, |found| k / found)).collect();
+        Ok(Feedforward { parameters: model.values(estimate)?, factor })
+    }
+
+    /// N m, one series a coordinate.
+    fn torques(&self, model: &Model, reference: &Reference) -> Vec<Vec<f64>> {
+        let mut torques = inverse_dynamics(model.regressor(), &self.parameters, reference);
+        for (series, factor) in torques.iter_mut().zip(&self.factor) {
+            series.iter_mut().for_each(|t| *t *= factor);
+        }
+        torques
+    }
+}
+
+/// The values the logs were made with.
+fn truth_of(model: &Model, setup: &SimulationSetup, truth: &[f64], effort: Effort) -> Estimate {
+    let regressor = model.regressor();
+    let base = |(base, value): (&BaseParameter, &f64)| {
+        let parameter = Parameter::from(base);
+        let unit = parameter.unit();
+        Identified::given(parameter.id, unit, *value)
+    };
+    let mut parameters: Vec<Identified> = regressor.parameters().iter().zip(truth).map(base).collect();
+    // Equation (5) of the paper, by direction: FV and FS alike for both would not be the truth where they differ.
+    for (k, (coordinate, law)) in regressor.coordinates().iter().zip(&setup.friction).enumerate() {
+        let by_direction = [
+            (FrictionParameter::ViscousForward, law.viscous_positive),
+            (FrictionParameter::CoulombForward, law.coulomb_positive),
+            (FrictionParameter::ViscousBackward, law.viscous_negative),
+            (FrictionParameter::CoulombBackward, law.coulomb_negative),
+        ];
+        parameters.extend(by_direction.map(|(parameter, value)| {
+            let id = ParameterId::friction(parameter, coordinate);
+            let unit = id.unit(regressor.is_prismatic(k));
+            Identified::given(id, unit, value)
+        }));
+    }
+    let gains = setup.drives.gain.iter().filter(|_| effort == Effort::Current);
+    for (k, (coordinate, gain)) in regressor.coordinates().iter().zip(gains).enumerate() {
+        let id = ParameterId::drive_gain(coordinate);
+        let unit = id.unit(regressor.is_prismatic(k));
+        parameters.push(Identified::given(id, unit, *gain));
+    }
+    Estimate {
+        model: model.reference.name.clone(),
+        fingerprint: Some(model.reference.fingerprint.clone()),
+        description: model.description.clone(),
+        method: "simulated with these values".into(),
+        parameters,
+        ..Estimate::default()
+    }
+}

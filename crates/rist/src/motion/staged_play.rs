@@ -1,0 +1,253 @@
+//! A motion on its way to a robot: slower, from where the robot stands and back, at the period of its controller, all proved.
+//!
+//! A motion at the speed s takes 1/s of the time through the same positions: velocities are s times as great, accelerations s^2.
+//! The ways to and fro are straight between the poses, x(u) = 10 u^3 - 15 u^4 + 6 u^5, from rest to rest, as slow as the limits
+//! of the motion ask at that speed.
+
+use std::path::Path;
+
+use experiments::excitation::artefact::ExcitingMotion;
+use experiments::excitation::left_out::Matter;
+use experiments::excitation::motion::Motion;
+use experiments::motion::point_trajectory::{Interpolation, PointTrajectory};
+use experiments::motion::reference_motion::Reference;
+use experiments::motion::servo_script::servo_script;
+use experiments::motion::trajectory_file::{TrajectoryFormat, trajectory_file};
+
+use crate::describe::model::Model;
+use crate::error::Error;
+use crate::motion::checking::{Checked, check};
+use crate::motion::checking_courses::check_points;
+use crate::motion::play::{UR_CB3_HZ, UR_E_SERIES_HZ};
+use crate::motion::play_advice::{advice, jumps};
+use crate::request::{CheckRequest, Controller, PlayRequest, Request};
+
+/// A motion as a controller plays it.
+pub struct StagedPlay {
+    /// The file for the controller.
+    pub text: String,
+    /// The head of a log whose columns an identification takes.
+    pub template: String,
+    /// The proofs: of the way there, of the motion, of the way back.
+    pub parts: Vec<(&'static str, Checked)>,
+    /// What a user must know.
+    pub notes: Vec<String>,
+}
+
+/// Rate of libfranka's loop, Hz.
+const FRANKA_HZ: f64 = 1000.0;
+/// Greatest velocity, acceleration and jerk of a way of length one in a second.
+const WAY_PEAKS: [f64; 3] = [1.875, 5.773_502_691_896_258, 60.0];
+/// A way takes a little longer than its limits ask, for rounding.
+const WAY_RESERVE: f64 = 1.001;
+/// s: the shortest way.
+const SHORTEST_WAY_S: f64 = 1.0;
+
+/// Makes the file of a motion. `file` stands in messages.
+///
+/// Fails where a number of the request is out of range, where it names no coordinate, where URScript is asked for with another robot
+/// than one of six joints that turn, and as [`check`] does. Whether the limits are kept, the parts say.
+pub fn staged_play(
+    model: &Model,
+    file: &Path,
+    motion: &ExcitingMotion,
+    request: &PlayRequest,
+) -> Result<StagedPlay, Error> {
+    request.check()?;
+    let names = model.regressor().coordinates();
+    let (n, slides) = (names.len(), (0..names.len()).any(|k| model.regressor().is_prismatic(k)));
+    if matches!(request.controller, Controller::UrE | Controller::UrCb3) && (n != 6 || slides) {
+        return Err(Error::new(format_args!(
+            "[controller]: URScript plays robots with six joints that turn; {} has {n} coordinates",
+            model.robot.name
+        )));
+    }
+    if let Some((unknown, _)) = request.from.iter().find(|(name, _)| !names.contains(name)) {
+        return Err(Error::new(format_args!(
+            "[from]: there is no coordinate `{unknown}`; there are {}",
+            names.join(", ")
+        )));
+    }
+    let slow = slowed(motion, request);
+    let asked = CheckRequest { limits: request.limits.clone(), after: request.after.clone() };
+    let mut parts = vec![("motion", check(model, file, &slow, &asked)?)];
+    let played = slow.motion(&file.display().to_string())?;
+    let mut reference = played.reference();
+    let ends = [0.0, played.duration()].map(|t| played.at(t).iter().map(|x| x[0]).collect::<Vec<f64>>());
+    if request.from.is_empty() && !jumps(&reference, names).is_empty() {
+        let back = Way::new(&ends[1], &ends[0], &slow, request.speed);
+        let checked = back.check(model, file, &of_ways(&asked, motion))?;
+        // A way that is not proven is not played, and the jump is told.
+        if checked.faults().is_empty() {
+            parts.push(("way back", checked));
+            reference = joined(&reference, &back.reference(played.rate));
+        }
+    } else if !request.from.is_empty() {
+        let stands: Vec<f64> = names
+            .iter()
+            .zip(&ends[0])
+            .map(|(name, first)| request.from.iter().find(|(given, _)| given == name).map_or(*first, |(_, q)| *q))
+            .collect();
+        let there = Way::new(&stands, &ends[0], &slow, request.speed);
+        let back = Way::new(&ends[1], &stands, &slow, request.speed);
+        let asked = of_ways(&asked, motion);
+        parts.insert(0, ("way there", there.check(model, file, &asked)?));
+        parts.push(("way back", back.check(model, file, &asked)?));
+        // The ways are what a motion alone leaves out.
+        parts.iter_mut().for_each(|(_, checked)| checked.left_out.retain(|out| out.matter != Matter::Approach));
+        reference = joined(&joined(&there.reference(played.rate), &reference), &back.reference(played.rate));
+    }
+    let advice = advice(&played, &reference, &parts, names);
+    let text = match request.controller {
+        Controller::UrE | Controller::UrCb3 => comments(&advice) + &servo_script(&reference),
+        Controller::Franka => trajectory_file(&reference, names, played.rate, TrajectoryFormat::Csv),
+        Controller::Ros2 => {
+            comments(&advice) + &trajectory_file(&reference, names, played.rate, TrajectoryFormat::RosYaml)
+        }
+    };
+    let notes = notes(request, &reference, &played).into_iter().chain(advice).collect();
+    Ok(StagedPlay { text, template: template(names), parts, notes })
+}
+
+/// Sentences as comments of URScript and YAML; the reader of a file knows no flags.
+fn comments(sentences: &[String]) -> String {
+    let spelled =
+        |line: &String| line.replace("[limits=FILE]", "a limits file").replace("[from]", "a pose to start from");
+    sentences.iter().map(|line| format!("# {}\n", spelled(line))).collect()
+}
+
+/// What the ways are held to: accelerations and jerks that nobody else gives are those of the motion, and so are margins.
+fn of_ways(asked: &CheckRequest, motion: &ExcitingMotion) -> CheckRequest {
+    let mut limits = asked.limits.clone().unwrap_or_default();
+    if let Some(margins) = &motion.margins {
+        let names: Vec<String> = motion.joints.iter().map(|joint| joint.coordinate.clone()).collect();
+        limits.margins = margins.errors.held_to(&limits.margins, &names);
+    }
+    for joint in &motion.joints {
+        let (all, own) = (&limits.all, limits.coordinates.entry(joint.coordinate.clone()).or_default());
+        if all.slowed.or(own.slowed).is_none() {
+            own.acceleration = own.acceleration.or(all.acceleration).or(Some(joint.limits.acceleration));
+            own.jerk = own.jerk.or(all.jerk).or(Some(joint.limits.jerk));
+        }
+    }
+    CheckRequest { limits: Some(limits), after: asked.after.clone() }
+}
+
+/// The motion at the speed and rate of the request.
+fn slowed(motion: &ExcitingMotion, request: &PlayRequest) -> ExcitingMotion {
+    let mut slow = motion.clone();
+    slow.period_s /= request.speed;
+    slow.blend_s = slow.blend_s.map(|blend| blend / request.speed);
+    // Amplitudes of velocities; control points are positions.
+    let amplitudes = slow.joints.iter_mut().flat_map(|joint| joint.cosine.iter_mut().chain(&mut joint.sine));
+    amplitudes.for_each(|x| *x *= request.speed);
+    slow.rate_hz = match request.controller {
+        Controller::UrE => UR_E_SERIES_HZ,
+        Controller::UrCb3 => UR_CB3_HZ,
+        Controller::Franka => FRANKA_HZ,
+        Controller::Ros2 => motion.rate_hz,
+    };
+    slow
+}
+
+/// A straight way from rest to rest.
+struct Way<'a> {
+    from: &'a [f64],
+    to: &'a [f64],
+    /// s.
+    duration: f64,
+}
+
+impl<'a> Way<'a> {
+    /// As slow as the limits of the motion ask at this speed.
+    fn new(from: &'a [f64], to: &'a [f64], motion: &ExcitingMotion, speed: f64) -> Way<'a> {
+        let needed = |((from, to), joint): ((&f64, &f64), &experiments::excitation::artefact::MotionJoint)| {
+            let (length, limits) = ((to - from).abs(), &joint.limits);
+            let powers = [limits.velocity, limits.acceleration, limits.jerk].into_iter().zip(WAY_PEAKS).zip(1..);
+            let one = |((limit, peak), k): ((f64, f64), i32)| {
+                (peak * length / (limit * speed.powi(k))).powf(1.0 / f64::from(k))
+            };
+            powers.map(one).fold(0.0, f64::max)
+        };
+        let longest = from.iter().zip(to).zip(&motion.joints).map(needed).fold(0.0, f64::max);
+        // Whole samples.
+        let samples = (WAY_RESERVE * longest.max(SHORTEST_WAY_S) * motion.rate_hz).ceil();
+        Way { from, to, duration: samples / motion.rate_hz }
+    }
+
+    fn check(&self, model: &Model, file: &Path, asked: &CheckRequest) -> Result<Checked, Error> {
+        let still = vec![vec![0.0; 2]; self.from.len()];
+        let positions = self.from.iter().zip(self.to).map(|(from, to)| vec![*from, *to]).collect();
+        let names = model.regressor().coordinates().to_vec();
+        let points = PointTrajectory::new(names, vec![0.0, self.duration], positions, Some(still.clone()), Some(still));
+        let points = points.map_err(|what| Error::new(format_args!("[from]: {what}")))?;
+        check_points(model, file, points, Some(Interpolation::Quintic), asked)
+    }
+
+    fn reference(&self, rate: f64) -> Reference {
+        let count = (self.duration * rate).round() as usize;
+        let of = |shape: &dyn Fn(f64) -> f64, offset: bool| -> Vec<Vec<f64>> {
+            let one = |(from, to): (&f64, &f64)| {
+                let at = |i: usize| shape(i as f64 / count as f64) * (to - from) + if offset { *from } else { 0.0 };
+                (0..=count).map(at).collect()
+            };
+            self.from.iter().zip(self.to).map(one).collect()
+        };
+        let t = self.duration;
+        Reference {
+            sample_time: 1.0 / rate,
+            q: of(&|u| u.powi(3) * (10.0 - 15.0 * u + 6.0 * u * u), true),
+            dq: of(&|u| 30.0 * (u * (1.0 - u)).powi(2) / t, false),
+            ddq: of(&|u| 60.0 * u * (1.0 - u) * (1.0 - 2.0 * u) / (t * t), false),
+            windows: vec![],
+        }
+    }
+}
+
+/// One after the other, which begins where the first ends.
+fn joined(first: &Reference, then: &Reference) -> Reference {
+    let series = |of: fn(&Reference) -> &Vec<Vec<f64>>| -> Vec<Vec<f64>> {
+        let one = |(a, b): (&Vec<f64>, &Vec<f64>)| [a, &b[1..]].concat();
+        of(first).iter().zip(of(then)).map(one).collect()
+    };
+    let before = first.q.first().map_or(0, |q| q.len() - 1);
+    let later = then.windows.iter().map(|w| w.start + before..w.end + before);
+    Reference {
+        sample_time: first.sample_time,
+        q: series(|r| &r.q),
+        dq: series(|r| &r.dq),
+        ddq: series(|r| &r.ddq),
+        windows: first.windows.iter().cloned().chain(later).collect(),
+    }
+}
+
+/// Time, positions, torques.
+fn template(names: &[String]) -> String {
+    let columns = ["q", "tau"].iter().flat_map(|what| names.iter().map(move |name| format!("{what}_{name}")));
+    let cells: Vec<String> = std::iter::once("t".to_string()).chain(columns).collect();
+    cells.join(",") + "\n"
+}
+
+fn notes(request: &PlayRequest, reference: &Reference, motion: &Motion) -> Vec<String> {
+    let mut notes = vec![
+        "not tried on a controller: play it in a simulator first, then slowly ([speed=0.3])".to_string(),
+        "this is a proof of planning and no safety function: limits and stops of the controller stay what they are"
+            .into(),
+    ];
+    if request.from.is_empty() {
+        notes.push(
+            "where the robot stands is not given ([from]): the way to the first pose, and from the last set point, is not played"
+                .into(),
+        );
+    }
+    if let Some(window) = reference.windows.first() {
+        let h = reference.sample_time;
+        notes.push(format!(
+            "the {} periods to identify from are those from {:.3} s to {:.3} s",
+            motion.repetitions,
+            window.start as f64 * h,
+            window.end as f64 * h
+        ));
+    }
+    notes
+}
