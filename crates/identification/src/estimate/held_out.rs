@@ -38,29 +38,44 @@ pub(crate) fn cross_validate_by_part(
     observation: &Observation,
     weights: Weights,
 ) -> (Residuals, Vec<f64>) {
+    let tenths: Vec<Vec<Triangle>> = observation.parts.chunks(2).map(sum_by_joint).collect();
     let mut sums = vec![Squares::default(); model.n()];
     let mut totals = Vec::new();
-    for part in left_out(model, observation, weights) {
-        for (sum, s) in sums.iter_mut().zip(&part) {
-            *sum = Squares { torque: sum.torque + s.torque, left: sum.left + s.left, rows: sum.rows + s.rows };
-        }
+    for part in left_out(model, observation, &tenths, weights) {
+        sums = added(sums, part.clone());
         totals.push(Residuals::new(model.regressor, part).total);
     }
     (Residuals::new(model.regressor, sums), totals)
 }
 
-/// The squares of each tenth, one per joint, under parameters from all others.
-fn left_out(model: &Model, observation: &Observation, weights: Weights) -> Vec<Vec<Squares>> {
-    let tenths: Vec<Vec<Triangle>> = observation.parts.chunks(2).map(sum_by_joint).collect();
-    let joints = observation.joints(|_| true);
+/// The squares of two parts, joint by joint.
+fn added(a: Vec<Squares>, b: Vec<Squares>) -> Vec<Squares> {
+    let sum = |(a, b): (&Squares, &Squares)| Squares {
+        torque: a.torque + b.torque,
+        left: a.left + b.left,
+        rows: a.rows + b.rows,
+    };
+    a.iter().zip(&b).map(sum).collect()
+}
+
+/// Error on each of several logs, predicted from the others, over all joints; `None` of one log.
+pub fn cross_validate_by_log(model: &Model, observation: &Observation, weights: Weights) -> Option<f64> {
+    let logs: Vec<Vec<Triangle>> = observation.logs().into_iter().map(|(_, joints)| joints).collect();
+    let sums = left_out(model, observation, &logs, weights).into_iter().reduce(added)?;
+    Some(Residuals::new(model.regressor, sums).total)
+}
+
+/// The squares of each part, one per joint, under parameters from all others.
+fn left_out(model: &Model, rows: &Observation, parts: &[Vec<Triangle>], weights: Weights) -> Vec<Vec<Squares>> {
+    let joints = rows.joints(|_| true);
     let (whole, weights) = fit(&joints, weights);
     let of_part = |(part, mut rest): (&Vec<Triangle>, Triangle)| {
         rest.merge(&held(&rest, &whole.x), 1.0);
         let x = rest.solution();
         squares(model, part, &x)
     };
-    let rests = without_each(model, &tenths, &weights);
-    tenths.iter().zip(rests).map(of_part).collect()
+    let rests = without_each(model, parts, &weights);
+    parts.iter().zip(rests).map(of_part).collect()
 }
 
 /// Of each part the weighted rows of all others; `parts`: by part, the triangles of its joints. The weights by joint are those of

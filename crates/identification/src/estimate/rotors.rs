@@ -7,7 +7,7 @@ use linear_model::linear_model::Model;
 use linear_model::regressor::Regressor;
 use logs::Error;
 
-use crate::estimate::held_out::cross_validate;
+use crate::estimate::held_out::{cross_validate, cross_validate_by_log};
 use crate::estimate::options::Options;
 use crate::rows::observation::{Beside, Observation};
 use crate::signals::records::Records;
@@ -62,11 +62,14 @@ impl WithRotors {
         self.observation.select(&columns)
     }
 
-    /// Error on tenths left out, without the added columns and with them.
-    pub fn errors(&self, regressor: &dyn Regressor, options: &Options) -> (f64, f64) {
+    /// Errors without the added columns and with them: on tenths left out, and on each of several logs predicted from the others.
+    pub fn errors(&self, regressor: &dyn Regressor, options: &Options) -> [(f64, Option<f64>); 2] {
         let [wider, model] =
             [&self.friction, &options.friction].map(|friction| options.linear_model_with(regressor, friction));
-        let error = |model: &Model, rows: &Observation| cross_validate(model, rows, options.weights).total;
-        (error(&model, &self.without(regressor, options)), error(&wider, &self.observation))
+        let errors = |model: &Model, rows: &Observation| {
+            let of_parts = cross_validate(model, rows, options.weights).total;
+            (of_parts, cross_validate_by_log(model, rows, options.weights))
+        };
+        [errors(&model, &self.without(regressor, options)), errors(&wider, &self.observation)]
     }
 }

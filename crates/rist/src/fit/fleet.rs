@@ -18,8 +18,8 @@ pub use identification::estimate::fleet::comparison::{Compared, Comparison, comp
 
 use crate::describe::model::Model;
 use crate::error::Error;
-use crate::fit::chosen::with_open;
 use crate::fit::doctor::passport_of;
+use crate::fit::unspoken::with_open;
 pub use crate::request::{AccumulateRequest, SumsRequest};
 use crate::request::{ModelOptions, Request};
 

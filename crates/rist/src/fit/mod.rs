@@ -1,6 +1,6 @@
 //! From logs to parameters: what a log is looked at for, what is chosen, the fit, and whether to trust it.
 
-pub(crate) mod chosen;
+pub(crate) mod candidates;
 pub mod closed_loop;
 pub mod column_proposal;
 pub mod doctor;
@@ -8,16 +8,18 @@ pub(crate) mod drive_gains;
 pub(crate) mod effects;
 pub mod experiments;
 pub mod fleet;
-pub(crate) mod friction;
 pub(crate) mod gravity_direction;
 pub mod judged;
 pub mod load;
+pub(crate) mod looked;
 pub(crate) mod motion_range;
 pub(crate) mod mount;
 pub mod postures;
 pub mod samples;
+pub(crate) mod search;
 pub(crate) mod signal_sources;
 pub(crate) mod unknowns;
+pub(crate) mod unspoken;
 pub(crate) mod unsure_torques;
 pub mod validation;
 pub mod verdict;

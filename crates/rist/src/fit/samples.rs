@@ -7,30 +7,31 @@ use identification::estimate::essential::keep_essential;
 use identification::estimate::identify::Fit;
 use identification::estimate::impossible::impossible;
 use identification::estimate::joint_terms::JointTerms;
-use identification::estimate::ledger::hypotheses::{Hypothesis, Tested, hypotheses};
-use identification::estimate::ledger::topics::{ROTORS_TAKEN, mended};
+use identification::estimate::ledger::hypotheses::Tested;
 use identification::estimate::ledger::unknowns::Step;
 use identification::estimate::ledger::widen_by_unknowns;
 use identification::estimate::logs_left_out::{LogLeftOut, logs_left_out, sentence as of_left_out};
 use identification::estimate::options::Options;
 use identification::estimate::passport::Passport;
-use identification::estimate::passport::finding::Fault;
 use identification::estimate::remarks::outgrown;
 use identification::estimate::selection::FrictionSelection;
 use identification::estimate::standing_torque::{farther_at_rest, offset_beside_weight};
 use identification::estimate::verdict::{BodiesEvidence, Evidence, Prediction, Trust, Verdict};
-use identification::estimators::drive_gains::likelihood::DriveGains;
-use identification::signals::records::SourceRecords;
 use linear_model::pseudo_inertia::Ten;
 use logs::LogSource;
 use robot::{Inertial, LinkId};
 
 use crate::describe::model::Model;
 use crate::error::Error;
-use crate::fit::chosen::{Chosen, Looked, choose, found_delay, told_rotors, with_open};
-use crate::fit::drive_gains::{OWN_SCALE, drive_gains, gain_remark, is_own_scale};
-use crate::fit::friction::{ChosenFriction, Kept, choose_friction, not_looked_for, worthwhile_joint_terms};
+use crate::fit::candidates::delay::delay;
+use crate::fit::candidates::friction::{asked_friction, joint_friction};
+use crate::fit::candidates::gains::gains;
+use crate::fit::candidates::mount::mount;
+use crate::fit::candidates::rates::rates;
+use crate::fit::candidates::rotors::{rotors, significant_rotors};
+use crate::fit::drive_gains::{OWN_SCALE, gain_remark, is_own_scale};
 use crate::fit::load::{Load, Scales, load};
+use crate::fit::search::{Asked, Candidate, Fitted, Kept, Searched, Tried, search};
 use crate::fit::unknowns::Unknowns;
 use crate::fit::unsure_torques::{Noise, UnsureTorques};
 use crate::request::Request;
@@ -174,6 +175,10 @@ pub fn identify_essential(
     identify_kept(model, logs, loaded, request, Kept::Essential)
 }
 
+/// What is tried where nobody decided, in this order.
+const CANDIDATES: [Candidate; 8] =
+    [gains, rates, rotors, delay, asked_friction, significant_rotors, mount, joint_friction];
+
 fn identify_kept(
     model: &Model,
     logs: &[LogSource],
@@ -181,23 +186,30 @@ fn identify_kept(
     request: &SamplesRequest,
     kept: Kept,
 ) -> Result<Identification, Error> {
-    if !request.unknowns.is_empty() {
-        let unknowns = Unknowns::find(model, logs, request)?;
-        let with = unknowns.model.as_ref().unwrap_or(model);
-        let found = identify_kept(with, logs, loaded, &unknowns.request, kept)?;
-        return Ok(found.with_unknowns(unknowns));
+    if request.unknowns.is_empty() {
+        return identify_known(model, logs, loaded, request, kept);
     }
-    let is_own_scale = is_own_scale(model, logs, &request.gain, &request.options())?;
-    let Prepared { mut options, gains, chosen, delay, friction } = Prepared::of(model, logs, request, kept)?;
-    let model = chosen.model.as_ref().unwrap_or(model);
-    let is_open = request.leaves_friction_open();
-    let Fitted { passport, mut fit, faults, sentence } = fitted(model, logs, chosen.looked, is_open, &mut options)?;
-    if let Some((rotating, sentence)) = told_rotors(model, &fit, &faults)? {
-        let mut identified = identify_kept(&rotating, logs, loaded, request, kept)?;
-        identified.mended.push(mended(ROTORS_TAKEN, &sentence));
-        identified.estimate.remarks.insert(0, sentence);
-        return Ok(Identification { model: Some(rotating), ..identified });
-    }
+    let unknowns = Unknowns::find(model, logs, request)?;
+    let with = unknowns.model.as_ref().unwrap_or(model);
+    let found = identify_known(with, logs, loaded, &unknowns.request, kept)?;
+    Ok(found.with_unknowns(unknowns))
+}
+
+/// Without unknowns beside the parameters but those that the search takes.
+fn identify_known(
+    model: &Model,
+    logs: &[LogSource],
+    loaded: &[LogSource],
+    request: &SamplesRequest,
+    kept: Kept,
+) -> Result<Identification, Error> {
+    let options = Options { model: model.robot.name.clone(), ..request.options() };
+    let is_own_scale = is_own_scale(model, logs, &request.gain, &options)?;
+    let searched =
+        search(model, Asked { logs, request, kept }, options, &CANDIDATES, &|tried: Tried<'_>| tried.finish())?;
+    let Searched { model: changed, options, found: decided, end: (passport, Fitted { mut fit, faults }) } = searched;
+    let model = changed.as_ref().unwrap_or(model);
+    let gains = decided.gains;
     let link = request.loaded_link.as_deref();
     let scales = Scales { gains: gains.as_ref(), faults: &faults, passport: &passport };
     let load = (!loaded.is_empty()).then(|| load(model, link, &fit, loaded, &options, &scales)).transpose()?;
@@ -216,15 +228,16 @@ fn identify_kept(
     estimate.remarks.extend(gains.as_ref().map(|found| gain_remark(model, logs, &request.gain, found)));
     let unsure = UnsureTorques::widening(&mut estimate, noise, gains.as_ref(), &faults, model, &options);
     estimate.doubts.extend(impossible(&model.standard_map(), &estimate));
-    estimate.remarks.splice(..0, chosen.sentences.into_iter().chain(sentence));
+    estimate.remarks.splice(..0, decided.sentences);
     let outgrown = found.outgrown.into_iter().filter(|_| !is_own_scale);
     estimate.remarks.extend(of_left_out(&logs_left_out, &estimate.logs).into_iter().chain(outgrown));
+    widen_by_unknowns(&mut estimate, &decided.unknowns);
     let found = Identification {
-        model: chosen.model,
+        model: changed,
         estimate,
-        delay,
-        friction: friction.selection,
-        joint_terms: friction.joint_terms,
+        delay: decided.delay,
+        friction: decided.friction,
+        joint_terms: decided.joint_terms,
         load,
         bodies: found.bodies,
         passport,
@@ -234,8 +247,8 @@ fn identify_kept(
         bodies_evidence: found.evidence,
         unsure,
         faults,
-        mended: chosen.mended,
-        unknowns: Vec::new(),
+        mended: decided.mended,
+        unknowns: decided.unknowns,
         described_parameters,
     };
     Ok(if is_own_scale { found.in_own_scale() } else { found })
@@ -244,87 +257,6 @@ fn identify_kept(
 /// Each log predicted by parameters from the others, where there are several. `described`: the base parameters of the description.
 fn left_out(model: &Model, fit: &Fit, options: &Options, described: Option<&[f64]>) -> Vec<LogLeftOut> {
     logs_left_out(&options.linear_model(model.regressor()), fit, described)
-}
-
-/// What is decided before the fit.
-struct Prepared<'a> {
-    options: Options,
-    gains: Option<DriveGains>,
-    chosen: Chosen<'a>,
-    delay: Option<Delay>,
-    friction: ChosenFriction,
-}
-
-impl<'a> Prepared<'a> {
-    /// Converts currents to torques, decides what is left open, and corrects the delay of the torques; then the friction, for
-    /// which the rows are read once more where it is to be chosen.
-    ///
-    /// Fails where a log cannot be read, and where the data leave a gain or the delay open.
-    fn of(
-        model: &'a Model,
-        logs: &'a [LogSource],
-        request: &SamplesRequest,
-        kept: Kept,
-    ) -> Result<Prepared<'a>, Error> {
-        let mut options = Options { model: model.robot.name.clone(), ..request.options() };
-        let gains = drive_gains(model, logs, &request.gain, &mut options)?;
-        let mut chosen = choose(model, logs, request, &mut options)?;
-        let model = chosen.model.as_ref().unwrap_or(model);
-        let delay = match chosen.delay.take() {
-            Some(delay) => Some(delay),
-            None => request.finds_delay().then(|| found_delay(model, logs, &mut options)).transpose()?,
-        };
-        let friction = choose_friction(model, logs, kept, request, &mut options)?;
-        Ok(Prepared { options, gains, chosen, delay, friction })
-    }
-}
-
-/// A fit to logs, and what it was made with.
-struct Fitted {
-    passport: Passport,
-    fit: Fit,
-    faults: Vec<Tested>,
-    /// On friction that nobody asked for.
-    sentence: Option<String>,
-}
-
-/// The fit of the options; where the friction is open, with terms of single joints that are worthwhile, put into the options.
-///
-/// Fails where a log cannot be read, and where no joint moves.
-fn fitted<'a>(
-    model: &'a Model,
-    logs: &'a [LogSource],
-    looked: Option<Looked<'a>>,
-    is_open: bool,
-    options: &mut Options,
-) -> Result<Fitted, Error> {
-    let one = |looked: Looked<'_>, options: &Options| -> Result<Fitted, Error> {
-        let fit = looked.fit(model, logs)?;
-        let mut faults = faults(model, options, &looked.records, &fit)?;
-        // A base that is found to be mounted otherwise is said once.
-        if looked.passport.findings.iter().any(|finding| matches!(finding.fault, Fault::Mount(_))) {
-            faults.retain(|fault| !matches!(fault.of, Hypothesis::Mount(_)));
-        }
-        Ok(Fitted { passport: looked.passport, fit, faults, sentence: None })
-    };
-    let plain = one(Looked::again(looked, model, logs, options)?, options)?;
-    if !is_open {
-        return Ok(plain);
-    }
-    if let Some(sentence) = not_looked_for(logs) {
-        return Ok(Fitted { sentence: Some(sentence), ..plain });
-    }
-    let sentence = worthwhile_joint_terms(model, logs, &plain.fit, &plain.faults, options)?;
-    match sentence.is_some() {
-        true => Ok(Fitted { sentence, ..one(Looked::of(model, logs, options)?, options)? }),
-        false => Ok(plain),
-    }
-}
-
-/// The faults that unknowns more would explain, the tilt of the mount among them.
-fn faults(model: &Model, options: &Options, records: &SourceRecords<'_>, fit: &Fit) -> Result<Vec<Tested>, Error> {
-    let linear = options.linear_model(model.regressor());
-    with_open(model, None, |open| Ok(hypotheses(&linear, records, fit.point(), open)?))
 }
 
 /// |tau - W X| / |tau| with these base parameters, and friction fitted to the remainder.

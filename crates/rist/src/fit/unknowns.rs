@@ -20,10 +20,15 @@ use nalgebra::{Rotation3, Vector3};
 use crate::describe::description::{rounded_rpy, turn_base};
 use crate::describe::model::Model;
 use crate::error::Error;
-use crate::fit::chosen::{Looked, choose, with_open};
+use crate::fit::candidates::delay::delay;
+use crate::fit::candidates::gains::gains;
+use crate::fit::candidates::rates::rates;
+use crate::fit::candidates::rotors::rotors;
 use crate::fit::drive_gains::drive_gains;
 use crate::fit::gravity_direction::{base, gravity, mounted};
 use crate::fit::mount::axes;
+use crate::fit::search::{Asked, Candidate, Kept, Tried, search};
+use crate::fit::unspoken::with_open;
 use crate::request::{SamplesRequest, Unknown, Words};
 
 /// Steps until the search is given up; errors of 30 degrees took five.
@@ -36,6 +41,9 @@ const ROUNDING: f64 = 1e-6;
 const LARGEST_ANGLE_STEP: f64 = 0.5;
 /// The same of a scale, less one.
 const LARGEST_SCALE_STEP: f64 = 0.5;
+
+/// What is decided before a fit that unknowns are tested beside.
+pub(crate) const BEFORE_THE_FIT: [Candidate; 4] = [gains, rates, rotors, delay];
 
 /// What is held for true until the next step.
 struct Guess {
@@ -149,7 +157,7 @@ impl Guess {
                 kind(of).is_some_and(|kind| request.unknowns.contains(&kind))
                     && self.no_springs.iter().all(|(no, _)| no != of)
             };
-            steps = one_step(turned, logs, &self.request(request), &away, is_wanted)?;
+            steps = one_step(turned, logs, &self.request(request), &away, &is_wanted)?;
             self.take(&steps, turned.robot.gravity_number().into());
             if steps.iter().all(|step| self.is_settled(step)) {
                 return Ok((steps, true));
@@ -173,6 +181,8 @@ pub(crate) struct Unknowns {
     pub request: SamplesRequest,
     /// The last step.
     pub steps: Vec<Step>,
+    /// Whether the last step changed nothing.
+    pub is_settled: bool,
     /// A sentence on each kind.
     pub remarks: Vec<String>,
 }
@@ -201,7 +211,7 @@ impl Unknowns {
             remarks.insert(0, format!("the unknowns do not settle within {MOST_STEPS} steps: ask for fewer of them"));
         }
         let model = turns.then(|| guess.model(model)).transpose()?;
-        Ok(Unknowns { model, request: guess.request(request), steps, remarks })
+        Ok(Unknowns { model, request: guess.request(request), steps, is_settled, remarks })
     }
 }
 
@@ -210,18 +220,18 @@ fn one_step(
     logs: &[LogSource],
     request: &SamplesRequest,
     zeros: &[f64],
-    is_wanted: impl Fn(&Hypothesis) -> bool,
+    is_wanted: &dyn Fn(&Hypothesis) -> bool,
 ) -> Result<Vec<Step>, Error> {
-    let mut options = request.options();
-    drive_gains(model, logs, &request.gain, &mut options)?;
-    let chosen = choose(model, logs, request, &mut options)?;
-    let model = chosen.model.as_ref().unwrap_or(model);
-    let looked = Looked::again(chosen.looked, model, logs, &options)?;
-    let fit = looked.fit(model, logs)?;
-    let linear = options.linear_model(model.regressor());
-    let look = |open: Open| step(&linear, &looked.records, fit.point(), open, zeros, is_wanted);
-    let steps = with_open(model, Some(&fit.solution.x), look);
-    Ok(steps?)
+    let asked = Asked { logs, request, kept: Kept::All };
+    let end = |mut tried: Tried<'_>| {
+        let (model, options) = (tried.model, tried.options.clone());
+        let linear = options.linear_model(model.regressor());
+        let looked = tried.looked()?;
+        let fit = looked.fit(model, logs)?;
+        let look = |open: Open| step(&linear, &looked.records, fit.point(), open, zeros, is_wanted);
+        Ok(with_open(model, Some(&fit.solution.x), look)?)
+    };
+    Ok(search(model, asked, request.options(), &BEFORE_THE_FIT, &end)?.end)
 }
 
 fn kind(of: &Hypothesis) -> Option<Unknown> {

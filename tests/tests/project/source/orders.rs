@@ -197,18 +197,7 @@ pub(crate) const ORDERS: [(&str, &[&str]); 19] = [
     ),
     (
         "crates/rist",
-        &[
-            "error",
-            "request",
-            "output",
-            "example",
-            "tape",
-            "describe",
-            "motion",
-            "fit",
-            "write_back",
-            "page",
-        ],
+        &["error", "request", "output", "example", "tape", "describe", "motion", "fit", "write_back", "page"],
     ),
     (
         "crates/cli",

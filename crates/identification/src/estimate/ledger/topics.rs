@@ -50,6 +50,9 @@ pub const ROTORS_TAKEN: Topic = Topic("rotor inertias taken");
 /// The torques that came later than the positions.
 pub const DELAY_TAKEN: Topic = Topic("delay taken back");
 
+/// A base that is mounted otherwise than described.
+pub const MOUNT_TAKEN: Topic = Topic("mount taken");
+
 /// What was mended without being asked for; `what` has the errors without it and with it.
 pub fn mended(topic: Topic, what: &str) -> Claim {
     Claim::new(Subject::whole(topic), Outcome::Assumed { what: what.into(), by: "default".into() })

@@ -22,66 +22,42 @@ use logs::LogSource;
 
 use crate::describe::model::Model;
 use crate::error::Error;
-use crate::fit::chosen::{NEGLIGIBLE_ERROR, WORTHWHILE_ERROR_RATIO};
-use crate::request::SamplesRequest;
+use crate::fit::search::{Errors, Evidence, Fitted, Found, Kept, Proposal, Tried, Variant, WORTHWHILE_ERROR_RATIO};
 
-/// Which parameters are kept.
-#[derive(Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Kept {
-    /// All.
-    All,
-    /// Those that the data need; the others are zero.
-    Essential,
-    /// All, of bodies that can exist. Where the logs do not determine them, the description does.
-    Consistent,
-}
-
-/// What was chosen.
-#[derive(Default)]
-pub(crate) struct ChosenFriction {
-    /// The choice among sets for all joints, where it was asked for.
-    pub selection: Option<FrictionSelection>,
-    /// The choice among terms of single joints, where it was asked for.
-    pub joint_terms: Option<JointTerms>,
-}
-
-/// Puts the friction into the options.
-///
-/// Fails where a term cannot be, or a log cannot be read.
-pub(crate) fn choose_friction(
-    model: &Model,
-    logs: &[LogSource],
-    kept: Kept,
-    request: &SamplesRequest,
-    options: &mut Options,
-) -> Result<ChosenFriction, Error> {
-    let mut chosen = ChosenFriction::default();
+/// The friction that the request asks to be chosen, and the load that its terms need.
+pub(crate) fn asked_friction(tried: &mut Tried<'_>) -> Result<Option<Proposal>, Error> {
+    let (model, logs, request, kept) = (tried.model, tried.asked.logs, tried.asked.request, tried.asked.kept);
+    let (mut options, mut found) = (tried.options.clone(), Found::default());
     if request.finds_friction() {
-        chosen.selection = Some(found_friction(model, logs, options)?);
+        found.friction = Some(found_friction(model, logs, &mut options)?);
     }
     check_terms(&options.friction, model.regressor().coordinates().len()).map_err(Error::new)?;
     if request.finds_friction() {
-        let Predicted { load, speed, x, robust } = predicted_load(model, logs, kept, options)?;
+        let Predicted { load, speed, x, robust } = predicted_load(model, logs, kept, &options)?;
         let beside = robust.as_ref().map(|rows| (x.as_slice(), rows));
-        chosen.joint_terms = Some(found_joint_terms(model, logs, load, &speed, options, beside)?);
-    } else if options.friction_load.is_empty() && grows_with_load(options) {
-        options.friction_load = predicted_load(model, logs, kept, options)?.load;
+        found.joint_terms = Some(found_joint_terms(model, logs, load, &speed, &mut options, beside)?);
+    } else if options.friction_load.is_empty() && grows_with_load(&options) {
+        options.friction_load = predicted_load(model, logs, kept, &options)?.load;
     }
-    Ok(chosen)
+    Ok(Some(Proposal::given(options, found)))
 }
 
-/// Terms of single joints beside those of a fit, put into the options where they predict parts left out better by far, and
-/// far better than any fault of the log does; and a sentence on them.
-///
-/// Fails where a log cannot be read.
-pub(crate) fn worthwhile_joint_terms(
-    model: &Model,
-    logs: &[LogSource],
-    fit: &Fit,
-    faults: &[Tested],
-    options: &mut Options,
-) -> Result<Option<String>, Error> {
-    let mut tried = options.clone();
+/// Where nobody spoke of friction: terms of single joints beside those of the fit, where they predict parts left out better by
+/// far, and far better than any fault of the log does.
+pub(crate) fn joint_friction(tried: &mut Tried<'_>) -> Result<Option<Proposal>, Error> {
+    let (model, logs) = (tried.model, tried.asked.logs);
+    if !tried.asked.request.leaves_friction_open() {
+        return Ok(None);
+    }
+    // Logs that are not held in memory would have to be read once more.
+    if logs.iter().any(|log| matches!(log, LogSource::Streamed(_))) {
+        let sentence = "friction of single joints was not looked for, since the logs are too long to be held in memory \
+                        ([friction=auto] looks for it)";
+        let found = Found { sentences: vec![sentence.into()], ..Found::default() };
+        return Ok(Some(Proposal::given(tried.options.clone(), found)));
+    }
+    let mut options = tried.options.clone();
+    let Fitted { fit, faults } = tried.fitted()?;
     let load = fit.solution.x[..model.regressor().parameters().len()].to_vec();
     // Where little motion decides the friction of a joint, terms more fit this log and no other.
     let coordinates = model.regressor().coordinates();
@@ -94,31 +70,23 @@ pub(crate) fn worthwhile_joint_terms(
     };
     let speed: Vec<f64> =
         coordinates.iter().zip(&fit.observation.speed).map(|(k, v)| if is_weak(k) { 0.0 } else { *v }).collect();
-    let found = found_joint_terms(model, logs, load, &speed, &mut tried, fit.of_rows())?;
-    let ratio = found.taken.last().map_or(1.0, |taken| taken.ratio);
-    let of_faults = faults.iter().filter_map(Tested::gain).fold(1.0, f64::min);
+    let found = found_joint_terms(model, logs, load, &speed, &mut options, fit.of_rows())?;
+    let with = found.error * found.taken.last().map_or(1.0, |taken| taken.ratio);
     // A fault is one number and the terms are several: they are to explain twice as much, in the logarithm.
-    if ratio > WORTHWHILE_ERROR_RATIO.min(of_faults * of_faults) || found.error < NEGLIGIBLE_ERROR {
-        return Ok(None);
-    }
-    *options = tried;
+    let of_faults = faults.iter().filter_map(Tested::gain).fold(1.0, f64::min);
+    let errors = [found.error, with].map(|parts| Errors { parts, logs: None });
     let terms: Vec<String> = found.taken.iter().map(|taken| in_words(&taken.term, coordinates)).collect();
-    Ok(Some(format!(
-        "{}: parts left out are predicted with an error of {:.4} instead of {:.4} ([friction=viscous,coulomb,offset] leaves \
-         them out)",
+    let sentence = format!(
+        "{}: parts left out are predicted with an error of {with:.4} instead of {:.4} ([friction=viscous,coulomb,offset] \
+         leaves them out)",
         terms.join(", "),
-        ratio * found.error,
         found.error
-    )))
-}
-
-/// That friction of single joints was not looked for; `None` where the logs are held in memory. Others would have to be read
-/// once more.
-pub(crate) fn not_looked_for(logs: &[LogSource]) -> Option<String> {
-    let is_streamed = logs.iter().any(|log| matches!(log, LogSource::Streamed(_)));
-    let sentence = "friction of single joints was not looked for, since the logs are too long to be held in memory \
-                    ([friction=auto] looks for it)";
-    is_streamed.then(|| sentence.into())
+    );
+    Ok(Some(Proposal {
+        variant: Variant { model: None, options },
+        evidence: Evidence::Errors { errors, limit: WORTHWHILE_ERROR_RATIO.min(of_faults * of_faults) },
+        found: Found { sentences: vec![sentence], ..Found::default() },
+    }))
 }
 
 /// A term of a single joint, for a sentence.

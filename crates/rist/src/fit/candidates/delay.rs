@@ -1,0 +1,57 @@
+//! The delay of the torques: as asked for, or where the log check sees one and parts left out are predicted better with it.
+
+use identification::estimate::delay::{Delay, estimate_delay};
+use identification::estimate::ledger::topics::DELAY_TAKEN;
+use identification::estimate::options::Options;
+use identification::estimate::passport::finding::Fault;
+use logs::LogSource;
+
+use crate::describe::model::Model;
+use crate::error::Error;
+use crate::fit::search::{Errors, Evidence, Found, Proposal, Tried, Variant, WORTHWHILE_ERROR_RATIO};
+
+/// The delay with the smallest residual.
+pub(crate) fn delay(tried: &mut Tried<'_>) -> Result<Option<Proposal>, Error> {
+    let (model, logs, request) = (tried.model, tried.asked.logs, tried.asked.request);
+    if request.finds_delay() {
+        let (options, delay) = found_delay(model, logs, &tried.options)?;
+        return Ok(Some(Proposal::given(options, Found { delay: Some(delay), ..Found::default() })));
+    }
+    let is_open = request.rows.signals.delay.is_none() && tried.options.signal.delay == 0.0;
+    if !is_open || !tried.looked()?.passport.findings.iter().any(|f| matches!(f.fault, Fault::Delay(_))) {
+        return Ok(None);
+    }
+    // A search that ends nowhere leaves the torques as they are, and the log check says so.
+    let Ok((options, found)) = found_delay(model, logs, &tried.options) else { return Ok(None) };
+    let errors = [Errors::of_logs(model, logs, &tried.options)?, Errors::of_logs(model, logs, &options)?];
+    let sentence = format!(
+        "the torques come {:.1} ms later than the positions, and are taken back: parts left out are predicted with an error \
+         of {:.4} instead of {:.4} ([delay=0] leaves them)",
+        1e3 * found.seconds,
+        errors[1].parts,
+        errors[0].parts
+    );
+    let evidence = Evidence::Errors { errors, limit: WORTHWHILE_ERROR_RATIO };
+    let mut proposal = Proposal::mending(Variant { model: None, options }, evidence, DELAY_TAKEN, sentence);
+    proposal.found.delay = Some(found);
+    Ok(Some(proposal))
+}
+
+/// The delay with the smallest residual, and the options with it.
+fn found_delay(model: &Model, logs: &[LogSource], options: &Options) -> Result<(Options, Delay), Error> {
+    let delay = estimate_delay(model.regressor(), logs, options)?;
+    if delay.at_the_end {
+        return Err(Error::verdict(format_args!(
+            "delay {:.4} s: residual {} {:.4}, without it {:.4}; the search ends there, but the \
+             residual still falls: the delay is longer, or no delay explains these logs; look at units, signs and \
+             drive gains, or give the delay",
+            delay.seconds,
+            delay.rows(),
+            delay.residual,
+            delay.residual_without
+        )));
+    }
+    let mut late = options.clone();
+    late.signal.delay = delay.seconds;
+    Ok((late, delay))
+}

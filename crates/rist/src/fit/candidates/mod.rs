@@ -1,0 +1,8 @@
+//! What a search over variants tries, a decision a file.
+
+pub(crate) mod delay;
+pub(crate) mod friction;
+pub(crate) mod gains;
+pub(crate) mod mount;
+pub(crate) mod rates;
+pub(crate) mod rotors;

@@ -1,0 +1,61 @@
+//! A base that is tilted a little, of which nobody spoke: taken as rotors are.
+
+use std::f64::consts::PI;
+
+use identification::estimate::digits::significant;
+use identification::estimate::ledger::hypotheses::Hypothesis;
+use identification::estimate::ledger::topics::MOUNT_TAKEN;
+use nalgebra::Vector3;
+
+use crate::error::Error;
+use crate::fit::search::{Asked, Errors, Evidence, Found, Proposal, Tried, Variant, WORTHWHILE_ERROR_RATIO, search};
+use crate::fit::unknowns::{BEFORE_THE_FIT, Unknowns};
+use crate::request::{SamplesRequest, Unknown};
+
+/// Larger turns are no error of a fixture: the log check looks for another mount.
+const LARGEST_TILT_RAD: f64 = 15.0 * PI / 180.0;
+
+/// The direction of gravity that the fit tells.
+pub(crate) fn mount(tried: &mut Tried<'_>) -> Result<Option<Proposal>, Error> {
+    let (model, asked) = (tried.model, tried.asked);
+    let is_open = model.description.as_ref().is_some_and(|description| description.base.is_none());
+    if !is_open || tried.looked()?.passport.is_gross() {
+        return Ok(None);
+    }
+    let options = tried.options.clone();
+    let fitted = tried.fitted()?;
+    if !fitted.faults.iter().any(|fault| matches!(fault.of, Hypothesis::Mount(_)) && fault.gain().is_some()) {
+        return Ok(None);
+    }
+    let without = Errors::of(model, &fitted.fit.observation, &options);
+    let request = SamplesRequest { unknowns: vec![Unknown::Mount], ..asked.request.clone() };
+    let unknowns = Unknowns::find(model, asked.logs, &request)?;
+    let Some(turned) = unknowns.model.filter(|_| unknowns.is_settled) else { return Ok(None) };
+    let [from, to] = [model, &turned].map(|model| Vector3::from(model.robot.gravity_number()));
+    let tilt = from.angle(&to);
+    if tilt > LARGEST_TILT_RAD {
+        return Ok(None);
+    }
+    let errors = |mut tried: Tried<'_>| {
+        let (model, options) = (tried.model, tried.options.clone());
+        Ok(Errors::of(model, &tried.fitted()?.fit.observation, &options))
+    };
+    let asked = Asked { request: &unknowns.request, ..asked };
+    let with = search(&turned, asked, tried.start.clone(), &BEFORE_THE_FIT, &errors)?.end;
+    let sentence = format!(
+        "the base is taken as tilted by {} deg: parts left out are predicted with an error of {:.4} instead of {:.4} \
+         ([base=0,0,0] leaves it as described)",
+        significant(tilt.to_degrees()),
+        with.parts,
+        without.parts
+    );
+    let evidence = Evidence::Errors { errors: [without, with], limit: WORTHWHILE_ERROR_RATIO };
+    let variant = Variant { model: Some(turned), options: tried.start.clone() };
+    let mut proposal = Proposal::mending(variant, evidence, MOUNT_TAKEN, sentence);
+    proposal.found = Found {
+        unknowns: unknowns.steps,
+        sentences: proposal.found.sentences.into_iter().chain(unknowns.remarks).collect(),
+        ..proposal.found
+    };
+    Ok(Some(proposal))
+}

@@ -1,0 +1,297 @@
+//! A search over variants of a model and of the options of its fit.
+//!
+//! What nobody decided is tried, candidate by candidate. Each proposes a variant with the errors of the fit without it and with
+//! it: E_parts on parts of the logs that are left out in turn, E_logs on each of several logs, predicted from the others. A
+//! variant is kept where
+//!
+//! ```text
+//! E_parts(with) <= limit E_parts(without)   and   E_logs(with) <= E_logs(without)
+//! ```
+//! and where E_parts(without) is not negligible. An unknown beyond its deviations is kept where neither error rises. What
+//! follows from the columns of a log or from the request needs no errors. A variant with another model starts the search over:
+//! what was decided with the model before is decided anew.
+
+use claims::{Claim, Topic};
+use identification::estimate::delay::Delay;
+use identification::estimate::held_out::{cross_validate, cross_validate_by_log};
+use identification::estimate::identify::Fit;
+use identification::estimate::joint_terms::JointTerms;
+use identification::estimate::ledger::hypotheses::{Hypothesis, Open, Tested, hypotheses};
+use identification::estimate::ledger::topics::mended;
+use identification::estimate::ledger::unknowns::Step;
+use identification::estimate::options::Options;
+use identification::estimate::passport::Passport;
+use identification::estimate::passport::finding::Fault;
+use identification::estimate::selection::FrictionSelection;
+use identification::estimators::drive_gains::likelihood::DriveGains;
+use identification::rows::observation::Observation;
+use identification::signals::records::SourceRecords;
+use logs::LogSource;
+
+use crate::describe::model::Model;
+use crate::error::Error;
+use crate::fit::looked::Looked;
+use crate::fit::unspoken::with_open;
+use crate::request::SamplesRequest;
+
+/// Error on parts left out over that without a candidate, up to which it is kept.
+pub(crate) const WORTHWHILE_ERROR_RATIO: f64 = 0.97;
+/// With errors below this nothing is left to explain, and a difference is rounding.
+const NEGLIGIBLE_ERROR: f64 = 1e-3;
+
+/// Which parameters are kept.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Kept {
+    /// All.
+    All,
+    /// Those that the data need; the others are zero.
+    Essential,
+    /// All, of bodies that can exist. Where the logs do not determine them, the description does.
+    Consistent,
+}
+
+/// A model, and the options of a fit of it.
+pub(crate) struct Variant {
+    /// `None`: the model as it is.
+    pub model: Option<Model>,
+    pub options: Options,
+}
+
+/// Errors of a fit to logs.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Errors {
+    /// On parts of the logs, each predicted from the others.
+    pub parts: f64,
+    /// On each of several logs, predicted from the others.
+    pub logs: Option<f64>,
+}
+
+impl Errors {
+    pub(crate) fn of(model: &Model, rows: &Observation, options: &Options) -> Errors {
+        let linear = options.linear_model(model.regressor());
+        Errors {
+            parts: cross_validate(&linear, rows, options.weights).total,
+            logs: cross_validate_by_log(&linear, rows, options.weights),
+        }
+    }
+
+    /// Of logs that are read for it.
+    ///
+    /// Fails where a log cannot be read.
+    pub(crate) fn of_logs(model: &Model, logs: &[LogSource], options: &Options) -> Result<Errors, Error> {
+        let records = SourceRecords::new(model.regressor(), logs, &options.preparation())?;
+        let rows = Observation::of_records(&options.linear_model(model.regressor()), &records, None)?;
+        Ok(Errors::of(model, &rows, options))
+    }
+}
+
+/// Why a variant is kept.
+pub(crate) enum Evidence {
+    /// The request, or the columns of the logs.
+    Given,
+    /// The errors without it and with it, where those fall by far: below `limit` of what they were.
+    Errors { errors: [Errors; 2], limit: f64 },
+    /// An unknown beyond its deviations, where the errors do not rise with it.
+    Significant([Errors; 2]),
+}
+
+impl Evidence {
+    /// The rule of this file.
+    pub(crate) fn is_enough(&self) -> bool {
+        let holds_between_logs =
+            |[without, with]: &[Errors; 2]| without.logs.zip(with.logs).is_none_or(|(without, with)| with <= without);
+        match self {
+            Evidence::Given => true,
+            Evidence::Errors { errors, limit } => {
+                let [without, with] = errors.map(|e| e.parts);
+                without >= NEGLIGIBLE_ERROR && with <= limit * without && holds_between_logs(errors)
+            }
+            Evidence::Significant(errors) => errors[1].parts < errors[0].parts && holds_between_logs(errors),
+        }
+    }
+}
+
+/// What a candidate would change, and why.
+pub(crate) struct Proposal {
+    pub variant: Variant,
+    pub evidence: Evidence,
+    /// What is known with it.
+    pub found: Found,
+}
+
+impl Proposal {
+    /// Options that follow from the request, or from the columns of the logs.
+    pub(crate) fn given(options: Options, found: Found) -> Proposal {
+        Proposal { variant: Variant { model: None, options }, evidence: Evidence::Given, found }
+    }
+
+    /// What nobody asked for; `sentence` says so to the user.
+    pub(crate) fn mending(variant: Variant, evidence: Evidence, topic: Topic, sentence: String) -> Proposal {
+        let found = Found { mended: vec![mended(topic, &sentence)], sentences: vec![sentence], ..Found::default() };
+        Proposal { variant, evidence, found }
+    }
+}
+
+/// What was found beside the fit.
+#[derive(Default)]
+pub(crate) struct Found {
+    pub gains: Option<DriveGains>,
+    pub delay: Option<Delay>,
+    /// The choice among sets of friction for all joints, and among terms of single ones, where they were asked for.
+    pub friction: Option<FrictionSelection>,
+    pub joint_terms: Option<JointTerms>,
+    /// The last step of unknowns.
+    pub unknowns: Vec<Step>,
+    /// A sentence on each decision.
+    pub sentences: Vec<String>,
+    /// What was mended, with the errors without it and with it.
+    pub mended: Vec<Claim>,
+}
+
+impl Found {
+    fn then(mut self, mut later: Found) -> Found {
+        self.sentences.append(&mut later.sentences);
+        self.mended.append(&mut later.mended);
+        self.unknowns.append(&mut later.unknowns);
+        Found {
+            gains: later.gains.or(self.gains),
+            delay: later.delay.or(self.delay),
+            friction: later.friction.or(self.friction),
+            joint_terms: later.joint_terms.or(self.joint_terms),
+            ..self
+        }
+    }
+}
+
+/// Logs, and what is asked of their fit.
+#[derive(Clone, Copy)]
+pub(crate) struct Asked<'a> {
+    pub logs: &'a [LogSource],
+    pub request: &'a SamplesRequest,
+    pub kept: Kept,
+}
+
+/// A fit, with the unknowns that were tested beside it.
+pub(crate) struct Fitted {
+    pub fit: Fit,
+    pub faults: Vec<Tested>,
+}
+
+/// The variant that is tried, with the logs as it reads them and its fit, once they are needed.
+pub(crate) struct Tried<'a> {
+    pub model: &'a Model,
+    pub asked: Asked<'a>,
+    /// The options that the search began with.
+    pub start: Options,
+    pub options: Options,
+    looked: Option<Looked<'a>>,
+    fitted: Option<Fitted>,
+}
+
+impl<'a> Tried<'a> {
+    fn take(&mut self, options: Options) {
+        if options != self.options {
+            (self.options, self.looked, self.fitted) = (options, None, None);
+        }
+    }
+
+    /// The logs, read at the first call.
+    ///
+    /// Fails where a log cannot be read.
+    pub(crate) fn looked(&mut self) -> Result<&mut Looked<'a>, Error> {
+        let looked = match self.looked.take() {
+            Some(looked) => looked,
+            None => Looked::of(self.model, self.asked.logs, &self.options)?,
+        };
+        Ok(self.looked.insert(looked))
+    }
+
+    /// The fit, made at the first call.
+    ///
+    /// Fails where a log cannot be read, and where no joint moves.
+    pub(crate) fn fitted(&mut self) -> Result<&Fitted, Error> {
+        let fitted = match self.fitted.take() {
+            Some(fitted) => fitted,
+            None => self.fit()?,
+        };
+        Ok(self.fitted.insert(fitted))
+    }
+
+    fn fit(&mut self) -> Result<Fitted, Error> {
+        let (model, logs) = (self.model, self.asked.logs);
+        let linear = self.options.linear_model(model.regressor());
+        let looked = match self.looked.take() {
+            Some(looked) => looked,
+            None => Looked::of(model, logs, &self.options)?,
+        };
+        let fit = looked.fit(model, logs)?;
+        let test = |open: Open<'_>| hypotheses(&linear, &looked.records, fit.point(), open);
+        let mut faults = with_open(model, None, test)?;
+        // A base that is found to be mounted otherwise is said once.
+        if looked.passport.findings.iter().any(|finding| matches!(finding.fault, Fault::Mount(_))) {
+            faults.retain(|fault| !matches!(fault.of, Hypothesis::Mount(_)));
+        }
+        self.looked = Some(looked);
+        Ok(Fitted { fit, faults })
+    }
+
+    /// The log check and the fit.
+    ///
+    /// Fails as [`Tried::fitted`] does.
+    pub(crate) fn finish(mut self) -> Result<(Passport, Fitted), Error> {
+        let fitted = match self.fitted.take() {
+            Some(fitted) => fitted,
+            None => self.fit()?,
+        };
+        let looked = match self.looked {
+            Some(looked) => looked,
+            None => Looked::of(self.model, self.asked.logs, &self.options)?,
+        };
+        Ok((looked.passport, fitted))
+    }
+}
+
+/// Proposes a variant; `None` where there is nothing to try. Fails where a log cannot be read.
+pub(crate) type Candidate = fn(&mut Tried<'_>) -> Result<Option<Proposal>, Error>;
+
+/// What a search ends with.
+pub(crate) struct Searched<T> {
+    /// The model, where it is another than the one given.
+    pub model: Option<Model>,
+    pub options: Options,
+    pub found: Found,
+    pub end: T,
+}
+
+/// Tries the candidates in their order, and does `end` with the variant that is left.
+///
+/// Fails where a candidate or `end` does.
+pub(crate) fn search<T>(
+    model: &Model,
+    asked: Asked<'_>,
+    options: Options,
+    candidates: &[Candidate],
+    end: &dyn Fn(Tried<'_>) -> Result<T, Error>,
+) -> Result<Searched<T>, Error> {
+    let mut tried = Tried { model, asked, start: options.clone(), options, looked: None, fitted: None };
+    let mut found = Found::default();
+    for (k, candidate) in candidates.iter().enumerate() {
+        let Some(proposal) = candidate(&mut tried)?.filter(|proposal| proposal.evidence.is_enough()) else { continue };
+        let Variant { model: changed, options } = proposal.variant;
+        let Some(changed) = changed else {
+            tried.take(options);
+            found = found.then(proposal.found);
+            continue;
+        };
+        drop(tried);
+        let others = [&candidates[..k], &candidates[k + 1..]].concat();
+        let searched = search(&changed, asked, options, &others, end)?;
+        return Ok(Searched {
+            model: searched.model.or(Some(changed)),
+            found: proposal.found.then(searched.found),
+            ..searched
+        });
+    }
+    let options = tried.options.clone();
+    Ok(Searched { model: None, options, found, end: end(tried)? })
+}
