@@ -38,6 +38,7 @@
 
 mod claim;
 mod figure;
+mod left_out;
 mod outcome;
 mod purpose;
 mod remedy;
@@ -47,6 +48,7 @@ mod subject;
 
 pub use claim::Claim;
 pub use figure::{Bound, Figure, significant};
+pub use left_out::{LeftOut, Matter, Why};
 pub use outcome::Outcome;
 pub use purpose::{Need, Purpose};
 pub use remedy::{Remedy, Trial};

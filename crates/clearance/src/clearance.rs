@@ -18,9 +18,9 @@ use robot::{JointKind, Pose};
 use crate::bodies::{Body, Shape};
 use crate::half_space::HalfSpace;
 use crate::kinematic_tree::{KinematicTree, axis};
-use crate::left_out::LeftOut;
 use crate::separation::{Standing, separation};
 use crate::solid::Core;
+use claims::LeftOut;
 use robot::vector::{Vector3, cross, dot, minus, norm, plus, turned};
 
 /// A distance that must not become too small.

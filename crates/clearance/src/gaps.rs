@@ -15,8 +15,8 @@ use crate::clearance::{Against, Clearance, Gap};
 use crate::crowded::Crowded;
 use crate::half_space::HalfSpace;
 use crate::kinematic_tree::KinematicTree;
-use crate::left_out::{LeftOut, Matter};
 use crate::sampled_room::{SampledRoom, always};
+use claims::{LeftOut, Matter};
 
 /// What is asked of a robot.
 #[derive(Clone, Debug)]
@@ -383,7 +383,7 @@ pub(crate) mod tests {
         for (matter, subject) in of_hand {
             let is_it = |out: &&LeftOut| out.matter == matter && out.of == [subject];
             let out = clearance.left_out().iter().find(is_it).unwrap();
-            let crate::left_out::Why::NotLookedAt { why, .. } = &out.why else { panic!("{out:?}") };
+            let claims::Why::NotLookedAt { why, .. } = &out.why else { panic!("{out:?}") };
             assert!(why.starts_with("mesh package://arm/hand.stl: there is no"), "{why}");
         }
     }

@@ -16,7 +16,6 @@ pub mod gaps;
 pub mod half_space;
 pub mod hull;
 pub mod kinematic_tree;
-pub mod left_out;
 pub mod mesh;
 mod named_links;
 pub mod nearby;

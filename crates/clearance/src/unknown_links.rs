@@ -1,7 +1,7 @@
 //! Links whose shape is not known.
 
 use crate::clearance::Clearance;
-use crate::left_out::{LeftOut, Matter};
+use claims::{LeftOut, Matter};
 
 impl Clearance {
     /// What cannot be looked at: bodies with a mesh that is not read, and bodies of which there is no geometry.

@@ -5,8 +5,8 @@ use robot::Pose;
 use crate::clearance::{Against, Clearance, Gap, PLACE_ROUNDING_M};
 use crate::gaps::{FloorRule, RESERVE_M, Situation};
 use crate::half_space::HalfSpace;
-use crate::left_out::{LeftOut, Matter};
 use crate::shown_length::shown_length;
+use claims::{LeftOut, Matter};
 
 /// Change of a gap, m a rad (m), below which the gap counts as constant.
 const CONSTANT_GAP_CHANGE: f64 = 1e-9;
@@ -137,7 +137,7 @@ mod tests {
         let below = of(FloorRule::OfBase(None));
         let out = below.left_out().iter().find(|out| out.matter == Matter::Floor).unwrap();
         assert_eq!(below.floor(), None);
-        let crate::left_out::Why::NotLookedAt { why, .. } = &out.why else { panic!("{out:?}") };
+        let claims::Why::NotLookedAt { why, .. } = &out.why else { panic!("{out:?}") };
         assert_eq!(why, "upper is 0.0500 m below the plane of the base at the zero pose, so that this is no floor");
         assert_eq!(of(FloorRule::OfBase(Some(-0.15))).floor(), Some(-0.15));
         let nowhere = of(FloorRule::Nowhere);

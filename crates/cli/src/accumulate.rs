@@ -13,7 +13,7 @@ use crate::failure::Failure;
 use crate::flags::Flags;
 use crate::model::ModelArguments;
 use crate::terminal::{at_work, print_result};
-use rist::output::{check_output, is_same};
+use rist::output::{check_given_once, check_output};
 
 /// Add logs up into sums, which rist merge, rist solve and rist compare take instead of the logs
 ///
@@ -43,9 +43,7 @@ pub(crate) struct Arguments {
 
 pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let logs = &arguments.logs;
-    if let Some(i) = (1..logs.len()).find(|&i| logs[..i].iter().any(|other| is_same(&logs[i], other))) {
-        return Err(Failure::new(format_args!("{}: given twice; a log counts once", logs[i].display())));
-    }
+    check_given_once(logs.iter().map(PathBuf::as_path))?;
     let others = [&arguments.model.model].into_iter().chain(&arguments.like);
     let read = logs.iter().chain(others).map(PathBuf::as_path);
     let inputs: Vec<&Path> = read.chain(arguments.request.files()).collect();

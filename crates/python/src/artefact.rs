@@ -52,11 +52,8 @@ pub fn place(given: &Bound<'_, PyAny>, names: &[String]) -> PyResult<usize> {
     };
     names.iter().position(|known| *known == name).ok_or_else(|| {
         let all: Vec<&str> = names.iter().map(String::as_str).collect();
-        let meant = match rist::request::nearest(&name, all.iter().copied()) {
-            Some(meant) => format!("is {meant} meant? "),
-            None => String::new(),
-        };
-        PyKeyError::new_err(format!("there is no parameter {name}; {meant}there are {}", all.join(", ")))
+        let meant = rist::gate::suggestion::did_you_mean(&name, all.iter().copied());
+        PyKeyError::new_err(format!("there is no parameter {name}{meant}; there are {}", all.join(", ")))
     })
 }
 

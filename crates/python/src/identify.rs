@@ -116,14 +116,7 @@ fn identify_samples(
     if fitted.is_empty() {
         return Err(error("identify: no log is given"));
     }
-    // A log counts once, in one role.
-    let mut paths: Vec<PathBuf> = Vec::new();
-    for path in fitted.iter().chain(&loaded).chain(&others).filter_map(|log| log.path()) {
-        if paths.iter().any(|other| rist::output::is_same(path, other)) {
-            return Err(error(format_args!("{}: given twice; a log counts once, in one role", path.display())));
-        }
-        paths.push(path.into());
-    }
+    rist::output::check_given_once(fitted.iter().chain(&loaded).chain(&others).filter_map(|log| log.path())).or_error()?;
     // In a thread of its own, from the files to the verdict.
     let (found, judged) = work(py, None, |_| {
         let columns = request.samples.options().columns;

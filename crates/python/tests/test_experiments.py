@@ -150,6 +150,6 @@ def test_a_motion_is_proven(planar, program, tmp_path):
     second = rist.excite(planar, after=first, **options)
     # What is told of each parameter includes what the first motion told.
     assert second.proven and "identified:" in second.to_yaml() and "identified:" not in motion.to_yaml()
-    for wrong, said in [(dict(harmonics=0), "harmonics= is 0"), (dict(start=3), "no option `start`; is starts= meant")]:
+    for wrong, said in [(dict(harmonics=0), "harmonics= is 0"), (dict(start=3), r"no option `start` \(did you mean starts=\?\)")]:
         with pytest.raises(rist.Error, match=said):
             rist.excite(planar, **wrong)

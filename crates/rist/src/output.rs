@@ -139,6 +139,18 @@ pub(crate) fn directory_of(path: &Path) -> &Path {
     path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."))
 }
 
+/// Refuses a log that is given twice.
+pub fn check_given_once<'a>(logs: impl IntoIterator<Item = &'a Path>) -> Result<(), Error> {
+    let mut read: Vec<&Path> = Vec::new();
+    for log in logs {
+        if read.iter().any(|other| is_same(log, other)) {
+            return Err(Error::new(format_args!("{}: given twice; a log counts once, in one role", log.display())));
+        }
+        read.push(log);
+    }
+    Ok(())
+}
+
 /// Whether two paths lead to one file. It sees through hard and symbolic links, and compares files that do not exist
 /// yet.
 pub fn is_same(a: &Path, b: &Path) -> bool {

@@ -19,7 +19,7 @@ use crate::flags::Given;
 use crate::report::page_of;
 use crate::terminal::{at_work, note, print_result};
 use crate::verdict::{self, refused};
-use rist::output::is_same;
+use rist::output::check_given_once;
 
 pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let (asked, given) = (&arguments.asked, &arguments.asked.given);
@@ -208,11 +208,7 @@ fn inputs<'a>(arguments: &'a Arguments, files: &'a BodiesFiles) -> Vec<&'a Path>
 /// Refuses outputs over inputs or over each other, and a log in two roles.
 fn check_paths(arguments: &Arguments, files: &BodiesFiles) -> Result<(), Failure> {
     let read = inputs(arguments, files);
-    for (i, log) in read.iter().enumerate() {
-        if read[..i].iter().any(|other| is_same(log, other)) {
-            return Err(Failure::new(format_args!("{}: given twice; a log counts once, in one role", log.display())));
-        }
-    }
+    check_given_once(read.iter().copied())?;
     let samples = &files.samples;
     let outputs = [&arguments.out, &files.write_urdf, &files.write_mjcf, &samples.report, &samples.series];
     check_outputs(outputs.into_iter().flatten(), &read)

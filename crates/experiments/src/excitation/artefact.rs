@@ -16,7 +16,6 @@ pub use crate::excitation::certificate_text::{LimitSummary, certificate_summary,
 use crate::excitation::criterion::Aim;
 use crate::excitation::fourier_series::FourierSeries;
 use crate::excitation::ledger::{LowestPoint, MotionLedger};
-use crate::excitation::left_out::LeftOut;
 use crate::excitation::limits::CoordinateLimits;
 use crate::excitation::margins::Margins;
 use crate::excitation::motion::{Motion, Shape};
@@ -25,6 +24,7 @@ use crate::excitation::quintic_spline::QuinticSpline;
 use crate::excitation::space_limits::{Floor, SpaceLimits};
 use crate::excitation::visibility::VisibleParameter;
 use crate::motion::sample_count::check_samples;
+use claims::LeftOut;
 
 /// The artefact.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]

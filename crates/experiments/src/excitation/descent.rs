@@ -5,6 +5,7 @@
 //! and slopes without positive curvature is not kept.
 
 use numerics::interruption::Interruption;
+use numerics::vector::dot;
 
 /// Pairs remembered.
 const REMEMBERED_PAIRS: usize = 12;
@@ -117,10 +118,6 @@ fn along(objective: &dyn Objective, x: &[f64], slope: &[f64], pairs: &[(Vec<f64>
         d.iter_mut().zip(s).for_each(|(d, s)| *d += (share - back) * s);
     }
     d
-}
-
-fn dot(a: &[f64], b: &[f64]) -> f64 {
-    a.iter().zip(b).map(|(a, b)| a * b).sum()
 }
 
 #[cfg(test)]

@@ -17,9 +17,9 @@ use claims::{
 };
 use serde::{Deserialize, Serialize};
 
-use crate::excitation::left_out::{LeftOut, Matter, Why};
 use crate::excitation::limits::LimitKind;
 use crate::excitation::proof::{CertificateRow, Kept};
+use claims::{LeftOut, Matter, Why};
 
 const POSITION: Topic = Topic("position");
 const VELOCITY: Topic = Topic("velocity");

@@ -6,10 +6,10 @@ use serde::{Deserialize, Serialize};
 use crate::excitation::course::Course;
 use crate::excitation::error_margins::{ErrorMargins, narrowed};
 use crate::excitation::fitting::Obligations;
-use crate::excitation::left_out::{LeftOut, Matter};
 use crate::excitation::limits::{AskedLimits, CoordinateLimits};
 use crate::excitation::proof::CertificateRow;
 use crate::excitation::stopping::{Stops, stops};
+use claims::{LeftOut, Matter};
 
 /// Limits whose positions are narrowed by how far the joints may be from where a motion has them.
 ///
@@ -122,7 +122,7 @@ mod tests {
         let said = |text: &str| {
             let found = left_out(&read(text));
             found.map(|out| match out.why {
-                crate::excitation::left_out::Why::Assumed { what, by } => format!("{by}: {what}"),
+                claims::Why::Assumed { what, by } => format!("{by}: {what}"),
                 other => panic!("{other:?}"),
             })
         };

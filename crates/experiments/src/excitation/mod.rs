@@ -18,7 +18,6 @@ pub mod fourier_series;
 pub mod gap_proof;
 pub mod held_limits;
 pub mod ledger;
-pub mod left_out;
 mod limit_kind;
 pub mod limits;
 pub mod margins;

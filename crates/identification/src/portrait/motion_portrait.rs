@@ -3,9 +3,9 @@
 //! Torques are as a certificate bounds them: tau = Y X + FV dq + OFF. Dry friction is not in them, because it is taken
 //! from their bounds. It is in the power of a drive: tau dq + FS |dq|.
 
+use claims::LeftOut;
 use experiments::excitation::artefact::ExcitingMotion;
 use experiments::excitation::ledger::{LowestPoint, MotionLedger};
-use experiments::excitation::left_out::LeftOut;
 use experiments::excitation::limits::{CoordinateLimits, LimitKind};
 use experiments::excitation::margins::Margins;
 use experiments::excitation::motion::Motion;

@@ -10,6 +10,7 @@ use linear_model::reference::ModelReference;
 use linear_model::regressor::Regressor;
 use logs::Error;
 use nalgebra::DMatrix;
+use numerics::vector::dot;
 
 use crate::estimate::artefact::Estimate;
 use crate::estimate::identified::{Deviations, Identified};
@@ -430,8 +431,4 @@ fn harmonic_residuals(
     (estimate.joints, estimate.total) = (found.joints, Some(found.total));
     let is_predicted = predicted.iter().any(|squares| squares.rows > 0);
     estimate.cross_validation = is_predicted.then(|| Residuals::new(regressor, predicted).total);
-}
-
-fn dot(a: &[f64], b: &[f64]) -> f64 {
-    a.iter().zip(b).map(|(a, b)| a * b).sum()
 }

@@ -2,13 +2,13 @@
 
 use std::path::Path;
 
+use claims::{LeftOut, Matter};
 use experiments::excitation::artefact::ExcitingMotion;
 use experiments::excitation::error_margins::ErrorMargins;
 use experiments::excitation::fitting::Obligations;
 use experiments::excitation::gap_proof::Gap;
 use experiments::excitation::held_limits::{HeldLimit, held, kinds_of_motion_alone};
 use experiments::excitation::ledger::{LowestPoint, MotionLedger};
-use experiments::excitation::left_out::{LeftOut, Matter};
 use experiments::excitation::limits::{CoordinateLimits, LimitKind, LimitsFile, given};
 use experiments::excitation::margins::{self, Margins, with_margins};
 use experiments::excitation::motion::Motion;

@@ -5,11 +5,11 @@
 
 use std::path::Path;
 
+use claims::{LeftOut, Matter};
 use experiments::excitation::course::Course;
 use experiments::excitation::error_margins::ErrorMargins;
 use experiments::excitation::fitting::Obligations;
 use experiments::excitation::held_limits::{HeldLimit, Origin};
-use experiments::excitation::left_out::{LeftOut, Matter};
 use experiments::excitation::limits::{AskedLimits, CoordinateLimits, LimitKind, LimitsFile, given};
 use experiments::excitation::margins::{self, Margins, asked_with_margins};
 use experiments::excitation::polynomial_course::PolynomialCourse;

@@ -1,6 +1,6 @@
 //! What the description tells of torques: friction, values of parameters, noise.
 
-use experiments::excitation::left_out::{LeftOut, Matter};
+use claims::{LeftOut, Matter};
 use experiments::excitation::limits::{AskedLimits, CoordinateLimits, LimitsFile};
 use experiments::excitation::proof::DescribedFriction;
 use linear_model::linear_model::Model as LinearModel;

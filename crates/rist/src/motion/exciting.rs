@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use claims::LeftOut;
 use claims::significant;
 use clearance::shown_length::shown_length;
 use experiments::excitation::artefact::MotionJoint;
@@ -10,7 +11,6 @@ use experiments::excitation::criterion::Aim;
 use experiments::excitation::fitting::Obligations;
 use experiments::excitation::gap_proof::Gap;
 use experiments::excitation::ledger::MotionLedger;
-use experiments::excitation::left_out::LeftOut;
 use experiments::excitation::limits::{CoordinateLimits, LimitKind, motion_limits};
 use experiments::excitation::margins::{self, Margins, with_margins};
 use experiments::excitation::motion::{Motion, Shape};

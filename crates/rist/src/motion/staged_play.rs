@@ -6,8 +6,8 @@
 
 use std::path::Path;
 
+use claims::Matter;
 use experiments::excitation::artefact::ExcitingMotion;
-use experiments::excitation::left_out::Matter;
 use experiments::excitation::motion::Motion;
 use experiments::motion::point_trajectory::{Interpolation, PointTrajectory};
 use experiments::motion::reference_motion::Reference;

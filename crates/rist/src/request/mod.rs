@@ -67,7 +67,7 @@ pub use play::{Controller, PlayRequest};
 pub use range::{Range, number};
 pub use shape::{Flag, Shape};
 pub use simulate::SimulateRequest;
-pub use table::{Request, nearest, of_values, unknown};
+pub use table::{Request, of_values, unknown};
 pub(crate) use table::{has, in_range, request, value_of};
 pub use types::FieldType;
 pub use unknowns::Unknown;
@@ -123,7 +123,7 @@ mod tests {
         let refused = |name: &str, value: Value| of_values::<PlanRequest>([(name, &value)]).unwrap_err().to_string();
         assert!(
             refused("step", json!(3))
-                .starts_with("there is no option `step`; is [steps] meant? there are experiments, ")
+                .starts_with("there is no option `step` (did you mean [steps]?); there are experiments, ")
         );
         assert!(refused("colour", json!(3)).starts_with("there is no option `colour`; there are experiments, "));
         assert_eq!(refused("steps", json!("3")), "[steps] is \"3\"; expected is a whole number");

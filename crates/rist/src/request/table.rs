@@ -1,5 +1,6 @@
 //! The table of a request: what `request!` makes of its fields, and how values are read into them.
 
+use gate::suggestion::nearest;
 use serde_json::Value;
 
 use super::field::Field;
@@ -40,30 +41,9 @@ pub fn of_values<'a, R: Request>(values: impl IntoIterator<Item = (&'a str, &'a 
 /// The error that there is no option of this name, with the one that was meant, and all that there are.
 pub fn unknown<'a>(name: &str, known: impl IntoIterator<Item = &'a str>) -> Error {
     let known: Vec<&str> = known.into_iter().collect();
-    let meant = nearest(name, known.iter().copied()).map_or(String::new(), |known| format!("is [{known}] meant? "));
-    Error::new(format_args!("there is no option `{name}`; {meant}there are {}", known.join(", ")))
-}
-
-/// The one that was meant by a name which is none of these, where one is near enough.
-pub fn nearest<'a>(name: &str, known: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
-    let (steps, nearest) = known.into_iter().map(|known| (distance(name, known), known)).min()?;
-    (steps <= 1 + name.chars().count() / 4).then_some(nearest)
-}
-
-/// Letters to put in, take out or exchange until the words are the same.
-fn distance(a: &str, b: &str) -> usize {
-    let b: Vec<char> = b.chars().collect();
-    let mut row: Vec<usize> = (0..=b.len()).collect();
-    for (i, x) in a.chars().enumerate() {
-        let mut diagonal = row[0];
-        row[0] = i + 1;
-        for (j, y) in b.iter().enumerate() {
-            let exchanged = diagonal + usize::from(x != *y);
-            diagonal = row[j + 1];
-            row[j + 1] = exchanged.min(row[j] + 1).min(row[j + 1] + 1);
-        }
-    }
-    row[b.len()]
+    let meant =
+        nearest(name, known.iter().copied()).map_or(String::new(), |known| format!(" (did you mean [{known}]?)"));
+    Error::new(format_args!("there is no option `{name}`{meant}; there are {}", known.join(", ")))
 }
 
 /// Whether a request has this field: one that stands in another as a part.

@@ -6,7 +6,7 @@ pub(crate) const ORDERS: [(&str, &[&str]); 19] = [
     ("crates/processor", &["threads", "lib"]),
     ("crates/gate", &["budget", "unfolding", "shown", "suggestion", "opened", "source"]),
     ("crates/random", &["split_mix", "random"]),
-    ("crates/claims", &["subject", "figure", "remedy", "outcome", "standing", "claim", "purpose", "rule"]),
+    ("crates/claims", &["subject", "figure", "left_out", "remedy", "outcome", "standing", "claim", "purpose", "rule"]),
     (
         "crates/expr",
         &[
@@ -67,7 +67,6 @@ pub(crate) const ORDERS: [(&str, &[&str]); 19] = [
             "bodies",
             "outside",
             "pieces",
-            "left_out",
             "clearance",
             "body_errors",
             "nearby",

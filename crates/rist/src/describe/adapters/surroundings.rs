@@ -1,16 +1,15 @@
 //! The bodies of a model among floors, walls and each other, as the search and the proof of a motion see them.
 
+use claims::{LeftOut, Matter};
 use clearance::body_errors::BodyErrors;
 use clearance::clearance::Clearance;
 use clearance::gaps::{FloorRule, Rules, Situation};
 use clearance::half_space::HalfSpace;
-use clearance::left_out::{Matter as ClearanceMatter, Why as ClearanceWhy};
 use clearance::nearby::Remembered;
 use experiments::excitation::course::Course;
 use experiments::excitation::error_margins::ErrorMargins;
 use experiments::excitation::gap_proof::{Gap, Known, Room, Surroundings};
 use experiments::excitation::ledger::LowestPoint;
-use experiments::excitation::left_out::{LeftOut, Matter};
 use experiments::excitation::limits::{AskedLimits, CoordinateLimits, LimitKind};
 use experiments::excitation::motion::Motion;
 use experiments::excitation::space_limits::{Floor, SpaceLimits};
@@ -78,7 +77,8 @@ impl RobotSurroundings {
             carriers: gap.carriers.clone(),
         };
         let gaps = clearance.gaps().iter().map(gap).collect();
-        let left_out = clearance.left_out().iter().map(|out| left_out(out, user)).collect();
+        let asked = |out: &LeftOut| LeftOut { is_asked: is_asked(out.matter, user), ..out.clone() };
+        let left_out = clearance.left_out().iter().map(asked).collect();
         Ok(RobotSurroundings { clearance, gaps, left_out })
     }
 
@@ -219,20 +219,14 @@ fn body_errors(model: &Model, limits: &[CoordinateLimits], margins: &ErrorMargin
     Ok(BodyErrors { joints, farthest, bodies: margins.of_bodies() })
 }
 
-/// What is left out, and whether the user asked for it.
-fn left_out(out: &clearance::left_out::LeftOut, user: &SpaceLimits) -> LeftOut {
-    let (matter, is_asked) = match out.matter {
-        ClearanceMatter::Distance => (Matter::Distance, user.distance.is_some()),
-        ClearanceMatter::Floor => (Matter::Floor, matches!(user.floor, Some(Floor::At(_)))),
-        ClearanceMatter::Region => (Matter::Region, !user.walls.is_empty() || !user.boxes.is_empty()),
-    };
-    let found = match out.why.clone() {
-        ClearanceWhy::Assumed { what, by } => LeftOut::assumed(matter, out.of.clone(), what, by),
-        ClearanceWhy::NotLookedAt { why, would_tell } => {
-            LeftOut::not_looked_at(matter, out.of.clone(), why, would_tell)
-        }
-    };
-    LeftOut { is_asked, ..found }
+/// Whether the user asked for what is left out.
+fn is_asked(matter: Matter, user: &SpaceLimits) -> bool {
+    match matter {
+        Matter::Distance => user.distance.is_some(),
+        Matter::Floor => matches!(user.floor, Some(Floor::At(_))),
+        Matter::Region => !user.walls.is_empty() || !user.boxes.is_empty(),
+        _ => false,
+    }
 }
 
 fn rules(user: &SpaceLimits, own: Option<&SpaceLimits>) -> Result<Rules, String> {

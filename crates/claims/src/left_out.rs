@@ -1,8 +1,6 @@
-//! What a certificate does not prove: what is assumed, by whom, and what nobody looked at, and why.
+//! What a proof does not cover: what is assumed, by whom, and what nobody looked at, and why.
 
 use serde::{Deserialize, Serialize};
-
-use crate::excitation::limits::LimitKind;
 
 /// What it would have been about.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -26,19 +24,6 @@ pub enum Matter {
     Margin,
 }
 
-impl Matter {
-    /// What a row of a certificate is about.
-    pub fn of(limit: LimitKind) -> Matter {
-        match limit {
-            LimitKind::Effort => Matter::Effort,
-            LimitKind::Power => Matter::Power,
-            LimitKind::Distance => Matter::Distance,
-            LimitKind::Region => Matter::Region,
-            LimitKind::Position | LimitKind::Velocity | LimitKind::Acceleration | LimitKind::Jerk => Matter::Limit,
-        }
-    }
-}
-
 /// Why something is left out.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
@@ -59,7 +44,7 @@ pub enum Why {
     },
 }
 
-/// Something that no row of a certificate is about.
+/// Something that no proof is about.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct LeftOut {
