@@ -357,28 +357,32 @@ mod tests {
     /// The error of a set, with a column bordered or not, is that of cross-validation by triangles.
     #[test]
     fn products_give_the_error_of_cross_validation() {
-        use crate::estimate::held_out::cross_validate;
+        use crate::estimate::held_out::{cross_validate, cross_validate_by_log};
         let arm = Pendulum::new();
         let mut states = arm.states(2000);
         let mut random = Random::new(6);
         states.tau.iter_mut().for_each(|tau| *tau += 0.3 * random.normal());
         let terms = [FrictionTerm::Viscous, FrictionTerm::Coulomb];
         let model = Model::new(&arm, &terms, &[]);
-        let rows = Observation::of(&model, &states, 20);
+        let mut rows = Observation::of(&model, &states, 10);
+        states.log = 1;
+        states.tau.iter_mut().for_each(|tau| *tau += 0.3 * random.normal());
+        rows.append(Observation::of(&model, &states, 10));
         let (_, weights) = fit(&rows.joints(|_| true), options_weights());
         let products: Vec<DMatrix<f64>> = rows.parts.iter().map(|part| products(part, &weights)).collect();
         let folds = Folds::new(products.chunks(2).map(sum).collect(), sum(&products));
-        let by_log: Vec<DMatrix<f64>> = by_log(&rows, &products);
-        let logs = (by_log.len() > 1).then(|| Folds::new(by_log, sum(&products)));
+        let logs = Folds::new(by_log(&rows, &products), sum(&products));
         let whole: Vec<usize> = (0..model.p()).collect();
         let (before, column) = whole.split_at(model.p() - 1);
         let (bordered, direct) = (folds.with_each(before, column)[0].error, folds.error(&whole));
         assert!((bordered / direct - 1.0).abs() < 1e-9, "{bordered} {direct}");
-        let torque: f64 = states.tau.iter().map(|tau| tau * tau).sum();
-        let expected = cross_validate(&model, &rows, options_weights()).total;
-        let found = (direct / torque).sqrt() / weights[0];
         // The hold is another share of the rows there.
-        assert!((found / expected - 1.0).abs() < 1e-4, "{found} {expected}");
+        let is_near = |square: f64, expected: f64| {
+            let found = (square / folds.torque()).sqrt();
+            assert!((found / expected - 1.0).abs() < 1e-4, "{found} {expected}");
+        };
+        is_near(direct, cross_validate(&model, &rows, options_weights()).total);
+        is_near(logs.error(&whole), cross_validate_by_log(&model, &rows, options_weights()).unwrap());
     }
 
     fn options_weights() -> crate::estimators::weighted::Weights {

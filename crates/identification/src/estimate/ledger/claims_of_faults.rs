@@ -1,18 +1,13 @@
 //! What a fit tells beside its parameters, as claims: the fault that explains most, and what the others would have shown.
 
-use claims::{Claim, Figure, Outcome, Remedy, Subject, Topic, Trial};
+use claims::{Claim, Figure, Outcome, Remedy, Subject, Trial};
 
-use crate::estimate::digits::{percent, significant};
+use crate::estimate::digits::percent;
 use crate::estimate::identified::Identified;
 use crate::estimate::ledger::hypotheses::{Hypothesis, Tested};
-use crate::estimate::ledger::topics::{DELAY, DRIFT, FRICTION, LOG, MOUNT, RESIDUAL, ROTOR, SCALE, SPRING, ZERO};
-use crate::estimate::ledger::topics::{at, cannot_tell};
+use crate::estimate::ledger::hypothesis::{CLAIMED, Counts};
+use crate::estimate::ledger::topics::{DRIFT, LOG, MOUNT, RESIDUAL, ROTOR, at, cannot_tell};
 use crate::estimate::residuals::JointResidual;
-use linear_model::unit::Unit;
-
-/// Powers beyond these tell nobody anything: 45 degrees, and half of a torque.
-const USELESS_ANGLE_RAD: f64 = std::f64::consts::FRAC_PI_4;
-const USELESS_SCALE: f64 = 0.5;
 
 /// A fault that explains less of the torque than this leaves torques sure enough for any use, even where it is five times as
 /// large elsewhere: a fifth of `purposes::SURE_TORQUE`.
@@ -26,29 +21,22 @@ pub(crate) fn claims_of_faults(tested: &[Tested], joints: &[JointResidual], para
     let strongest = found.min_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, t)| t);
     let mut claims: Vec<Claim> = strongest.and_then(|t| contradicted(t, joints)).into_iter().collect();
     // What else is tested is part of the deviations alone.
-    let kinds: [fn(&Hypothesis) -> bool; 6] = [
-        |h| matches!(h, Hypothesis::Mount(_)),
-        |h| matches!(h, Hypothesis::Zero(_)),
-        |h| matches!(h, Hypothesis::Scale(_)),
-        |h| matches!(h, Hypothesis::Spring(_)),
-        |h| matches!(h, Hypothesis::Rotor(_)),
-        |h| matches!(h, Hypothesis::Drift(_)),
-    ];
-    for is_kind in kinds {
-        let of_kind: Vec<&Tested> = tested.iter().filter(|t| is_kind(&t.of)).collect();
-        let (told, untold): (Vec<&Tested>, Vec<&Tested>) = of_kind.into_iter().partition(|t| is_useful(t));
+    for topic in CLAIMED {
+        let of_kind: Vec<&Tested> = tested.iter().filter(|t| t.of.kind().topic == topic).collect();
+        let (told, untold): (Vec<&Tested>, Vec<&Tested>) =
+            of_kind.into_iter().partition(|t| t.power < t.of.kind().useless);
         let is_free = |t: &&&Tested| strongest.is_none() || (!t.is_found() && Some(**t) != strongest);
         let told: Vec<&Tested> = told.into_iter().filter(|t| is_free(&t)).collect();
         claims.extend(agree(&told, joints));
         claims.extend(untold.iter().filter_map(|t| hidden_rotor(t, joints, parameters)));
-        let untold: Vec<&Tested> = untold.into_iter().filter(|t| !matches!(t.of, Hypothesis::Rotor(_))).collect();
-        let names: Vec<&String> = untold.iter().filter_map(|t| Some(&joints[t.of.joint()?].coordinate)).collect();
-        if let (Some(first), false) = (untold.first(), names.is_empty()) {
-            let (why, would_tell) = match first.of {
-                Hypothesis::Drift(_) => ("what the fit leaves is larger", "a longer log"),
-                _ => ("other bodies explain it as well", "the description, as far as its bodies are right"),
+        let untold = untold.into_iter().filter(|_| topic != ROTOR);
+        let names: Vec<&String> = untold.filter_map(|t| Some(&joints[t.of.joint()?].coordinate)).collect();
+        if !names.is_empty() {
+            let (why, would_tell) = match topic == DRIFT {
+                true => ("what the fit leaves is larger", "a longer log"),
+                false => ("other bodies explain it as well", "the description, as far as its bodies are right"),
             };
-            claims.push(cannot_tell(at(topic(&first.of), names), why, would_tell));
+            claims.push(cannot_tell(at(topic, names), why, would_tell));
         }
     }
     claims
@@ -63,44 +51,10 @@ fn hidden_rotor(tested: &Tested, joints: &[JointResidual], parameters: &[Identif
     (!names.is_empty()).then_some(claim)
 }
 
-fn topic(of: &Hypothesis) -> Topic {
-    match of {
-        Hypothesis::Zero(_) => ZERO,
-        Hypothesis::Scale(_) => SCALE,
-        Hypothesis::Spring(_) => SPRING,
-        Hypothesis::Mount(_) => MOUNT,
-        Hypothesis::Rotor(_) => ROTOR,
-        Hypothesis::Drift(_) => DRIFT,
-        Hypothesis::Late(_) => DELAY,
-        Hypothesis::LoadFriction(_) => FRICTION,
-        Hypothesis::CrossTalk(..) => RESIDUAL,
-    }
-}
-
-fn is_useful(tested: &Tested) -> bool {
-    match tested.of {
-        Hypothesis::Zero(_) | Hypothesis::Mount(_) => tested.power < USELESS_ANGLE_RAD,
-        Hypothesis::Scale(_) | Hypothesis::Drift(_) => tested.power < USELESS_SCALE,
-        _ => tested.power.is_finite(),
-    }
-}
-
 fn subject(of: &Hypothesis, joints: &[JointResidual]) -> Subject {
     match *of {
         Hypothesis::Mount(axis) => Subject::of(MOUNT, [["x", "y", "z"][axis]]),
-        _ => at(topic(of), of.joint().map(|k| &joints[k].coordinate)),
-    }
-}
-
-fn figure(of: &Hypothesis, x: f64, joints: &[JointResidual]) -> Figure {
-    match *of {
-        Hypothesis::Zero(_) | Hypothesis::Mount(_) => Figure::new(x.to_degrees(), "deg"),
-        Hypothesis::Scale(_) | Hypothesis::Drift(_) | Hypothesis::LoadFriction(_) | Hypothesis::CrossTalk(..) => {
-            Figure::new(100.0 * x, "%")
-        }
-        Hypothesis::Late(_) => Figure::new(1e3 * x, "ms"),
-        Hypothesis::Rotor(k) => Figure::new(x, if joints[k].unit == Unit::TORQUE { "kg m^2" } else { "kg" }),
-        Hypothesis::Spring(k) => Figure::new(x, if joints[k].unit == Unit::TORQUE { "N m/rad" } else { "N/m" }),
+        _ => at(of.kind().topic, of.joint().map(|k| &joints[k].coordinate)),
     }
 }
 
@@ -108,7 +62,7 @@ fn figure(of: &Hypothesis, x: f64, joints: &[JointResidual]) -> Figure {
 fn agree(tested: &[&Tested], joints: &[JointResidual]) -> Vec<Claim> {
     let mut groups: Vec<(Figure, Subject)> = Vec::new();
     for one in tested {
-        let (figure, subject) = (shown(figure(&one.of, one.power, joints)), subject(&one.of, joints));
+        let (figure, subject) = (shown(one.of.figure(one.power, joints)), subject(&one.of, joints));
         match groups.iter_mut().find(|(of, _)| *of == figure) {
             Some((_, all)) => all.of.extend(subject.of),
             None => groups.push((figure, subject)),
@@ -128,21 +82,7 @@ fn shown(figure: Figure) -> Figure {
 /// What a fault is and how large, with its deviation.
 pub(super) fn statement(tested: &Tested, joints: &[JointResidual]) -> String {
     let Tested { of, value, deviation, .. } = tested;
-    let size = |x: f64| figure(of, x, joints).to_string();
-    let off = format!("{} +- {}", size(*value), size(*deviation));
-    let at = |k: usize| &joints[k].coordinate;
-    match *of {
-        Hypothesis::Zero(k) => format!("the zero of {} is off by {off}", at(k)),
-        Hypothesis::Scale(k) => format!("the torque of {} is off by {off} beside those of the other joints", at(k)),
-        Hypothesis::Spring(k) => format!("a spring of {off} acts on {}", at(k)),
-        Hypothesis::Mount(axis) => format!("gravity is tilted by {off} about {} of the base", ["x", "y", "z"][axis]),
-        Hypothesis::Rotor(k) => format!("a rotor of {off} that the model lacks stands behind {}", at(k)),
-        Hypothesis::Drift(k) => format!("the torque of {} grows by {off} from the first sample to the last", at(k)),
-        Hypothesis::Late(Some(k)) => format!("the torque of {} is late by {off}", at(k)),
-        Hypothesis::Late(None) => format!("the torques are late by {off}"),
-        Hypothesis::CrossTalk(k, i) => format!("the torque of {} holds {off} of that of {}", at(k), at(i)),
-        Hypothesis::LoadFriction(k) => format!("friction of {} grows by {off} of its load", at(k)),
-    }
+    of.statement(&format!("{} +- {}", of.figure(*value, joints), of.figure(*deviation, joints)), joints)
 }
 
 /// A fault with the errors on parts left out without it and with it.
@@ -159,30 +99,14 @@ fn fault_and_trial(fault: &str, held_out: Option<(f64, f64)>) -> String {
 /// Whether a fault leaves torques as they are, but for less than a use asks for. A zero or a mount never does: positions are as
 /// wrong as they say, whatever torque that costs in this log.
 fn is_small(tested: &Tested) -> bool {
-    let is_of_positions = matches!(tested.of, Hypothesis::Zero(_) | Hypothesis::Mount(_));
     let is_small_at_joint = tested.explained_at_joint() <= LARGE_JOINT_SHARE;
-    !is_of_positions && is_small_at_joint && tested.explained() < SMALL_FAULT_SHARE
+    tested.of.kind().counts != Counts::AsPosition && is_small_at_joint && tested.explained() < SMALL_FAULT_SHARE
 }
 
 /// The fault, what mends it, and what parts left out say of it; `None` of those that no claim names.
 fn contradicted(tested: &Tested, joints: &[JointResidual]) -> Option<Claim> {
     let Tested { of, value, held_out, .. } = tested;
-    let at = |k: usize| &joints[k].coordinate;
-    let remedy = match *of {
-        Hypothesis::Zero(k) => {
-            format!("in the file of [options]: transmission: {{offsets: [..]}}, {} for {}", significant(*value), at(k))
-        }
-        Hypothesis::Scale(k) => format!("look at the gain, the gear ratio or the unit of {}", at(k)),
-        Hypothesis::Spring(k) => {
-            format!("in the file of [options]: transmission: {{springs: [..]}}, {} for {}", significant(*value), at(k))
-        }
-        Hypothesis::Rotor(_) => "take rotor inertias among the parameters: [rotor_inertia=actuated]".into(),
-        Hypothesis::Late(_) | Hypothesis::LoadFriction(_) | Hypothesis::CrossTalk(..) => return None,
-        Hypothesis::Drift(k) => format!("log {} again when its drive is warm and its gain is known", at(k)),
-        Hypothesis::Mount(_) => {
-            "[unknowns=mount] finds how the base is mounted, and prints the line that says it".into()
-        }
-    };
+    let remedy = of.remedy(*value, joints)?;
     // Tried means: parts of the record were left out and predicted without the fault and with it.
     let trial = match held_out {
         Some((without, with)) => Trial::Tried {
@@ -194,8 +118,8 @@ fn contradicted(tested: &Tested, joints: &[JointResidual]) -> Option<Claim> {
     };
     let fault = statement(tested, joints);
     // A drive that warms up is no wrong log: it is part of what the fit leaves.
-    if let Hypothesis::Drift(k) = *of {
-        return Some(cannot_tell(Subject::of(RESIDUAL, [joints[k].coordinate.clone()]), fault, remedy));
+    if of.kind().counts == Counts::AsResidual {
+        return Some(cannot_tell(Subject { topic: RESIDUAL, ..subject(of, joints) }, fault, remedy));
     }
     // Nor is a log wrong of which a fault explains less than torques may be off: the fault is named and counts.
     if is_small(tested) {
@@ -218,6 +142,7 @@ mod tests {
     use crate::estimate::torque_error::Use;
     use crate::test_arm::Pendulum;
     use claims::{Standing, worst};
+    use linear_model::unit::Unit;
 
     fn claims(tested: Tested) -> Vec<Claim> {
         let joints = Residuals::new(&Pendulum::new(), vec![Squares::default()]).joints;

@@ -31,8 +31,8 @@ use logs::Error;
 use numerics::triangle::{Triangle, TriangleBuilder, select};
 use numerics::vector::dot;
 
+use crate::estimate::ledger::hypothesis::{Counts, all, columns};
 pub use crate::estimate::ledger::hypothesis::{Hypothesis, Open, Point, Tilt};
-use crate::estimate::ledger::hypothesis_columns::{all, columns};
 use crate::estimators::huber::row_factor;
 use crate::signals::records::Records;
 use crate::signals::thinned::MOST_THINNED_SAMPLES;
@@ -68,11 +68,14 @@ impl Tested {
 
     /// Whether the fault is there.
     pub(crate) fn is_found(&self) -> bool {
-        let is_large = self.value.abs() > self.least();
+        let is_large = self.value.abs() > self.of.kind().least;
         let is_worth_naming = |(without, with): (f64, f64)| {
-            with < WORTHWHILE_ERROR_RATIO * without && self.explained() > least_share(&self.of)
+            with < WORTHWHILE_ERROR_RATIO * without && self.explained() > self.of.kind().least_share
         };
-        self.of.is_claimed() && self.is_told() && is_large && self.held_out.is_some_and(is_worth_naming)
+        self.of.kind().counts != Counts::InDeviations
+            && self.is_told()
+            && is_large
+            && self.held_out.is_some_and(is_worth_naming)
     }
 
     /// Error on parts left out with the fault over that without it; `None` where it is not found.
@@ -101,28 +104,12 @@ impl Tested {
         let is_better = self.held_out.is_some_and(|(without, with)| with < without);
         (self.is_told() && self.value > 0.0 && is_better).then_some(k)
     }
-
-    /// The least size that matters.
-    fn least(&self) -> f64 {
-        match self.of {
-            Hypothesis::Zero(_) | Hypothesis::Mount(_) => LEAST_ANGLE_RAD,
-            Hypothesis::Scale(_) | Hypothesis::Drift(_) => LEAST_SCALE,
-            _ => 0.0,
-        }
-    }
 }
 
 /// A fault is told by so many of its deviations.
 pub const FOUND_FAULT_SIGMAS: f64 = 6.0;
 /// Error on parts left out over that without the fault, below which the fault is worth naming.
 const WORTHWHILE_ERROR_RATIO: f64 = 0.9;
-/// A fault that explains a smaller share of the torque harms no use; nor does a spring of a quarter more, which has no least
-/// size of its own.
-const SMALLEST_SHARE: f64 = 0.002;
-const SMALLEST_SPRING_SHARE: f64 = 1.25 * SMALLEST_SHARE;
-/// Smaller angles and scales than these are errors of calibration, rad and 1.
-const LEAST_ANGLE_RAD: f64 = std::f64::consts::PI / 180.0;
-const LEAST_SCALE: f64 = 0.03;
 /// Parts of the record that are left out in turn.
 pub(super) const LEFT_OUT_PARTS: usize = 10;
 /// Share of a column's norm with which its parameter is held at the fit, for parameters that the data leave open.
@@ -133,11 +120,6 @@ pub(super) const EXPLAINED_COLUMN_SHARE: f64 = 1e-3;
 const WITHIN_COLUMN_SHARE: f64 = 0.01;
 /// Robots of more coordinates take too long.
 pub(super) const MOST_COORDINATES: usize = 12;
-
-/// The share of the torque that a fault explains at least.
-fn least_share(of: &Hypothesis) -> f64 {
-    if matches!(of, Hypothesis::Spring(_)) { SMALLEST_SPRING_SHARE } else { SMALLEST_SHARE }
-}
 
 /// Every hypothesis, tested beside a fit with the weights of its rows. Empty for a robot of many
 /// coordinates, and where there are too few samples.
@@ -261,8 +243,8 @@ pub(crate) fn tested(parts: &[Triangle], x: &[f64], all: &[Hypothesis]) -> Vec<T
         // The least u that would be found: it lowers the error enough, and is beyond its deviation.
         let by_ratio = (1.0 / (WORTHWHILE_ERROR_RATIO * WORTHWHILE_ERROR_RATIO) - 1.0).sqrt() * all_in.square().sqrt();
         let torque = (whole.column_norm(whole.columns()).powi(2) + whole.taken_out).sqrt();
-        let by_error = by_ratio.max(least_share(hypothesis) * torque) / norm;
-        one.power = by_error.max(FOUND_FAULT_SIGMAS * deviation).max(one.least());
+        let by_error = by_ratio.max(hypothesis.kind().least_share * torque) / norm;
+        one.power = by_error.max(FOUND_FAULT_SIGMAS * deviation).max(hypothesis.kind().least);
         if one.is_told() {
             one.held_out = Some(held_out(parts, &held, &columns(e), p));
         }

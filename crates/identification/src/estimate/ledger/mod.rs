@@ -7,7 +7,7 @@
 //! | `claims_of_fit` | what the fit leaves open |
 //! | `noise` | whether what is left looks like noise |
 //! | `claims_of_prediction` | what it predicts, and whether several logs have one set of parameters |
-//! | `claims_of_faults` | what unknowns more explain ([`hypotheses`], by their `hypothesis_columns`) |
+//! | `claims_of_faults` | what unknowns more explain ([`hypotheses`]; all that is known of a kind: `hypothesis`) |
 //! | `widening` | by how much those that are not named, or not excluded, widen deviations |
 //! | `unknowns` | the same unknowns all at once, where they are asked for |
 //! | `purposes` | what each use needs of all these, and of the torques that may be wrong ([`crate::estimate::torque_error`]) |
@@ -19,7 +19,6 @@ mod claims_of_log;
 mod claims_of_prediction;
 pub mod hypotheses;
 mod hypothesis;
-mod hypothesis_columns;
 mod noise;
 pub mod purposes;
 pub mod topics;

@@ -20,7 +20,8 @@
 use crate::estimate::artefact::Estimate;
 use crate::estimate::identified::Identified;
 use crate::estimate::ledger::claims_of_faults::statement;
-use crate::estimate::ledger::hypotheses::{Hypothesis, Tested};
+use crate::estimate::ledger::hypotheses::Tested;
+use crate::estimate::ledger::topics::ROTOR;
 
 /// A fault beyond so many of its deviations is part of those of the parameters. Fewer than one in a hundred of those that
 /// are not there are, by t of the nine freedoms of the jackknife.
@@ -31,7 +32,7 @@ fn is_likely(tested: &Tested) -> bool {
 }
 
 fn is_rotor(tested: &Tested) -> bool {
-    matches!(tested.of, Hypothesis::Rotor(_))
+    tested.of.kind().topic == ROTOR
 }
 
 /// The faults that widen the deviations of these parameters.
@@ -66,9 +67,7 @@ pub fn widen_by_faults(estimate: &mut Estimate, faults: &[Tested]) {
 /// Widens deviations and covariance by rotors, and by the zeros, springs and drifts that the data do not exclude; those for
 /// which [`widen_by_faults`] does it already do not count twice.
 pub fn widen_by_what_may_be_there(estimate: &mut Estimate, tested: &[Tested]) {
-    let is_held = |f: &&&Tested| {
-        !is_likely(f) && matches!(f.of, Hypothesis::Zero(_) | Hypothesis::Spring(_) | Hypothesis::Drift(_))
-    };
+    let is_held = |f: &&&Tested| !is_likely(f) && f.of.kind().may_be_there;
     let counts = |f: &&Tested| f.effect.len() == estimate.parameters.len() && f.value != 0.0;
     let (rotors, faults): (Vec<&Tested>, Vec<&Tested>) = tested.iter().filter(counts).partition(|f| is_rotor(f));
     let square = |f: &&Tested, c: usize| (f.effect[c] * (f.deviation / f.value).hypot(1.0)).powi(2);
@@ -80,6 +79,7 @@ pub fn widen_by_what_may_be_there(estimate: &mut Estimate, tested: &[Tested]) {
 mod tests {
     use super::*;
     use crate::estimate::identified::Deviations;
+    use crate::estimate::ledger::hypotheses::Hypothesis;
     use crate::estimate::residuals::{Residuals, Squares};
     use crate::test_arm::Pendulum;
     use linear_model::unit::Unit;
