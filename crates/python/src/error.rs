@@ -35,35 +35,9 @@ pub fn warn(py: Python<'_>, text: &str, category: &Bound<'_, PyAny>) -> PyResult
     Ok(())
 }
 
-/// What a text of the library calls a command of the program, and how Python has it; the longer ones first.
-const COMMANDS: [(&str, &str); 13] = [
-    (
-        "rist identify write_urdf= or write_mjcf= for simulators, rist generate estimate= for code",
-        "identify(.., consistent=True) and estimate.write_urdf or write_mjcf for simulators, model.generate(estimate=estimate) \
-         for code",
-    ),
-    ("rist report draws it", "estimate.report draws it"),
-    ("rist simulate feedforward=", "rist.simulate(.., feedforward=estimate)"),
-    ("rist validate MODEL ESTIMATE LOG", "rist.validate(model, estimate, log)"),
-    ("rist excite after=", "rist.excite(.., after=estimate)"),
-    ("rist doctor", "rist.doctor"),
-    ("rist plan", "rist.plan"),
-    ("rist excite", "rist.excite"),
-    ("rist simulate", "rist.simulate"),
-    ("rist identify", "rist.identify"),
-    ("rist validate", "rist.validate"),
-    ("rist check", "rist.check"),
-    ("rist accumulate", "rist.Accumulator"),
-];
-
-/// A text with its fields spelled as keywords, and commands as functions.
+/// A text with its fields spelled as keywords, and steps as functions.
 pub fn for_python(text: &str) -> String {
-    with_functions(spelled(text, Reader::Python))
-}
-
-/// A text whose fields are spelled already, with functions for commands.
-pub fn with_functions(text: String) -> String {
-    COMMANDS.iter().fold(text, |text, (command, function)| text.replace(command, function))
+    spelled(text, Reader::Python)
 }
 
 /// The exception with a message, whose fields are spelled as keywords.

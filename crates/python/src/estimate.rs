@@ -17,7 +17,7 @@ use crate::arrays::array;
 use crate::arrow_export::{Content, stream};
 use crate::artefact::{description, hash, place, read_text, save};
 use crate::call::object;
-use crate::error::{OrError, all_spelled, error, for_python, with_functions};
+use crate::error::{OrError, all_spelled, error, for_python};
 use crate::html;
 use crate::logs::{Given, logs, open};
 use crate::model::Model;
@@ -123,7 +123,7 @@ impl Estimate {
         let is_drawn = self.inner.rows <= MOST_DRAWN_ROWS;
         let portrait = is_drawn.then(|| self.portrait(py, None).ok().flatten()).flatten();
         let of = |portrait: Option<&Portrait>| {
-            html::frame(&with_functions(rist::page::page(&self.page_request(portrait, None)).0))
+            html::frame(&rist::page::page(&self.page_request(portrait, None)).0)
         };
         portrait.as_ref().and_then(|portrait| of(Some(portrait))).or_else(|| of(None))
     }
@@ -417,7 +417,7 @@ impl Estimate {
             validation: validation.map(|v| &v.inner).or(request.validation),
             ..request
         };
-        save(&path, &with_functions(rist::page::page(&request).0), &[])
+        save(&path, &rist::page::page(&request).0, &[])
     }
 
     /// Draws measured and identified torques of a log, or of those that it was made from, joint by joint, and what is left;

@@ -9,7 +9,7 @@ use rist::request::spelling::Reader;
 use rist::{Player, TrajectoryFormat, trajectory_file};
 
 use crate::artefact::{artefact, make_directory, read_text, save};
-use crate::error::{OrError, error, with_functions};
+use crate::error::{OrError, error};
 use crate::model::Model;
 use crate::work::alone;
 
@@ -64,7 +64,7 @@ impl ExperimentPlan {
         let origin = Origin { date, version: env!("CARGO_PKG_VERSION"), command, model: None };
         let (plan, reader) = (Some(&self.inner), Reader::Python);
         let request = PageRequest { model, plan, plan_proof, origin, reader, ..PageRequest::default() };
-        with_functions(rist::page::page(&request).0)
+        rist::page::page(&request).0
     }
 
     /// Its page as its file tells it.
@@ -187,7 +187,7 @@ impl ExcitingMotion {
         let motion = Some(ShownMotion { artefact, portrait: &portrait });
         let request = PageRequest { model, motion, origin, reader: Reader::Python, ..PageRequest::default() };
         let (page, pictures) = rist::page::page(&request);
-        Ok((with_functions(page), pictures))
+        Ok((page, pictures))
     }
 
     /// As it was made.

@@ -11,7 +11,7 @@ use rist::fit::validation::{ValidateRequest, is_fitted};
 
 use crate::artefact::{artefact, save};
 use crate::call::Call;
-use crate::error::{OrError, error, warn_of, with_functions};
+use crate::error::{OrError, error, warn_of};
 use crate::estimate::Estimate;
 use crate::logs::{logs, open};
 use crate::model::Model;
@@ -73,7 +73,7 @@ impl Validation {
             reader: Reader::Python,
             ..PageRequest::default()
         };
-        Some(with_functions(rist::page::page(&request).0))
+        Some(rist::page::page(&request).0)
     }
 }
 

@@ -77,7 +77,7 @@ pub fn motion(shown: ShownMotion) -> MotionPart {
     let proof = match portrait.is_found_anew {
         true => format!("{ledger}. The certificate is found from the motion and the model."),
         false => format!(
-            "The file says: {ledger}. Nobody proved it for this page; rist check does, from the motion and the model."
+            "The file says: {ledger}. Nobody proved it for this page; [:check] does, from the motion and the model."
         ),
     };
     let margins = portrait.margins.as_ref().map(|margins| margins.text()).unwrap_or_default();

@@ -1,32 +1,52 @@
-//! The reason why a step gives no result.
+//! The reason why a step gives no result, and the steps that texts advise: `[:doctor]`, or `[:validate MODEL LOG]` with what they
+//! are given.
 
 use std::fmt;
 
 use robot::Place;
 
-/// A message that says what was found, what was expected and what to do.
+/// What an error speaks against.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Kind {
+    /// The input: it cannot be used.
+    Input,
+    /// What was asked: the input was understood, and the answer is no.
+    Verdict,
+}
+
+/// A message that says what was found, what was expected and what to do; and the same for a program that wants to match it.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Error {
-    message: String,
-    is_verdict: bool,
+    kind: Kind,
+    field: Option<String>,
     place: Option<Place>,
+    remedy: Option<Step>,
+    message: String,
 }
 
 impl Error {
-    /// Input that cannot be used.
+    /// Input that cannot be used. A message that is about a field of a request begins with it in brackets: `[gain=q9]: ..`; a
+    /// step that it advises stands in brackets too: `[:doctor]`.
     pub fn new(message: impl fmt::Display) -> Error {
-        Error { message: message.to_string(), is_verdict: false, place: None }
+        let message = message.to_string();
+        let is_of_name = |c: char| c.is_ascii_lowercase() || c == '_';
+        let name = message.strip_prefix('[').and_then(|text| text.split(|c| !is_of_name(c)).next());
+        let (field, remedy) = (name.filter(|name| !name.is_empty()).map(String::from), Step::advised(&message));
+        Error { kind: Kind::Input, field, place: None, remedy, message }
     }
 
     /// Input that was understood, but speaks against what was asked.
     pub fn verdict(message: impl fmt::Display) -> Error {
-        Error { message: message.to_string(), is_verdict: true, place: None }
+        Error { kind: Kind::Verdict, ..Error::new(message) }
     }
 
     /// The same error, told to be about a field; a message that names its field, or a file, stays.
     pub(crate) fn about(self, field: &str) -> Error {
         let names_it = self.place.is_some() || self.message.contains(&format!("[{field}"));
-        if names_it { self } else { Error { message: format!("[{field}]: {}", self.message), ..self } }
+        if names_it {
+            return self;
+        }
+        Error { message: format!("[{field}]: {}", self.message), field: Some(field.into()), ..self }
     }
 
     /// The line of a file that is at fault, where one is; it stands in the message too.
@@ -34,9 +54,24 @@ impl Error {
         self.place.as_ref()
     }
 
+    /// What it speaks against.
+    pub fn kind(&self) -> Kind {
+        self.kind
+    }
+
+    /// The field of a request that it is about, where it is about one.
+    pub fn field(&self) -> Option<&str> {
+        self.field.as_deref()
+    }
+
+    /// The step of the library that it advises, where it advises one.
+    pub fn remedy(&self) -> Option<Step> {
+        self.remedy
+    }
+
     /// Whether the data were read and understood, and the answer is no.
     pub fn is_verdict(&self) -> bool {
-        self.is_verdict
+        self.kind == Kind::Verdict
     }
 }
 
@@ -64,5 +99,74 @@ impl From<logs::Error> for Error {
 impl From<numerics::Error> for Error {
     fn from(e: numerics::Error) -> Error {
         Error::new(e)
+    }
+}
+
+/// Steps by their words in texts, and as the program and as Python have them.
+const STEPS: [(&str, &str, &str); 15] = [
+    ("accumulate", "rist accumulate", "rist.Accumulator"),
+    ("check", "rist check", "rist.check"),
+    ("columns", "rist columns", "rist.columns"),
+    ("doctor", "rist doctor", "rist.doctor"),
+    ("excite", "rist excite", "rist.excite"),
+    ("feedforward", "rist simulate --feedforward", "rist.simulate(.., feedforward=estimate)"),
+    ("generate", "rist generate --estimate", "model.generate(estimate=estimate)"),
+    ("identify", "rist identify", "rist.identify"),
+    ("inspect", "rist inspect", "rist.Model"),
+    ("plan", "rist plan", "rist.plan"),
+    ("report", "rist report", "estimate.report"),
+    ("simulate", "rist simulate", "rist.simulate"),
+    ("validate", "rist validate", "rist.validate"),
+    ("write_mjcf", "--write-mjcf", "write_mjcf"),
+    ("write_urdf", "rist identify --write-urdf", "identify(.., consistent=True) and estimate.write_urdf"),
+];
+
+/// A step of the library.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Step(&'static (&'static str, &'static str, &'static str));
+
+impl Step {
+    /// `None` where there is none of this word.
+    pub fn named(word: &str) -> Option<Step> {
+        STEPS.iter().find(|(step, ..)| *step == word).map(Step)
+    }
+
+    /// The first that a text advises.
+    pub(crate) fn advised(text: &str) -> Option<Step> {
+        let (_, behind) = text.split_once("[:")?;
+        Step::named(behind.split([' ', ']']).next()?)
+    }
+
+    /// Its word.
+    pub fn word(self) -> &'static str {
+        self.0.0
+    }
+
+    /// The command of the program, with what it is given.
+    pub(crate) fn in_program(self, given: &str) -> String {
+        format!("{} {given}", self.0.1).trim_end().into()
+    }
+
+    /// The call in Python: `rist.validate(model, log)` of `MODEL LOG`.
+    pub(crate) fn in_python(self, given: &str) -> String {
+        match given.is_empty() {
+            true => self.0.2.into(),
+            false => format!("{}({})", self.0.2, given.to_lowercase().replace(' ', ", ")),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_program_can_ask_what_an_error_is_about() {
+        let input = Error::new("[gain=q9]: no such coordinate");
+        assert_eq!((input.kind(), input.field(), input.remedy()), (Kind::Input, Some("gain"), None));
+        let no = Error::verdict("a.csv: not of this robot ([:doctor] says more; [anyway=true] takes it in)");
+        assert_eq!((no.kind(), no.field(), no.remedy()), (Kind::Verdict, None, Step::named("doctor")));
+        assert_eq!(Error::new("expected is a number").about("rate").field(), Some("rate"));
+        assert_eq!(Error::new("[-2, 2]: is none").field(), None);
     }
 }

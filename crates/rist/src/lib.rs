@@ -54,7 +54,7 @@ pub use describe::linting::{Lint, lint, lint_with_meshes};
 pub use describe::model::Model;
 pub use describe::source::generate;
 pub use describe::states_file::evaluate;
-pub use error::Error;
+pub use error::{Error, Kind as ErrorKind, Step};
 pub use fit::closed_loop::identify_experiments_in_loop;
 pub use fit::column_proposal::{ColumnProposal, propose_columns};
 pub use fit::doctor::{Passport, examine};

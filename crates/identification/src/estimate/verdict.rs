@@ -248,7 +248,7 @@ fn claims_of_bodies(evidence: &Evidence) -> Vec<Claim> {
             percent(described),
             percent(held_out)
         );
-        claims.push(refused(fault, "keep the description, or log a longer and richer motion (rist plan)"));
+        claims.push(refused(fault, "keep the description, or log a longer and richer motion ([:plan])"));
     }
     claims
 }
@@ -345,11 +345,8 @@ fn found(evidence: &Evidence) -> String {
 /// What to do with an estimate that every use may trust.
 fn use_it(evidence: &Evidence) -> String {
     match evidence.estimate.options.is_none() {
-        true => "use it (rist report draws it, rist simulate [feedforward] tries it)".into(),
-        false => {
-            "use it (rist identify [write_urdf] or [write_mjcf] for simulators, rist generate [estimate] for code)"
-                .into()
-        }
+        true => "use it ([:report] draws it, [:feedforward] tries it)".into(),
+        false => "use it ([:write_urdf] or [:write_mjcf] for simulators, [:generate] for code)".into(),
     }
 }
 

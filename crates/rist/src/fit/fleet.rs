@@ -164,9 +164,7 @@ fn replicate(model: &Model, options: &Options, log: &LogSource, anyway: bool) ->
         // Short logs are accepted, because sums are made for them.
         found.findings.retain(|f| f.fault.is_gross() && !matches!(f.fault, Fault::Short(_)));
         if let Some(finding) = found.findings.first() {
-            return Err(Error::new(format_args!(
-                "{name}: {finding} (rist doctor says more; [anyway=true] takes it in)"
-            )));
+            return Err(Error::new(format_args!("{name}: {finding} ([:doctor] says more; [anyway=true] takes it in)")));
         }
     }
     let linear = options.linear_model(model.regressor());

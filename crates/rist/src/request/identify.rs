@@ -207,13 +207,13 @@ impl RowsRequest {
     pub fn options_of_sums(&self) -> Result<Options, Error> {
         if self.signals.delay == Some(Delay::Auto) {
             return Err(Error::new(
-                "[delay=auto]: the search goes over the rows many times, and sums have no rows: let rist identify \
+                "[delay=auto]: the search goes over the rows many times, and sums have no rows: let [:identify] \
                  [delay=auto] find it on some of the logs, and give it here",
             ));
         }
         if self.friction == Some(FrictionChoice::Auto) {
             return Err(Error::new(
-                "[friction=auto]: it goes over the rows once for each candidate, and sums have no rows; let rist identify \
+                "[friction=auto]: it goes over the rows once for each candidate, and sums have no rows; let [:identify] \
                  choose it on some of the logs, and give here what it chose",
             ));
         }

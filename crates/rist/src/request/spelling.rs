@@ -12,8 +12,10 @@
 //! | `[gain=q1=11+-2]` | `--gain q1=11+-2` | `gain={'q1': (11, 2)}` |
 //! | `[ripple=q1=6,12]` | `--ripple q1=6,12` | `ripple={'q1': [6, 12]}` |
 //! | `[options.columns.torque]` | `--options: columns: torque` | `options={'columns': {'torque': ..}}` |
+//! | `[:doctor]`, a step | `rist doctor` | `rist.doctor` |
+//! | `[:validate MODEL LOG]` | `rist validate MODEL LOG` | `rist.validate(model, log)` |
 //!
-//! Only names of fields are spelled, where they stand as words of their own. Other brackets, such as `[-2, 2]` and those of
+//! Only names of fields and steps are spelled, where they stand as words of their own. Other brackets, such as `[-2, 2]` and those of
 //! a file `log[gain].csv`, stay.
 
 use std::collections::BTreeSet;
@@ -22,6 +24,7 @@ use std::sync::OnceLock;
 use serde_json::Value;
 
 use super::{all_fields, number};
+use crate::error::Step;
 
 /// Who reads a text.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -74,10 +77,11 @@ pub fn spelled(text: &str, reader: Reader) -> String {
     let mut rest = text;
     while let Some((before, behind)) = rest.split_once('[') {
         spelled.push_str(before);
-        match field(behind).filter(|(.., length)| is_word(&spelled, &behind[*length..])) {
-            Some((name, more, length)) => {
-                spelled.push_str(&written(name, more, reader));
-                rest = &behind[length..];
+        let found = behind.split_once(']').and_then(|(inside, rest)| Some((bracket(inside, reader)?, rest)));
+        match found.filter(|(_, behind)| is_word(&spelled, behind)) {
+            Some((word, behind)) => {
+                spelled.push_str(&word);
+                rest = behind;
             }
             None => {
                 spelled.push('[');
@@ -88,12 +92,25 @@ pub fn spelled(text: &str, reader: Reader) -> String {
     spelled + rest
 }
 
-/// The name of the field at the start of a text, what follows it, and the length up to behind the bracket.
-fn field(text: &str) -> Option<(&str, &str, usize)> {
-    let (inside, _) = text.split_once(']')?;
+/// What stands in brackets, as `reader` writes it; `None` where it is neither a field nor a step.
+fn bracket(inside: &str, reader: Reader) -> Option<String> {
+    if let Some(inside) = inside.strip_prefix(':') {
+        let (word, given) = inside.split_once(' ').unwrap_or((inside, ""));
+        let step = Step::named(word)?;
+        return Some(match reader {
+            Reader::Python => step.in_python(given),
+            _ => step.in_program(given),
+        });
+    }
+    let (name, more) = field(inside)?;
+    Some(written(name, more, reader))
+}
+
+/// The name of the field, and what follows it.
+fn field(inside: &str) -> Option<(&str, &str)> {
     let end = inside.find(|c: char| !(c.is_ascii_lowercase() || c == '_')).unwrap_or(inside.len());
     let (name, more) = inside.split_at(end);
-    (is_field(name) && (more.is_empty() || more.starts_with(['=', '.']))).then_some((name, more, inside.len() + 1))
+    (is_field(name) && (more.is_empty() || more.starts_with(['=', '.']))).then_some((name, more))
 }
 
 /// Whether what stands between these texts is a word of its own, and no part of a name or a path.
@@ -200,6 +217,12 @@ mod tests {
     fn fields_are_spelled_as_their_reader_writes_them() {
         for (text, program, python) in [
             ("[rate] is 0", "--rate is 0", "rate= is 0"),
+            ("([:doctor] says more)", "(rist doctor says more)", "(rist.doctor says more)"),
+            (
+                "[:validate MODEL LOG], [:nothing]",
+                "rist validate MODEL LOG, [:nothing]",
+                "rist.validate(model, log), [:nothing]",
+            ),
             (
                 "try [options.columns.torque]",
                 "try --options: columns: torque",

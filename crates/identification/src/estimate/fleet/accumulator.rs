@@ -116,7 +116,7 @@ impl Accumulator {
         let differences = settings.differences(&theirs);
         if !differences.is_empty() {
             return Err(Error::new(format!(
-                "these sums cannot be added: {}; make all parts with the same settings (rist accumulate [like=FIRST.tri])",
+                "these sums cannot be added: {}; make all parts with the same settings ([:accumulate] [like=FIRST.tri])",
                 differences.join("; ")
             )));
         }

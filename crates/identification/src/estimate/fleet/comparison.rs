@@ -142,7 +142,7 @@ impl Pair<'_> {
         let differences = a.settings().differences(b.settings());
         if !differences.is_empty() {
             return Err(Error::new(format!(
-                "{ours} and {theirs} cannot be compared: {}; make both with the same settings (rist accumulate \
+                "{ours} and {theirs} cannot be compared: {}; make both with the same settings ([:accumulate] \
                  [like={theirs}])",
                 differences.join("; ")
             )));

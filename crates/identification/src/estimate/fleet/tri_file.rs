@@ -144,7 +144,7 @@ fn divided(bytes: &[u8]) -> Result<(&str, &[u8]), String> {
     let words: Vec<&str> = line.split(' ').collect();
     if words.first() != Some(&TRI_MAGIC_WORD) {
         let found = if bytes.is_empty() { "it is empty" } else { "its first line does not say so" };
-        return Err(format!("no sums of rist accumulate (.tri): {found}"));
+        return Err(format!("no sums of [:accumulate] (.tri): {found}"));
     }
     match words.get(1).and_then(|word| word.parse::<u32>().ok()) {
         Some(TRI_FORMAT_VERSION) => {}
@@ -253,7 +253,7 @@ mod tests {
         }
         assert!(refused(&bytes[..bytes.len() - 1]).unwrap().contains("cut short"));
         assert!(refused(&[&bytes[..], &b"x"[..]].concat()).unwrap().contains("longer than it was"));
-        assert!(refused(b"t,q1\n0,1\n").unwrap().contains("no sums of rist accumulate"));
+        assert!(refused(b"t,q1\n0,1\n").unwrap().contains("no sums of [:accumulate]"));
         assert!(refused(b"").unwrap().contains("it is empty"));
     }
 

@@ -76,12 +76,12 @@ pub(crate) fn claims_of_fit(
         claims.push(cannot_tell(
             whole(RESIDUAL),
             format!("{} of the torques stay unexplained", percent(total)),
-            "the cause: rist doctor looks for it, [friction=auto] tries other laws",
+            "the cause: [:doctor] looks for it, [friction=auto] tries other laws",
         ));
     }
     // Which parameters the record does not decide, or decides by little motion.
     if let Some(why) = overfitted(estimate, prediction) {
-        claims.push(cannot_tell(whole(PARAMETERS), why, "a longer and richer motion (rist plan)"));
+        claims.push(cannot_tell(whole(PARAMETERS), why, "a longer and richer motion ([:plan])"));
     }
     claims.extend(undecided(estimate, beside));
     let is_deciding = |x: &f64| x.is_finite() && *x > DECIDING_CONDITION_NUMBER && !beside.tells_torques;
@@ -90,7 +90,7 @@ pub(crate) fn claims_of_fit(
         claims.push(cannot_tell(
             whole(PARAMETERS),
             why,
-            "a motion that excites the weakest direction (rist excite [after])",
+            "a motion that excites the weakest direction ([:excite] [after])",
         ));
     }
     claims

@@ -82,7 +82,7 @@ fn contradiction(estimate: &Estimate, log: usize, apart: f64) -> Claim {
     if apart <= GOOD_NOISY_PREDICTION_ERROR {
         return cannot_tell(subject, why, "logs of the robot as it is now");
     }
-    let remedy = Remedy::new("identify", "identify from logs of one robot in one state; rist doctor looks at each log");
+    let remedy = Remedy::new("identify", "identify from logs of one robot in one state; [:doctor] looks at each log");
     let trial = Trial::NotTried { why: "nothing is known of the cause".into() };
     Claim::new(subject, Outcome::Contradicted { fault: why, remedy, trial })
 }
@@ -90,8 +90,8 @@ fn contradiction(estimate: &Estimate, log: usize, apart: f64) -> Claim {
 /// Whether motion is predicted that was not fitted.
 fn other_motion(estimate: &Estimate, prediction: &Prediction) -> Claim {
     let subject = Subject::whole(OTHER_MOTION);
-    let would_tell = "a log of another motion, fitted beside this one (rist identify MODEL LOG LOG) or predicted (rist validate \
-                      MODEL ESTIMATE LOG, or [validate])";
+    let would_tell = "a log of another motion, fitted beside this one ([:identify MODEL LOG LOG]) or predicted ([:validate MODEL ESTIMATE \
+                      LOG], or [validate])";
     // A log of the fit that parameters from the others do not predict at all says how little the others tell, and no more.
     let others = prediction.others.filter(|e| !prediction.others_are_of_the_fit || *e < USELESS_PREDICTION_ERROR);
     // Only a motion that was not fitted counts; a bad prediction of any motion is bad all the same.
@@ -137,7 +137,7 @@ fn other_motion(estimate: &Estimate, prediction: &Prediction) -> Claim {
         false => cannot_tell(
             subject,
             format!("another motion is predicted with an error of {}", percent(error)),
-            "what is missing in the model: rist doctor, [friction=auto]",
+            "what is missing in the model: [:doctor], [friction=auto]",
         ),
     }
 }
@@ -166,7 +166,7 @@ fn rival(error: f64, prediction: &Prediction) -> Option<Claim> {
         let trial = Trial::NotTried { why: "nothing is known of the cause".into() };
         return Some(Claim::new(subject, Outcome::Contradicted { fault: why, remedy, trial }));
     }
-    (is_far_worse || !is_explained).then(|| cannot_tell(subject, why, "a longer and richer motion (rist plan)"))
+    (is_far_worse || !is_explained).then(|| cannot_tell(subject, why, "a longer and richer motion ([:plan])"))
 }
 
 /// Why parameters hold for their own log only.

@@ -77,9 +77,9 @@ pub(crate) fn claim_of_torque(error: &TorqueError, joints: &[JointResidual]) -> 
         false => untold(error.of, &error.untold()),
     };
     let would_tell = match error.of {
-        Use::Gravity => "a motion through more of the robot's range (rist excite)",
-        Use::SpeedsSeen => "a longer log, or one of a richer motion (rist excite)",
-        Use::SpeedLimits => "a faster motion (rist excite)",
+        Use::Gravity => "a motion through more of the robot's range ([:excite])",
+        Use::SpeedsSeen => "a longer log, or one of a richer motion ([:excite])",
+        Use::SpeedLimits => "a faster motion ([:excite])",
     };
     if error.relative <= USELESS_TORQUE {
         return cannot_tell(subject, why, would_tell);
@@ -106,7 +106,7 @@ pub(crate) fn untold_torques(estimate: &Estimate) -> Vec<Claim> {
     let is_open = estimate.parameters.iter().any(|p| p.status == Status::NotIdentifiable);
     let one = |of: Use| {
         let fault = format!("for {} no torque is determined: {} never moved", of.name(), still.join(", "));
-        refused(Subject::whole(topic(of)), fault, "a motion of all joints (rist excite)")
+        refused(Subject::whole(topic(of)), fault, "a motion of all joints ([:excite])")
     };
     if still.is_empty() || !is_open { Vec::new() } else { Use::ALL.map(one).to_vec() }
 }
@@ -130,7 +130,7 @@ pub(crate) fn where_it_stands(claim: Claim, still: &[&str]) -> Vec<Claim> {
         return vec![claim];
     }
     let why = format!("{} never moved", still.join(", "));
-    let open = cannot_tell(at(subject.topic, stands), why, "a motion of all joints (rist excite)");
+    let open = cannot_tell(at(subject.topic, stands), why, "a motion of all joints ([:excite])");
     let told = (!moves.is_empty()).then(|| Claim::new(at(subject.topic, moves), claim.outcome().clone()));
     told.into_iter().chain([open]).collect()
 }
