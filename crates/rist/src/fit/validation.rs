@@ -24,13 +24,9 @@ pub use identification::portrait::series::{TorqueSeries, series_to_csv, series_t
 
 use crate::describe::model::{Model, predicts};
 use crate::error::Error;
-use crate::request::Request;
 pub use crate::request::ValidateRequest;
+use crate::request::{MOTION_CUTOFF, Request};
 use identification::estimate::artefact::Estimate;
-
-/// Hz: default low-pass on position and torque of motions of a plan. It is twice the cut-off of the equations, up to
-/// where the paper's figure 2 looks.
-pub const MOTION_CUTOFF: f64 = 20.0;
 
 /// A log that an estimate predicted.
 pub struct Predicted {

@@ -12,6 +12,10 @@ use super::friction::terms_without_torque;
 use super::{FrictionChoice, Range, request};
 use crate::error::Error;
 
+/// Hz: default low-pass on position and torque of motions of a plan. It is twice the cut-off of the equations, up to
+/// where the paper's figure 2 looks.
+pub const MOTION_CUTOFF: f64 = 20.0;
+
 request! {
     /// How logs are looked at before anything is fitted.
     pub struct DoctorRequest {
@@ -37,8 +41,8 @@ request! {
     pub struct ValidateRequest {
         /// Torque per unit of current of a drive, N m/A [default: that of the estimate, that of the file, or 1].
         gain: Vec<(String, f64)> = Vec::new(), range(Range::Positive), value_name("COORDINATE=GAIN");
-        /// Cut-off of the low-pass on position and torque, Hz [default: 20, or that of the estimate].
-        cutoff: Option<f64> = None, range(Range::Positive), value_name("HZ");
+        /// Cut-off of the low-pass on position and torque, Hz [default: MOTION_CUTOFF].
+        cutoff: Option<f64> = None, default_from(format_args!("{MOTION_CUTOFF}, or that of the estimate")), range(Range::Positive), value_name("HZ");
     }
 }
 

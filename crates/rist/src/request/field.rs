@@ -51,6 +51,14 @@ impl Field {
         Field { doc: format!("{} {more}", self.doc), ..self }
     }
 
+    /// The same, where the default is a constant of another crate: the value in place of the name that the doc has for it,
+    /// as `[default: SignalOptions::order]`.
+    pub fn default_from(self, value: impl std::fmt::Display) -> Field {
+        let (before, behind) = self.doc.split_once("[default: ").expect("a doc that names its default");
+        let (_, behind) = behind.split_once(']').expect("a bracket that closes");
+        Field { doc: format!("{before}[default: {value}]{behind}"), ..self }
+    }
+
     /// The same in a range.
     pub fn range(self, range: impl Into<Range>) -> Field {
         Field { range: range.into(), ..self }

@@ -105,6 +105,11 @@ impl FieldType for FrictionChoice {
 }
 
 /// The word of a term, with every digit of its speed.
+/// Terms as their words, between commas.
+pub(super) fn words(terms: &[FrictionTerm]) -> String {
+    terms.iter().map(word).collect::<Vec<_>>().join(",")
+}
+
 fn word(term: &FrictionTerm) -> String {
     match term {
         FrictionTerm::SmoothCoulomb(speed) => format!("smooth-coulomb={speed}"),

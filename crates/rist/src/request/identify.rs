@@ -15,11 +15,13 @@ use std::path::PathBuf;
 use identification::estimate::options::Options;
 use identification::estimators::drive_gains::likelihood::Gain;
 use identification::estimators::weighted::Weights;
+use identification::spectrum::rist_mh::data::HarmonicOptions;
 use linear_model::friction::terms::FrictionTerm;
 use linear_model::known_load::KnownLoad;
 use logs::ColumnNames;
 
 use super::effect::{Delay, Whose};
+use super::friction::words;
 use super::unknowns::Unknown;
 use super::{FrictionChoice, Range, request};
 use crate::error::Error;
@@ -34,14 +36,14 @@ request! {
     pub struct SignalRequest {
         /// Cut-off of the zero-phase low-pass, Hz [default: by the frequency content of the logs].
         cutoff: Option<f64> = None, range(Range::Positive), value_name("HZ"), heading(SIGNALS);
-        /// Order of the Butterworth filter, 0 for none [default: 4].
-        order: Option<usize> = None, heading(SIGNALS);
+        /// Order of the Butterworth filter, 0 for none [default: Signal::order].
+        order: Option<usize> = None, default_from(Options::default().signal.order), heading(SIGNALS);
         /// Keep every N-th filtered sample [default: by the cut-off].
         decimate: Option<usize> = None, range(1..), value_name("N"), heading(SIGNALS);
-        /// Seconds by which the torques lag the positions, negative where they come before [default: 0]; or auto: the delay,
-        /// up to a quarter of a second to both sides, with the smallest residual on rows away from reversals of their joint.
-        /// The residual of all rows may be larger with it than without.
-        delay: Option<Delay> = None, value_name("SECONDS"), heading(SIGNALS);
+        /// Seconds by which the torques lag the positions, negative where they come before [default: Signal::delay]; or auto:
+        /// the delay, up to a quarter of a second to both sides, with the smallest residual on rows away from reversals of
+        /// their joint. The residual of all rows may be larger with it than without.
+        delay: Option<Delay> = None, default_from(Options::default().signal.delay), value_name("SECONDS"), heading(SIGNALS);
         /// YAML with any option of an identification; other options override it.
         options: Option<Options> = None, value_name("FILE"), heading(METHOD);
     }
@@ -51,11 +53,11 @@ request! {
     /// How logs become rows.
     pub struct RowsRequest {
         /// Friction columns per joint: viscous, coulomb, offset, asymmetric, load, rotor, smooth-coulomb=V, stribeck=V (V
-        /// in rad/s), none, or auto, the set that best predicts parts of the logs left out of the fit [default:
-        /// viscous,coulomb,offset].
-        friction: Option<FrictionChoice> = None, value_name("TERMS"), heading(METHOD);
-        /// What rows weigh [default: joint].
-        weights: Option<Weights> = None, heading(METHOD);
+        /// in rad/s), none, or auto, the set that best predicts parts of the logs left out of the fit
+        /// [default: FrictionTerm::STANDARD].
+        friction: Option<FrictionChoice> = None, default_from(words(&FrictionTerm::STANDARD)), value_name("TERMS"), heading(METHOD);
+        /// What rows weigh [default: Options::weights].
+        weights: Option<Weights> = None, default_from(Options::default().weights.word()), heading(METHOD);
         ..
         /// How signals become states.
         signals: SignalRequest;
@@ -137,11 +139,11 @@ request! {
 request! {
     /// What is asked of RIST-MH: all harmonics, with friction. A part that is not asked for has its default.
     pub struct HarmonicRequest {
-        /// Highest frequency of the equations, Hz [default: 20].
-        cutoff: Option<f64> = None, range(Range::Positive), value_name("HZ"), heading(SIGNALS);
+        /// Highest frequency of the equations, Hz [default: Band::equations].
+        cutoff: Option<f64> = None, default_from(HarmonicOptions::default().band.equations), range(Range::Positive), value_name("HZ"), heading(SIGNALS);
         /// Seconds by which the torques lag the positions, or auto, which estimates the remaining delay with the
-        /// parameters [default: 0].
-        delay: Option<Delay> = None, value_name("SECONDS"), heading(SIGNALS);
+        /// parameters [default: Band::delay].
+        delay: Option<Delay> = None, default_from(HarmonicOptions::default().band.delay), value_name("SECONDS"), heading(SIGNALS);
         /// Estimate ripple of torque and gain with so many periods a turn, of a coordinate or of all.
         ripple: Vec<(Whose, f64)> = Vec::new(), value_name("[COORDINATE=]PERIODS"), heading(METHOD);
         /// Estimate a spring beside the motor of these coordinates, or of all, as one that balances gravity.

@@ -50,7 +50,9 @@ mod words;
 pub use derive::DeriveRequest;
 pub use describe::{ConvertRequest, DescriptionFormat, EvaluateRequest, InspectRequest, SheetFormat, StateQuantity};
 pub use effect::{Delay, Whose};
-pub use examine::{CheckRequest, CompareRequest, DoctorRequest, ValidateRequest, VisibilityRequest, WrenchRequest};
+pub use examine::{
+    CheckRequest, CompareRequest, DoctorRequest, MOTION_CUTOFF, ValidateRequest, VisibilityRequest, WrenchRequest,
+};
 pub use excite::{ExciteRequest, Family, Series};
 pub use field::Field;
 pub use files::{BodiesFiles, PlanFiles, PointsFiles, ReportFiles, SamplesFiles, TrajectoryFiles};
