@@ -1,6 +1,6 @@
 //! The help of the program: commands in the order of use, the flags that most people need, an example each.
 //!
-//! `--help` (and `-h`) has at most 60 lines: what a command is for, the flags of [`GROUPS`], an example. `--help-all` has
+//! `--help` (and `-h`) has at most 60 lines: what a command is for, the flags of [`groups`], an example. `--help-all` has
 //! every flag with all that is said of it. The flags that commands share, how a description is read and how the program
 //! speaks, come last in both.
 
@@ -9,7 +9,7 @@ use rist::ModelOptions;
 use rist::request::Request;
 
 use crate::groups::Shown::{All, Only, Own};
-use crate::groups::{GROUPS, Told};
+use crate::groups::{CommandHelp, groups};
 use crate::terminal::folded;
 
 /// The first three commands of somebody who has a description and a log.
@@ -26,9 +26,9 @@ const TERMINAL_HEADING: &str = "Terminal";
 
 /// The program with its help: commands by groups, flags in their order.
 pub(crate) fn arranged(program: Command) -> Command {
-    let told = GROUPS.iter().flat_map(|group| group.commands);
     let list = list(&program);
-    let program = told.fold(program, |program, told| program.mut_subcommand(told.name, |command| of(told, command)));
+    let helps = groups().into_iter().flat_map(|group| group.commands);
+    let program = helps.fold(program, |program, help| program.mut_subcommand(help.name, |command| of(&help, command)));
     program
         .disable_help_flag(true)
         .arg(Arg::new("help").short('h').long("help").action(ArgAction::HelpShort).help("Print this help"))
@@ -40,11 +40,12 @@ pub(crate) fn arranged(program: Command) -> Command {
 fn list(program: &Command) -> String {
     let styles = program.get_styles();
     let (header, literal) = (styles.get_header(), styles.get_literal());
-    let width = GROUPS.iter().flat_map(|group| group.commands).map(|told| told.name.len()).max().unwrap_or(0);
+    let groups = groups();
+    let width = groups.iter().flat_map(|group| &group.commands).map(|help| help.name.len()).max().unwrap_or(0);
     let mut text = String::new();
-    for group in &GROUPS {
+    for group in &groups {
         text += &format!("{header}{}:{header:#}\n", group.title);
-        for Told { name, .. } in group.commands {
+        for CommandHelp { name, .. } in &group.commands {
             let about =
                 program.find_subcommand(name).and_then(Command::get_about).map_or(String::new(), |a| a.to_string());
             let about = folded(&about, COLUMNS - width - 4).join(&format!("\n{:1$}", "", width + 4));
@@ -61,10 +62,10 @@ fn examples(of: &[(&str, &str)]) -> String {
 }
 
 /// A command with its flags in their order: its own, those of the description, those of the terminal.
-fn of(told: &Told, command: Command) -> Command {
+fn of(help: &CommandHelp, command: Command) -> Command {
     let shared: Vec<&str> = ModelOptions::fields().iter().map(|field| field.name).collect();
     let is_shared = |arg: &Arg| shared.contains(&arg.get_id().as_str());
-    let is_shown = |arg: &Arg| match told.shown {
+    let is_shown = |arg: &Arg| match &help.shown {
         All => true,
         Own => !is_shared(arg),
         Only(names) => arg.is_positional() || names.contains(&arg.get_id().as_str()),
@@ -77,8 +78,8 @@ fn of(told: &Told, command: Command) -> Command {
     });
     let args: Vec<Arg> = args.collect();
     let hidden = args.iter().filter(|arg| arg.is_hide_short_help_set()).count();
-    let flag = |id, long, action, help: String| {
-        Arg::new(id).long(long).action(action).help(help).help_heading(TERMINAL_HEADING).display_order(LAST)
+    let flag = |id, long, action, text: String| {
+        Arg::new(id).long(long).action(action).help(text).help_heading(TERMINAL_HEADING).display_order(LAST)
     };
     let all = match hidden {
         0 => "Print all that can be said of every flag".to_string(),
@@ -86,19 +87,19 @@ fn of(told: &Told, command: Command) -> Command {
         more => format!("Print every flag, {more} more than here"),
     };
     // A new command of the same parts: clap keeps the order in which arguments were added.
-    let mut arranged = Command::new(told.name).args(args).groups(command.get_groups().cloned());
+    let mut arranged = Command::new(help.name).args(args).groups(command.get_groups().cloned());
     if let Some(about) = command.get_about() {
         arranged = arranged.about(about.clone());
     }
     if let Some(about) = command.get_long_about() {
         arranged = arranged.long_about(about.clone());
     }
-    let heading = if told.examples.len() == 1 { "Example:" } else { "Examples:" };
+    let heading = if help.examples.len() == 1 { "Example:" } else { "Examples:" };
     arranged
         .disable_help_flag(true)
         .arg(flag("help", "help", ArgAction::HelpShort, "Print this help".into()).short('h'))
         .arg(flag("help_all", "help-all", ArgAction::HelpLong, all))
-        .after_help(format!("{heading}\n{}", examples(told.examples).trim_end()))
+        .after_help(format!("{heading}\n{}", examples(&help.examples).trim_end()))
 }
 
 /// Behind the other flags of the terminal.
@@ -116,8 +117,8 @@ mod tests {
         arranged(crate::Arguments::command()).term_width(COLUMNS)
     }
 
-    fn told() -> impl Iterator<Item = &'static Told> {
-        GROUPS.iter().flat_map(|group| group.commands)
+    fn helps() -> impl Iterator<Item = CommandHelp> {
+        groups().into_iter().flat_map(|group| group.commands)
     }
 
     /// What the program prints for this command line, which asks for help.
@@ -129,7 +130,7 @@ mod tests {
 
     #[test]
     fn every_command_stands_in_one_group() {
-        let mut names: Vec<&str> = told().map(|told| told.name).collect();
+        let mut names: Vec<&str> = helps().map(|help| help.name).collect();
         let program = crate::Arguments::command();
         let mut commands: Vec<&str> = program.get_subcommands().map(Command::get_name).collect();
         names.sort_unstable();
@@ -141,7 +142,7 @@ mod tests {
     #[test]
     fn help_fits_a_screen_and_a_half() {
         let lines = |text: &str| text.lines().map(str::to_string).collect::<Vec<_>>();
-        let all = told().map(|told| (told.name, help(&["rist", told.name, "--help"])));
+        let all = helps().map(|told| (told.name, help(&["rist", told.name, "--help"])));
         for (name, text) in all.chain([("rist", help(&["rist", "--help"]))]) {
             let lines = lines(&text);
             assert!(lines.len() <= 60, "rist {name} --help: {} lines\n{text}", lines.len());
@@ -154,7 +155,7 @@ mod tests {
     #[test]
     fn all_help_has_every_flag_in_a_hundred_columns() {
         let program = crate::Arguments::command();
-        for told in told() {
+        for told in helps() {
             let text = help(&["rist", told.name, "--help-all"]);
             let command = program.find_subcommand(told.name).expect("it is in one group");
             for flag in command.get_arguments().filter_map(|arg| arg.get_long()) {
@@ -165,7 +166,7 @@ mod tests {
             for line in text.lines() {
                 assert!(line.chars().count() <= COLUMNS, "rist {} --help-all: {line}", told.name);
             }
-            if let Only(names) = told.shown {
+            if let Only(names) = &told.shown {
                 let known = |name: &&str| command.get_arguments().any(|arg| arg.get_id() == name);
                 let unknown: Vec<_> = names.iter().filter(|name| !known(name)).collect();
                 assert!(unknown.is_empty(), "rist {} has no {unknown:?}", told.name);
@@ -176,7 +177,7 @@ mod tests {
     /// What is hidden from the short help is in the long one, and the other way round nothing.
     #[test]
     fn shared_flags_come_last() {
-        for told in told() {
+        for told in helps() {
             let text = help(&["rist", told.name, "--help-all"]);
             let headings: Vec<&str> =
                 text.lines().filter(|line| line.ends_with(':') && !line.starts_with(' ')).collect();
@@ -195,9 +196,9 @@ mod tests {
             let words = line.split_whitespace().take_while(|word| *word != ">");
             program().try_get_matches_from(words).unwrap_or_else(|e| panic!("{line}\n{e}"))
         };
-        for told in told() {
+        for told in helps() {
             let mut is_there = false;
-            for (line, what) in told.examples {
+            for &(line, what) in &told.examples {
                 let command = parsed(line).subcommand_name().map(str::to_string);
                 is_there |= command.as_deref() == Some(told.name);
                 assert!(!what.is_empty() && line.len() <= COLUMNS - 2, "{line}");
