@@ -1,19 +1,7 @@
 //! Formulas as a function of MATLAB or Octave, which takes numbers or symbols of the Symbolic Math Toolbox.
 
-use crate::formula::print::Grammar;
+use crate::formula::print::{PLAIN, comment};
 use crate::formula::shown::Shown;
-
-const GRAMMAR: Grammar = Grammar {
-    times: "*",
-    power: ["^", ""],
-    quotient: ["", "/", ""],
-    quotient_brackets: true,
-    root: ["sqrt(", ")"],
-    sine: ["sin(", ")"],
-    cosine: ["cos(", ")"],
-    brackets: ["(", ")"],
-    variable: str::to_string,
-};
 
 /// The file: MATLAB finds the first function of a file by the file's name, others only from within it.
 pub(crate) fn file(head: &[String], functions: &[Shown]) -> String {
@@ -23,9 +11,9 @@ pub(crate) fn file(head: &[String], functions: &[Shown]) -> String {
         let inputs = listing.inputs.iter().map(|(name, _)| name);
         let arguments: Vec<&str> = inputs.chain(&listing.constants).map(String::as_str).collect();
         text += &format!("function [{}] = {name}({})\n", outputs.join(", "), arguments.join(", "));
-        text += &comment(doc);
+        text += &comment("%", doc);
         if let Some((first, _)) = functions.first().map(|f| (f.name, ())).filter(|(first, ())| first == name) {
-            text += &format!("%\n% Save as {first}.m\n{}", comment(head));
+            text += &format!("%\n% Save as {first}.m\n{}", comment("%", head));
         }
         for (input, entries) in &listing.inputs {
             for (k, entry) in entries.iter().enumerate() {
@@ -33,18 +21,18 @@ pub(crate) fn file(head: &[String], functions: &[Shown]) -> String {
             }
         }
         for (name, term) in &listing.assignments {
-            text += &format!("{name} = {};\n", GRAMMAR.text(term));
+            text += &format!("{name} = {};\n", PLAIN.text(term));
         }
         for output in &listing.outputs {
             let name = &output.name;
             if let ([(_, _, term)], false) = (&output.entries[..], output.is_whole) {
-                text += &format!("{name} = {};\n", GRAMMAR.text(term));
+                text += &format!("{name} = {};\n", PLAIN.text(term));
                 continue;
             }
             // Built at once: assigning a symbol to an entry of a matrix of numbers fails.
             let entry = |row: usize, column: usize| format!("{name}_{}_{}", row + 1, column + 1);
             for (row, column, term) in &output.entries {
-                text += &format!("{} = {};\n", entry(*row, *column), GRAMMAR.text(term));
+                text += &format!("{} = {};\n", entry(*row, *column), PLAIN.text(term));
             }
             let listed = |row: usize, column: usize| output.entries.iter().any(|(r, c, _)| (*r, *c) == (row, column));
             let cell = |row: usize, column: usize| if listed(row, column) { entry(row, column) } else { "0".into() };
@@ -55,8 +43,4 @@ pub(crate) fn file(head: &[String], functions: &[Shown]) -> String {
     }
     text.pop();
     text
-}
-
-fn comment(lines: &[String]) -> String {
-    lines.iter().map(|line| format!("% {line}").trim_end().to_string() + "\n").collect()
 }

@@ -18,6 +18,24 @@ pub(crate) struct Grammar {
     pub variable: fn(&str) -> String,
 }
 
+/// That of programming languages.
+pub(super) const PLAIN: Grammar = Grammar {
+    times: "*",
+    power: ["^", ""],
+    quotient: ["", "/", ""],
+    quotient_brackets: true,
+    root: ["sqrt(", ")"],
+    sine: ["sin(", ")"],
+    cosine: ["cos(", ")"],
+    brackets: ["(", ")"],
+    variable: str::to_string,
+};
+
+/// Lines behind the mark of a comment.
+pub(super) fn comment(mark: &str, lines: &[String]) -> String {
+    lines.iter().map(|line| format!("{mark} {line}").trim_end().to_string() + "\n").collect()
+}
+
 /// How tightly a term holds together.
 #[derive(Clone, Copy, PartialEq, PartialOrd)]
 enum Bond {

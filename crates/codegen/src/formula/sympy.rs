@@ -1,24 +1,14 @@
 //! Formulas as Python: a function each, which takes symbols of SymPy or numbers and returns matrices of SymPy.
 
 use crate::formula::listing::{ListedOutput, Term};
-use crate::formula::print::Grammar;
+use crate::formula::print::{Grammar, PLAIN, comment};
 use crate::formula::shown::Shown;
 
-const GRAMMAR: Grammar = Grammar {
-    times: "*",
-    power: ["**", ""],
-    quotient: ["", "/", ""],
-    quotient_brackets: true,
-    root: ["sqrt(", ")"],
-    sine: ["sin(", ")"],
-    cosine: ["cos(", ")"],
-    brackets: ["(", ")"],
-    variable: str::to_string,
-};
+const GRAMMAR: Grammar = Grammar { power: ["**", ""], ..PLAIN };
 
 /// The file.
 pub(crate) fn file(head: &[String], functions: &[Shown]) -> String {
-    let mut text: String = head.iter().map(|line| format!("# {line}").trim_end().to_string() + "\n").collect();
+    let mut text = comment("#", head);
     text += "\nfrom sympy import Matrix, cos, sin, sqrt, symbols\n";
     for Shown { name, doc, listing } in functions {
         let input = |(input, entries): &(String, Vec<String>)| format!("{input}={}", symbols(entries));

@@ -1,34 +1,22 @@
 //! Formulas as plain text: an assignment a line, `#` before what is none.
 
-use crate::formula::print::Grammar;
+use crate::formula::print::{PLAIN, comment};
 use crate::formula::shown::Shown;
-
-const GRAMMAR: Grammar = Grammar {
-    times: "*",
-    power: ["^", ""],
-    quotient: ["", "/", ""],
-    quotient_brackets: true,
-    root: ["sqrt(", ")"],
-    sine: ["sin(", ")"],
-    cosine: ["cos(", ")"],
-    brackets: ["(", ")"],
-    variable: str::to_string,
-};
 
 /// The file.
 pub(crate) fn file(head: &[String], functions: &[Shown]) -> String {
-    let mut text = comment(head);
+    let mut text = comment("#", head);
     for Shown { name, doc, listing } in functions {
-        text += &format!("\n# {name}\n{}", comment(doc));
+        text += &format!("\n# {name}\n{}", comment("#", doc));
         for (input, entries) in &listing.inputs {
             text += &format!("# {input}: {}\n", entries.join(" "));
         }
         for (name, term) in &listing.assignments {
-            text += &format!("{name} = {}\n", GRAMMAR.text(term));
+            text += &format!("{name} = {}\n", PLAIN.text(term));
         }
         for output in &listing.outputs {
             for (row, column, term) in &output.entries {
-                text += &format!("{} = {}\n", place(&output.name, output.columns, *row, *column), GRAMMAR.text(term));
+                text += &format!("{} = {}\n", place(&output.name, output.columns, *row, *column), PLAIN.text(term));
             }
             let zeros = output.rows * output.columns - output.entries.len();
             if output.is_whole && zeros > 0 {
@@ -42,8 +30,4 @@ pub(crate) fn file(head: &[String], functions: &[Shown]) -> String {
 /// `A[1,2]`, and `tau[1]` of a column.
 fn place(name: &str, columns: usize, row: usize, column: usize) -> String {
     if columns == 1 { format!("{name}[{}]", row + 1) } else { format!("{name}[{},{}]", row + 1, column + 1) }
-}
-
-fn comment(lines: &[String]) -> String {
-    lines.iter().map(|line| format!("# {line}").trim_end().to_string() + "\n").collect()
 }
