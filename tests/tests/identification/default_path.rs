@@ -45,7 +45,7 @@ fn a_clean_log_changes_nothing() {
     let model = Model::read(model_path("ur5.urdf")).unwrap();
     let log = swinging(&model.robot, &unlike(&model.robot, 2), 1.2, 0.0);
     let found = identified("clean", &model, &log, "");
-    assert!(found.model.is_none() && found.delay.is_none());
+    assert!(found.model.is_none() && found.decided.delay.is_none());
     assert!(DECISIONS.iter().all(|words| !says(&found, words)), "{:?}", found.estimate.remarks);
 }
 
@@ -86,7 +86,7 @@ fn late_torques_are_taken_back() {
     let late = swinging(&model.robot, &truth, 1.2, 0.02);
     let found = identified("late", &model, &late, "");
     assert!(says(&found, DECISIONS[1]), "{:?}", found.estimate.remarks);
-    assert!(found.delay.is_some_and(|d| (d.seconds - 0.02).abs() < 1e-3));
+    assert!(found.decided.delay.is_some_and(|d| (d.seconds - 0.02).abs() < 1e-3));
     // Pinned by the user.
     let file = folder("default_path_pinned").join("late.csv");
     late.write(&file, model.regressor().coordinates());
@@ -116,7 +116,7 @@ fn rates_that_are_none_give_way_to_slopes() {
     assert!(says(&found, DECISIONS[2]) && says(&found, "by 1"), "{:?}", found.estimate.remarks);
     let signal = &found.estimate.options.as_ref().unwrap().signal;
     assert_eq!((signal.velocity, signal.acceleration), (Velocity::Differentiated, Velocity::Differentiated));
-    assert!(found.delay.is_none() && found.estimate.total.unwrap() < 0.01, "{}", found.estimate.total.unwrap());
+    assert!(found.decided.delay.is_none() && found.estimate.total.unwrap() < 0.01, "{}", found.estimate.total.unwrap());
 
     let columns: Vec<String> = model.regressor().coordinates().iter().map(|name| format!("ddq_{name}")).collect();
     let found = identified("accelerations", &model, &good, &columns.join(","));

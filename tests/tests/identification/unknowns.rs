@@ -53,7 +53,7 @@ fn assert_true(
 ) {
     let mut told = 0;
     for k in 0..value.len() {
-        let Some(step) = found.unknowns.iter().find(|s| s.of == of(k)) else { continue };
+        let Some(step) = found.decided.unknowns.iter().find(|s| s.of == of(k)) else { continue };
         let Some((_, deviation)) = step.told else { continue };
         let (off, deviation) = (value[k] - exact[k], deviation * share[k]);
         assert!(off.abs() < DEVIATIONS * deviation, "seed {seed}, {k}: {} for {} +- {deviation}", value[k], exact[k]);
@@ -87,7 +87,7 @@ fn zeros_said(found: &Identification) -> Vec<&str> {
 /// A zero is said to be held where the prior told it, and only there; every other one is said with its deviation.
 fn assert_held_are_said(found: &Identification) -> usize {
     let said = zeros_said(found);
-    let zeros: Vec<_> = found.unknowns.iter().filter(|s| matches!(s.of, Hypothesis::Zero(_))).collect();
+    let zeros: Vec<_> = found.decided.unknowns.iter().filter(|s| matches!(s.of, Hypothesis::Zero(_))).collect();
     assert_eq!(said.len(), zeros.len(), "{said:?}");
     for (said, zero) in said.iter().zip(&zeros) {
         assert_eq!(said.ends_with(" is held to what it was"), zero.told.is_some() && zero.is_prior, "{said}");
@@ -148,8 +148,8 @@ fn the_mount_comes_out() {
         let gravity = found.used(&model).robot.gravity_number();
         let exact = situation.defects[0].tilted(situation.machine.chain.gravity);
         let off = (0..3).map(|i| (gravity[i] - exact[i]).powi(2)).sum::<f64>().sqrt() / 9.81;
-        let both =
-            (0..2).filter_map(|axis| Some(found.unknowns.iter().find(|s| s.of == Hypothesis::Mount(axis))?.told?.1));
+        let both = (0..2)
+            .filter_map(|axis| Some(found.decided.unknowns.iter().find(|s| s.of == Hypothesis::Mount(axis))?.told?.1));
         let deviation = both.map(|deviation| deviation * deviation).sum::<f64>().sqrt();
         assert!(deviation > 0.0 && off < DEVIATIONS * deviation, "seed {seed}: {off} rad +- {deviation}");
         let said = &found.estimate.remarks[0];

@@ -1,5 +1,7 @@
 //! The inverse geometric model against the direct one.
 
+use std::path::{Path, PathBuf};
+
 use expr::Tape;
 use modeling::{Derivation, LinkFrame};
 use nalgebra::DMatrix;
@@ -158,10 +160,42 @@ fn all_solutions_reach_the_pose() {
     }
 }
 
-/// The shipped arms and those of this file, each from its first to its last link.
+/// The shipped arms and those of this file, each from its first to its last link; and those of a folder of URDF files that
+/// `RIST_ARMS` names.
 fn arms() -> impl Iterator<Item = Robot> {
     let shipped = ["puma560.yaml", "rx90.yaml", "stanford.yaml", "ur5.yaml", "ur5.urdf"].map(model);
-    shipped.into_iter().chain([SHOULDER, PARALLEL, BOOM, BOOM_BEHIND, AGAINST, ALL_AGAINST].map(read))
+    let own = [SHOULDER, PARALLEL, BOOM, BOOM_BEHIND, AGAINST, ALL_AGAINST].map(read);
+    let others = std::env::var_os("RIST_ARMS").map_or(Vec::new(), |folder| arms_below(Path::new(&folder)));
+    shipped.into_iter().chain(own).chain(others)
+}
+
+/// The arms of six joints among the URDF files below a folder that have an inverse geometric model; of the others it is
+/// printed why not.
+fn arms_below(folder: &Path) -> Vec<Robot> {
+    let entries = std::fs::read_dir(folder).unwrap_or_else(|e| panic!("{}: {e}", folder.display()));
+    let mut paths: Vec<PathBuf> = entries.map(|entry| entry.unwrap().path()).collect();
+    paths.sort();
+    let mut arms = Vec::new();
+    for path in paths {
+        if path.is_dir() {
+            arms.extend(arms_below(&path));
+            continue;
+        }
+        if path.extension().is_none_or(|end| end != "urdf") {
+            continue;
+        }
+        let robot = match rist::read_robot(&path, &Default::default()) {
+            Ok(robot) if robot.n_coordinates() == 6 => robot,
+            _ => continue,
+        };
+        let last = LinkFrame::from(robot.link_ids().next_back().unwrap());
+        match Derivation::new(&robot).map_err(|e| e.to_string()).map(|mut d| d.inverse_geometry(last).map(drop)) {
+            Ok(Ok(())) => arms.push(robot),
+            Ok(Err(e)) => println!("{}: {e}", path.display()),
+            Err(e) => println!("{}: {e}", path.display()),
+        }
+    }
+    arms
 }
 
 /// What singular poses are looked for along: the Jacobian's determinant changes its sign there.

@@ -95,7 +95,7 @@ fn as_json(
 ) -> Result<Value, serde_json::Error> {
     Ok(json!({
         "estimate": serde_json::to_value(&found.estimate)?,
-        "delay_s": found.delay.as_ref().map(|delay| delay.seconds),
+        "delay_s": found.decided.delay.as_ref().map(|delay| delay.seconds),
         "load": found.load.as_ref().map(load_as_json),
         "validation": serde_json::to_value(validation)?,
         "findings": findings(&found.passport.findings),
@@ -107,14 +107,14 @@ fn as_json(
 fn chosen(found: &Identification) -> String {
     let mut text = String::new();
     // A String never fails to grow.
-    if let Some(delay) = &found.delay {
+    if let Some(delay) = &found.decided.delay {
         let (seconds, with, without) = (delay.seconds, delay.residual, delay.residual_without);
         let _ = writeln!(text, "delay {seconds:.4} s: residual {} {with:.4}, without it {without:.4}", delay.rows());
     }
-    if let Some(selection) = &found.friction {
+    if let Some(selection) = &found.decided.friction {
         let _ = writeln!(text, "friction, by blocked cross-validation (* chosen):\n{selection}");
     }
-    if let Some(terms) = &found.joint_terms {
+    if let Some(terms) = &found.decided.joint_terms {
         let _ = writeln!(text, "{terms}");
     }
     let _ = write!(text, "{}", found.estimate);

@@ -1,20 +1,16 @@
 //! Identifies parameters from logs, step by step: gains, delay, friction, fit, bodies that can exist, load, remarks.
 
 use identification::estimate::consistent::{bodies, identify_consistent};
-use identification::estimate::delay::Delay;
 use identification::estimate::described::described_residuals;
 use identification::estimate::essential::keep_essential;
 use identification::estimate::identify::Fit;
 use identification::estimate::impossible::impossible;
-use identification::estimate::joint_terms::JointTerms;
 use identification::estimate::ledger::hypotheses::Tested;
-use identification::estimate::ledger::unknowns::Step;
 use identification::estimate::ledger::widen_by_unknowns;
 use identification::estimate::logs_left_out::{LogLeftOut, logs_left_out, sentence as of_left_out};
 use identification::estimate::options::Options;
 use identification::estimate::passport::Passport;
 use identification::estimate::remarks::outgrown;
-use identification::estimate::selection::FrictionSelection;
 use identification::estimate::standing_torque::{farther_at_rest, offset_beside_weight};
 use identification::estimate::verdict::{BodiesEvidence, Evidence, Prediction, Trust, Verdict};
 use linear_model::pseudo_inertia::Ten;
@@ -31,6 +27,7 @@ use crate::fit::candidates::rates::rates;
 use crate::fit::candidates::rotors::{rotors, significant_rotors};
 use crate::fit::drive_gains::{OWN_SCALE, gain_remark, is_own_scale};
 use crate::fit::load::{Load, Scales, load};
+pub use crate::fit::search::Decisions;
 use crate::fit::search::{Asked, Candidate, Fitted, Kept, Searched, Tried, search};
 use crate::fit::unknowns::Unknowns;
 use crate::fit::unsure_torques::{Noise, UnsureTorques};
@@ -45,12 +42,8 @@ pub struct Identification {
     pub model: Option<Model>,
     /// Values, intervals, residuals and remarks.
     pub estimate: Estimate,
-    /// The delay, where it was searched.
-    pub delay: Option<Delay>,
-    /// The choice among friction models, where it was made.
-    pub friction: Option<FrictionSelection>,
-    /// The choice among friction of single joints, where it was made.
-    pub joint_terms: Option<JointTerms>,
+    /// What was decided beside the fit.
+    pub decided: Decisions,
     /// The load of the loaded logs.
     pub load: Option<Load>,
     /// The bodies, where only those that can exist were asked for.
@@ -69,10 +62,6 @@ pub struct Identification {
     pub(crate) unsure: UnsureTorques,
     /// Faults of the logs, each tested as one unknown more.
     pub faults: Vec<Tested>,
-    /// What was mended without being asked for.
-    pub mended: Vec<Claim>,
-    /// The last step of the unknowns that were asked for; what they are stands in the options and the description.
-    pub unknowns: Vec<Step>,
     /// The base parameters of the description; `None` where it has no inertials.
     pub described_parameters: Option<Vec<f64>>,
 }
@@ -84,10 +73,11 @@ impl Identification {
     }
 
     /// With what was found of unknowns, which deviations and remarks tell from now on.
-    fn with_unknowns(mut self, unknowns: Unknowns) -> Identification {
+    fn with_unknowns(mut self, mut unknowns: Unknowns) -> Identification {
         widen_by_unknowns(&mut self.estimate, &unknowns.steps);
         self.estimate.remarks.splice(..0, unknowns.remarks);
-        Identification { model: self.model.or(unknowns.model), unknowns: unknowns.steps, ..self }
+        self.decided.unknowns.append(&mut unknowns.steps);
+        Identification { model: self.model.or(unknowns.model), ..self }
     }
 
     /// Says that torques are up to the gains of servos, and holds nothing against a description in N m.
@@ -120,7 +110,7 @@ impl Identification {
             bodies: self.bodies_evidence.as_ref(),
             opens_in_any_motion: self.unsure.opens_in_any_motion,
             faults: &self.faults,
-            mended: &self.mended,
+            mended: &self.decided.mended,
         });
         if verdict.trust == Trust::No {
             self.estimate.refusal.clone_from(&verdict.reasons);
@@ -209,9 +199,9 @@ fn identify_known(
         search(model, Asked { logs, request, kept }, options, &CANDIDATES, &|tried: Tried<'_>| tried.finish())?;
     let Searched { model: changed, options, found: decided, end: (passport, Fitted { mut fit, faults }) } = searched;
     let model = changed.as_ref().unwrap_or(model);
-    let gains = decided.gains;
+    let gains = decided.gains.as_ref();
     let link = request.loaded_link.as_deref();
-    let scales = Scales { gains: gains.as_ref(), faults: &faults, passport: &passport };
+    let scales = Scales { gains, faults: &faults, passport: &passport };
     let load = (!loaded.is_empty()).then(|| load(model, link, &fit, loaded, &options, &scales)).transpose()?;
     let (noise, described_parameters) = (Noise::of(&fit), model.described_parameters());
     let described = described_parameters.as_ref().map(|x| described_error(model, &fit, &options, x));
@@ -225,19 +215,17 @@ fn identify_known(
     // The remarks, and the gains that the estimate stands on.
     let fingerprint = Some(model.reference.fingerprint.clone());
     let mut estimate = Estimate { fingerprint, description: model.description.clone(), ..found.estimate };
-    estimate.remarks.extend(gains.as_ref().map(|found| gain_remark(model, logs, &request.gain, found)));
-    let unsure = UnsureTorques::widening(&mut estimate, noise, gains.as_ref(), &faults, model, &options);
+    estimate.remarks.extend(gains.map(|found| gain_remark(model, logs, &request.gain, found)));
+    let unsure = UnsureTorques::widening(&mut estimate, noise, gains, &faults, model, &options);
     estimate.doubts.extend(impossible(&model.standard_map(), &estimate));
-    estimate.remarks.splice(..0, decided.sentences);
+    estimate.remarks.splice(..0, decided.sentences.clone());
     let outgrown = found.outgrown.into_iter().filter(|_| !is_own_scale);
     estimate.remarks.extend(of_left_out(&logs_left_out, &estimate.logs).into_iter().chain(outgrown));
     widen_by_unknowns(&mut estimate, &decided.unknowns);
     let found = Identification {
         model: changed,
         estimate,
-        delay: decided.delay,
-        friction: decided.friction,
-        joint_terms: decided.joint_terms,
+        decided,
         load,
         bodies: found.bodies,
         passport,
@@ -247,8 +235,6 @@ fn identify_known(
         bodies_evidence: found.evidence,
         unsure,
         faults,
-        mended: decided.mended,
-        unknowns: decided.unknowns,
         described_parameters,
     };
     Ok(if is_own_scale { found.in_own_scale() } else { found })

@@ -116,44 +116,48 @@ pub(crate) struct Proposal {
     pub variant: Variant,
     pub evidence: Evidence,
     /// What is known with it.
-    pub found: Found,
+    pub found: Decisions,
 }
 
 impl Proposal {
     /// Options that follow from the request, or from the columns of the logs.
-    pub(crate) fn given(options: Options, found: Found) -> Proposal {
+    pub(crate) fn given(options: Options, found: Decisions) -> Proposal {
         Proposal { variant: Variant { model: None, options }, evidence: Evidence::Given, found }
     }
 
     /// What nobody asked for; `sentence` says so to the user.
     pub(crate) fn mending(variant: Variant, evidence: Evidence, topic: Topic, sentence: String) -> Proposal {
-        let found = Found { mended: vec![mended(topic, &sentence)], sentences: vec![sentence], ..Found::default() };
+        let found =
+            Decisions { mended: vec![mended(topic, &sentence)], sentences: vec![sentence], ..Decisions::default() };
         Proposal { variant, evidence, found }
     }
 }
 
-/// What was found beside the fit.
+/// What a search decided beside the fit.
 #[derive(Default)]
-pub(crate) struct Found {
+pub struct Decisions {
+    /// The drive gains, where some were estimated.
     pub gains: Option<DriveGains>,
+    /// The delay, where one was found.
     pub delay: Option<Delay>,
-    /// The choice among sets of friction for all joints, and among terms of single ones, where they were asked for.
+    /// The choice among sets of friction for all joints, where it was asked for.
     pub friction: Option<FrictionSelection>,
+    /// The choice among terms of single joints, where it was asked for.
     pub joint_terms: Option<JointTerms>,
-    /// The last step of unknowns.
+    /// The last step of unknowns; what they are stands in the options and the description.
     pub unknowns: Vec<Step>,
     /// A sentence on each decision.
     pub sentences: Vec<String>,
-    /// What was mended, with the errors without it and with it.
+    /// What was mended without being asked for, with the errors without it and with it.
     pub mended: Vec<Claim>,
 }
 
-impl Found {
-    fn then(mut self, mut later: Found) -> Found {
+impl Decisions {
+    fn then(mut self, mut later: Decisions) -> Decisions {
         self.sentences.append(&mut later.sentences);
         self.mended.append(&mut later.mended);
         self.unknowns.append(&mut later.unknowns);
-        Found {
+        Decisions {
             gains: later.gains.or(self.gains),
             delay: later.delay.or(self.delay),
             friction: later.friction.or(self.friction),
@@ -259,7 +263,7 @@ pub(crate) struct Searched<T> {
     /// The model, where it is another than the one given.
     pub model: Option<Model>,
     pub options: Options,
-    pub found: Found,
+    pub found: Decisions,
     pub end: T,
 }
 
@@ -274,7 +278,7 @@ pub(crate) fn search<T>(
     end: &dyn Fn(Tried<'_>) -> Result<T, Error>,
 ) -> Result<Searched<T>, Error> {
     let mut tried = Tried { model, asked, start: options.clone(), options, looked: None, fitted: None };
-    let mut found = Found::default();
+    let mut found = Decisions::default();
     for (k, candidate) in candidates.iter().enumerate() {
         let Some(proposal) = candidate(&mut tried)?.filter(|proposal| proposal.evidence.is_enough()) else { continue };
         let Variant { model: changed, options } = proposal.variant;

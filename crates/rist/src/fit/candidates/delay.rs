@@ -8,14 +8,14 @@ use logs::LogSource;
 
 use crate::describe::model::Model;
 use crate::error::Error;
-use crate::fit::search::{Errors, Evidence, Found, Proposal, Tried, Variant, WORTHWHILE_ERROR_RATIO};
+use crate::fit::search::{Decisions, Errors, Evidence, Proposal, Tried, Variant, WORTHWHILE_ERROR_RATIO};
 
 /// The delay with the smallest residual.
 pub(crate) fn delay(tried: &mut Tried<'_>) -> Result<Option<Proposal>, Error> {
     let (model, logs, request) = (tried.model, tried.asked.logs, tried.asked.request);
     if request.finds_delay() {
         let (options, delay) = found_delay(model, logs, &tried.options)?;
-        return Ok(Some(Proposal::given(options, Found { delay: Some(delay), ..Found::default() })));
+        return Ok(Some(Proposal::given(options, Decisions { delay: Some(delay), ..Decisions::default() })));
     }
     let is_open = request.rows.signals.delay.is_none() && tried.options.signal.delay == 0.0;
     if !is_open || !tried.looked()?.passport.findings.iter().any(|f| matches!(f.fault, Fault::Delay(_))) {

@@ -22,12 +22,12 @@ use logs::LogSource;
 
 use crate::describe::model::Model;
 use crate::error::Error;
-use crate::fit::search::{Errors, Evidence, Fitted, Found, Kept, Proposal, Tried, Variant, WORTHWHILE_ERROR_RATIO};
+use crate::fit::search::{Decisions, Errors, Evidence, Fitted, Kept, Proposal, Tried, Variant, WORTHWHILE_ERROR_RATIO};
 
 /// The friction that the request asks to be chosen, and the load that its terms need.
 pub(crate) fn asked_friction(tried: &mut Tried<'_>) -> Result<Option<Proposal>, Error> {
     let (model, logs, request, kept) = (tried.model, tried.asked.logs, tried.asked.request, tried.asked.kept);
-    let (mut options, mut found) = (tried.options.clone(), Found::default());
+    let (mut options, mut found) = (tried.options.clone(), Decisions::default());
     if request.finds_friction() {
         found.friction = Some(found_friction(model, logs, &mut options)?);
     }
@@ -53,7 +53,7 @@ pub(crate) fn joint_friction(tried: &mut Tried<'_>) -> Result<Option<Proposal>, 
     if logs.iter().any(|log| matches!(log, LogSource::Streamed(_))) {
         let sentence = "friction of single joints was not looked for, since the logs are too long to be held in memory \
                         ([friction=auto] looks for it)";
-        let found = Found { sentences: vec![sentence.into()], ..Found::default() };
+        let found = Decisions { sentences: vec![sentence.into()], ..Decisions::default() };
         return Ok(Some(Proposal::given(tried.options.clone(), found)));
     }
     let mut options = tried.options.clone();
@@ -85,7 +85,7 @@ pub(crate) fn joint_friction(tried: &mut Tried<'_>) -> Result<Option<Proposal>, 
     Ok(Some(Proposal {
         variant: Variant { model: None, options },
         evidence: Evidence::Errors { errors, limit: WORTHWHILE_ERROR_RATIO.min(of_faults * of_faults) },
-        found: Found { sentences: vec![sentence], ..Found::default() },
+        found: Decisions { sentences: vec![sentence], ..Decisions::default() },
     }))
 }
 

@@ -8,7 +8,9 @@ use identification::estimate::ledger::topics::MOUNT_TAKEN;
 use nalgebra::Vector3;
 
 use crate::error::Error;
-use crate::fit::search::{Asked, Errors, Evidence, Found, Proposal, Tried, Variant, WORTHWHILE_ERROR_RATIO, search};
+use crate::fit::search::{
+    Asked, Decisions, Errors, Evidence, Proposal, Tried, Variant, WORTHWHILE_ERROR_RATIO, search,
+};
 use crate::fit::unknowns::{BEFORE_THE_FIT, Unknowns};
 use crate::request::{SamplesRequest, Unknown};
 
@@ -52,7 +54,7 @@ pub(crate) fn mount(tried: &mut Tried<'_>) -> Result<Option<Proposal>, Error> {
     let evidence = Evidence::Errors { errors: [without, with], limit: WORTHWHILE_ERROR_RATIO };
     let variant = Variant { model: Some(turned), options: tried.start.clone() };
     let mut proposal = Proposal::mending(variant, evidence, MOUNT_TAKEN, sentence);
-    proposal.found = Found {
+    proposal.found = Decisions {
         unknowns: unknowns.steps,
         sentences: proposal.found.sentences.into_iter().chain(unknowns.remarks).collect(),
         ..proposal.found
