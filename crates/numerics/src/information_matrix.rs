@@ -23,11 +23,6 @@ impl Rows {
         Rows { width, entries }
     }
 
-    /// The entries, row by row.
-    pub fn into_entries(self) -> Vec<f64> {
-        self.entries
-    }
-
     /// Appends one row, cut or filled with zeros to the width.
     #[inline]
     pub fn push(&mut self, row: &[f64]) {

@@ -94,7 +94,6 @@ mod tests {
         assert_eq!(options.band.equations, 10.0);
         let cut = HarmonicRequest { cutoff: Some(25.0), ..request }.options(&planar()).unwrap();
         assert_eq!((cut.band.equations, cut.band.motion), (25.0, 50.0));
-        assert!(!HarmonicRequest::default().has_joint_effects());
         assert_eq!(HarmonicRequest::default().options(&planar()).unwrap(), HarmonicOptions::default());
     }
 

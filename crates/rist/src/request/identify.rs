@@ -303,10 +303,3 @@ impl PaperRequest {
         }
     }
 }
-
-impl HarmonicRequest {
-    /// Whether an effect of single joints is asked for.
-    pub fn has_joint_effects(&self) -> bool {
-        !(self.ripple.is_empty() && self.elastic.is_empty() && self.backlash.is_empty())
-    }
-}
