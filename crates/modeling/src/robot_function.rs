@@ -226,7 +226,7 @@ impl std::fmt::Display for NotThere {
                  reactions are there for trees of links",
             ),
             NotThere::NoPassive => f.write_str(
-                "it has no joint that a loop determines numerically; [:inspect] prints the relations of the others",
+                "it has no joint that a loop determines numerically; `[:inspect]` prints the relations of the others",
             ),
         }
     }

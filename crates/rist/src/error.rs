@@ -109,16 +109,16 @@ const STEPS: [(&str, &str, &str); 15] = [
     ("columns", "rist columns", "rist.columns"),
     ("doctor", "rist doctor", "rist.doctor"),
     ("excite", "rist excite", "rist.excite"),
-    ("feedforward", "rist simulate --feedforward", "rist.simulate(.., feedforward=estimate)"),
-    ("generate", "rist generate --estimate", "model.generate(estimate=estimate)"),
+    ("feedforward", "rist simulate [feedforward]", "rist.simulate(.., feedforward=estimate)"),
+    ("generate", "rist generate [estimate]", "model.generate(estimate=estimate)"),
     ("identify", "rist identify", "rist.identify"),
     ("inspect", "rist inspect", "rist.Model"),
     ("plan", "rist plan", "rist.plan"),
     ("report", "rist report", "estimate.report"),
     ("simulate", "rist simulate", "rist.simulate"),
     ("validate", "rist validate", "rist.validate"),
-    ("write_mjcf", "--write-mjcf", "write_mjcf"),
-    ("write_urdf", "rist identify --write-urdf", "identify(.., consistent=True) and estimate.write_urdf"),
+    ("write_mjcf", "[write_mjcf]", "write_mjcf"),
+    ("write_urdf", "rist identify [write_urdf]", "identify(.., consistent=True) and estimate.write_urdf"),
 ];
 
 /// A step of the library.
@@ -142,7 +142,7 @@ impl Step {
         self.0.0
     }
 
-    /// The command of the program, with what it is given.
+    /// The command of the program, with what it is given; its fields stand in brackets.
     pub(crate) fn in_program(self, given: &str) -> String {
         format!("{} {given}", self.0.1).trim_end().into()
     }

@@ -112,14 +112,18 @@ fn every_type_of_a_signature_can_be_named_through_rist() {
     files(&root, &mut paths);
     paths.sort();
     // What stands in a private module is seen where it is passed on, by the name of a public one.
-    let root_text = std::fs::read_to_string(root.join("lib.rs")).unwrap();
-    let private: Vec<&str> =
-        root_text.lines().filter_map(|line| line.strip_prefix("mod ")?.strip_suffix(';')).collect();
+    let declared = |path: &PathBuf| {
+        let text = std::fs::read_to_string(path).unwrap();
+        let module = |line: &str| {
+            let name = line.strip_prefix("mod ").or(line.strip_prefix("pub(crate) mod "))?.strip_suffix(';')?;
+            Some(path.with_file_name(name))
+        };
+        text.lines().filter_map(module).collect::<Vec<PathBuf>>()
+    };
+    let fronts = paths.iter().filter(|path| path.ends_with("lib.rs") || path.ends_with("mod.rs"));
+    let private: Vec<PathBuf> = fronts.flat_map(declared).collect();
     assert!(private.len() > 5, "{private:?}");
-    paths.retain(|path| {
-        let module = path.strip_prefix(&root).unwrap().iter().next().unwrap().to_str().unwrap();
-        !private.contains(&module.trim_end_matches(".rs"))
-    });
+    paths.retain(|path| !private.iter().any(|module| path.with_extension("").starts_with(module)));
     // Types of other crates by the file whose signatures have them; and what `rist` passes on.
     let (mut used, mut passed) = (BTreeMap::<String, BTreeSet<String>>::new(), BTreeSet::<String>::new());
     for path in &paths {

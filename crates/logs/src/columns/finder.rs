@@ -54,7 +54,7 @@ impl<'a> Finder<'a> {
             _ => "; of position servos without either, the positions that they are told: [options.columns.goal]",
         };
         self.error(format!(
-            "no columns hold the {what} (looked for {examples}, also with units); other names go into [options.columns], as [:columns] proposes them{goals}"
+            "no columns hold the {what} (looked for {examples}, also with units); other names go into [options.columns], as `[:columns]` proposes them{goals}"
         ))
     }
 
@@ -64,7 +64,7 @@ impl<'a> Finder<'a> {
         match time.header == NO_COLUMN {
             true => {
                 let message = "no column holds the time; a column `t` in seconds (or time, timestamp, t_ms) is expected; another \
-                               name goes into [options.columns.time], as [:columns] proposes it";
+                               name goes into [options.columns.time], as `[:columns]` proposes it";
                 Err(self.error(message))
             }
             false => Ok(time),

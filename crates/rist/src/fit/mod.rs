@@ -18,7 +18,6 @@ pub mod postures;
 pub mod samples;
 pub(crate) mod search;
 pub(crate) mod signal_sources;
-pub(crate) mod unknowns;
 pub(crate) mod unspoken;
 pub(crate) mod unsure_torques;
 pub mod validation;

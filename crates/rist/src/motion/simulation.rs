@@ -199,7 +199,7 @@ fn beyond_limits(model: &Model, name: &str, way: &Way) -> Vec<String> {
                     (kind.unit(model.regressor().is_prismatic(k)), if farthest > high { high } else { low });
                 let [farthest, bound] = [farthest, bound].map(|x| significant(x, 3));
                 format!(
-                    "{name}: {kind} of {}: {farthest} {unit} is beyond {bound} of the description ([:check])",
+                    "{name}: {kind} of {}: {farthest} {unit} is beyond {bound} of the description (`[:check]`)",
                     coordinate.name
                 )
             })

@@ -99,7 +99,7 @@ fn bracket(inside: &str, reader: Reader) -> Option<String> {
         let step = Step::named(word)?;
         return Some(match reader {
             Reader::Python => step.in_python(given),
-            _ => step.in_program(given),
+            _ => spelled(&step.in_program(given), reader),
         });
     }
     let (name, more) = field(inside)?;

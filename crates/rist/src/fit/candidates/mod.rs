@@ -6,3 +6,4 @@ pub(crate) mod gains;
 pub(crate) mod mount;
 pub(crate) mod rates;
 pub(crate) mod rotors;
+pub(crate) mod unknowns;

@@ -8,10 +8,10 @@ use identification::estimate::ledger::topics::MOUNT_TAKEN;
 use nalgebra::Vector3;
 
 use crate::error::Error;
+use crate::fit::candidates::unknowns::{BEFORE_THE_FIT, Unknowns};
 use crate::fit::search::{
     Asked, Decisions, Errors, Evidence, Proposal, Tried, Variant, WORTHWHILE_ERROR_RATIO, search,
 };
-use crate::fit::unknowns::{BEFORE_THE_FIT, Unknowns};
 use crate::request::{SamplesRequest, Unknown};
 
 /// Larger turns are no error of a fixture: the log check looks for another mount.
