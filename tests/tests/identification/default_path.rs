@@ -94,7 +94,7 @@ fn late_torques_are_taken_back() {
     let mut samples = SamplesRequest::default();
     samples.rows.signals.delay = Some(rist::request::Delay::Seconds(0.0));
     let request = IdentifyRequest { samples, ..IdentifyRequest::default() };
-    assert!(rist::identify(&model, &[source], &request).unwrap().delay.is_none());
+    assert!(rist::identify(&model, &[source], &request).unwrap().decided.delay.is_none());
 }
 
 #[test]
