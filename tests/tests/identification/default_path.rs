@@ -1,5 +1,5 @@
 //! What an identification decides by itself, and that it says so: rotor inertias of a URDF, late torques, rates that are
-//! none. A clean log changes nothing.
+//! none, a tilted base. A clean log changes nothing.
 
 use identification::signals::signal_options::Velocity;
 use linear_model::description_options::RotorInertias;
@@ -37,8 +37,13 @@ fn says(found: &Identification, words: &str) -> bool {
 }
 
 /// Beginnings of the sentences on what was decided.
-const DECISIONS: [&str; 4] =
-    ["rotor inertias are among", "the torques come", "the velocity columns lag", "the acceleration columns of"];
+const DECISIONS: [&str; 5] = [
+    "rotor inertias are among",
+    "the torques come",
+    "the velocity columns lag",
+    "the acceleration columns of",
+    "the base is taken as tilted",
+];
 
 #[test]
 fn a_clean_log_changes_nothing() {
@@ -123,4 +128,28 @@ fn rates_that_are_none_give_way_to_slopes() {
     assert!(says(&found, DECISIONS[3]), "{:?}", found.estimate.remarks);
     assert_eq!(found.estimate.options.as_ref().unwrap().signal.acceleration, Velocity::Differentiated);
     assert!(found.estimate.total.unwrap() < 0.01, "{}", found.estimate.total.unwrap());
+}
+
+/// An arm on a base that leans by two degrees about x and one about y.
+#[test]
+fn a_tilted_base_is_taken_and_pinned_where_the_user_says_so() {
+    let with = |base| {
+        let options = ModelOptions { base, ..ModelOptions::default() };
+        Model::read_with(model_path("ur5.urdf"), &options).unwrap()
+    };
+    let leans = [2.0_f64.to_radians(), 1.0_f64.to_radians(), 0.0];
+    let tilted = with(Some(leans));
+    let log = swinging(&tilted.robot, &unlike(&tilted.robot, 2), 1.2, 0.0);
+    let found = identified("tilted", &with(None), &log, "");
+    assert!(says(&found, DECISIONS[4]), "{:?}", found.estimate.remarks);
+    assert!(
+        found.decided.mended.iter().any(|claim| claim.to_string().contains("tilted")),
+        "{:?}",
+        found.decided.mended
+    );
+    let base = found.model.as_ref().and_then(|model| model.description.as_ref()?.base).unwrap();
+    // A turn about gravity shows nowhere; the log has no noise, and the friction at reversals is filtered.
+    assert!((0..2).all(|k| (base[k] - leans[k]).abs() < 2e-3), "{base:?}");
+    assert!(found.estimate.total.unwrap() < 0.01, "{}", found.estimate.total.unwrap());
+    assert!(identified("upright", &with(Some([0.0; 3])), &log, "").model.is_none());
 }

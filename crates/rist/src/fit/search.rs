@@ -299,3 +299,25 @@ pub(crate) fn search<T>(
     let options = tried.options.clone();
     Ok(Searched { model: None, options, found, end: end(tried)? })
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// An error that falls by far is enough, unless another log is then predicted worse, or nothing was left to explain; beside
+    /// an unknown beyond its deviations it need not fall by far.
+    #[test]
+    fn what_predicts_better_within_logs_and_between_them_is_kept() {
+        let errors =
+            |parts: [f64; 2], logs: [Option<f64>; 2]| [0, 1].map(|k| Errors { parts: parts[k], logs: logs[k] });
+        let by_far = |parts, logs| Evidence::Errors { errors: errors(parts, logs), limit: WORTHWHILE_ERROR_RATIO };
+        let one_log = [None, None];
+        assert!(by_far([0.1, 0.09], one_log).is_enough() && !by_far([0.1, 0.098], one_log).is_enough());
+        assert!(!by_far([5e-4, 1e-4], one_log).is_enough());
+        assert!(by_far([0.1, 0.09], [Some(0.2), Some(0.19)]).is_enough());
+        assert!(!by_far([0.1, 0.09], [Some(0.2), Some(0.21)]).is_enough());
+        let significant = |parts, logs| Evidence::Significant(errors(parts, logs)).is_enough();
+        assert!(significant([0.1, 0.099], one_log) && !significant([0.1, 0.101], one_log));
+        assert!(!significant([0.1, 0.099], [Some(0.2), Some(0.21)]));
+    }
+}
