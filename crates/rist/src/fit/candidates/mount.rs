@@ -20,7 +20,7 @@ const LARGEST_TILT_RAD: f64 = 15.0 * PI / 180.0;
 /// The direction of gravity that the fit tells.
 pub(crate) fn mount(tried: &mut Tried<'_>) -> Result<Option<Proposal>, Error> {
     let (model, asked) = (tried.model, tried.asked);
-    let is_open = model.description.as_ref().is_some_and(|description| description.base.is_none());
+    let is_open = model.description.as_ref().is_none_or(|description| description.base.is_none());
     if !is_open || tried.looked()?.passport.is_gross() {
         return Ok(None);
     }
