@@ -4,7 +4,7 @@ use claims::{Claim, Outcome, Standing, Topic};
 use identification::estimate::ledger::hypotheses::Hypothesis;
 use identification::estimate::ledger::topics::{MOUNT, SCALE, SPRING, ZERO};
 use identification::estimators::weighted::Weights;
-use rist::Model;
+use rist::{Model, ModelOptions};
 use rist::fit::verdict::{Trust, Verdict};
 use robot::Robot;
 use robot::value::Value;
@@ -74,7 +74,9 @@ fn clean_logs_of_wrong_descriptions_are_accused_of_nothing() {
 #[test]
 fn a_fault_above_the_power_is_named_with_its_joint() {
     for file in ["ur5.urdf", "puma560.yaml"] {
-        let model = Model::read(model_path(file)).unwrap();
+        // A base of which nobody spoke would be taken as it leans.
+        let upright = ModelOptions { base: Some([0.0; 3]), ..ModelOptions::default() };
+        let model = Model::read_with(model_path(file), &upright).unwrap();
         let robot = &model.robot;
         let (names, truth) = (model.regressor().coordinates(), unlike(robot, 3));
         let good = swinging(robot, &truth, AMPLITUDE, 0.0);
