@@ -4,8 +4,8 @@ use claims::{Claim, Outcome, Standing, Topic};
 use identification::estimate::ledger::hypotheses::Hypothesis;
 use identification::estimate::ledger::topics::{MOUNT, SCALE, SPRING, ZERO};
 use identification::estimators::weighted::Weights;
-use rist::{Model, ModelOptions};
 use rist::fit::verdict::{Trust, Verdict};
+use rist::{Model, ModelOptions};
 use robot::Robot;
 use robot::value::Value;
 use tests::faults::{changed, each};
@@ -150,7 +150,7 @@ fn a_base_on_a_wall_or_a_ceiling_is_named_with_what_mends_it() {
             let text = &remedy.sentence;
             let rpy = text.split_once("[base=").unwrap_or_else(|| panic!("{text}")).1.split_once(']').unwrap().0;
             let rpy: Vec<f64> = rpy.split(',').map(|angle| angle.parse().unwrap()).collect();
-            let options = rist::ModelOptions { base: rpy.try_into().ok(), ..Default::default() };
+            let options = ModelOptions { base: rpy.try_into().ok(), ..Default::default() };
             let mended = Model::read_with(model_path(file), &options).unwrap();
             let found = verdict(&format!("mended{degrees}{file}"), &mended, &log);
             assert!(contradicted(&found).is_empty(), "{file}: {found}");
