@@ -12,10 +12,10 @@ use identification::estimate::options::Options;
 use libfuzzer_sys::fuzz_target;
 use linear_model::known_load::KnownLoad;
 use logs::Table;
-use rist::motion::exciting::ExcitingMotion;
 use rist::fit::fleet::Comparison;
-use rist::page::{PageRequest, page};
+use rist::motion::exciting::ExcitingMotion;
 use rist::motion::planning::ExperimentPlan;
+use rist::page::{PageRequest, page};
 use rist::request::{CheckRequest, ExciteRequest};
 use rist::{Estimate, IdentifyRequest, Model, ModelOptions, Validation};
 

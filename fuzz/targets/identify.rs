@@ -8,9 +8,9 @@ use identification::estimators::drive_gains::likelihood::Gain;
 use identification::estimators::weighted::Weights;
 use libfuzzer_sys::fuzz_target;
 use logs::{ColumnNames, LogSource, Table};
+use rist::fit::samples::identify_essential;
 use rist::page::{PageRequest, page};
 use rist::request::{Delay, FrictionChoice, SumsRequest};
-use rist::fit::samples::identify_essential;
 use rist::{Estimate, IdentifyRequest, Model, ModelOptions};
 
 const ARM: &str = include_str!("../../models/planar2r_vertical.yaml");

@@ -2,8 +2,8 @@
 
 use pyo3::exceptions::{PyUserWarning, PyValueError};
 use pyo3::prelude::*;
-use rist::request::spelling::{Reader, spelled};
 use rist::fit::verdict::{Trust, Verdict};
+use rist::request::spelling::{Reader, spelled};
 
 pyo3::create_exception!(
     rist,

@@ -6,11 +6,11 @@ use std::sync::Arc;
 use numpy::PyArrayDyn;
 use pyo3::prelude::*;
 use pyo3::types::{PyCapsule, PyDict, PyIterator, PyList, PyTuple};
-use rist::page::{Origin, PageRequest};
-use rist::request::spelling::Reader;
 use rist::fit::samples::Bodies;
 use rist::fit::validation::Portrait;
 use rist::fit::verdict::Trust;
+use rist::page::{Origin, PageRequest};
+use rist::request::spelling::Reader;
 use rist::{Identified, LinkId, Status};
 
 use crate::arrays::array;
@@ -122,9 +122,7 @@ impl Estimate {
     fn framed_page(&self, py: Python<'_>) -> Option<String> {
         let is_drawn = self.inner.rows <= MOST_DRAWN_ROWS;
         let portrait = is_drawn.then(|| self.portrait(py, None).ok().flatten()).flatten();
-        let of = |portrait: Option<&Portrait>| {
-            html::frame(&rist::page::page(&self.page_request(portrait, None)).0)
-        };
+        let of = |portrait: Option<&Portrait>| html::frame(&rist::page::page(&self.page_request(portrait, None)).0);
         portrait.as_ref().and_then(|portrait| of(Some(portrait))).or_else(|| of(None))
     }
 

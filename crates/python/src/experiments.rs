@@ -6,8 +6,8 @@ use numpy::PyArrayDyn;
 use pyo3::exceptions::PyUserWarning;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
-use rist::request::{CheckRequest, ExciteRequest, PlanRequest};
 use rist::motion::simulation::{Motions, SimulateRequest};
+use rist::request::{CheckRequest, ExciteRequest, PlanRequest};
 use rist::{Effort, Interpolation, PlayedFile, Record};
 
 use crate::arrays::array;

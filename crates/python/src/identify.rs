@@ -8,9 +8,9 @@ use rist::ClosedLoop;
 use rist::fit::closed_loop::identify_experiments_in_loop;
 use rist::fit::doctor::{DoctorRequest, claims_of_log};
 use rist::fit::experiments::{ExperimentLogs, identify_gains_of_rows, identify_paper_rows};
-use rist::request::{IdentifyRequest, Method, MethodRequest, Words};
 use rist::fit::samples::{identify_essential, identify_loaded};
 use rist::fit::verdict::claim_line;
+use rist::request::{IdentifyRequest, Method, MethodRequest, Words};
 
 use crate::artefact::hash;
 use crate::call::Call;
@@ -116,7 +116,8 @@ fn identify_samples(
     if fitted.is_empty() {
         return Err(error("identify: no log is given"));
     }
-    rist::output::check_given_once(fitted.iter().chain(&loaded).chain(&others).filter_map(|log| log.path())).or_error()?;
+    rist::output::check_given_once(fitted.iter().chain(&loaded).chain(&others).filter_map(|log| log.path()))
+        .or_error()?;
     // In a thread of its own, from the files to the verdict.
     let (found, judged) = work(py, None, |_| {
         let columns = request.samples.options().columns;

@@ -7,9 +7,9 @@ use numpy::PyArrayDyn;
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyTuple};
 use rist::ModelOptions;
+use rist::describe::source::Language;
 use rist::request::spelling::flags;
 use rist::request::{GenerateRequest, InspectRequest, Request, SourceLanguage};
-use rist::describe::source::Language;
 
 use crate::arrays::array;
 use crate::artefact::{hash, save};

@@ -4,10 +4,10 @@ use std::path::PathBuf;
 
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
+use rist::fit::validation::{ValidateRequest, is_fitted};
 use rist::page::{Origin, PageRequest};
 use rist::request::Request;
 use rist::request::spelling::Reader;
-use rist::fit::validation::{ValidateRequest, is_fitted};
 
 use crate::artefact::{artefact, save};
 use crate::call::Call;
@@ -111,7 +111,8 @@ pub fn validate(
             work(py, None, |_| {
                 let logs = open(logs, model, &options.columns)?;
                 let validation = rist::validate(model, estimate, &logs)?;
-                let verdict = rist::fit::verdict::validation_verdict(model, estimate, &logs, validation.total, are_new)?;
+                let verdict =
+                    rist::fit::verdict::validation_verdict(model, estimate, &logs, validation.total, are_new)?;
                 Ok((validation, verdict))
             })?
         }
