@@ -161,8 +161,9 @@ impl Situation {
         let (torque, rigid, worst_joint) = errors(&vec![1.0; joints]);
         let scales: Vec<f64> = (0..joints).map(|k| self.logged_scale(k)).collect();
         let (as_logged, ..) = errors(&scales);
-        let upright = Chain { gravity: self.machine.chain.gravity, ..chain };
-        let true_base = truth(&upright, model.regressor(), within);
+        // Parameters are those of the model that they are of, whose base may be taken as it leans.
+        let as_modelled = Chain { gravity: model.robot.gravity_number(), ..chain };
+        let true_base = truth(&as_modelled, model.regressor(), within);
         let true_value = |id: &ParameterId| self.true_value(id, model, &true_base, &options.friction);
         let one = |p: &identification::estimate::identified::Identified| {
             Some((p.id.to_string(), p.value?, p.sigma?, true_value(&p.id)?))
