@@ -42,27 +42,20 @@ pub(crate) fn cross_validate_by_part(
     let mut sums = vec![Squares::default(); model.n()];
     let mut totals = Vec::new();
     for part in left_out(model, observation, &tenths, weights) {
-        sums = added(sums, part.clone());
+        for (sum, s) in sums.iter_mut().zip(&part) {
+            *sum = Squares { torque: sum.torque + s.torque, left: sum.left + s.left, rows: sum.rows + s.rows };
+        }
         totals.push(Residuals::new(model.regressor, part).total);
     }
     (Residuals::new(model.regressor, sums), totals)
 }
 
-/// The squares of two parts, joint by joint.
-fn added(a: Vec<Squares>, b: Vec<Squares>) -> Vec<Squares> {
-    let sum = |(a, b): (&Squares, &Squares)| Squares {
-        torque: a.torque + b.torque,
-        left: a.left + b.left,
-        rows: a.rows + b.rows,
-    };
-    a.iter().zip(&b).map(sum).collect()
-}
-
-/// Error on each of several logs, predicted from the others, over all joints; `None` of one log.
+/// Error over all joints on that of several logs which the others predict best; `None` of one log. The error on a log that others
+/// predict badly says how poor these are.
 pub fn cross_validate_by_log(model: &Model, observation: &Observation, weights: Weights) -> Option<f64> {
     let logs: Vec<Vec<Triangle>> = observation.logs().into_iter().map(|(_, joints)| joints).collect();
-    let sums = left_out(model, observation, &logs, weights).into_iter().reduce(added)?;
-    Some(Residuals::new(model.regressor, sums).total)
+    let errors = left_out(model, observation, &logs, weights).into_iter();
+    errors.map(|squares| Residuals::new(model.regressor, squares).total).reduce(f64::min)
 }
 
 /// The squares of each part, one per joint, under parameters from all others.

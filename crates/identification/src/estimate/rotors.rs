@@ -62,7 +62,7 @@ impl WithRotors {
         self.observation.select(&columns)
     }
 
-    /// Errors without the added columns and with them: on tenths left out, and on each of several logs predicted from the others.
+    /// Errors without the added columns and with them: on tenths left out, and on that of several logs which the others predict best.
     pub fn errors(&self, regressor: &dyn Regressor, options: &Options) -> [(f64, Option<f64>); 2] {
         let [wider, model] =
             [&self.friction, &options.friction].map(|friction| options.linear_model_with(regressor, friction));
