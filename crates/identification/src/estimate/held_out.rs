@@ -9,9 +9,12 @@
 
 use linear_model::linear_model::Model;
 use logs::Error;
+use numerics::least_squares::solve;
 use numerics::triangle::{Triangle, TriangleBuilder};
 
+use crate::estimate::identify::with_deviations;
 use crate::estimate::residuals::{Residuals, Squares};
+use crate::estimators::replicate_deviation::white_deviation;
 use crate::estimators::weighted::{Weights, fit};
 use crate::rows::observation::{Observation, sum_by_joint, weighted};
 use crate::signals::records::Records;
@@ -38,10 +41,9 @@ pub(crate) fn cross_validate_by_part(
     observation: &Observation,
     weights: Weights,
 ) -> (Residuals, Vec<f64>) {
-    let tenths: Vec<Vec<Triangle>> = observation.parts.chunks(2).map(sum_by_joint).collect();
     let mut sums = vec![Squares::default(); model.n()];
     let mut totals = Vec::new();
-    for part in left_out(model, observation, &tenths, weights) {
+    for part in left_out(model, observation, weights) {
         for (sum, s) in sums.iter_mut().zip(&part) {
             *sum = Squares { torque: sum.torque + s.torque, left: sum.left + s.left, rows: sum.rows + s.rows };
         }
@@ -50,25 +52,45 @@ pub(crate) fn cross_validate_by_part(
     (Residuals::new(model.regressor, sums), totals)
 }
 
-/// Error over all joints on that of several logs which the others predict best; `None` of one log. The error on a log that others
-/// predict badly says how poor these are.
-pub fn cross_validate_by_log(model: &Model, observation: &Observation, weights: Weights) -> Option<f64> {
-    let logs: Vec<Vec<Triangle>> = observation.logs().into_iter().map(|(_, joints)| joints).collect();
-    let errors = left_out(model, observation, &logs, weights).into_iter();
-    errors.map(|squares| Residuals::new(model.regressor, squares).total).reduce(f64::min)
+/// The error on a log that others predict.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LogError {
+    /// |tau - W X| / |tau|.
+    pub error: f64,
+    /// What the deviations of the parameters explain of it, as if noise were white; infinite where the others leave open what
+    /// all logs together tell.
+    pub unsure: f64,
 }
 
-/// The squares of each part, one per joint, under parameters from all others.
-fn left_out(model: &Model, rows: &Observation, parts: &[Vec<Triangle>], weights: Weights) -> Vec<Vec<Squares>> {
-    let joints = rows.joints(|_| true);
+/// Of that of several logs which the others predict best; `None` of one log. The error on a log that others predict badly says
+/// how poor these are.
+pub fn cross_validate_by_log(model: &Model, observation: &Observation, weights: Weights) -> Option<LogError> {
+    let logs: Vec<Vec<Triangle>> = observation.logs().into_iter().map(|(_, joints)| joints).collect();
+    let (whole, weights) = fit(&observation.joints(|_| true), weights);
+    let one = |(joints, rest): (&Vec<Triangle>, Triangle)| {
+        let solution = solve(&rest);
+        let covariance = with_deviations(&solution.inverse, &white_deviation(&solution));
+        let is_told = solution.rank >= whole.rank;
+        LogError {
+            error: residuals(model, joints, &solution.x).total,
+            unsure: if is_told { unsure(model, joints, &covariance) } else { f64::INFINITY },
+        }
+    };
+    logs.iter().zip(without_each(model, &logs, &weights)).map(one).min_by(|a, b| a.error.total_cmp(&b.error))
+}
+
+/// The squares of each tenth, one per joint, under parameters from all others.
+fn left_out(model: &Model, observation: &Observation, weights: Weights) -> Vec<Vec<Squares>> {
+    let tenths: Vec<Vec<Triangle>> = observation.parts.chunks(2).map(sum_by_joint).collect();
+    let joints = observation.joints(|_| true);
     let (whole, weights) = fit(&joints, weights);
     let of_part = |(part, mut rest): (&Vec<Triangle>, Triangle)| {
         rest.merge(&held(&rest, &whole.x), 1.0);
         let x = rest.solution();
         squares(model, part, &x)
     };
-    let rests = without_each(model, parts, &weights);
-    parts.iter().zip(rests).map(of_part).collect()
+    let rests = without_each(model, &tenths, &weights);
+    tenths.iter().zip(rests).map(of_part).collect()
 }
 
 /// Of each part the weighted rows of all others; `parts`: by part, the triangles of its joints. The weights by joint are those of

@@ -8,8 +8,7 @@
 //! ```text
 //! E^2 = sum_k |W_k x_k - y_k|^2
 //! ```
-//! the term with the smallest E is taken, as long as E falls by more than 1.5 %, and where there are several logs, the error
-//! on the one that the others predict best does not rise by as much. Weights are by joint, so each joint
+//! the term with the smallest E is taken, as long as E falls by more than 1.5 %. Weights are by joint, so each joint
 //! counts alike. The load is the torque that an earlier fit predicts for the bodies, so that the torque to be explained
 //! stands on one side only.
 //!
@@ -103,16 +102,13 @@ pub fn choose_joint_terms<R: Records + ?Sized>(
     // The weights are those of the model without the candidates.
     let joints: Vec<Triangle> = rows.joints(|_| true).iter().map(|joint| select(joint, &kept)).collect();
     let (_, weights) = fit(&joints, options.weights);
-    let products: Vec<DMatrix<f64>> = rows.parts.iter().map(|part| products(part, &weights)).collect();
-    let folds = Folds::new(products.chunks(2).map(sum).collect(), sum(&products));
-    let by_log: Vec<DMatrix<f64>> = by_log(&rows, &products);
-    let logs = (by_log.len() > 1).then(|| Folds::new(by_log, sum(&products)));
+    let folds = Folds::new(&rows, &weights);
 
     let mut set = kept;
     let first = folds.error(&set);
     let torque = folds.torque() + weighted(&joints, &weights).taken_out;
     let mut found = JointTerms { error: (first / torque).sqrt(), taken: Vec::new() };
-    let (mut error, mut between) = (first, logs.as_ref().map(|logs| logs.least_error(&set)));
+    let mut error = first;
     let mut open: Vec<usize> = (0..candidates.len()).collect();
     while error > 0.0 && !open.is_empty() {
         let columns: Vec<usize> = open.iter().map(|&i| places[i]).collect();
@@ -127,14 +123,7 @@ pub fn choose_joint_terms<R: Records + ?Sized>(
         if tried.error.is_nan() || tried.error >= WORTHWHILE_ERROR_RATIO * WORTHWHILE_ERROR_RATIO * error {
             break;
         }
-        let with = logs.as_ref().map(|logs| logs.least_error(&[set.as_slice(), &[places[best]]].concat()));
-        // Squares; a rise of less is as little as a fall of less.
-        let is_worse = |(with, without): (f64, f64)| WORTHWHILE_ERROR_RATIO * WORTHWHILE_ERROR_RATIO * with > without;
-        if with.zip(between).is_some_and(is_worse) {
-            open.retain(|&i| i != best);
-            continue;
-        }
-        (error, between) = (tried.error, with);
+        error = tried.error;
         set.push(places[best]);
         found.taken.push(TakenTerm { term: candidates[best], ratio: (error / first).sqrt() });
         // A joint has one parameter of a name.
@@ -160,24 +149,33 @@ struct Tried {
     value: f64,
 }
 
-/// Products of the weighted rows, the right-hand side last: of each part, and of all of them. Columns have unit norm.
+/// Products of the weighted rows, the right-hand side last: of each tenth, and of all of them. Columns have unit norm.
 struct Folds {
-    parts: Vec<DMatrix<f64>>,
+    tenths: Vec<DMatrix<f64>>,
     all: DMatrix<f64>,
     /// What a parameter of a column of unit norm is multiplied by.
     scale: DVector<f64>,
 }
 
 impl Folds {
-    fn new(parts: Vec<DMatrix<f64>>, all: DMatrix<f64>) -> Folds {
-        let m = all.nrows();
-        let mut folds = Folds { parts, all, scale: DVector::zeros(m) };
+    fn new(rows: &Observation, weights: &[f64]) -> Folds {
+        let products = |joints: &Vec<Triangle>| {
+            let triangle = weighted(joints, weights);
+            let m = triangle.columns() + 1;
+            let r = DMatrix::from_fn(m, m, |i, j| if i <= j { triangle.at(i, j) } else { 0.0 });
+            r.transpose() * r
+        };
+        let parts: Vec<DMatrix<f64>> = rows.parts.iter().map(products).collect();
+        let m = parts.first().map_or(0, DMatrix::nrows);
+        let sum = |parts: &[DMatrix<f64>]| parts.iter().fold(DMatrix::zeros(m, m), |sum, part| sum + part);
+        let mut folds =
+            Folds { tenths: parts.chunks(2).map(sum).collect(), all: sum(&parts), scale: DVector::zeros(m) };
         folds.scale = folds.all.diagonal().map(|x| if x > 0.0 { 1.0 / x.sqrt() } else { 1.0 });
         // The right-hand side keeps its unit.
         if let Some(last) = m.checked_sub(1) {
             folds.scale[last] = 1.0;
         }
-        for products in folds.parts.iter_mut().chain([&mut folds.all]) {
+        for products in folds.tenths.iter_mut().chain([&mut folds.all]) {
             let scale = &folds.scale;
             *products = DMatrix::from_fn(m, m, |i, j| scale[i] * products[(i, j)] * scale[j]);
         }
@@ -191,24 +189,13 @@ impl Folds {
 
     /// E^2 of a set of columns; infinite where it cannot be solved.
     fn error(&self, set: &[usize]) -> f64 {
-        self.errors(set).map_or(f64::INFINITY, |errors| errors.iter().sum())
-    }
-
-    /// E^2 beside the torque, of the part that the others predict best.
-    fn least_error(&self, set: &[usize]) -> f64 {
-        let last = self.all.nrows() - 1;
-        let errors = self.errors(set).unwrap_or_default().into_iter().zip(&self.parts);
-        errors.map(|(error, part)| error / part[(last, last)]).fold(f64::INFINITY, f64::min)
-    }
-
-    /// E^2 of each part.
-    fn errors(&self, set: &[usize]) -> Option<Vec<f64>> {
-        let x = Normal::new(&self.all, set, RANK_SHARE)?.solution(&DVector::zeros(set.len()));
-        let of_part = |part: &DMatrix<f64>| {
-            let rest = Normal::new(&(&self.all - part), set, HOLD_SHARE)?;
-            Some(left(part, set, &rest.solution(&x)))
+        let Some(whole) = Normal::new(&self.all, set, RANK_SHARE) else { return f64::INFINITY };
+        let x = whole.solution(&DVector::zeros(set.len()));
+        let of_tenth = |tenth: &DMatrix<f64>| {
+            let rest = Normal::new(&(&self.all - tenth), set, HOLD_SHARE)?;
+            Some(left(tenth, set, &rest.solution(&x)))
         };
-        self.parts.iter().map(of_part).collect()
+        self.tenths.iter().map(of_tenth).sum::<Option<f64>>().unwrap_or(f64::INFINITY)
     }
 
     /// What each of these columns does beside a set.
@@ -223,38 +210,18 @@ impl Folds {
         let value = |(start, &c): (&DVector<f64>, &usize)| start[set.len()] * self.scale[c] / self.scale[last];
         let mut tried: Vec<Tried> =
             starts.iter().zip(columns).map(|one| Tried { error: 0.0, value: value(one) }).collect();
-        for part in &self.parts {
-            let Some(rest) = Normal::new(&(&self.all - part), set, HOLD_SHARE) else {
+        for tenth in &self.tenths {
+            let Some(rest) = Normal::new(&(&self.all - tenth), set, HOLD_SHARE) else {
                 return columns.iter().map(|_| none()).collect();
             };
             for ((tried, start), &c) in tried.iter_mut().zip(&starts).zip(columns) {
                 let held = start.rows(0, set.len()).into_owned();
                 let x = rest.bordered(c, &rest.solution(&held), start[set.len()]);
-                tried.error += left(part, &[set, &[c]].concat(), &x);
+                tried.error += left(tenth, &[set, &[c]].concat(), &x);
             }
         }
         tried
     }
-}
-
-/// W'W of the weighted rows of a part, the right-hand side last; `joints`: its triangles.
-fn products(joints: &[Triangle], weights: &[f64]) -> DMatrix<f64> {
-    let triangle = weighted(joints, weights);
-    let m = triangle.columns() + 1;
-    let r = DMatrix::from_fn(m, m, |i, j| if i <= j { triangle.at(i, j) } else { 0.0 });
-    r.transpose() * r
-}
-
-/// The products of each log.
-fn by_log(rows: &Observation, products: &[DMatrix<f64>]) -> Vec<DMatrix<f64>> {
-    let of_log = |parts: &[(&usize, &DMatrix<f64>)]| sum(parts.iter().map(|(_, products)| *products));
-    let parts: Vec<_> = rows.log_of.iter().zip(products).collect();
-    parts.chunk_by(|a, b| a.0 == b.0).map(of_log).collect()
-}
-
-fn sum<'a>(parts: impl IntoIterator<Item = &'a DMatrix<f64>>) -> DMatrix<f64> {
-    let add = |sum: Option<DMatrix<f64>>, part: &DMatrix<f64>| Some(sum.map_or_else(|| part.clone(), |sum| sum + part));
-    parts.into_iter().fold(None, add).unwrap_or_default()
 }
 
 /// |W x - y|^2 from products.
@@ -370,31 +337,25 @@ mod tests {
     /// The error of a set, with a column bordered or not, is that of cross-validation by triangles.
     #[test]
     fn products_give_the_error_of_cross_validation() {
-        use crate::estimate::held_out::{cross_validate, cross_validate_by_log};
+        use crate::estimate::held_out::cross_validate;
         let arm = Pendulum::new();
         let mut states = arm.states(2000);
         let mut random = Random::new(6);
         states.tau.iter_mut().for_each(|tau| *tau += 0.3 * random.normal());
         let terms = [FrictionTerm::Viscous, FrictionTerm::Coulomb];
         let model = Model::new(&arm, &terms, &[]);
-        let mut rows = Observation::of(&model, &states, 10);
-        states.log = 1;
-        states.tau.iter_mut().for_each(|tau| *tau += 0.3 * random.normal());
-        rows.append(Observation::of(&model, &states, 10));
+        let rows = Observation::of(&model, &states, 20);
         let (_, weights) = fit(&rows.joints(|_| true), options_weights());
-        let products: Vec<DMatrix<f64>> = rows.parts.iter().map(|part| products(part, &weights)).collect();
-        let folds = Folds::new(products.chunks(2).map(sum).collect(), sum(&products));
-        let logs = Folds::new(by_log(&rows, &products), sum(&products));
+        let folds = Folds::new(&rows, &weights);
         let whole: Vec<usize> = (0..model.p()).collect();
         let (before, column) = whole.split_at(model.p() - 1);
         let (bordered, direct) = (folds.with_each(before, column)[0].error, folds.error(&whole));
         assert!((bordered / direct - 1.0).abs() < 1e-9, "{bordered} {direct}");
+        let torque: f64 = states.tau.iter().map(|tau| tau * tau).sum();
+        let expected = cross_validate(&model, &rows, options_weights()).total;
+        let found = (direct / torque).sqrt() / weights[0];
         // The hold is another share of the rows there.
-        let is_near = |square: f64, expected: f64| {
-            assert!((square.sqrt() / expected - 1.0).abs() < 1e-4, "{square} {expected}");
-        };
-        is_near(direct / folds.torque(), cross_validate(&model, &rows, options_weights()).total);
-        is_near(logs.least_error(&whole), cross_validate_by_log(&model, &rows, options_weights()).unwrap());
+        assert!((found / expected - 1.0).abs() < 1e-4, "{found} {expected}");
     }
 
     fn options_weights() -> crate::estimators::weighted::Weights {

@@ -7,7 +7,7 @@ use linear_model::linear_model::Model;
 use linear_model::regressor::Regressor;
 use logs::Error;
 
-use crate::estimate::held_out::{cross_validate, cross_validate_by_log};
+use crate::estimate::held_out::{LogError, cross_validate, cross_validate_by_log};
 use crate::estimate::options::Options;
 use crate::rows::observation::{Beside, Observation};
 use crate::signals::records::Records;
@@ -63,7 +63,7 @@ impl WithRotors {
     }
 
     /// Errors without the added columns and with them: on tenths left out, and on that of several logs which the others predict best.
-    pub fn errors(&self, regressor: &dyn Regressor, options: &Options) -> [(f64, Option<f64>); 2] {
+    pub fn errors(&self, regressor: &dyn Regressor, options: &Options) -> [(f64, Option<LogError>); 2] {
         let [wider, model] =
             [&self.friction, &options.friction].map(|friction| options.linear_model_with(regressor, friction));
         let errors = |model: &Model, rows: &Observation| {

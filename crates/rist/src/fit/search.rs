@@ -7,13 +7,13 @@
 //! ```text
 //! E_parts(with) <= limit E_parts(without)   and   0.97 E_logs(with) <= E_logs(without)
 //! ```
-//! and where E_parts(without) is not negligible. An unknown beyond its deviations is kept where parts left out are not predicted worse, and logs hold. What
+//! (or the deviations of the parameters explain E_logs), and where E_parts(without) is not negligible. An unknown beyond its deviations is kept where parts left out are not predicted worse, and logs hold. What
 //! follows from the columns of a log or from the request needs no errors. A variant with another model starts the search over:
 //! what was decided with the model before is decided anew.
 
 use claims::{Claim, Topic};
 use identification::estimate::delay::Delay;
-use identification::estimate::held_out::{cross_validate, cross_validate_by_log};
+use identification::estimate::held_out::{LogError, cross_validate, cross_validate_by_log};
 use identification::estimate::identify::Fit;
 use identification::estimate::joint_terms::JointTerms;
 use identification::estimate::ledger::hypotheses::{Hypothesis, Open, Tested, hypotheses};
@@ -36,6 +36,8 @@ use crate::request::SamplesRequest;
 
 /// Error on parts left out over that without a candidate, up to which it is kept.
 pub(crate) const WORTHWHILE_ERROR_RATIO: f64 = 0.97;
+/// Deviations of white noise are too small by so much at most: residuals of neighbours are alike.
+const MOST_BEYOND_WHITE: f64 = 10.0;
 /// With errors below this nothing is left to explain, and a difference is rounding.
 const NEGLIGIBLE_ERROR: f64 = 1e-3;
 
@@ -63,7 +65,7 @@ pub(crate) struct Errors {
     /// On parts of the logs, each predicted from the others.
     pub parts: f64,
     /// On that of several logs which the others predict best.
-    pub logs: Option<f64>,
+    pub logs: Option<LogError>,
 }
 
 impl Errors {
@@ -98,8 +100,10 @@ pub(crate) enum Evidence {
 impl Evidence {
     /// The rule of this file.
     pub(crate) fn is_enough(&self) -> bool {
-        // What a rise of less may come from is noise, as a fall of less.
-        let holds = |(without, with): (f64, f64)| WORTHWHILE_ERROR_RATIO * with <= without;
+        // A rise of less is as little as a fall of less; and where one log alone hardly determines what is new, it has to rise.
+        let holds = |(without, with): (LogError, LogError)| {
+            WORTHWHILE_ERROR_RATIO * with.error <= without.error || with.error <= MOST_BEYOND_WHITE * with.unsure
+        };
         let holds_between_logs = |[without, with]: &[Errors; 2]| without.logs.zip(with.logs).is_none_or(holds);
         match self {
             Evidence::Given => true,
@@ -309,14 +313,18 @@ mod tests {
     /// an unknown beyond its deviations it need not fall by far.
     #[test]
     fn what_predicts_better_within_logs_and_between_them_is_kept() {
-        let errors =
-            |parts: [f64; 2], logs: [Option<f64>; 2]| [0, 1].map(|k| Errors { parts: parts[k], logs: logs[k] });
+        let errors = |parts: [f64; 2], logs: [Option<f64>; 2]| {
+            let log = |error: f64| LogError { error, unsure: 0.01 };
+            [0, 1].map(|k| Errors { parts: parts[k], logs: logs[k].map(log) })
+        };
         let by_far = |parts, logs| Evidence::Errors { errors: errors(parts, logs), limit: WORTHWHILE_ERROR_RATIO };
         let one_log = [None, None];
         assert!(by_far([0.1, 0.09], one_log).is_enough() && !by_far([0.1, 0.098], one_log).is_enough());
         assert!(!by_far([5e-4, 1e-4], one_log).is_enough());
         assert!(by_far([0.1, 0.09], [Some(0.2), Some(0.19)]).is_enough());
         assert!(!by_far([0.1, 0.09], [Some(0.2), Some(0.21)]).is_enough());
+        // Ten times the deviations of white noise explain it.
+        assert!(by_far([0.1, 0.09], [Some(0.05), Some(0.09)]).is_enough());
         let significant = |parts, logs| Evidence::Significant(errors(parts, logs)).is_enough();
         assert!(significant([0.1, 0.099], one_log) && !significant([0.1, 0.101], one_log));
         assert!(
