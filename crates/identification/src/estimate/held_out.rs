@@ -9,12 +9,9 @@
 
 use linear_model::linear_model::Model;
 use logs::Error;
-use numerics::least_squares::solve;
 use numerics::triangle::{Triangle, TriangleBuilder};
 
-use crate::estimate::identify::with_deviations;
 use crate::estimate::residuals::{Residuals, Squares};
-use crate::estimators::replicate_deviation::white_deviation;
 use crate::estimators::weighted::{Weights, fit};
 use crate::rows::observation::{Observation, sum_by_joint, weighted};
 use crate::signals::records::Records;
@@ -50,33 +47,6 @@ pub(crate) fn cross_validate_by_part(
         totals.push(Residuals::new(model.regressor, part).total);
     }
     (Residuals::new(model.regressor, sums), totals)
-}
-
-/// The error on a log that others predict.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct LogError {
-    /// |tau - W X| / |tau|.
-    pub error: f64,
-    /// What the deviations of the parameters explain of it, as if noise were white; infinite where the others leave open what
-    /// all logs together tell.
-    pub unsure: f64,
-}
-
-/// Of that of several logs which the others predict best; `None` of one log. The error on a log that others predict badly says
-/// how poor these are.
-pub fn cross_validate_by_log(model: &Model, observation: &Observation, weights: Weights) -> Option<LogError> {
-    let logs: Vec<Vec<Triangle>> = observation.logs().into_iter().map(|(_, joints)| joints).collect();
-    let (whole, weights) = fit(&observation.joints(|_| true), weights);
-    let one = |(joints, rest): (&Vec<Triangle>, Triangle)| {
-        let solution = solve(&rest);
-        let covariance = with_deviations(&solution.inverse, &white_deviation(&solution));
-        let is_told = solution.rank >= whole.rank;
-        LogError {
-            error: residuals(model, joints, &solution.x).total,
-            unsure: if is_told { unsure(model, joints, &covariance) } else { f64::INFINITY },
-        }
-    };
-    logs.iter().zip(without_each(model, &logs, &weights)).map(one).min_by(|a, b| a.error.total_cmp(&b.error))
 }
 
 /// The squares of each tenth, one per joint, under parameters from all others.

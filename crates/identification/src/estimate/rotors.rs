@@ -7,7 +7,7 @@ use linear_model::linear_model::Model;
 use linear_model::regressor::Regressor;
 use logs::Error;
 
-use crate::estimate::held_out::{LogError, cross_validate, cross_validate_by_log};
+use crate::estimate::held_out::cross_validate;
 use crate::estimate::options::Options;
 use crate::rows::observation::{Beside, Observation};
 use crate::signals::records::Records;
@@ -62,14 +62,11 @@ impl WithRotors {
         self.observation.select(&columns)
     }
 
-    /// Errors without the added columns and with them: on tenths left out, and on that of several logs which the others predict best.
-    pub fn errors(&self, regressor: &dyn Regressor, options: &Options) -> [(f64, Option<LogError>); 2] {
+    /// Error on tenths left out, without the added columns and with them.
+    pub fn errors(&self, regressor: &dyn Regressor, options: &Options) -> (f64, f64) {
         let [wider, model] =
             [&self.friction, &options.friction].map(|friction| options.linear_model_with(regressor, friction));
-        let errors = |model: &Model, rows: &Observation| {
-            let of_parts = cross_validate(model, rows, options.weights).total;
-            (of_parts, cross_validate_by_log(model, rows, options.weights))
-        };
-        [errors(&model, &self.without(regressor, options)), errors(&wider, &self.observation)]
+        let error = |model: &Model, rows: &Observation| cross_validate(model, rows, options.weights).total;
+        (error(&model, &self.without(regressor, options)), error(&wider, &self.observation))
     }
 }

@@ -1,19 +1,21 @@
 //! A search over variants of a model and of the options of its fit.
 //!
-//! What nobody decided is tried, candidate by candidate. Each proposes a variant with the errors of the fit without it and with
-//! it: E_parts on parts of the logs that are left out in turn, E_logs on that of several logs which the others predict best. A
-//! variant is kept where
+//! What nobody decided is tried, candidate by candidate. Each proposes a variant with the error E of the fit without it and with
+//! it, on parts of the logs that are left out in turn. A variant is kept where
 //!
 //! ```text
-//! E_parts(with) <= limit E_parts(without)   and   0.97 E_logs(with) <= E_logs(without)
+//! E(with) <= limit E(without)
 //! ```
-//! (or the deviations of the parameters explain E_logs), and where E_parts(without) is not negligible. An unknown beyond its deviations is kept where parts left out are not predicted worse, and logs hold. What
-//! follows from the columns of a log or from the request needs no errors. A variant with another model starts the search over:
-//! what was decided with the model before is decided anew.
+//! and E(without) is not negligible. An unknown beyond its deviations is kept where E does not rise. What follows from the columns
+//! of a log or from the request needs no errors. A variant with another model starts the search over: what was decided with the
+//! model before is decided anew.
+//!
+//! Not here: how well each of several logs is predicted from the others. Where one of them is poor it is predicted worse with what
+//! is true (seeds 9252, 9359 and 9473 of the bench `random_situations`: torques 7 to 11 % wrong in place of 1 %).
 
 use claims::{Claim, Topic};
 use identification::estimate::delay::Delay;
-use identification::estimate::held_out::{LogError, cross_validate, cross_validate_by_log};
+use identification::estimate::held_out::cross_validate;
 use identification::estimate::identify::Fit;
 use identification::estimate::joint_terms::JointTerms;
 use identification::estimate::ledger::hypotheses::{Hypothesis, Open, Tested, hypotheses};
@@ -36,8 +38,6 @@ use crate::request::SamplesRequest;
 
 /// Error on parts left out over that without a candidate, up to which it is kept.
 pub(crate) const WORTHWHILE_ERROR_RATIO: f64 = 0.97;
-/// Deviations of white noise are too small by so much at most: residuals of neighbours are alike.
-const MOST_BEYOND_WHITE: f64 = 10.0;
 /// With errors below this nothing is left to explain, and a difference is rounding.
 const NEGLIGIBLE_ERROR: f64 = 1e-3;
 
@@ -59,59 +59,35 @@ pub(crate) struct Variant {
     pub options: Options,
 }
 
-/// Errors of a fit to logs.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Errors {
-    /// On parts of the logs, each predicted from the others.
-    pub parts: f64,
-    /// On that of several logs which the others predict best.
-    pub logs: Option<LogError>,
-}
-
-impl Errors {
-    pub(crate) fn of(model: &Model, rows: &Observation, options: &Options) -> Errors {
-        let linear = options.linear_model(model.regressor());
-        Errors {
-            parts: cross_validate(&linear, rows, options.weights).total,
-            logs: cross_validate_by_log(&linear, rows, options.weights),
-        }
-    }
-
-    /// Of logs that are read for it.
-    ///
-    /// Fails where a log cannot be read.
-    pub(crate) fn of_logs(model: &Model, logs: &[LogSource], options: &Options) -> Result<Errors, Error> {
-        let records = SourceRecords::new(model.regressor(), logs, &options.preparation())?;
-        let rows = Observation::of_records(&options.linear_model(model.regressor()), &records, None)?;
-        Ok(Errors::of(model, &rows, options))
-    }
+/// Error on parts of logs, each predicted from the others; the logs are read for it.
+///
+/// Fails where a log cannot be read.
+pub(crate) fn error_on_parts(model: &Model, logs: &[LogSource], options: &Options) -> Result<f64, Error> {
+    let linear = options.linear_model(model.regressor());
+    let records = SourceRecords::new(model.regressor(), logs, &options.preparation())?;
+    let rows = Observation::of_records(&linear, &records, None)?;
+    Ok(cross_validate(&linear, &rows, options.weights).total)
 }
 
 /// Why a variant is kept.
 pub(crate) enum Evidence {
     /// The request, or the columns of the logs.
     Given,
-    /// The errors without it and with it, where those fall by far: below `limit` of what they were.
-    Errors { errors: [Errors; 2], limit: f64 },
+    /// The errors on parts left out without it and with it, where those fall by far: below `limit` of what they were.
+    Errors { errors: [f64; 2], limit: f64 },
     /// An unknown beyond its deviations, where the errors do not rise with it.
-    Significant([Errors; 2]),
+    Significant([f64; 2]),
 }
 
 impl Evidence {
     /// The rule of this file.
     pub(crate) fn is_enough(&self) -> bool {
-        // A rise of less is as little as a fall of less; and where one log alone hardly determines what is new, it has to rise.
-        let holds = |(without, with): (LogError, LogError)| {
-            WORTHWHILE_ERROR_RATIO * with.error <= without.error || with.error <= MOST_BEYOND_WHITE * with.unsure
-        };
-        let holds_between_logs = |[without, with]: &[Errors; 2]| without.logs.zip(with.logs).is_none_or(holds);
-        match self {
+        match *self {
             Evidence::Given => true,
-            Evidence::Errors { errors, limit } => {
-                let [without, with] = errors.map(|e| e.parts);
-                without >= NEGLIGIBLE_ERROR && with <= limit * without && holds_between_logs(errors)
+            Evidence::Errors { errors: [without, with], limit } => {
+                without >= NEGLIGIBLE_ERROR && with <= limit * without
             }
-            Evidence::Significant(errors) => errors[1].parts < errors[0].parts && holds_between_logs(errors),
+            Evidence::Significant([without, with]) => with < without,
         }
     }
 }
@@ -309,26 +285,13 @@ pub(crate) fn search<T>(
 mod tests {
     use super::*;
 
-    /// An error that falls by far is enough, unless another log is then predicted worse, or nothing was left to explain; beside
-    /// an unknown beyond its deviations it need not fall by far.
+    /// An error that falls by far is enough where something was left to explain; beside an unknown beyond its deviations it need
+    /// not fall by far.
     #[test]
-    fn what_predicts_better_within_logs_and_between_them_is_kept() {
-        let errors = |parts: [f64; 2], logs: [Option<f64>; 2]| {
-            let log = |error: f64| LogError { error, unsure: 0.01 };
-            [0, 1].map(|k| Errors { parts: parts[k], logs: logs[k].map(log) })
-        };
-        let by_far = |parts, logs| Evidence::Errors { errors: errors(parts, logs), limit: WORTHWHILE_ERROR_RATIO };
-        let one_log = [None, None];
-        assert!(by_far([0.1, 0.09], one_log).is_enough() && !by_far([0.1, 0.098], one_log).is_enough());
-        assert!(!by_far([5e-4, 1e-4], one_log).is_enough());
-        assert!(by_far([0.1, 0.09], [Some(0.2), Some(0.19)]).is_enough());
-        assert!(!by_far([0.1, 0.09], [Some(0.2), Some(0.21)]).is_enough());
-        // Ten times the deviations of white noise explain it.
-        assert!(by_far([0.1, 0.09], [Some(0.05), Some(0.09)]).is_enough());
-        let significant = |parts, logs| Evidence::Significant(errors(parts, logs)).is_enough();
-        assert!(significant([0.1, 0.099], one_log) && !significant([0.1, 0.101], one_log));
-        assert!(
-            significant([0.1, 0.099], [Some(0.2), Some(0.205)]) && !significant([0.1, 0.099], [Some(0.2), Some(0.21)])
-        );
+    fn what_predicts_better_by_far_is_kept() {
+        let by_far = |errors| Evidence::Errors { errors, limit: WORTHWHILE_ERROR_RATIO }.is_enough();
+        assert!(by_far([0.1, 0.09]) && !by_far([0.1, 0.098]) && !by_far([5e-4, 1e-4]));
+        let significant = |errors| Evidence::Significant(errors).is_enough();
+        assert!(significant([0.1, 0.099]) && !significant([0.1, 0.101]));
     }
 }

@@ -8,7 +8,7 @@ use logs::LogSource;
 
 use crate::describe::model::Model;
 use crate::error::Error;
-use crate::fit::search::{Decisions, Errors, Evidence, Proposal, Tried, Variant, WORTHWHILE_ERROR_RATIO};
+use crate::fit::search::{Decisions, Evidence, Proposal, Tried, Variant, WORTHWHILE_ERROR_RATIO, error_on_parts};
 
 /// The delay with the smallest residual.
 pub(crate) fn delay(tried: &mut Tried<'_>) -> Result<Option<Proposal>, Error> {
@@ -23,13 +23,13 @@ pub(crate) fn delay(tried: &mut Tried<'_>) -> Result<Option<Proposal>, Error> {
     }
     // A search that ends nowhere leaves the torques as they are, and the log check says so.
     let Ok((options, found)) = found_delay(model, logs, &tried.options) else { return Ok(None) };
-    let errors = [Errors::of_logs(model, logs, &tried.options)?, Errors::of_logs(model, logs, &options)?];
+    let errors = [error_on_parts(model, logs, &tried.options)?, error_on_parts(model, logs, &options)?];
     let sentence = format!(
         "the torques come {:.1} ms later than the positions, and are taken back: parts left out are predicted with an error \
          of {:.4} instead of {:.4} ([delay=0] leaves them)",
         1e3 * found.seconds,
-        errors[1].parts,
-        errors[0].parts
+        errors[1],
+        errors[0]
     );
     let evidence = Evidence::Errors { errors, limit: WORTHWHILE_ERROR_RATIO };
     let mut proposal = Proposal::mending(Variant { model: None, options }, evidence, DELAY_TAKEN, sentence);

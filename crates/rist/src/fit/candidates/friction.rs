@@ -22,7 +22,7 @@ use logs::LogSource;
 
 use crate::describe::model::Model;
 use crate::error::Error;
-use crate::fit::search::{Decisions, Errors, Evidence, Fitted, Kept, Proposal, Tried, Variant, WORTHWHILE_ERROR_RATIO};
+use crate::fit::search::{Decisions, Evidence, Fitted, Kept, Proposal, Tried, Variant, WORTHWHILE_ERROR_RATIO};
 
 /// The friction that the request asks to be chosen, and the load that its terms need.
 pub(crate) fn asked_friction(tried: &mut Tried<'_>) -> Result<Option<Proposal>, Error> {
@@ -74,7 +74,6 @@ pub(crate) fn joint_friction(tried: &mut Tried<'_>) -> Result<Option<Proposal>, 
     let with = found.error * found.taken.last().map_or(1.0, |taken| taken.ratio);
     // A fault is one number and the terms are several: they are to explain twice as much, in the logarithm.
     let of_faults = faults.iter().filter_map(Tested::gain).fold(1.0, f64::min);
-    let errors = [found.error, with].map(|parts| Errors { parts, logs: None });
     let terms: Vec<String> = found.taken.iter().map(|taken| in_words(&taken.term, coordinates)).collect();
     let sentence = format!(
         "{}: parts left out are predicted with an error of {with:.4} instead of {:.4} ([friction=viscous,coulomb,offset] \
@@ -84,7 +83,10 @@ pub(crate) fn joint_friction(tried: &mut Tried<'_>) -> Result<Option<Proposal>, 
     );
     Ok(Some(Proposal {
         variant: Variant { model: None, options },
-        evidence: Evidence::Errors { errors, limit: WORTHWHILE_ERROR_RATIO.min(of_faults * of_faults) },
+        evidence: Evidence::Errors {
+            errors: [found.error, with],
+            limit: WORTHWHILE_ERROR_RATIO.min(of_faults * of_faults),
+        },
         found: Decisions { sentences: vec![sentence], ..Decisions::default() },
     }))
 }

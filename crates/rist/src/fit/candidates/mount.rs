@@ -3,14 +3,17 @@
 use std::f64::consts::PI;
 
 use identification::estimate::digits::significant;
+use identification::estimate::held_out::cross_validate;
 use identification::estimate::ledger::hypotheses::Hypothesis;
 use identification::estimate::ledger::topics::MOUNT_TAKEN;
+use identification::estimate::options::Options;
 use nalgebra::Vector3;
 
+use crate::describe::model::Model;
 use crate::error::Error;
 use crate::fit::candidates::unknowns::{BEFORE_THE_FIT, Unknowns};
 use crate::fit::search::{
-    Asked, Decisions, Errors, Evidence, Proposal, Tried, Variant, WORTHWHILE_ERROR_RATIO, search,
+    Asked, Decisions, Evidence, Fitted, Proposal, Tried, Variant, WORTHWHILE_ERROR_RATIO, search,
 };
 use crate::request::{SamplesRequest, Unknown};
 
@@ -29,7 +32,7 @@ pub(crate) fn mount(tried: &mut Tried<'_>) -> Result<Option<Proposal>, Error> {
     if !fitted.faults.iter().any(|fault| matches!(fault.of, Hypothesis::Mount(_)) && fault.gain().is_some()) {
         return Ok(None);
     }
-    let without = Errors::of(model, &fitted.fit.observation, &options);
+    let without = error(model, fitted, &options);
     let request = SamplesRequest { unknowns: vec![Unknown::Mount], ..asked.request.clone() };
     let unknowns = Unknowns::find(model, asked.logs, &request)?;
     let Some(turned) = unknowns.model.filter(|_| unknowns.is_settled) else { return Ok(None) };
@@ -38,18 +41,18 @@ pub(crate) fn mount(tried: &mut Tried<'_>) -> Result<Option<Proposal>, Error> {
     if tilt > LARGEST_TILT_RAD {
         return Ok(None);
     }
-    let errors = |mut tried: Tried<'_>| {
+    let of_turned = |mut tried: Tried<'_>| {
         let (model, options) = (tried.model, tried.options.clone());
-        Ok(Errors::of(model, &tried.fitted()?.fit.observation, &options))
+        Ok(error(model, tried.fitted()?, &options))
     };
     let asked = Asked { request: &unknowns.request, ..asked };
-    let with = search(&turned, asked, tried.start.clone(), &BEFORE_THE_FIT, &errors)?.end;
+    let with = search(&turned, asked, tried.start.clone(), &BEFORE_THE_FIT, &of_turned)?.end;
     let sentence = format!(
         "the base is taken as tilted by {} deg: parts left out are predicted with an error of {:.4} instead of {:.4} \
          ([base=0,0,0] leaves it as described)",
         significant(tilt.to_degrees()),
-        with.parts,
-        without.parts
+        with,
+        without
     );
     let evidence = Evidence::Errors { errors: [without, with], limit: WORTHWHILE_ERROR_RATIO };
     let variant = Variant { model: Some(turned), options: tried.start.clone() };
@@ -60,4 +63,9 @@ pub(crate) fn mount(tried: &mut Tried<'_>) -> Result<Option<Proposal>, Error> {
         ..proposal.found
     };
     Ok(Some(proposal))
+}
+
+/// Error on parts left out of a fit.
+fn error(model: &Model, Fitted { fit, .. }: &Fitted, options: &Options) -> f64 {
+    cross_validate(&options.linear_model(model.regressor()), &fit.observation, options.weights).total
 }

@@ -7,7 +7,7 @@ use identification::estimate::rotors::WithRotors;
 use linear_model::unit::Unit;
 
 use crate::error::Error;
-use crate::fit::search::{Errors, Evidence, Proposal, Tried, Variant, WORTHWHILE_ERROR_RATIO};
+use crate::fit::search::{Evidence, Proposal, Tried, Variant, WORTHWHILE_ERROR_RATIO};
 use crate::fit::unspoken::{lack, may_lack_rotors, rotating};
 
 /// Rotors of all joints, by the errors. Where they are not worth it, the rows that were made for it are kept.
@@ -16,9 +16,17 @@ pub(crate) fn rotors(tried: &mut Tried<'_>) -> Result<Option<Proposal>, Error> {
     if !may_lack_rotors(model) {
         return Ok(None);
     }
-    let Some(errors) = errors(tried)? else { return Ok(None) };
+    let options = tried.options.clone();
+    let looked = tried.looked()?;
+    let made = match looked.with_rotors.take() {
+        None => WithRotors::of_records(model.regressor(), &looked.records, &options)?,
+        made => made,
+    };
+    let Some(rows) = made else { return Ok(None) };
+    let errors = <[f64; 2]>::from(rows.errors(model.regressor(), &options));
+    looked.rows = Some(rows.without(model.regressor(), &options));
     let evidence = Evidence::Errors { errors, limit: WORTHWHILE_ERROR_RATIO };
-    let [without, with] = errors.map(|e| e.parts);
+    let [without, with] = errors;
     let sentence = format!(
         "rotor inertias are among the parameters, which {}: parts left out are predicted with an error of \
          {with:.4} instead of {without:.4} ([rotor_inertia=none] leaves them out)",
@@ -43,24 +51,8 @@ pub(crate) fn significant_rotors(tried: &mut Tried<'_>) -> Result<Option<Proposa
         significant(rotor.value),
         significant(rotor.deviation)
     );
-    let (without, with) = rotor.held_out.unwrap_or_default();
-    let logs = errors(tried)?.map_or([None; 2], |errors| errors.map(|e| e.logs));
-    let evidence =
-        Evidence::Significant([Errors { parts: without, logs: logs[0] }, Errors { parts: with, logs: logs[1] }]);
+    let evidence = Evidence::Significant(rotor.held_out.map_or([0.0; 2], |(without, with)| [without, with]));
     proposal(tried, evidence, sentence)
-}
-
-/// The errors without rotors and with them; `None` where the model has their columns.
-fn errors(tried: &mut Tried<'_>) -> Result<Option<[Errors; 2]>, Error> {
-    let (model, options) = (tried.model, tried.options.clone());
-    let looked = tried.looked()?;
-    let made = match looked.with_rotors.take() {
-        None => WithRotors::of_records(model.regressor(), &looked.records, &options)?,
-        made => made,
-    };
-    let Some(rows) = made else { return Ok(None) };
-    looked.rows = Some(rows.without(model.regressor(), &options));
-    Ok(Some(rows.errors(model.regressor(), &options).map(|(parts, logs)| Errors { parts, logs })))
 }
 
 /// The model with rotors, which costs a derivation, where the evidence is enough.
