@@ -300,7 +300,7 @@ impl Arm {
         };
         let decomposed = self.jacobian(q).svd(false, true);
         // Nearly singular twice, in m and rad: what is 1e-13 off one of them has lost the digits that the other needs.
-        if decomposed.singular_values[4] < 1e-3 && solutions.is_empty() {
+        if decomposed.singular_values[4] < 1e-2 && solutions.is_empty() {
             told.none += 1;
             return;
         }
