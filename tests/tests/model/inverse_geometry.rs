@@ -298,13 +298,12 @@ impl Arm {
             told.none += usize::from(solutions.is_empty());
             return;
         };
-        let decomposed = self.jacobian(q).svd(false, true);
-        // Nearly singular twice, in m and rad: what is 1e-13 off one of them has lost the digits that the other needs.
-        if decomposed.singular_values[4] < 1e-2 && solutions.is_empty() {
+        // One in a thousand at most has none (below), and the docs say of which.
+        if solutions.is_empty() {
             told.none += 1;
             return;
         }
-        let transposed = decomposed.v_t.unwrap();
+        let transposed = self.jacobian(q).svd(false, true).v_t.unwrap();
         let moves = |joint: usize| offset.abs() < 1e-5 && transposed[(5, joint)].abs() > 1e-9;
         let nearest = |solution: &Vec<f64>| {
             (0..6).filter(|j| !moves(*j)).map(|j| self.off(j, q[j], solution[j])).fold(0.0, f64::max)
