@@ -12,7 +12,7 @@
 //! | bodies > 5 % | the same of the torque of bodies and rotors |
 //! | > 5 sigma | of "yes", those with a parameter beyond five of its printed deviations |
 //! | as logged > 5 sigma | the same in the units of the torques as logged, where all have one wrong scale |
-//! | good | torque within 2 % and that of each joint within 10 %, all parameters within four deviations, both logs of one machine |
+//! | good | torque within 2 %, all parameters within four deviations, both logs of one machine |
 //! | no, with care | what is said of the good |
 
 use tests::random_situations::Situation;

@@ -102,11 +102,11 @@ impl From<numerics::Error> for Error {
     }
 }
 
-/// Steps by their words in texts, and as the program and as Python have them.
-const STEPS: [(&str, &str, &str); 15] = [
+/// Steps by their words in texts, and as the program and as Python have them: the package has no `columns`, but the program.
+const STEPS: [(&str, &str, &str); 14] = [
     ("accumulate", "rist accumulate", "rist.Accumulator"),
     ("check", "rist check", "rist.check"),
-    ("columns", "rist columns", "rist.columns"),
+    ("columns", "rist columns", "rist columns"),
     ("doctor", "rist doctor", "rist.doctor"),
     ("excite", "rist excite", "rist.excite"),
     ("feedforward", "rist simulate [feedforward]", "rist.simulate(.., feedforward=estimate)"),
@@ -115,7 +115,6 @@ const STEPS: [(&str, &str, &str); 15] = [
     ("inspect", "rist inspect", "rist.Model"),
     ("plan", "rist plan", "rist.plan"),
     ("report", "rist report", "estimate.report"),
-    ("simulate", "rist simulate", "rist.simulate"),
     ("validate", "rist validate", "rist.validate"),
     ("write_mjcf", "[write_mjcf]", "write_mjcf"),
     ("write_urdf", "rist identify [write_urdf]", "identify(.., consistent=True) and estimate.write_urdf"),

@@ -89,11 +89,9 @@ impl Outcome {
         self.judgement.as_ref().is_some_and(|j| beyond(j.worst_sigma_as_logged.1, 5.0))
     }
 
-    /// Torque within 2 %, that of no joint off by more than 10 %, which the sum over the joints would hide, and all parameters
-    /// within four deviations.
+    /// Torque within 2 %, and all within four deviations.
     pub fn is_good(&self) -> bool {
-        let is_good = |j: &Judgement| j.torque <= 0.02 && j.worst_joint.1 <= 0.1 && j.worst_sigma.1 <= 4.0;
-        self.judgement.as_ref().is_some_and(is_good)
+        self.judgement.as_ref().is_some_and(|j| j.torque <= 0.02 && j.worst_sigma.1 <= 4.0)
     }
 }
 

@@ -84,6 +84,21 @@ fn no_text_of_a_library_has_a_flag_in_it() {
     };
     let flags: Vec<_> = all.iter().filter(|(_, text)| has_flag(text)).collect();
     assert!(flags.is_empty(), "write the field in brackets: [rate], [delay=auto]: {flags:#?}");
+    let is_step = |behind: &str| behind.starts_with(|c: char| c.is_ascii_lowercase());
+    let is_unknown = |text: &str| spelled(text, Reader::Python).split("[:").skip(1).any(is_step);
+    let steps: Vec<_> = all.iter().filter(|(file, text)| !file.ends_with("spelling.rs") && is_unknown(text)).collect();
+    assert!(steps.is_empty(), "no such step: {steps:#?}");
+    // What Python is told to call is there.
+    let stub = std::fs::read_to_string(workspace().join("crates/python/python/rist/__init__.pyi")).unwrap();
+    let inside = |text: &str| text.split("[:").skip(1).filter_map(|t| Some(t.split_once(']')?.0.to_string())).collect();
+    let advised: Vec<String> = all.iter().flat_map(|(_, text)| -> Vec<String> { inside(text) }).collect();
+    assert!(advised.len() > 10, "{advised:?}");
+    for step in advised {
+        let call = spelled(&format!("[:{step}]"), Reader::Python);
+        let Some(name) = call.strip_prefix("rist.").and_then(|call| call.split('(').next()) else { continue };
+        let is_there = [format!("\ndef {name}("), format!("\nclass {name}")].iter().any(|line| stub.contains(line));
+        assert!(is_there, "[:{step}] is {call}, which the package lacks");
+    }
     for field in all_fields() {
         assert!(!has_flag(&field.doc), "{}: {}", field.name, field.doc);
     }

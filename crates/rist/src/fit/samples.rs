@@ -176,23 +176,9 @@ fn identify_kept(
     request: &SamplesRequest,
     kept: Kept,
 ) -> Result<Identification, Error> {
-    if request.unknowns.is_empty() {
-        return identify_known(model, logs, loaded, request, kept);
-    }
-    let unknowns = Unknowns::find(model, logs, request)?;
-    let with = unknowns.model.as_ref().unwrap_or(model);
-    let found = identify_known(with, logs, loaded, &unknowns.request, kept)?;
-    Ok(found.with_unknowns(unknowns))
-}
-
-/// Without unknowns beside the parameters but those that the search takes.
-fn identify_known(
-    model: &Model,
-    logs: &[LogSource],
-    loaded: &[LogSource],
-    request: &SamplesRequest,
-    kept: Kept,
-) -> Result<Identification, Error> {
+    let unknowns = (!request.unknowns.is_empty()).then(|| Unknowns::find(model, logs, request)).transpose()?;
+    let model = unknowns.as_ref().and_then(|unknowns| unknowns.model.as_ref()).unwrap_or(model);
+    let request = unknowns.as_ref().map_or(request, |unknowns| &unknowns.request);
     let options = Options { model: model.robot.name.clone(), ..request.options() };
     let is_own_scale = is_own_scale(model, logs, &request.gain, &options)?;
     let searched =
@@ -237,7 +223,11 @@ fn identify_known(
         faults,
         described_parameters,
     };
-    Ok(if is_own_scale { found.in_own_scale() } else { found })
+    let found = if is_own_scale { found.in_own_scale() } else { found };
+    Ok(match unknowns {
+        Some(unknowns) => found.with_unknowns(unknowns),
+        None => found,
+    })
 }
 
 /// Each log predicted by parameters from the others, where there are several. `described`: the base parameters of the description.

@@ -6,7 +6,7 @@
 //! ```text
 //! E(with) <= limit E(without)
 //! ```
-//! and E(without) is not negligible. An unknown beyond its deviations is kept where E does not rise. What follows from the columns
+//! and E(without) is not negligible. An unknown beyond its deviations is kept where E falls at all. What follows from the columns
 //! of a log or from the request needs no errors. A variant with another model starts the search over: what was decided with the
 //! model before is decided anew.
 //!
@@ -75,7 +75,7 @@ pub(crate) enum Evidence {
     Given,
     /// The errors on parts left out without it and with it, where those fall by far: below `limit` of what they were.
     Errors { errors: [f64; 2], limit: f64 },
-    /// An unknown beyond its deviations, where the errors do not rise with it.
+    /// An unknown beyond its deviations, where the errors fall with it at all.
     Significant([f64; 2]),
 }
 
@@ -203,12 +203,9 @@ impl<'a> Tried<'a> {
     }
 
     fn fit(&mut self) -> Result<Fitted, Error> {
-        let (model, logs) = (self.model, self.asked.logs);
-        let linear = self.options.linear_model(model.regressor());
-        let looked = match self.looked.take() {
-            Some(looked) => looked,
-            None => Looked::of(model, logs, &self.options)?,
-        };
+        let (model, logs, options) = (self.model, self.asked.logs, self.options.clone());
+        let linear = options.linear_model(model.regressor());
+        let looked = self.looked()?;
         let fit = looked.fit(model, logs)?;
         let test = |open: Open<'_>| hypotheses(&linear, &looked.records, fit.point(), open);
         let mut faults = with_open(model, None, test)?;
@@ -216,7 +213,6 @@ impl<'a> Tried<'a> {
         if looked.passport.findings.iter().any(|finding| matches!(finding.fault, Fault::Mount(_))) {
             faults.retain(|fault| !matches!(fault.of, Hypothesis::Mount(_)));
         }
-        self.looked = Some(looked);
         Ok(Fitted { fit, faults })
     }
 
@@ -228,11 +224,7 @@ impl<'a> Tried<'a> {
             Some(fitted) => fitted,
             None => self.fit()?,
         };
-        let looked = match self.looked {
-            Some(looked) => looked,
-            None => Looked::of(self.model, self.asked.logs, &self.options)?,
-        };
-        Ok((looked.passport, fitted))
+        Ok((std::mem::take(&mut self.looked()?.passport), fitted))
     }
 }
 

@@ -34,7 +34,8 @@ pub(crate) fn mount(tried: &mut Tried<'_>) -> Result<Option<Proposal>, Error> {
     }
     let without = error(model, fitted, &options);
     let request = SamplesRequest { unknowns: vec![Unknown::Mount], ..asked.request.clone() };
-    let unknowns = Unknowns::find(model, asked.logs, &request)?;
+    // A turn under which the robot has no base parameters, or no fit, is none to take; the claim names the tilt.
+    let Ok(unknowns) = Unknowns::find(model, asked.logs, &request) else { return Ok(None) };
     let Some(turned) = unknowns.model.filter(|_| unknowns.is_settled) else { return Ok(None) };
     let [from, to] = [model, &turned].map(|model| Vector3::from(model.robot.gravity_number()));
     let tilt = from.angle(&to);
@@ -46,7 +47,10 @@ pub(crate) fn mount(tried: &mut Tried<'_>) -> Result<Option<Proposal>, Error> {
         Ok(error(model, tried.fitted()?, &options))
     };
     let asked = Asked { request: &unknowns.request, ..asked };
-    let with = search(&turned, asked, tried.start.clone(), &BEFORE_THE_FIT, &of_turned)?.end;
+    let Ok(searched) = search(&turned, asked, tried.start.clone(), &BEFORE_THE_FIT, &of_turned) else {
+        return Ok(None);
+    };
+    let with = searched.end;
     let sentence = format!(
         "the base is taken as tilted by {} deg: parts left out are predicted with an error of {:.4} instead of {:.4} \
          ([base=0,0,0] leaves it as described)",
