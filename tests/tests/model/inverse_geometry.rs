@@ -353,6 +353,25 @@ fn singular_and_nearly_singular_poses_are_reached() {
     singular_poses(40);
 }
 
+/// At q5 = 1e-13 rounding of the pose turns theta_6 by 1e-4, and O_4 of an arm stretched to 1e-7 m would be out of reach.
+#[test]
+fn a_stretched_arm_of_a_nearly_singular_wrist_is_reached() {
+    let arm = Arm::new(&read(ALL_AGAINST));
+    let mut told = Singular::default();
+    for q5 in [1e-13, 1.01e-13, 1e-12, 1e-11, 1e-8] {
+        let q = [
+            -3.0487591766189412,
+            0.1088093194829516,
+            0.0012438534362699996,
+            2.034076362911716,
+            q5,
+            -0.6782491974842401,
+        ];
+        arm.holds(&q, Some(q5), &mut told);
+    }
+    assert!(told.rows > 0 && told.none == 0, "{} rows, {} poses without one", told.rows, told.none);
+}
+
 #[test]
 #[ignore = "1e5 singular poses take a minute; after a change of the closed forms: --ignored singular --nocapture"]
 fn many_singular_poses_are_reached() {

@@ -27,6 +27,8 @@
 //! lengths; a factor below zero by less than 1e-13 m is zero, the arm stretched or folded. Of parallel axes a free theta_6 moves
 //! O_4 about O_5: solutions of one sign of sin theta_5 have q_6 = 0, those of the other bring O_4 nearest to axis 2, or farthest
 //! from it where nearest is too near, so that one is in reach if any is (of arms with |r_5| below the shorter of d_3 and d_4).
+//! Above 1e-13 rounding still turns theta_6, and an arm that is nearly stretched would miss O_4: theta_6 leans to where O_4 is in
+//! reach, by less than moves the orientation of the last link.
 //!
 //! Sines and cosines are the outputs: q = atan2(sin_q, cos_q). A solution that is out of reach has entries that are no numbers.
 
@@ -281,8 +283,10 @@ fn with_parallel_axes(
     let seen = [target.x, target.y, target.z].map(|column| dot(g, axis, column));
     let (s5, s6) = (j5.sine(), j6.sine());
     let (size, sign) = (norm(g, [seen[0], seen[1]]), if five { -s5 } else { s5 });
-    let free = if five { reaching(g, joints, target, first, [a, W[2]]) } else { j6.offset.turn(g) };
-    let sixth = direction(g, [signed(seen[0], sign), signed(seen[1], -sign)], size, free);
+    let to = [signed(seen[0], sign), signed(seen[1], -sign)];
+    let reach = reaching(g, joints, target, first, [a, W[2]]);
+    let (to, free) = (leaning(g, to, reach), if five { reach } else { j6.offset.turn(g) });
+    let sixth = direction(g, to, size, free);
     let [S5, _] = between(g, [seen[0], -seen[1]], [sixth.cos, sixth.sin]);
     let fifth = Turn { cos: signed(seen[2], -s5 * s6), sin: signed(S5, s5) };
 
@@ -329,6 +333,16 @@ fn reaching(g: &mut Graph, joints: &[ArmJoint; 6], target: &Target, first: Turn,
         signed(g.mul(along, part), j6.sine())
     });
     Turn { cos, sin }
+}
+
+/// A vector of an angle moved towards another by 1e-14 of that one's length: by less than the orientation of a pose is known, and
+/// by more than its rounding turns a vector that is little longer than rounding, which would put an elbow out of reach.
+fn leaning(g: &mut Graph, [cos, sin]: [Expr; 2], to: Turn) -> [Expr; 2] {
+    let share = g.constant(1e-14);
+    [(cos, to.cos), (sin, to.sin)].map(|(own, to)| {
+        let part = g.mul(share, to);
+        g.add(own, part)
+    })
 }
 
 /// The sum of two angles.
