@@ -309,7 +309,8 @@ pub fn _passport(state: PassportState) -> Passport {
 ///
 /// Options:
 /// - options: YAML with any option of an identification
-/// - gain: Torque per unit of current of a drive, N m/A [default: as the file says]
+/// - gain: Torque per unit of current of a drive, N m/A; below 0 where the current counts the other way [default:
+///   as the file says]
 #[pyfunction]
 #[pyo3(signature = (model, logs, **options), text_signature = "(model, logs, *, options=None, gain=None)")]
 pub fn doctor(

@@ -19,6 +19,8 @@ const BOTTOM_MARGIN: f64 = 420.0;
 const LEGEND_ROW_HEIGHT: f64 = 190.0;
 /// Width of a letter in the legend, tenths of a pixel.
 const LEGEND_LETTER_WIDTH: f64 = 68.0;
+/// Of a chart with keys: they reach only what can have the focus.
+const FOCUS: &str = " tabindex=\"0\"";
 
 /// A layer of the drawing. Layers are drawn from back to front.
 #[derive(Clone, Debug)]
@@ -169,8 +171,8 @@ impl<'a> Chart<'a> {
         let (width, height) = (self.width.whole(), top + self.height);
         let frame = Frame::new(self.scales(), self.width, top, top + self.height - BOTTOM_MARGIN);
         let (class, data) = match (is_live, self.width) {
-            (true, Width::Usual) => (" live", frame.for_script()),
-            (true, Width::Wide) => (" live wide-chart", frame.for_script()),
+            (true, Width::Usual) => (" live", FOCUS.to_string() + &frame.for_script()),
+            (true, Width::Wide) => (" live wide-chart", FOCUS.to_string() + &frame.for_script()),
             (false, _) => ("", String::new()),
         };
         let mut s = format!(
@@ -313,6 +315,15 @@ mod tests {
     }
 
     /// A circle is drawn as one, however the rest of the chart is shaped.
+    /// Keys go to what has the focus; a chart without a script has none.
+    #[test]
+    fn charts_that_hear_keys_can_have_the_focus() {
+        let points = [(0.0, 5.0), (1.0, -5.0)];
+        let chart = || Chart::new("torque", ("s", "N m")).line("", "a", &points);
+        assert!(chart().live(vec!["tau".into()]).svg().contains(" tabindex=\"0\""));
+        assert!(!chart().svg().contains("tabindex"));
+    }
+
     #[test]
     fn shapes_keep_their_proportions() {
         let circle: Vec<(f64, f64)> = (0..=100).map(|i| (0.0628 * f64::from(i)).sin_cos()).collect();

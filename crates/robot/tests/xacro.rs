@@ -142,7 +142,10 @@ fn what_is_refused_has_its_line() {
         assert!(message.contains(wanted), "{body}: {message}");
     }
     let message = read(&links("1"), &[("x".into(), "1".into())]).unwrap_err();
-    assert!(message.contains("the description has no argument `x`"), "{message}");
+    assert!(message.contains("the description has no argument `x`; it has none"), "{message}");
+    // An argument that is used and not declared is given as one that is: xacro takes it so.
+    let given = read("<link name=\"$(arg x)\"/>", &[("x".into(), "tool".into())]);
+    assert!(!given.as_ref().err().is_some_and(|e| e.contains("argument")), "{given:?}");
 }
 
 /// Python with xacro, and the files below `RIST_XACRO`.

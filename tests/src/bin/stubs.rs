@@ -250,6 +250,7 @@ fn tables() -> String {
                 Range::Between(from, to) => format!("{} to {}", number(from), number(to)),
                 Range::From(from) => format!("from {}", number(from)),
                 Range::Positive => "above 0".into(),
+                Range::NonZero => "not 0".into(),
                 Range::Share => "above 0, at most 1".into(),
             };
             let words: Vec<String> = field.shape.words.iter().map(|(word, _)| format!("`{word}`")).collect();

@@ -286,6 +286,32 @@ fn wrong_gains_are_named_with_those_that_fit() {
             assert!((told / 10.0 - 1.0).abs() < 0.2, "{told}");
         }
     }
+    // A drive whose current counts the other way has a gain below zero.
+    let reversed = std::fs::read_to_string(here.join("a.csv")).unwrap();
+    let column = reversed
+        .lines()
+        .next()
+        .unwrap()
+        .split(',')
+        .position(|name| name.starts_with('i') && name.ends_with("elbow"))
+        .expect("a current");
+    let negated = |line: &str| {
+        let mut cells: Vec<String> = line.split(',').map(String::from).collect();
+        cells[column] = format!("{}", -cells[column].parse::<f64>().unwrap());
+        cells.join(",")
+    };
+    let lines: Vec<String> =
+        reversed.lines().enumerate().map(|(k, line)| if k == 0 { line.into() } else { negated(line) }).collect();
+    std::fs::write(here.join("reversed.csv"), lines.join("\n")).unwrap();
+    let gains = |of_elbow: f64| {
+        let gain = |name: &String| format!("{name}={}", if name == "elbow" { of_elbow } else { 10.0 });
+        names.iter().map(gain).collect::<Vec<_>>().join(",")
+    };
+    let run = rist(&here, &["identify", &ur5, "reversed.csv", "--gain", &gains(-10.0)]);
+    assert_eq!(verdict(&run), verdict(&with(10.0)));
+    assert_eq!(rist(&here, &["doctor", &ur5, "reversed.csv", "--gain", &gains(-10.0)]).code, Some(0));
+    let refused = rist(&here, &["identify", &ur5, "reversed.csv", "--gain", &gains(0.0)]);
+    assert!(refused.code == Some(2) && refused.err.contains("a number that is not 0"), "{}", refused.err);
     let doctor = rist(&here, &["doctor", &ur5, "a.csv"]);
     assert!(doctor.out.contains("currents without gains") && doctor.out.contains("nothing is contradicted"));
 }
@@ -304,5 +330,26 @@ fn very_late_torques_are_named() {
         let run = rist(&here, &["identify", &ur5, "a.csv", "--delay", "auto", "--json"]);
         let found: serde_json::Value = serde_json::from_str(&run.out).unwrap();
         assert!((found["delay_s"].as_f64().unwrap() - late).abs() < 1e-3, "{late}: {}", found["delay_s"]);
+    }
+}
+
+/// What is advised at the end is done: bodies are offered to a simulator only where they may be written.
+#[test]
+fn the_next_step_works() {
+    let here = folder("next");
+    let ur5 = model_path("ur5.urdf").display().to_string();
+    let shipped = tests::workspace().join("docs/ur5/log.csv").display().to_string();
+    good().write(&here.join("good.csv"), Model::read(&ur5).unwrap().regressor().coordinates());
+    for log in [shipped.as_str(), "good.csv"] {
+        let command = ["identify", &ur5, log];
+        let [_, trust, next] = verdict(&rist(&here, &command));
+        assert!(
+            trust.starts_with("trust: yes") && !next.contains("write-urdf") && next.contains("--consistent"),
+            "{next}"
+        );
+        let [.., next] = verdict(&rist(&here, &[&command[..], &["--consistent"]].concat()));
+        let written = rist(&here, &[&command[..], &["--write-urdf", "new.urdf"]].concat());
+        assert_eq!(next.contains("write-urdf"), written.code == Some(0), "{log}: {next}\n{}", written.err);
+        assert!(next.contains("rist generate"), "{next}");
     }
 }

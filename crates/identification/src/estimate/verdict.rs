@@ -130,7 +130,8 @@ impl Verdict {
             .filter(|claim| purposes[..Use::ALL.len()].iter().any(|(p, _)| lowering(&claims, p).contains(claim)))
             .filter(|claim| trust != Trust::No || claim.standing() == Standing::Refused)
             .collect();
-        let next = lowered.first().map_or_else(|| use_it(evidence), |claim| what_mends(claim));
+        let next =
+            lowered.first().map_or_else(|| use_it(evidence, uses.get(Use::ALL.len())), |claim| what_mends(claim));
         let reasons: Vec<String> = match trust {
             Trust::Yes => favours(evidence).into_iter().chain(units_of_logs(&claims)).collect(),
             _ => lowered.iter().map(|claim| sentence(claim)).collect(),
@@ -342,12 +343,15 @@ fn found(evidence: &Evidence) -> String {
     }
 }
 
-/// What to do with an estimate that every use may trust.
-fn use_it(evidence: &Evidence) -> String {
-    match evidence.estimate.options.is_none() {
-        true => "use it ([:report] draws it, [:feedforward] tries it)".into(),
-        false => "use it ([:write_urdf] or [:write_mjcf] for simulators, [:generate] for code)".into(),
-    }
+/// What to do with an estimate whose torques every use may trust; `bodies`: the answer for them, where they were asked for.
+fn use_it(evidence: &Evidence, bodies: Option<&UseVerdict>) -> String {
+    let steps = match bodies.map(|bodies| bodies.trust) {
+        _ if evidence.estimate.options.is_none() => "[:report] draws it, [:feedforward] tries it",
+        Some(Trust::No) => "[:generate] for code",
+        Some(_) => "[:write_urdf] or [:write_mjcf] for simulators, [:generate] for code",
+        None => "[:generate] for code; [consistent] says whether a simulator may have its bodies",
+    };
+    format!("use it ({steps})")
 }
 
 /// Topics of which the table, the reasons and the remarks tell.

@@ -157,24 +157,39 @@ impl<'a> Finder<'a> {
             *slot = Some(reading);
         }
         // A quantity that only some of the joints have is refused.
-        if let Some(k) = places.iter().zip(needed).position(|(place, needed)| *needed && place.is_none()) {
-            let name = self.coordinates.get(k).map_or("", String::as_str);
-            let otherwise = match quantity {
-                Quantity::Torque | Quantity::Current => format!(
-                    "; one that something else moves is named in [options], `columns: {{prescribed: [{name}]}}`, one that \
-                     nothing drives by `columns: {{free: [{name}]}}`"
-                ),
-                _ => String::new(),
-            };
-            return Err(self.error(format!(
-                "the {} of joint {} ({name}) is missing, though other joints have it; a joint that stood still is left out \
-                 of the model by [lock={name}=0], with its position{otherwise}",
-                format!("{quantity:?}").to_lowercase(),
-                k + 1
-            )));
+        let missing: Vec<usize> = (0..n).filter(|&k| needed[k] && places[k].is_none()).collect();
+        if !missing.is_empty() {
+            return Err(self.error(self.of_some_joints(quantity, &missing)));
         }
         let source = |place: Option<&Reading>| place.map(|r| self.source(quantity, r.column, r.unit)).transpose();
         places.into_iter().map(source).collect::<Result<_, _>>().map(Some)
+    }
+
+    /// What to do about joints without a quantity that others have: one line for all of them.
+    fn of_some_joints(&self, quantity: Quantity, joints: &[usize]) -> String {
+        let name = |k: &usize| self.coordinates.get(*k).map_or("", String::as_str);
+        let names: Vec<&str> = joints.iter().map(name).collect();
+        let (all, locks) =
+            (names.join(", "), names.iter().map(|name| format!("{name}=0")).collect::<Vec<_>>().join(","));
+        let which: Vec<String> = joints.iter().map(|k| format!("{} ({})", k + 1, name(k))).collect();
+        let (of, is, stood, others) = match which.as_slice() {
+            [_] => ("joint", "is", "a joint that stood still is", "one"),
+            _ => ("joints", "are", "joints that stood still are", "those"),
+        };
+        let otherwise = match quantity {
+            Quantity::Torque | Quantity::Current => format!(
+                "; {others} that something else moves {is} named in [options], `columns: {{prescribed: [{all}]}}`, {others} that \
+                 nothing drives by `columns: {{free: [{all}]}}`"
+            ),
+            _ => String::new(),
+        };
+        let quantity = format!("{quantity:?}").to_lowercase();
+        format!(
+            "the {quantity} of {of} {} is missing, though other joints have it; {stood} left out of the model by [lock={locks}], \
+             with {} position{otherwise}",
+            which.join(", "),
+            if joints.len() == 1 { "its" } else { "their" }
+        )
     }
 
     /// A column in the unit that the user names, or in that of its header.

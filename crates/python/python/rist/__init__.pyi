@@ -761,7 +761,8 @@ def doctor(
 
     Options:
     - options: YAML with any option of an identification
-    - gain: Torque per unit of current of a drive, N m/A [default: as the file says]"""
+    - gain: Torque per unit of current of a drive, N m/A; below 0 where the current counts the other way [default:
+      as the file says]"""
 def plan(
     model: Model | Path,
     *,

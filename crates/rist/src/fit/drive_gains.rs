@@ -52,9 +52,7 @@ pub(crate) fn drive_gains(
     }
     // An estimate that does not tell a gain from zero is refused, for all parameters scale with it.
     let found = estimate_drive_gains(model.regressor(), logs, options, &known)?;
-    let is_open = |k: &usize| {
-        !found.gain_determined[*k] || found.gain[*k] <= 0.0 || 2.0 * found.gain_deviation[*k] >= found.gain[*k]
-    };
+    let is_open = |k: &usize| !found.gain_determined[*k] || 2.0 * found.gain_deviation[*k] >= found.gain[*k].abs();
     let open: Vec<String> = (0..coordinates.len()).filter(is_open).map(|k| coordinates[k].clone()).collect();
     if !open.is_empty() {
         return Err(Error::verdict(format_args!(

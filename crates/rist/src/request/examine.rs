@@ -21,8 +21,8 @@ request! {
     pub struct DoctorRequest {
         /// YAML with any option of an identification.
         options: Option<Options> = None, value_name("FILE");
-        /// Torque per unit of current of a drive, N m/A [default: as the file says].
-        gain: Vec<(String, f64)> = Vec::new(), range(Range::Positive), value_name("COORDINATE=GAIN");
+        /// Torque per unit of current of a drive, N m/A; below 0 where the current counts the other way [default: as the file says].
+        gain: Vec<(String, f64)> = Vec::new(), range(Range::NonZero), value_name("COORDINATE=GAIN");
     }
 }
 
@@ -40,7 +40,7 @@ request! {
     /// How an estimate of experiments is held against motions; one from samples brings what it was made with.
     pub struct ValidateRequest {
         /// Torque per unit of current of a drive, N m/A [default: that of the estimate, that of the file, or 1].
-        gain: Vec<(String, f64)> = Vec::new(), range(Range::Positive), value_name("COORDINATE=GAIN");
+        gain: Vec<(String, f64)> = Vec::new(), range(Range::NonZero), value_name("COORDINATE=GAIN");
         /// Cut-off of the low-pass on position and torque, Hz [default: MOTION_CUTOFF].
         cutoff: Option<f64> = None, default_from(format_args!("{MOTION_CUTOFF}, or that of the estimate")), range(Range::Positive), value_name("HZ");
     }

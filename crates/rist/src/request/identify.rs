@@ -69,7 +69,7 @@ request! {
     pub struct SamplesRequest {
         /// Torque per unit of current of a drive, N m/A [default: as the file says]. Where only some drives are given, the
         /// others are estimated; q5=11+-2 expects a gain near 11.
-        gain: Vec<(String, Gain)> = Vec::new(), range(Range::Positive), value_name("COORDINATE=GAIN"), heading(METHOD);
+        gain: Vec<(String, Gain)> = Vec::new(), range(Range::NonZero), value_name("COORDINATE=GAIN"), heading(METHOD);
         /// What is unknown beside the parameters, of all joints: mount, zeros, scales, springs. The estimate says each with its
         /// deviation, and the option or line of the URDF that mends it.
         unknowns: Vec<Unknown> = Vec::new(), value_name("KINDS"), heading(METHOD);

@@ -15,6 +15,8 @@ pub enum Range {
     From(f64),
     /// Above zero.
     Positive,
+    /// Not zero.
+    NonZero,
     /// Above zero and at most one.
     Share,
 }
@@ -45,6 +47,7 @@ impl Range {
             Range::Between(from, to) => (from..=to).contains(&x),
             Range::From(from) => x >= from,
             Range::Positive => x.is_finite() && x > 0.0,
+            Range::NonZero => x.is_finite() && x != 0.0,
             Range::Share => x > 0.0 && x <= 1.0,
         }
     }
@@ -56,6 +59,7 @@ impl Range {
             Range::Between(from, to) => format!("a number from {} to {}", number(*from), number(*to)),
             Range::From(from) => format!("a number from {} up", number(*from)),
             Range::Positive => "a positive number".into(),
+            Range::NonZero => "a number that is not 0".into(),
             Range::Share => "a number above 0 and at most 1".into(),
         }
     }

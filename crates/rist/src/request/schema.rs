@@ -31,7 +31,7 @@ fn property(field: &Field) -> Value {
         property.insert("default".into(), field.default.clone());
     }
     let limits: &[(&str, f64)] = match field.range {
-        Range::Any => &[],
+        Range::Any | Range::NonZero => &[],
         Range::Between(from, to) => &[("minimum", from), ("maximum", to)],
         Range::From(from) => &[("minimum", from)],
         Range::Positive => &[("exclusiveMinimum", 0.0)],

@@ -3,7 +3,7 @@
 //! A property is evaluated when it is first asked for, in the scope that it was defined in. A macro sees what its caller
 //! sees. Blocks are written out before they are handed over.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 use std::rc::Rc;
 
@@ -53,11 +53,12 @@ pub(in crate::format) fn expanded(
     out.iter().for_each(|child| write(child, MAX_BYTES, &mut written));
     let unused = arguments.iter().find(|(name, _)| !expander.declared.contains(name));
     match unused {
-        Some((name, _)) => Err(Source { file }.whole(format!(
-            "[arg]: the description has no argument `{}`; it has {}",
-            shown(name),
-            expander.declared.join(", ")
-        ))),
+        Some((name, _)) => {
+            let has: BTreeSet<String> = expander.declared.into_iter().collect();
+            let has = if has.is_empty() { "none".into() } else { has.into_iter().collect::<Vec<_>>().join(", ") };
+            Err(Source { file }
+                .whole(format!("[arg]: the description has no argument `{}`; it has {has}", shown(name))))
+        }
         None => Ok(written),
     }
 }
@@ -406,9 +407,13 @@ impl Expander<'_> {
         let (command, name) = text.trim().split_once(char::is_whitespace).unwrap_or((text.trim(), ""));
         let name = name.trim();
         match command {
-            "arg" => self.arguments.get(name).map(|value| Value::Text(value.clone())).ok_or_else(|| {
-                element.error(format!("the argument `{}` has no value: [arg={}=VALUE]", shown(name), shown(name)))
-            }),
+            "arg" => {
+                // A file may use an argument that it does not declare: whoever reads it then has to give one.
+                self.declared.push(name.into());
+                self.arguments.get(name).map(|value| Value::Text(value.clone())).ok_or_else(|| {
+                    element.error(format!("the argument `{}` has no value: [arg={}=VALUE]", shown(name), shown(name)))
+                })
+            }
             "find" => self.files.package(name).map(Value::Text).map_err(|e| element.error(e)),
             "dirname" => {
                 let folder = Path::new(&*element.file).parent().unwrap_or(Path::new(""));
