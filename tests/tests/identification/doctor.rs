@@ -13,7 +13,7 @@ use rist::describe::description::RotorInertias;
 use rist::{Model, ModelOptions};
 use tests::benchmark::dataset::Dataset;
 use tests::faults::{Injected, changed, cut, each, injected, mirrored};
-use tests::joint_log::{JointLog, Machine, described, swinging, unlike};
+use tests::joint_log::{JointLog, Machine, described, swinging, swinging_by, unlike};
 use tests::program::folder;
 use tests::random::{Random, State};
 use tests::{model_path, recursion, shared, test_robot_path, urdf_text, workspace};
@@ -369,6 +369,29 @@ fn nothing_is_found_in_measured_logs() {
         }
     }
     assert!(logs >= 18, "{logs} passports");
+}
+
+/// One joint moves and the others stand: its friction is no delay, and the columns of joints that stood explain nothing.
+#[test]
+fn a_joint_that_moves_alone_accuses_nobody() {
+    let here = folder("moves_alone");
+    let (model, _) = ur5();
+    for k in 0..6 {
+        let amplitude: Vec<f64> = (0..6).map(|j| if j == k { 1.0 } else { 0.0 }).collect();
+        let log = swinging_by(&model.robot, &unlike(&model.robot, 5), &amplitude, 0.0);
+        let findings = look(&model, &here, &log).findings;
+        assert!(findings.is_empty(), "joint {}: {findings:?}", k + 1);
+    }
+    // The logs for friction of a UR10e.
+    let Some(shared) = shared() else { return };
+    let folder = shared.join("data/ur10e_innopolis");
+    let ur10e = Model::read(folder.join("ur10e.urdf")).unwrap();
+    for k in 1..=6 {
+        let file = folder.join(format!("friction_joint{k}.csv.gz"));
+        let log = measured(&ur10e, &file, &[14.87, 13.26, 11.13, 10.62, 11.03, 11.47]);
+        let findings = look(&ur10e, &here, &log).findings;
+        assert!(findings.is_empty(), "{}: {findings:?}", file.display());
+    }
 }
 
 /// The URDF beside this log lacks the offsets of two joints; the transmission of its recipe has them not either.

@@ -195,9 +195,13 @@ pub(super) fn used(states: &States, rows: &[usize], j: usize) -> Vec<usize> {
 pub(super) fn misfits(found: &[Partial], as_it_is: &[Partial], changes: &[Change], scale: f64) -> Vec<f64> {
     let misfit = |(j, p): (usize, &Partial)| {
         let slope = scale * (p.slope() / scale).clamp(0.5, 2.0);
-        let whole = as_it_is[torque_of(changes, j).0].yy;
-        let share = if whole > 0.0 { p.yy / whole } else { 0.0 };
-        (p.left(slope) * share).min(MAX_MISFIT)
+        let of = torque_of(changes, j).0;
+        match as_it_is[of].yy {
+            whole if whole > 0.0 => (p.left(slope) * p.yy / whole).min(MAX_MISFIT),
+            _ if of == j => 0.0,
+            // The torque of a joint that stood still explains that of no other.
+            _ => MAX_MISFIT,
+        }
     };
     found.iter().enumerate().map(misfit).collect()
 }

@@ -42,6 +42,9 @@ const LONGEST_GAUSS_NEWTON_STEP_S: f64 = 0.01;
 /// A step below this changes nothing that is reported, s.
 const SETTLED_STEP_S: f64 = 1e-4;
 
+/// So many joints must move, where there are so many, for a delay to be common to them.
+const JOINTS_THAT_AGREE: usize = 2;
+
 /// Robots of more joints have too many columns for a look.
 const MAX_JOINTS_FOR_DELAY: usize = 8;
 
@@ -58,6 +61,10 @@ pub(super) fn common_lag(regressor: &dyn Regressor, samples: &Samples, rows: &[u
         return None;
     }
     let mut joints: Vec<JointRows> = (0..n).filter_map(|j| JointRows::of(regressor, samples, rows, j)).collect();
+    // Friction of one joint between its reversals looks like a delay, and no other joint is there to agree.
+    if joints.len() < n.min(JOINTS_THAT_AGREE) {
+        return None;
+    }
     // First each joint is weighted by its torques, then by what the fit leaves of them.
     let mut seconds = 0.0;
     let at_first = fit(&joints, n, seconds)?;
