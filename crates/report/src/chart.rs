@@ -314,7 +314,6 @@ mod tests {
         assert!(!Chart::new("", ("", "")).logarithmic().line("", "a", &[(0.0, 0.0)]).svg().contains("NaN"));
     }
 
-    /// A circle is drawn as one, however the rest of the chart is shaped.
     /// Keys go to what has the focus; a chart without a script has none.
     #[test]
     fn charts_that_hear_keys_can_have_the_focus() {
@@ -324,6 +323,7 @@ mod tests {
         assert!(!chart().svg().contains("tabindex"));
     }
 
+    /// A circle is drawn as one, however the rest of the chart is shaped.
     #[test]
     fn shapes_keep_their_proportions() {
         let circle: Vec<(f64, f64)> = (0..=100).map(|i| (0.0628 * f64::from(i)).sin_cos()).collect();

@@ -28,7 +28,7 @@
 //! O_4 about O_5: solutions of one sign of sin theta_5 have q_6 = 0, those of the other bring O_4 nearest to axis 2, or farthest
 //! from it where nearest is too near, so that one is in reach if any is (of arms with |r_5| below the shorter of d_3 and d_4).
 //! Above 1e-13 rounding still turns theta_6, and an arm that is nearly stretched would miss O_4: theta_6 leans to where O_4 is in
-//! reach, by less than moves the orientation of the last link.
+//! reach, by less than rounding moves the orientation of the last link.
 //!
 //! Sines and cosines are the outputs: q = atan2(sin_q, cos_q). A solution that is out of reach has entries that are no numbers.
 

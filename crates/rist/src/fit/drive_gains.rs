@@ -52,7 +52,9 @@ pub(crate) fn drive_gains(
     }
     // An estimate that does not tell a gain from zero is refused, for all parameters scale with it.
     let found = estimate_drive_gains(model.regressor(), logs, options, &known)?;
-    let is_open = |k: &usize| !found.gain_determined[*k] || 2.0 * found.gain_deviation[*k] >= found.gain[*k].abs();
+    // An estimated gain is positive, unless one below zero is expected.
+    let sign = |k: usize| if matches!(known[k], Gain::Known(g) | Gain::Expected(g, _) if g < 0.0) { -1.0 } else { 1.0 };
+    let is_open = |k: &usize| !found.gain_determined[*k] || 2.0 * found.gain_deviation[*k] >= sign(*k) * found.gain[*k];
     let open: Vec<String> = (0..coordinates.len()).filter(is_open).map(|k| coordinates[k].clone()).collect();
     if !open.is_empty() {
         return Err(Error::verdict(format_args!(

@@ -41,7 +41,7 @@ pub(in crate::format) fn expanded(
         arguments: arguments.iter().cloned().collect(),
         macros: BTreeMap::new(),
         scopes: vec![Scope::default()],
-        declared: Vec::new(),
+        declared: BTreeSet::new(),
         work: MAX_WORK,
         bytes: MAX_BYTES,
         nested: 0,
@@ -54,8 +54,8 @@ pub(in crate::format) fn expanded(
     let unused = arguments.iter().find(|(name, _)| !expander.declared.contains(name));
     match unused {
         Some((name, _)) => {
-            let has: BTreeSet<String> = expander.declared.into_iter().collect();
-            let has = if has.is_empty() { "none".into() } else { has.into_iter().collect::<Vec<_>>().join(", ") };
+            let all: Vec<String> = expander.declared.into_iter().collect();
+            let has = if all.is_empty() { "none".into() } else { all.join(", ") };
             Err(Source { file }
                 .whole(format!("[arg]: the description has no argument `{}`; it has {has}", shown(name))))
         }
@@ -92,7 +92,7 @@ struct Expander<'a> {
     macros: BTreeMap<String, Rc<Macro>>,
     scopes: Vec<Scope>,
     /// Names of the arguments.
-    declared: Vec<String>,
+    declared: BTreeSet<String>,
     work: usize,
     /// Bytes of texts that may still be made.
     bytes: usize,
@@ -237,7 +237,7 @@ impl Expander<'_> {
 
     fn argument(&mut self, element: &Rc<Element>) -> Result<(), Error> {
         let name = self.text(element.needed("name")?, element)?.text();
-        self.declared.push(name.clone());
+        self.declared.insert(name.clone());
         if let (Some(default), false) = (element.attribute("default"), self.arguments.contains_key(&name)) {
             let value = self.text(default, element)?.text();
             self.arguments.insert(name, value);
@@ -409,7 +409,7 @@ impl Expander<'_> {
         match command {
             "arg" => {
                 // A file may use an argument that it does not declare: whoever reads it then has to give one.
-                self.declared.push(name.into());
+                self.declared.insert(name.into());
                 self.arguments.get(name).map(|value| Value::Text(value.clone())).ok_or_else(|| {
                     element.error(format!("the argument `{}` has no value: [arg={}=VALUE]", shown(name), shown(name)))
                 })
