@@ -199,8 +199,8 @@ def page_in(html):
 def test_a_notebook_shows_the_page(estimate, motion, ur5, tmp_path, monkeypatch):
     estimate.report(tmp_path / "page.html")
     page = (tmp_path / "page.html").read_text()
-    # It speaks of functions.
-    assert "estimate.write_urdf" in page and "rist identify" not in page
+    # It speaks of functions, and of a file for simulators only where bodies were asked for.
+    assert "model.generate(estimate=estimate)" in page and "rist generate" not in page and "estimate.write_urdf" not in page
     assert page_in(estimate._repr_html_()) == page and 'sandbox="allow-scripts' in estimate._repr_html_()
     motion.report(tmp_path / "motion.html")
     assert page_in(motion._repr_html_()) == (tmp_path / "motion.html").read_text()

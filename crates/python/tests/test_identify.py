@@ -1,6 +1,7 @@
 """Identification: the same bytes as the program, whatever form the log has; errors; what an estimate can do."""
 
 import pickle
+import re
 import signal
 import subprocess
 import sys
@@ -84,6 +85,11 @@ def test_columns_of_frames(ur5, log, estimate):
         rist.identify(ur5, table.set_column(index, "q1", pyarrow.array(["x"] * len(ticks))))
 
 
+def literal(flag):
+    """The value of a flag in the syntax of Python."""
+    return {name: int(value) for name, value in (pair.split("=") for pair in flag.split(","))}
+
+
 def test_errors_are_those_of_the_program(ur5, program, csv, tmp_path):
     def message(*arguments, **options):
         with pytest.raises(rist.Error) as raised:
@@ -94,7 +100,7 @@ def test_errors_are_those_of_the_program(ur5, program, csv, tmp_path):
     for path in ("no/such.csv", tmp_path / "short.csv"):
         # The program shows the line at fault below, and has its own words for options.
         said = program("identify", MODELS / "ur5.urdf", path).stderr.splitlines()[0]
-        said = said.replace("--lock shoulder_lift=0", "lock={'shoulder_lift': 0}")
+        said = re.sub(r"--lock (\S+), with", lambda flag: f"lock={literal(flag[1])}, with", said)
         assert said == f"rist: {message(path)}"
     assert "no option `cutof` (did you mean cutoff=?); there are backlash, consistent, covariance, cutoff" in message(csv, cutof=3)
     assert message(csv, cutoff="fast") == "identify: cutoff= is \"fast\"; expected is a number"
