@@ -1,5 +1,6 @@
 //! Mistakes that people make with logs, injected into a good one.
 
+use identification::estimate::hypothesis::Hypothesis;
 use identification::estimate::passport::finding::{Columns, Fault};
 
 use crate::joint_log::JointLog;
@@ -99,21 +100,22 @@ pub fn injected(
     add("N mm", changed(good, |l| each(&mut l.tau, |x| 1e3 * x)), &[], is(Fault::TorqueUnit(3)));
     add("amperes", amperes(good), &[], is(Fault::NoTorque));
     add("all torque signs", changed(good, |l| each(&mut l.tau, |x| -x)), &[], is(Fault::TorqueSigns));
-    add("a torque sign", mirrored(good, a, false, true), &[a], is(Fault::TorqueSign));
-    add("a joint's sign", mirrored(good, b, true, false), &[b], is(Fault::MotionSign));
+    add("a torque sign", mirrored(good, a, false, true), &[a], is(Fault::Of(Hypothesis::TorqueSign(a), 0.0)));
+    add("a joint's sign", mirrored(good, b, true, false), &[b], is(Fault::Of(Hypothesis::MotionSign(b), 0.0)));
     let turned = changed(good, |l| each(&mut l.q[b..=b], |x| x + right));
-    add("a quarter turn", turned, &[b], is(Fault::Zero(-right)));
+    add("a quarter turn", turned, &[b], is(Fault::Of(Hypothesis::Zero(b), -right)));
     let degrees = changed(good, |l| {
         each(&mut l.q, f64::to_degrees);
         each(&mut l.dq, f64::to_degrees);
     });
-    add("degrees", degrees, &(0..n).collect::<Vec<_>>(), is(Fault::Degrees));
+    add("degrees", degrees, &(0..n).collect::<Vec<_>>(), is(Fault::Of(Hypothesis::Degrees, 0.0)));
     let swapped = changed(good, |l| [&mut l.q, &mut l.dq].into_iter().for_each(|x| x.swap(a, b)));
-    add("two joints swapped", swapped, &[a.min(b), a.max(b)], is(Fault::SwappedMotions));
+    let pair = [a.min(b), a.max(b)];
+    add("two joints swapped", swapped, &pair, is(Fault::Of(Hypothesis::SwappedMotions(pair[0], pair[1]), 0.0)));
     let permuted = changed(good, |l| [&mut l.q, &mut l.dq, &mut l.tau].into_iter().for_each(|x| x[..3].rotate_left(1)));
     add("three joints permuted", permuted, &[0, 1, 2], is(Fault::Permuted(Columns::All)));
     // The doctor finds the delay by first differences over twenty milliseconds and more, accurate to a third.
-    let is_late = move |f: &Fault| matches!(f, Fault::Delay(s) if (s - delay).abs() < delay / 3.0);
+    let is_late = move |f: &Fault| matches!(f, Fault::Of(Hypothesis::Late(None), s) if (s - delay).abs() < delay / 3.0);
     add("late torques", late(good, rows), &[], Box::new(is_late));
     let weightless = changed(good, |l| {
         for r in 0..l.t.len() {
@@ -121,7 +123,7 @@ pub fn injected(
             l.tau.iter_mut().zip(weight).for_each(|(tau, w)| tau[r] -= w);
         }
     });
-    add("no gravity", weightless, &[], is(Fault::GravityCompensated));
+    add("no gravity", weightless, &[], is(Fault::Of(Hypothesis::GravityCompensated, 0.0)));
     add("another joint's velocity", changed(good, |l| l.dq[b] = l.dq[a].clone()), &[b], is(Fault::Velocity));
     add("a dead torque", changed(good, |l| each(&mut l.tau[b..=b], |_| 0.0)), &[b], is(Fault::DeadTorque));
     let unwritten = changed(good, |l| each(&mut l.tau, |x| 1e-309 * x));

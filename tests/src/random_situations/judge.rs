@@ -2,7 +2,7 @@
 
 use claims::{Claim, Standing, Subject};
 use identification::estimate::artefact::Estimate;
-use identification::estimate::ledger::topics::ROTOR;
+use identification::estimate::topics::ROTOR;
 use linear_model::friction::terms::FrictionTerm;
 use linear_model::linear_model::Model as LinearModel;
 use linear_model::parameter::{FrictionParameter, ParameterId};

@@ -2,7 +2,7 @@
 
 use claims::{Claim, Outcome, Standing, Topic};
 use identification::estimate::ledger::hypotheses::Hypothesis;
-use identification::estimate::ledger::topics::{MOUNT, SCALE, SPRING, ZERO};
+use identification::estimate::topics::{MOUNT, SCALE, SPRING, ZERO};
 use identification::estimators::weighted::Weights;
 use rist::fit::verdict::{Trust, Verdict};
 use rist::{Model, ModelOptions};

@@ -5,6 +5,7 @@
 
 use std::path::{Path, PathBuf};
 
+use identification::estimate::hypothesis::Hypothesis::*;
 use identification::estimate::options::Options;
 use identification::estimate::passport::Passport;
 use identification::estimate::passport::finding::{Columns, Fault, Finding};
@@ -73,22 +74,27 @@ fn every_fault_is_named() {
     };
     add("computed torques", computed.log(), &[], |f| *f == Fault::Computed);
     add("kN m", changed(&good, |l| each(&mut l.tau, |x| 1e-3 * x)), &[], |f| *f == Fault::TorqueUnit(-3));
-    add("the base's position", mirrored(&good, 0, true, false), &[0], |f| *f == Fault::MotionSign);
-    add("a joint the other way round", mirrored(&good, 2, true, true), &[2], |f| *f == Fault::Reversed);
+    add("the base's position", mirrored(&good, 0, true, false), &[0], |f| *f == Fault::Of(MotionSign(0), 0.0));
+    add("a joint the other way round", mirrored(&good, 2, true, true), &[2], |f| *f == Fault::Of(Reversed(2), 0.0));
     let half = changed(&good, |l| each(&mut l.q[1..2], |x| x + 2.0 * right));
-    add("half a turn", half, &[1], |f| matches!(f, Fault::Zero(a) if (a.abs() - std::f64::consts::PI).abs() < 1e-9));
+    add(
+        "half a turn",
+        half,
+        &[1],
+        |f| matches!(f, Fault::Of(Zero(1), a) if (a.abs() - std::f64::consts::PI).abs() < 1e-9),
+    );
     // The machine is not its description: a degree or two of the zero are the description's.
     let odd = changed(&good, |l| each(&mut l.q[1..2], |x| x + 0.58));
-    add("33 degrees", odd, &[1], |f| matches!(f, Fault::Zero(a) if (a + 0.58).abs() < 0.04));
+    add("33 degrees", odd, &[1], |f| matches!(f, Fault::Of(Zero(1), a) if (a + 0.58).abs() < 0.04));
     let swapped = |k, l| changed(&good, |log| log.q.swap(k, l));
-    add("two positions swapped", swapped(3, 4), &[3, 4], |f| *f == Fault::SwappedPositions);
+    add("two positions swapped", swapped(3, 4), &[3, 4], |f| *f == Fault::Of(SwappedPositions(3, 4), 0.0));
     let swapped = |k, l| changed(&good, |log| log.dq.swap(k, l));
-    add("two velocities swapped", swapped(0, 1), &[0, 1], |f| *f == Fault::SwappedVelocities);
+    add("two velocities swapped", swapped(0, 1), &[0, 1], |f| *f == Fault::Of(SwappedVelocities(0, 1), 0.0));
     let swapped = |k, l| changed(&good, |log| log.tau.swap(k, l));
-    add("two torques swapped", swapped(0, 1), &[0, 1], |f| *f == Fault::SwappedTorques);
+    add("two torques swapped", swapped(0, 1), &[0, 1], |f| *f == Fault::Of(SwappedTorques(0, 1), 0.0));
     let swapped =
         |k, l| changed(&good, |log| [&mut log.q, &mut log.dq, &mut log.tau].into_iter().for_each(|x| x.swap(k, l)));
-    add("two joints' columns swapped", swapped(1, 3), &[1, 3], |f| *f == Fault::SwappedJoints);
+    add("two joints' columns swapped", swapped(1, 3), &[1, 3], |f| *f == Fault::Of(SwappedJoints(1, 3), 0.0));
     let backwards = changed(&good, |log| [&mut log.q, &mut log.dq, &mut log.tau].into_iter().for_each(|x| x.reverse()));
     add("columns from the tip", backwards, &[0, 1, 2, 3, 4, 5], |f| *f == Fault::Permuted(Columns::All));
     let torques = changed(&good, |log| log.tau[..4].rotate_right(1));
@@ -122,7 +128,7 @@ fn signs_of_all_torques_change_nothing_else() {
             findings.map(|f| (f.fault, f.evidence.split("; slopes").next().unwrap_or_default().into())).collect()
         };
         let (plain, mut signed) = (found(&single), found(&opposite));
-        assert!(matches!(plain.as_slice(), [(Fault::TorqueSign, _)]), "{plain:?}");
+        assert!(matches!(plain.as_slice(), [(Fault::Of(TorqueSign(2), _), _)]), "{plain:?}");
         assert_eq!(signed.extract_if(.., |f| f.0 == Fault::TorqueSigns).count(), 1, "{factor}: {signed:?}");
         assert_eq!(signed, plain, "{factor}");
     }
@@ -263,7 +269,7 @@ fn a_last_body_that_lies_otherwise_is_no_wrong_zero() {
         let passport = look(&model, &here, &log);
         assert!(passport.findings.is_empty(), "{turn}: {:?}", passport.findings);
         let [explained] = passport.explained.as_slice() else { panic!("{turn}: {passport:?}") };
-        assert!(matches!(explained.finding.fault, Fault::Zero(_)) && explained.is_likely, "{explained:?}");
+        assert!(matches!(explained.finding.fault, Fault::Of(Zero(_), _)) && explained.is_likely, "{explained:?}");
         // The same in sums.
         let request = rist::fit::fleet::SumsRequest::default();
         let mut sums = rist::fit::fleet::accumulator(&model, &request).unwrap();
@@ -305,7 +311,7 @@ fn late_torques_are_named_without_rotors_in_the_description() {
     all.iter().zip(&mut x).for_each(rotor);
     for seconds in [0.006, 0.02, 0.06] {
         let found = look(&model, &here, &swinging(&machine.robot, &x, 1.2, seconds)).findings;
-        let is_late = |f: &Finding| matches!(f.fault, Fault::Delay(s) if (s / seconds - 1.0).abs() < 0.34);
+        let is_late = |f: &Finding| matches!(f.fault, Fault::Of(Late(None), s) if (s / seconds - 1.0).abs() < 0.34);
         assert!(found.len() == 1 && is_late(&found[0]), "{seconds}: {found:?}");
     }
     let found = look(&model, &here, &swinging(&machine.robot, &x, 1.2, 0.0)).findings;
@@ -403,7 +409,7 @@ fn the_zeros_of_the_tx40_are_found() {
     for (name, passport) in passports(&dataset, &shared, &model) {
         let found: Vec<(Fault, &str)> = passport.findings.iter().map(|f| (f.fault, f.joints[0].as_str())).collect();
         let right = std::f64::consts::FRAC_PI_2;
-        let expected = [(Fault::Zero(-right), "joint_2"), (Fault::Zero(right), "joint_3")];
+        let expected = [(Fault::Of(Zero(1), -right), "joint_2"), (Fault::Of(Zero(2), right), "joint_3")];
         assert_eq!(found, expected, "{name}");
         // One option undoes both.
         let remedy = "in the file of [options]: transmission: {offsets: [0, -1.5708, 1.5708, 0, 0, 0]}";

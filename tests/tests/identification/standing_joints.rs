@@ -1,7 +1,7 @@
 //! Logs in which one joint moves and the others stand still: what they do not tell has no value, and serves no use.
 
 use claims::Outcome;
-use identification::estimate::ledger::topics::{MOUNT, ROTOR, SCALE, SPRING, ZERO};
+use identification::estimate::topics::{MOUNT, ROTOR, SCALE, SPRING, ZERO};
 use rist::Model;
 use rist::fit::verdict::Trust;
 use rist::request::IdentifyRequest;

@@ -14,12 +14,12 @@ pub use crate::estimate::ledger::Prediction;
 use crate::estimate::ledger::hypotheses::Tested;
 use crate::estimate::ledger::purposes::{bodies_purpose, claim_of_torque, torque_purpose};
 use crate::estimate::ledger::purposes::{standing, untold_torques, where_it_stands};
-use crate::estimate::ledger::topics::{
+use crate::estimate::ledger::{Beside, claims_of_faults, claims_of_fit, claims_of_log, not_noise, units_of_logs};
+use crate::estimate::passport::Passport;
+use crate::estimate::topics::{
     BODIES, COMMON_SCALE, DELAY_TAKEN, GRAVITY_TORQUE, LOG, MOUNT_TAKEN, OTHER_MOTION, ROTORS_TAKEN, TORQUE_AT_LIMITS,
     TORQUE_SEEN, at,
 };
-use crate::estimate::ledger::{Beside, claims_of_faults, claims_of_fit, claims_of_log, not_noise, units_of_logs};
-use crate::estimate::passport::Passport;
 use crate::estimate::torque_error::{TorqueError, Use};
 
 pub use claims::Trust;

@@ -16,7 +16,7 @@ use numerics::vector::dot;
 
 use crate::estimate::digits::percent;
 use crate::estimate::identified::INTERVAL;
-use crate::estimate::ledger::topics::{BODIES, COMMON_SCALE, LOG, PARAMETERS, RESIDUAL, cannot_tell};
+use crate::estimate::topics::{BODIES, COMMON_SCALE, LOG, PARAMETERS, RESIDUAL, cannot_tell};
 use crate::estimate::verdict::{sentence, what_mends};
 use crate::estimators::wrench_load::{WrenchLoad, wrench_load};
 use crate::estimators::wrench_turn::sensor_turn;

@@ -9,6 +9,7 @@
 //! gives b, and its direction is that of gravity. The mount is found where the torques then are predicted much better, and
 //! where the passport of the robot so turned has no gross finding left, or fewer, which are said beside it.
 
+use identification::estimate::hypothesis::Hypothesis;
 use identification::estimate::passport::finding::{Fault, Finding};
 use identification::estimate::passport::{JointPassport, Passport};
 use identification::signals::records::Records;
@@ -106,9 +107,7 @@ pub(crate) fn look_for_mount<R: Records + ?Sized>(
     }
     // What else was found stays where it explains the log as well.
     let of = |finding: &Finding| match finding.fault {
-        Fault::Zero(angle) => {
-            let name = finding.joints.first()?;
-            let joint = model.regressor().coordinates().iter().position(|c| c == name)?;
+        Fault::Of(Hypothesis::Zero(joint), angle) => {
             Some(look.moved(model, joint, angle)?.left(described, &gravity.joints))
         }
         _ => None,
@@ -165,11 +164,11 @@ fn may_be_mount(fault: Fault) -> bool {
     matches!(
         fault,
         Fault::OtherRobot
-            | Fault::Zero(_)
             | Fault::TorqueSigns
-            | Fault::TorqueSign
-            | Fault::MotionSign
-            | Fault::Reversed
+            | Fault::Of(
+                Hypothesis::Zero(_) | Hypothesis::TorqueSign(_) | Hypothesis::MotionSign(_) | Hypothesis::Reversed(_),
+                _
+            )
     )
 }
 

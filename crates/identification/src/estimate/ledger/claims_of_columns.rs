@@ -6,8 +6,8 @@
 use claims::{Claim, Figure, Outcome, Subject};
 
 use crate::estimate::digits::significant;
-use crate::estimate::ledger::topics::{ACCELERATION, ORDER, VELOCITY, at, cannot_tell};
 use crate::estimate::passport::{JointPassport, LIKELY_ACCELERATION_SIZES, Passport, TIMELY_S};
+use crate::estimate::topics::{ACCELERATION, ORDER, VELOCITY, at, cannot_tell};
 
 /// Deviations of a lag that is told from none.
 const TOLD_DEVIATIONS: f64 = 5.0;

@@ -3,11 +3,11 @@
 use claims::{Claim, Figure, Outcome, Remedy, Subject, Trial};
 
 use crate::estimate::digits::percent;
+use crate::estimate::hypothesis::{CLAIMED, Counts};
 use crate::estimate::identified::Identified;
 use crate::estimate::ledger::hypotheses::{Hypothesis, Tested};
-use crate::estimate::ledger::hypothesis::{CLAIMED, Counts};
-use crate::estimate::ledger::topics::{DRIFT, LOG, MOUNT, RESIDUAL, ROTOR, at, cannot_tell};
 use crate::estimate::residuals::JointResidual;
+use crate::estimate::topics::{DRIFT, LOG, MOUNT, RESIDUAL, ROTOR, at, cannot_tell};
 
 /// A fault that explains less of the torque than this leaves torques sure enough for any use, even where it is five times as
 /// large elsewhere: a fifth of `purposes::SURE_TORQUE`.
@@ -82,7 +82,8 @@ fn shown(figure: Figure) -> Figure {
 /// What a fault is and how large, with its deviation.
 pub(super) fn statement(tested: &Tested, joints: &[JointResidual]) -> String {
     let Tested { of, value, deviation, .. } = tested;
-    of.statement(&format!("{} +- {}", of.figure(*value, joints), of.figure(*deviation, joints)), joints)
+    let names: Vec<&str> = of.joints().iter().map(|k| joints[*k].coordinate.as_str()).collect();
+    of.statement(&format!("{} +- {}", of.figure(*value, joints), of.figure(*deviation, joints)), &names)
 }
 
 /// A fault with the errors on parts left out without it and with it.
@@ -158,7 +159,7 @@ mod tests {
 
     /// Whether a use of torques is lowered by the claims, beside another motion that is predicted.
     fn lowers(mut claims: Vec<Claim>) -> bool {
-        let other = Subject::whole(crate::estimate::ledger::topics::OTHER_MOTION);
+        let other = Subject::whole(crate::estimate::topics::OTHER_MOTION);
         claims.push(Claim::new(other, Outcome::Agrees { smallest: Figure::new(1.0, "%") }));
         worst(&claims, &torque_purpose(Use::Gravity)) < Standing::Agreed
     }

@@ -8,7 +8,7 @@ use crate::estimate::artefact::Estimate;
 use crate::estimate::digits::{percent, significant};
 use crate::estimate::identified::{Identified, Status};
 use crate::estimate::ledger::claims_of_prediction::{Prediction, claims_of_prediction, overfitted};
-use crate::estimate::ledger::topics::{BODIES, FRICTION, LOG, PARAMETERS, RESIDUAL, cannot_tell};
+use crate::estimate::topics::{BODIES, FRICTION, LOG, PARAMETERS, RESIDUAL, cannot_tell};
 
 /// Chi^2 per degree of freedom above which the model lacks something. Simulations whose model is right have 1.5 to 2.0,
 /// because what a controller does on its encoder repeats in part from period to period. A ripple of 2 % gives 22, joints

@@ -10,11 +10,11 @@ use crate::estimate::digits::{percent, significant};
 use crate::estimate::ledger::claims_of_columns::claims_of_columns;
 use crate::estimate::ledger::hypotheses::{Hypothesis, Tested};
 use crate::estimate::ledger::purposes::where_it_stands;
-use crate::estimate::ledger::topics::{COMMON_SCALE, DELAY, LOG, MOUNT, SIGN, ZERO};
-use crate::estimate::ledger::topics::{at, cannot_tell};
 use crate::estimate::passport::Passport;
 use crate::estimate::passport::finding::{Fault, Finding, NOMINAL_INERTIAL_SLOPES};
 use crate::estimate::passport::{COMMON_FACTORS, COUNTED_SLOPE_SHARE, Explained, JointPassport, Turned};
+use crate::estimate::topics::{COMMON_SCALE, DELAY, LOG, MOUNT, SIGN, ZERO};
+use crate::estimate::topics::{at, cannot_tell};
 
 /// The claims of a passport, contradictions first. `faults`: what unknowns more explain beside a fit, where there is one.
 pub fn claims_of_log(passport: &Passport, faults: &[Tested]) -> Vec<Claim> {
@@ -181,7 +181,7 @@ fn explained_otherwise(explained: &Explained) -> Claim {
     let Explained { finding, is_likely } = explained;
     let topic = match finding.fault {
         _ if *is_likely => LOG,
-        Fault::Zero(_) => ZERO,
+        Fault::Of(Hypothesis::Zero(_), _) => ZERO,
         _ => SIGN,
     };
     let why = format!("{}, or other bodies than the description's: {}", finding.statement(), finding.evidence);
@@ -194,10 +194,9 @@ fn explained_otherwise(explained: &Explained) -> Claim {
 fn finding(finding: &Finding) -> Claim {
     let topic = match finding.fault {
         Fault::TorqueUnit(_) | Fault::NoTorque | Fault::Gains(_) | Fault::Factor(_) => COMMON_SCALE,
-        Fault::TorqueSigns | Fault::TorqueSign | Fault::MotionSign | Fault::Reversed | Fault::FrictionSign => SIGN,
-        Fault::Zero(_) => ZERO,
-        Fault::Delay(_) => DELAY,
-        Fault::GravityCompensated | Fault::Mount(_) => MOUNT,
+        Fault::TorqueSigns | Fault::FrictionSign => SIGN,
+        Fault::Of(hypothesis, _) => hypothesis.kind().topic,
+        Fault::Mount(_) => MOUNT,
         _ => LOG,
     };
     // What does not forbid an estimate counts against it all the same.

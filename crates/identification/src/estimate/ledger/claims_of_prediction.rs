@@ -5,7 +5,7 @@ use claims::{Claim, Figure, Outcome, Remedy, Subject, Trial};
 use crate::estimate::artefact::Estimate;
 use crate::estimate::digits::percent;
 use crate::estimate::ledger::noise::is_noise;
-use crate::estimate::ledger::topics::{OTHER_MOTION, cannot_tell};
+use crate::estimate::topics::{OTHER_MOTION, cannot_tell};
 
 /// Error on another motion up to which an estimate predicts well.
 const GOOD_PREDICTION_ERROR: f64 = 0.05;

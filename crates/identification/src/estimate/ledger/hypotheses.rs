@@ -31,8 +31,8 @@ use logs::Error;
 use numerics::triangle::{Triangle, TriangleBuilder, select};
 use numerics::vector::dot;
 
-use crate::estimate::ledger::hypothesis::{Counts, all, columns};
-pub use crate::estimate::ledger::hypothesis::{Hypothesis, Open, Point, Tilt};
+use crate::estimate::hypothesis::{Counts, all, columns};
+pub use crate::estimate::hypothesis::{Hypothesis, Open, Point, Tilt};
 use crate::estimators::huber::row_factor;
 use crate::signals::records::Records;
 use crate::signals::thinned::MOST_THINNED_SAMPLES;

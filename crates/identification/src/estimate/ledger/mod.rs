@@ -18,10 +18,8 @@ mod claims_of_fit;
 mod claims_of_log;
 mod claims_of_prediction;
 pub mod hypotheses;
-mod hypothesis;
 mod noise;
 pub mod purposes;
-pub mod topics;
 pub mod unknowns;
 mod widening;
 

@@ -11,9 +11,9 @@ use claims::{Claim, Figure, Need, Outcome, Purpose, Remedy, Standing, Subject, T
 use crate::estimate::artefact::Estimate;
 use crate::estimate::digits::percent;
 use crate::estimate::identified::Status;
-use crate::estimate::ledger::topics::*;
-use crate::estimate::ledger::topics::{at, cannot_tell};
 use crate::estimate::residuals::JointResidual;
+use crate::estimate::topics::*;
+use crate::estimate::topics::{at, cannot_tell};
 use crate::estimate::torque_error::{JointTorqueError, TorqueError, Use};
 
 /// Error of predicted torque by the covariance, relative, up to which it is sure, and beyond which it is of no use.

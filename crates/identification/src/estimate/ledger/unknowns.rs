@@ -20,11 +20,11 @@ use logs::Error;
 use numerics::triangle::{Triangle, TriangleBuilder};
 
 use crate::estimate::artefact::Estimate;
+use crate::estimate::hypothesis::all;
 use crate::estimate::ledger::hypotheses::{
     EXPLAINED_COLUMN_SHARE, Hypothesis, LEFT_OUT_PARTS, MOST_COORDINATES, Open, Point, coefficients, held, jackknife,
     merged, triangles,
 };
-use crate::estimate::ledger::hypothesis::all;
 use crate::signals::records::Records;
 
 /// How far zeros are from the description before a log is looked at, rad (11 degrees). It changes nothing that a log tells:

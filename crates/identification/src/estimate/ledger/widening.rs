@@ -21,7 +21,7 @@ use crate::estimate::artefact::Estimate;
 use crate::estimate::identified::Identified;
 use crate::estimate::ledger::claims_of_faults::statement;
 use crate::estimate::ledger::hypotheses::Tested;
-use crate::estimate::ledger::topics::ROTOR;
+use crate::estimate::topics::ROTOR;
 
 /// A fault beyond so many of its deviations is part of those of the parameters. Fewer than one in a hundred of those that
 /// are not there are, by t of the nine freedoms of the jackknife.

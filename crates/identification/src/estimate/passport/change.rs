@@ -9,75 +9,26 @@ use generated::Eight;
 use linear_model::regressor::Regressor;
 use linear_model::states::States;
 
-use crate::estimate::passport::finding::Columns;
+use crate::estimate::hypothesis::Hypothesis;
 use crate::estimate::passport::regression::Partial;
 
-/// One change of a log.
+/// One change of a log: a fault that is undone, and its size where it has one.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) enum Change {
-    /// The position of a joint is larger by this angle, rad.
-    Turned(usize, f64),
-    /// The motion of a joint has the other sign.
-    Mirrored(usize),
-    /// The torque of a joint has the other sign.
-    Opposed(usize),
-    /// Motion and torque of a joint have the other sign.
-    Reversed(usize),
-    /// Motions and torques of two joints are exchanged.
-    SwappedJoints(usize, usize),
-    /// Positions, velocities and accelerations of two joints are exchanged.
-    SwappedMotions(usize, usize),
-    /// Only the positions of two joints are exchanged.
-    SwappedPositions(usize, usize),
-    /// Only the velocities and accelerations of two joints are exchanged.
-    SwappedVelocities(usize, usize),
-    /// Only the torques of two joints are exchanged.
-    SwappedTorques(usize, usize),
-    /// The angles are in degrees.
-    Degrees,
-    /// Gravity is not in the torques.
-    Weightless,
+pub(super) struct Change {
+    pub of: Hypothesis,
+    /// By how much the position of a coordinate is larger, rad; 0 of all others.
+    pub size: f64,
 }
 
-use Change::*;
-
-/// One degree, rad.
-const DEGREE_RAD: f64 = std::f64::consts::PI / 180.0;
-
 impl Change {
-    /// Which columns it exchanges, where it exchanges all of a kind.
-    pub(super) fn exchanges(self) -> Option<Columns> {
-        match self {
-            SwappedJoints(..) => Some(Columns::All),
-            SwappedMotions(..) => Some(Columns::Motions),
-            SwappedTorques(..) => Some(Columns::Torques),
-            _ => None,
-        }
+    /// Of a fault without a size.
+    pub(super) fn of(of: Hypothesis) -> Change {
+        Change { of, size: 0.0 }
     }
 
-    /// The same exchange of velocities, of a change that exchanges positions.
-    pub(super) fn of_velocities(self) -> Change {
-        match self {
-            SwappedPositions(k, l) => SwappedVelocities(k, l),
-            other => other,
-        }
-    }
-
-    /// Applies it to the motion of one instant.
-    fn motion(self, is_angle: &[bool], q: &mut [f64], dq: &mut [f64], ddq: &mut [f64]) {
-        match self {
-            Turned(k, by) => q[k] += by,
-            Mirrored(k) | Reversed(k) => [q, dq, ddq].into_iter().for_each(|x| x[k] = -x[k]),
-            SwappedMotions(k, l) | SwappedJoints(k, l) => [q, dq, ddq].into_iter().for_each(|x| x.swap(k, l)),
-            SwappedPositions(k, l) => q.swap(k, l),
-            SwappedVelocities(k, l) => [dq, ddq].into_iter().for_each(|x| x.swap(k, l)),
-            Degrees => {
-                for x in [q, dq, ddq] {
-                    x.iter_mut().zip(is_angle).filter(|(_, angle)| **angle).for_each(|(x, _)| *x *= DEGREE_RAD);
-                }
-            }
-            Opposed(_) | SwappedTorques(..) | Weightless => {}
-        }
+    /// The position of coordinate k is larger by this angle, rad.
+    pub(super) fn turned(k: usize, angle: f64) -> Change {
+        Change { of: Hypothesis::Zero(k), size: angle }
     }
 
     /// A log at the instants `rows` with these changes done.
@@ -88,7 +39,7 @@ impl Change {
         for &r in rows {
             let of = |x: &[f64]| x[r * n..(r + 1) * n].to_vec();
             let (mut q, mut dq, mut ddq) = (of(&log.q), of(&log.dq), of(&log.ddq));
-            changes.iter().for_each(|change| change.motion(&is_angle, &mut q, &mut dq, &mut ddq));
+            changes.iter().for_each(|change| change.of.undo_motion(change.size, &is_angle, &mut q, &mut dq, &mut ddq));
             done.t.push(log.t[r]);
             [(&mut done.q, q), (&mut done.dq, dq), (&mut done.ddq, ddq)].into_iter().for_each(|(all, x)| all.extend(x));
             for j in 0..n {
@@ -100,16 +51,6 @@ impl Change {
             }
         }
         done
-    }
-
-    /// The column of the log that is the torque of joint j, and its sign.
-    fn torque(self, j: usize) -> (usize, f64) {
-        match self {
-            Opposed(k) | Reversed(k) if k == j => (j, -1.0),
-            SwappedTorques(k, l) | SwappedJoints(k, l) if k == j => (l, 1.0),
-            SwappedTorques(k, l) | SwappedJoints(k, l) if l == j => (k, 1.0),
-            _ => (j, 1.0),
-        }
     }
 }
 
@@ -124,7 +65,7 @@ impl Description<'_> {
     /// Its torques at the instants `rows` of the changed log, sample by sample, n each.
     pub(super) fn torques(&self, states: &States, rows: &[usize], changes: &[Change]) -> Vec<f64> {
         let mut torques = self.moving(states, rows, changes, 1.0);
-        if changes.contains(&Weightless) {
+        if changes.iter().any(|change| change.of == Hypothesis::GravityCompensated) {
             let at_rest = self.moving(states, rows, changes, 0.0);
             torques.iter_mut().zip(at_rest).for_each(|(tau, gravity)| *tau -= gravity);
         }
@@ -148,7 +89,7 @@ impl Description<'_> {
                 q.copy_from_slice(&states.q[at.clone()]);
                 dq.copy_from_slice(&states.dq[at.clone()]);
                 ddq.copy_from_slice(&states.ddq[at]);
-                changes.iter().for_each(|change| change.motion(&is_angle, q, dq, ddq));
+                changes.iter().for_each(|change| change.of.undo_motion(change.size, &is_angle, q, dq, ddq));
                 dq.iter_mut().chain(ddq).for_each(|x| *x *= moves);
             }
             // The lanes past the end hold earlier instants, and nobody reads what they give.
@@ -206,21 +147,15 @@ pub(super) fn misfits(found: &[Partial], as_it_is: &[Partial], changes: &[Change
     found.iter().enumerate().map(misfit).collect()
 }
 
-/// The joint whose velocity in the log is that of joint j.
-///
-/// The change done last is met first. Changes of sign do not matter, because they change no span of columns.
+/// The joint whose velocity in the log is that of joint j. The change done last is met first.
 pub(super) fn motion_of(changes: &[Change], j: usize) -> usize {
-    changes.iter().rev().fold(j, |j, change| match *change {
-        SwappedMotions(k, l) | SwappedJoints(k, l) | SwappedVelocities(k, l) if k == j => l,
-        SwappedMotions(k, l) | SwappedJoints(k, l) | SwappedVelocities(k, l) if l == j => k,
-        _ => j,
-    })
+    changes.iter().rev().fold(j, |j, change| change.of.motion_of(j))
 }
 
 /// Which column of the log is the torque of joint j, and its sign.
 pub(super) fn torque_of(changes: &[Change], j: usize) -> (usize, f64) {
     changes.iter().rev().fold((j, 1.0), |(of, sign), change| {
-        let (next, s) = change.torque(of);
+        let (next, s) = change.of.torque_of(of);
         (next, sign * s)
     })
 }

@@ -9,6 +9,7 @@ use linear_model::regressor::Regressor;
 use logs::Suspect;
 
 use crate::estimate::digits::significant;
+use crate::estimate::hypothesis::Hypothesis::{Degrees, Late, SwappedPositions, SwappedVelocities};
 use crate::estimate::passport::change::Description;
 use crate::estimate::passport::delay::{Lag, common_lag};
 use crate::estimate::passport::finding::{COMMON_FACTORS, Fault, Finding, NOMINAL_INERTIAL_SLOPES};
@@ -54,7 +55,8 @@ impl Look<'_> {
         match slopes {
             Some(slopes) if !is_dead => {
                 let found = self.described(slopes, &velocities, passport);
-                if !found.iter().any(|f| matches!(f.fault, Fault::SwappedPositions | Fault::SwappedVelocities)) {
+                if !found.iter().any(|f| matches!(f.fault, Fault::Of(SwappedPositions(..) | SwappedVelocities(..), _)))
+                {
                     findings.extend(velocities.into_iter().map(|v| v.2));
                 }
                 findings.extend(found);
@@ -68,7 +70,7 @@ impl Look<'_> {
                 findings.extend(velocities.into_iter().map(|v| v.2));
             }
         }
-        let motion = |f: &Finding| !matches!(f.fault, Fault::Saturated(_) | Fault::Delay(_));
+        let motion = |f: &Finding| !matches!(f.fault, Fault::Saturated(_) | Fault::Of(Late(_), _));
         if !wrong_velocities && !findings.iter().any(|f| motion(f) && f.joints.is_empty()) {
             findings.extend(self.friction(passport, &findings));
         }
@@ -179,7 +181,7 @@ impl Look<'_> {
             is_likely: change.after < LIKELY_MISFIT_SHARE * change.before,
         });
         passport.explained.extend(explained);
-        let is_new = |change: &&Suspicion| change.fault() != Fault::Degrees || self.degrees().is_none();
+        let is_new = |change: &&Suspicion| change.fault() != Fault::Of(Degrees, 0.0) || self.degrees().is_none();
         needed.iter().filter(is_new).map(|change| self.changed(change, &needed, slopes)).collect()
     }
 
@@ -268,7 +270,7 @@ impl Look<'_> {
             }
         };
         let mut joints: Vec<String> = changed.into_iter().map(|k| self.name(k)).collect();
-        if found.fault() == Fault::Degrees {
+        if found.fault() == Fault::Of(Degrees, 0.0) {
             joints.push("all joints".into());
         }
         let remedy = found.remedy(self.n(), all);
@@ -314,7 +316,7 @@ const SMALLEST_DELAY_SHARE_IF_FOREIGN: f64 = 0.5;
 
 fn late(lag: &Lag) -> Finding {
     Finding {
-        fault: Fault::Delay(lag.seconds),
+        fault: Fault::Of(Late(None), lag.seconds),
         joints: Vec::new(),
         evidence: format!("it explains {:.0} % of what the model leaves of the torques", 100.0 * lag.share),
         remedy: format!("[delay=auto], which is exact; [delay={:.4}] is right to a third", lag.seconds),

@@ -19,6 +19,7 @@ use linear_model::linear_model::Model;
 use linear_model::regressor::Regressor;
 
 use crate::estimate::held_out::cross_validate;
+use crate::estimate::hypothesis::Hypothesis;
 use crate::estimate::passport::change::{Change, torque_of};
 use crate::estimate::passport::report::JointPassport;
 use crate::estimate::passport::samples::Samples;
@@ -71,7 +72,7 @@ impl FreeBodies<'_> {
             }
         }
         // A description that has one zero elsewhere has others so: a quarter turn beside such a zero stands with it.
-        let is_quarter = |change: &Change| matches!(change, Change::Turned(_, a) if (a / FRAC_PI_2).fract() == 0.0);
+        let is_quarter = |change: &Change| matches!(change, Change { of: Hypothesis::Zero(_), size } if (size / FRAC_PI_2).fract() == 0.0);
         let are_quarters: Vec<bool> = suspicions.iter().map(|one| one.changes.iter().all(is_quarter)).collect();
         if needed.iter().zip(&are_quarters).any(|(needed, quarter)| *needed && *quarter) {
             needed.iter_mut().zip(are_quarters).for_each(|(needed, quarter)| *needed |= quarter);
@@ -83,12 +84,7 @@ impl FreeBodies<'_> {
     fn may_be_bodies(&self, suspicion: &Suspicion) -> bool {
         let brakes = |k: usize| self.joints[k].friction.is_some_and(|f| f.brakes > f.deviation);
         let is_sure = suspicion.after < SURE_MISFIT_SHARE * suspicion.before;
-        suspicion.changes.iter().all(|change| match *change {
-            Change::Turned(..) => true,
-            Change::Reversed(_) => !is_sure,
-            Change::Opposed(k) | Change::Mirrored(k) => !is_sure && brakes(k),
-            _ => !is_sure && change.exchanges().is_some(),
-        })
+        suspicion.changes.iter().all(|change| change.of.may_be_bodies(brakes, is_sure))
     }
 
     /// By column of torque, the error on parts left out, relative, with these changes done.

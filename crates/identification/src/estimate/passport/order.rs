@@ -10,6 +10,7 @@ use std::convert::Infallible;
 
 use processor::{in_order, threads};
 
+use crate::estimate::hypothesis::Hypothesis;
 use crate::estimate::passport::change::{Change, misfits};
 use crate::estimate::passport::power::shows;
 use crate::estimate::passport::regression::Partial;
@@ -32,10 +33,11 @@ const SMALLEST_EXCHANGE_MISFIT: f64 = 0.01;
 const MAX_LIMBS: usize = 4;
 
 /// An exchange of something of two joints.
-type Exchange = fn(usize, usize) -> Change;
+type Exchange = fn(usize, usize) -> Hypothesis;
 
 /// Exchanges of all signals, of motions and of torques. The first two exchange the same motions.
-const EXCHANGE_KINDS: [Exchange; 3] = [Change::SwappedJoints, Change::SwappedMotions, Change::SwappedTorques];
+const EXCHANGE_KINDS: [Exchange; 3] =
+    [Hypothesis::SwappedJoints, Hypothesis::SwappedMotions, Hypothesis::SwappedTorques];
 
 impl Search<'_> {
     /// The order that leaves least, as exchanges, with its misfits; `None` for a single joint.
@@ -74,7 +76,8 @@ impl Search<'_> {
         let mean = |misfits: &[f64]| misfits.iter().sum::<f64>() / misfits.len().max(1) as f64;
         let before = mean(&misfits(as_it_is, as_it_is, &[], self.scale));
         let one = |[a, b]: &[Vec<usize>; 2]| {
-            let changes: Vec<Change> = a.iter().zip(b).map(|(&k, &l)| Change::SwappedJoints(k, l)).collect();
+            let changes: Vec<Change> =
+                a.iter().zip(b).map(|(&k, &l)| Change::of(Hypothesis::SwappedJoints(k, l))).collect();
             let after = mean(&self.all_tried(&changes, as_it_is));
             Suspicion { changes, before, after }
         };
@@ -94,7 +97,8 @@ pub(super) fn hidden_exchanges(trials: &Trials, slopes: &[Partial]) -> Vec<[Vec<
         for (k, a) in limbs.iter().enumerate() {
             let last = if length == 1 { last_of_pairs(k, n) } else { limbs.len() };
             for b in &limbs[k + 1..last] {
-                let changes: Vec<Change> = a.iter().zip(b).map(|(&k, &l)| Change::SwappedJoints(k, l)).collect();
+                let changes: Vec<Change> =
+                    a.iter().zip(b).map(|(&k, &l)| Change::of(Hypothesis::SwappedJoints(k, l))).collect();
                 if !shows(trials, slopes, &changes) {
                     hidden.push([a.clone(), b.clone()]);
                 }
@@ -164,7 +168,7 @@ fn exchanges(order: &[usize], kind: Exchange) -> Vec<Change> {
         let Some(at) = (k..order.len()).find(|&l| now[l] == order[k]) else { continue };
         if at != k {
             now.swap(k, at);
-            made.push(kind(k, at));
+            made.push(Change::of(kind(k, at)));
         }
     }
     made
@@ -181,7 +185,7 @@ mod tests {
             let orders = all(n);
             assert_eq!(orders.len(), (1..=n).product::<usize>());
             for order in &orders {
-                let changes = exchanges(order, Change::SwappedJoints);
+                let changes = exchanges(order, Hypothesis::SwappedJoints);
                 let made: Vec<usize> = (0..n).map(|k| motion_of(&changes, k)).collect();
                 assert_eq!(&made, order);
                 assert!((0..n).all(|k| torque_of(&changes, k) == (order[k], 1.0)));

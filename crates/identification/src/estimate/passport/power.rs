@@ -31,7 +31,7 @@ pub(super) fn shows(trials: &Trials, slopes: &[Partial], changes: &[Change]) -> 
 
 /// rad; `None` where no offset of joint k would have been found.
 pub(super) fn zero_power(trials: &Trials, slopes: &[Partial], k: usize) -> Option<f64> {
-    let shows = |angle: f64| shows(trials, slopes, &[Change::Turned(k, angle)]);
+    let shows = |angle: f64| shows(trials, slopes, &[Change::turned(k, angle)]);
     let tried = TRIED_DEG.map(f64::to_radians);
     // From the largest down, as long as each shows both ways.
     tried.into_iter().rev().take_while(|&angle| shows(angle) && shows(-angle)).last()
@@ -69,7 +69,7 @@ pub(super) fn turned(trials: &Trials, joints: impl Iterator<Item = usize>) -> Op
     };
     let (unchanged, whole) = sums(&[]);
     let one = |joint: usize| {
-        let left = |angle: f64| sums(&[Change::Turned(joint, angle)]).0;
+        let left = |angle: f64| sums(&[Change::turned(joint, angle)]).0;
         let mut angle = 0.0;
         for _ in 0..PARABOLA_STEPS {
             let (before, here, behind) = (left(angle - TURN_STEP_RAD), left(angle), left(angle + TURN_STEP_RAD));

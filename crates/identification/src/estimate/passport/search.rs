@@ -6,8 +6,10 @@
 
 use std::f64::consts::{FRAC_PI_2, PI};
 
+use crate::estimate::hypothesis::Columns;
+use crate::estimate::hypothesis::Hypothesis::{self, *};
 use crate::estimate::passport::change::{Change, Description, misfits, motion_of, torque_of};
-use crate::estimate::passport::finding::{Columns, Fault};
+use crate::estimate::passport::finding::Fault;
 use crate::estimate::passport::regression::Partial;
 use crate::estimate::passport::samples::Samples;
 use crate::estimate::passport::trials::Trials;
@@ -112,7 +114,7 @@ impl Search<'_> {
         }
         let (whole, left) = (sum(&unchanged), sum(&current));
         // A single mistake that explains the log well needs no order, unless it is part of one.
-        let is_part = |one: &Suspicion| one.changes.iter().any(|change| change.exchanges().is_some());
+        let is_part = |one: &Suspicion| one.changes.iter().any(|change| change.of.exchanges().is_some());
         let is_single = found.len() == 1 && !found.iter().any(is_part);
         if whole >= SMALLEST_MISFIT_GAIN && (!is_single || left > EXPLAINED_BY_ORDER_MISFIT * n) {
             let ordered = self
@@ -154,21 +156,20 @@ impl Search<'_> {
 
     /// Exchanges of positions or of velocities, for joints whose velocities belong to each other's positions.
     fn pairs(&self) -> Vec<Change> {
-        let both = |&(k, l): &(usize, usize)| [Change::SwappedPositions(k, l), Change::SwappedVelocities(k, l)];
+        let both = |&(k, l): &(usize, usize)| [SwappedPositions(k, l), SwappedVelocities(k, l)].map(Change::of);
         self.velocities.iter().filter(|(k, l)| k < l && self.velocities.contains(&(*l, *k))).flat_map(both).collect()
     }
 
     /// Changes that need no search for a number.
     fn plain(&self, n: usize) -> Vec<Change> {
-        use Change::*;
-        let mut all = vec![Degrees, Weightless];
+        let mut all = [Degrees, GravityCompensated].map(Change::of).to_vec();
         for k in 0..n {
-            all.extend([Opposed(k), Mirrored(k), Reversed(k)]);
+            all.extend([TorqueSign(k), MotionSign(k), Reversed(k)].map(Change::of));
             if !self.description.regressor.is_prismatic(k) {
-                all.extend([Turned(k, FRAC_PI_2), Turned(k, PI), Turned(k, -FRAC_PI_2)]);
+                all.extend([FRAC_PI_2, PI, -FRAC_PI_2].map(|angle| Change::turned(k, angle)));
             }
             for l in k + 1..last_of_pairs(k, n) {
-                all.extend([SwappedMotions(k, l), SwappedTorques(k, l), SwappedJoints(k, l)]);
+                all.extend([SwappedMotions(k, l), SwappedTorques(k, l), SwappedJoints(k, l)].map(Change::of));
             }
         }
         all
@@ -185,7 +186,7 @@ impl Search<'_> {
         let few: Vec<usize> = self.rows.iter().step_by(4).copied().collect();
         let few = Trials::new(self.description, &self.samples.kept, &few);
         let rough = few.partials(&[]);
-        let turned = |angle: f64| [undone, &[Change::Turned(k, angle)]].concat();
+        let turned = |angle: f64| [undone, &[Change::turned(k, angle)]].concat();
         let least = |angle: f64| {
             let changes = turned(angle);
             sum(&misfits(&few.partials(&changes), &rough, &changes, self.scale))
@@ -207,16 +208,16 @@ impl Search<'_> {
         let quarter = (angle / FRAC_PI_2).round() * FRAC_PI_2;
         let angle =
             if quarter != 0.0 && (angle - quarter).abs() < QUARTER_TURN_TOLERANCE_RAD { quarter } else { angle };
-        Change::Turned(k, if angle > PI { angle - 2.0 * PI } else { angle })
+        Change::turned(k, if angle > PI { angle - 2.0 * PI } else { angle })
     }
 }
 
 /// Merges exchanges of one kind into one order.
 fn merged(found: Vec<Suspicion>) -> Vec<Suspicion> {
     let all: Vec<Change> = found.iter().flat_map(|f| f.changes.iter().copied()).collect();
-    let kind = all.first().and_then(|change| change.exchanges());
+    let kind = all.first().and_then(|change| change.of.exchanges());
     match (found.first(), found.last()) {
-        (Some(first), Some(last)) if kind.is_some() && all.iter().all(|change| change.exchanges() == kind) => {
+        (Some(first), Some(last)) if kind.is_some() && all.iter().all(|change| change.of.exchanges() == kind) => {
             vec![Suspicion { changes: all, before: first.before, after: last.after }]
         }
         _ => found,
@@ -229,92 +230,44 @@ const ZERO_SEARCH_ROUNDS: usize = 10;
 impl Suspicion {
     /// The joints that were changed, of n.
     pub(super) fn joints(&self, n: usize) -> Vec<usize> {
-        use Change::*;
-        match *self.changes.as_slice() {
-            [Turned(k, _) | Mirrored(k) | Opposed(k) | Reversed(k)] => vec![k],
-            [Degrees | Weightless] => Vec::new(),
+        match self.changes.as_slice() {
+            [one] => one.of.joints(),
             _ => (0..n).filter(|&k| self.source(k) != k).collect(),
         }
     }
 
     /// The joint whose columns are those of joint k.
     pub(super) fn source(&self, k: usize) -> usize {
-        let changes: Vec<Change> = self.changes.iter().map(|change| change.of_velocities()).collect();
-        match motion_of(&changes, k) {
-            same if same == k => torque_of(&changes, k).0,
+        match motion_of(&self.changes, k) {
+            same if same == k => torque_of(&self.changes, k).0,
             other => other,
         }
     }
 
     pub(super) fn fault(&self) -> Fault {
-        use Change::*;
         let Some(&first) = self.changes.first() else { return Fault::OtherRobot };
         if self.changes.len() > 1 {
-            return Fault::Permuted(first.exchanges().unwrap_or(Columns::All));
+            return Fault::Permuted(first.of.exchanges().unwrap_or(Columns::All));
         }
-        match first {
-            Turned(_, angle) => Fault::Zero(angle),
-            Mirrored(_) => Fault::MotionSign,
-            Opposed(_) => Fault::TorqueSign,
-            Reversed(_) => Fault::Reversed,
-            SwappedJoints(..) => Fault::SwappedJoints,
-            SwappedMotions(..) => Fault::SwappedMotions,
-            SwappedPositions(..) => Fault::SwappedPositions,
-            SwappedVelocities(..) => Fault::SwappedVelocities,
-            SwappedTorques(..) => Fault::SwappedTorques,
-            Degrees => Fault::Degrees,
-            Weightless => Fault::GravityCompensated,
-        }
+        Fault::Of(first.of, first.size)
     }
 
     /// What undoes it, for a robot of n joints.
     ///
     /// Where that is an option with a list over the joints, the list serves all suspicions together.
     pub(super) fn remedy(&self, n: usize, all: &[Suspicion]) -> String {
-        use Change::*;
-        let suspected: Vec<Change> = all.iter().flat_map(|s| s.changes.iter().copied()).collect();
-        let list = |of: &dyn Fn(Change) -> Option<(usize, f64)>, others: f64| {
-            let value =
-                |j: usize| suspected.iter().filter_map(|&c| of(c)).find(|(k, _)| *k == j).map_or(others, |(_, x)| x);
-            format!("[{}]", (0..n).map(|j| value(j).to_string()).collect::<Vec<_>>().join(", "))
+        let Some(&Change { of: kind, .. }) = self.changes.first() else { return String::new() };
+        let is_alike = |of: &Hypothesis| std::mem::discriminant(of) == std::mem::discriminant(&kind);
+        let alike: Vec<Change> =
+            all.iter().flat_map(|s| s.changes.iter().copied()).filter(|change| is_alike(&change.of)).collect();
+        let size = |change: &Change| match change.of {
+            Zero(_) => (1e4 * change.size).round() / 1e4,
+            _ => -1.0,
         };
-        let Some(&change) = self.changes.first() else { return String::new() };
-        match change {
-            Turned(..) => {
-                let zero = |change| match change {
-                    Turned(k, angle) => Some((k, (1e4 * angle).round() / 1e4)),
-                    _ => None,
-                };
-                format!("in the file of [options]: transmission: {{offsets: {}}}", list(&zero, 0.0))
-            }
-            Opposed(_) => {
-                let opposed = |change| if let Opposed(k) = change { Some((k, -1.0)) } else { None };
-                format!(
-                    "in the file of [options]: transmission: {{ratios: {}, joint_side_positions: true}}",
-                    list(&opposed, 1.0)
-                )
-            }
-            Reversed(_) => {
-                let reversed = |change| if let Reversed(k) = change { Some((k, -1.0)) } else { None };
-                format!("in the file of [options]: transmission: {{ratios: {}}}", list(&reversed, 1.0))
-            }
-            Mirrored(_) => "change the sign of its position and velocity columns".into(),
-            SwappedJoints(..) => {
-                "in the file of [options]: columns: {position: [..], velocity: [..], torque: [..]} in the order of the \
-                                  joints"
-                    .into()
-            }
-            SwappedMotions(..) | SwappedPositions(..) => {
-                "in the file of [options]: columns: {position: [..], velocity: [..]} in the \
-                                                          order of the joints"
-                    .into()
-            }
-            SwappedVelocities(..) => {
-                "in the file of [options]: columns: {velocity: [..]} in the order of the joints".into()
-            }
-            SwappedTorques(..) => "in the file of [options]: columns: {torque: [..]} in the order of the joints".into(),
-            Weightless => "log the torques before gravity is taken out of them".into(),
-            Degrees => "say the unit in the headers (q1_deg, dq1_deg_s)".into(),
-        }
+        let of_joint = |j: usize| alike.iter().find(|change| change.of.joint() == Some(j)).map(size);
+        kind.undoing(|others| {
+            let list: Vec<String> = (0..n).map(|j| of_joint(j).unwrap_or(others).to_string()).collect();
+            format!("[{}]", list.join(", "))
+        })
     }
 }

@@ -3,6 +3,7 @@
 
 use logs::Suspect;
 
+use crate::estimate::hypothesis::Hypothesis;
 use crate::estimate::passport::diagnosis::Look;
 use crate::estimate::passport::finding::{Fault, Finding};
 use crate::estimate::passport::friction::OwnFriction;
@@ -93,7 +94,7 @@ impl Look<'_> {
         let farthest = joints.iter().map(|&k| self.samples.range[k].1.abs().max(self.samples.range[k].0.abs()));
         let farthest = farthest.fold(0.0, f64::max);
         (!joints.is_empty()).then(|| Finding {
-            fault: Fault::Degrees,
+            fault: Fault::Of(Hypothesis::Degrees, 0.0),
             evidence: format!("positions reach {farthest:.1} rad, more than two turns"),
             remedy: format!("say the unit in the header ({}_deg)", self.name(joints[0])),
             joints: joints.into_iter().map(|k| self.name(k)).collect(),

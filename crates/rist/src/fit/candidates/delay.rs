@@ -1,9 +1,10 @@
 //! The delay of the torques: as asked for, or where the log check sees one and parts left out are predicted better with it.
 
 use identification::estimate::delay::{Delay, estimate_delay};
-use identification::estimate::ledger::topics::DELAY_TAKEN;
+use identification::estimate::hypothesis::Hypothesis;
 use identification::estimate::options::Options;
 use identification::estimate::passport::finding::Fault;
+use identification::estimate::topics::DELAY_TAKEN;
 use logs::LogSource;
 
 use crate::describe::model::Model;
@@ -18,7 +19,9 @@ pub(crate) fn delay(tried: &mut Tried<'_>) -> Result<Option<Proposal>, Error> {
         return Ok(Some(Proposal::given(options, Decisions { delay: Some(delay), ..Decisions::default() })));
     }
     let is_open = request.rows.signals.delay.is_none() && tried.options.signal.delay == 0.0;
-    if !is_open || !tried.looked()?.passport.findings.iter().any(|f| matches!(f.fault, Fault::Delay(_))) {
+    if !is_open
+        || !tried.looked()?.passport.findings.iter().any(|f| matches!(f.fault, Fault::Of(Hypothesis::Late(_), _)))
+    {
         return Ok(None);
     }
     // A search that ends nowhere leaves the torques as they are, and the log check says so.

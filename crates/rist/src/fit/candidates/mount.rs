@@ -5,8 +5,8 @@ use std::f64::consts::PI;
 use identification::estimate::digits::significant;
 use identification::estimate::held_out::cross_validate;
 use identification::estimate::ledger::hypotheses::Hypothesis;
-use identification::estimate::ledger::topics::MOUNT_TAKEN;
 use identification::estimate::options::Options;
+use identification::estimate::topics::MOUNT_TAKEN;
 use nalgebra::Vector3;
 
 use crate::describe::model::Model;

@@ -2,8 +2,8 @@
 //! their deviation tells one.
 
 use identification::estimate::digits::significant;
-use identification::estimate::ledger::topics::ROTORS_TAKEN;
 use identification::estimate::rotors::WithRotors;
+use identification::estimate::topics::ROTORS_TAKEN;
 use linear_model::unit::Unit;
 
 use crate::error::Error;

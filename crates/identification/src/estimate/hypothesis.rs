@@ -1,0 +1,423 @@
+//! A fault of a log, or a rotor that a model lacks: all that is known of each kind.
+//!
+//! A kind is tried in one of two ways, or in both.
+//!
+//! | | how | by whom |
+//! |---|---|---|
+//! | small | a column h beside those of the parameters, one unknown more | `ledger::hypotheses` |
+//! | gross | the log is changed as if the fault were undone, and the description predicts it | `passport::search` |
+//!
+//! Either way the bodies are left free before anybody is accused: the fault is needed where parts of the record that are left
+//! out are predicted better with it. Another kind is a variant, and what this file says of it.
+
+use claims::{Figure, Topic};
+use linear_model::linear_model::Model;
+use linear_model::states::States;
+use linear_model::unit::Unit;
+use serde::{Deserialize, Serialize};
+
+use crate::estimate::digits::significant;
+use crate::estimate::residuals::JointResidual;
+use crate::estimate::topics::{DELAY, DRIFT, FRICTION, LOG, MOUNT, RESIDUAL, ROTOR, SCALE, SIGN, SPRING, ZERO};
+use crate::estimators::huber::Robust;
+
+use Hypothesis::*;
+
+/// Where an option that has no field stands.
+const OF_OPTIONS: &str = "in the file of [options]:";
+
+/// Step of the derivative by a position, rad (m).
+const POSITION_STEP: f64 = 1e-4;
+/// A fault that explains a smaller share of the torque harms no use; nor does a spring of a quarter more, which has no least
+/// size of its own.
+const SMALLEST_SHARE: f64 = 0.002;
+const SMALLEST_SPRING_SHARE: f64 = 1.25 * SMALLEST_SHARE;
+/// One degree, rad.
+const DEGREE_RAD: f64 = std::f64::consts::PI / 180.0;
+/// Smaller angles and scales than these are errors of calibration, rad and 1.
+const LEAST_ANGLE_RAD: f64 = DEGREE_RAD;
+const LEAST_SCALE: f64 = 0.03;
+/// Powers beyond these tell nobody anything: 45 degrees, and half of a torque.
+const USELESS_ANGLE_RAD: f64 = std::f64::consts::FRAC_PI_4;
+const USELESS_SCALE: f64 = 0.5;
+
+/// One fault of a log.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Hypothesis {
+    /// The zero of a coordinate is off, rad.
+    Zero(usize),
+    /// The torque of a coordinate is so many times too large, less one.
+    Scale(usize),
+    /// A spring acts on a coordinate, N m/rad (N/m).
+    Spring(usize),
+    /// Gravity is tilted about an axis across it, by the number of the axis of the base that is nearest, rad.
+    Mount(usize),
+    /// The rotor of a coordinate has an inertia that the model lacks, kg m^2 (kg).
+    Rotor(usize),
+    /// The torque of a coordinate grows by this share of itself between the first and the last sample.
+    Drift(usize),
+    /// The torque of a coordinate, or of all, is logged late, s.
+    Late(Option<usize>),
+    /// Coulomb friction of a coordinate grows with its load, N m per N m.
+    LoadFriction(usize),
+    /// The torque of the first coordinate holds a share of that of the second.
+    CrossTalk(usize, usize),
+    /// The motion of a coordinate has the other sign.
+    MotionSign(usize),
+    /// The torque of a coordinate has the other sign.
+    TorqueSign(usize),
+    /// Motion and torque of a coordinate have the other sign.
+    Reversed(usize),
+    /// Motions and torques of two coordinates are exchanged.
+    SwappedJoints(usize, usize),
+    /// Positions, velocities and accelerations of two coordinates are exchanged.
+    SwappedMotions(usize, usize),
+    /// Only the positions of two coordinates are exchanged.
+    SwappedPositions(usize, usize),
+    /// Only the velocities and accelerations of two coordinates are exchanged.
+    SwappedVelocities(usize, usize),
+    /// Only the torques of two coordinates are exchanged.
+    SwappedTorques(usize, usize),
+    /// The angles are in degrees, taken for radians.
+    Degrees,
+    /// Gravity was taken out of the torques before they were logged.
+    GravityCompensated,
+}
+
+/// The columns of a log that share an order.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Columns {
+    /// Positions, velocities and torques.
+    All,
+    /// Positions and velocities.
+    Motions,
+    /// Torques.
+    Torques,
+}
+
+/// How a hypothesis counts.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub(super) enum Counts {
+    /// Positions are wrong: a contradiction, whatever torque that costs in this log.
+    AsPosition,
+    /// Torques are wrong: a contradiction, unless they are as they should be but for less than a use asks for.
+    AsTorque,
+    /// It is part of what the fit leaves.
+    AsResidual,
+    /// It is part of the deviations and never named.
+    InDeviations,
+    /// It is gross: no fit has a column of it.
+    AsLog,
+}
+
+/// What is known of a kind of hypothesis.
+pub(super) struct Kind {
+    /// What a claim on it is about.
+    pub topic: Topic,
+    pub counts: Counts,
+    /// The least size that matters.
+    pub least: f64,
+    /// The share of the torque that it explains at least.
+    pub least_share: f64,
+    /// Powers from it on tell nobody anything.
+    pub useless: f64,
+    /// Whether it widens deviations where the data do not exclude it.
+    pub may_be_there: bool,
+}
+
+/// The kinds that a claim may name, in the order of the claims.
+pub(super) const CLAIMED: [Topic; 6] = [MOUNT, ZERO, SCALE, SPRING, ROTOR, DRIFT];
+
+impl Hypothesis {
+    pub(super) fn kind(&self) -> Kind {
+        let of = |topic: Topic, counts: Counts| Kind {
+            topic,
+            counts,
+            least: 0.0,
+            least_share: SMALLEST_SHARE,
+            useless: f64::INFINITY,
+            may_be_there: false,
+        };
+        let angle = |topic: Topic, may_be_there: bool| Kind {
+            least: LEAST_ANGLE_RAD,
+            useless: USELESS_ANGLE_RAD,
+            may_be_there,
+            ..of(topic, Counts::AsPosition)
+        };
+        let scale = Kind { least: LEAST_SCALE, useless: USELESS_SCALE, ..of(SCALE, Counts::AsTorque) };
+        match self {
+            Zero(_) => angle(ZERO, true),
+            Mount(_) => angle(MOUNT, false),
+            Scale(_) => scale,
+            Drift(_) => Kind { topic: DRIFT, counts: Counts::AsResidual, may_be_there: true, ..scale },
+            Spring(_) => {
+                Kind { least_share: SMALLEST_SPRING_SHARE, may_be_there: true, ..of(SPRING, Counts::AsTorque) }
+            }
+            Rotor(_) => of(ROTOR, Counts::AsTorque),
+            Late(_) => of(DELAY, Counts::InDeviations),
+            LoadFriction(_) => of(FRICTION, Counts::InDeviations),
+            CrossTalk(..) => of(RESIDUAL, Counts::InDeviations),
+            MotionSign(_) | TorqueSign(_) | Reversed(_) => of(SIGN, Counts::AsLog),
+            GravityCompensated => of(MOUNT, Counts::AsLog),
+            _ => of(LOG, Counts::AsLog),
+        }
+    }
+
+    /// The coordinates; none for the mount, and for what all of them share.
+    pub fn joints(&self) -> Vec<usize> {
+        match *self {
+            Mount(_) | Degrees | GravityCompensated | Late(None) => Vec::new(),
+            Zero(k) | Scale(k) | Spring(k) | Rotor(k) | Drift(k) | Late(Some(k)) | LoadFriction(k) => vec![k],
+            MotionSign(k) | TorqueSign(k) | Reversed(k) => vec![k],
+            CrossTalk(k, l) | SwappedJoints(k, l) | SwappedMotions(k, l) => vec![k, l],
+            SwappedPositions(k, l) | SwappedVelocities(k, l) | SwappedTorques(k, l) => vec![k, l],
+        }
+    }
+
+    /// The first of its coordinates.
+    pub fn joint(&self) -> Option<usize> {
+        self.joints().first().copied()
+    }
+
+    /// Whether a fit to a robot of n coordinates may tell it.
+    pub(crate) fn is_of(&self, n: usize) -> bool {
+        let is_there = if let Mount(axis) = *self { axis < 3 } else { self.joints().iter().all(|k| *k < n) };
+        is_there && self.kind().counts != Counts::AsLog
+    }
+
+    /// Which columns it exchanges, where it exchanges all of a kind.
+    pub(super) fn exchanges(self) -> Option<Columns> {
+        match self {
+            SwappedJoints(..) => Some(Columns::All),
+            SwappedMotions(..) => Some(Columns::Motions),
+            SwappedTorques(..) => Some(Columns::Torques),
+            _ => None,
+        }
+    }
+
+    /// Whether bodies that can exist may do without it. `brakes`: whether friction of the coordinate brakes in the log as it
+    /// is. `is_sure`: the description itself, without a free number, leaves nearly nothing with it undone.
+    pub(super) fn may_be_bodies(self, brakes: impl Fn(usize) -> bool, is_sure: bool) -> bool {
+        match self {
+            Zero(_) => true,
+            Reversed(_) => !is_sure,
+            TorqueSign(k) | MotionSign(k) => !is_sure && brakes(k),
+            _ => !is_sure && self.exchanges().is_some(),
+        }
+    }
+
+    /// A size of it, as it is shown.
+    pub(super) fn figure(&self, x: f64, joints: &[JointResidual]) -> Figure {
+        match *self {
+            Zero(_) | Mount(_) => Figure::new(x.to_degrees(), "deg"),
+            Late(_) => Figure::new(1e3 * x, "ms"),
+            Rotor(k) => Figure::new(x, if joints[k].unit == Unit::TORQUE { "kg m^2" } else { "kg" }),
+            Spring(k) => Figure::new(x, if joints[k].unit == Unit::TORQUE { "N m/rad" } else { "N/m" }),
+            _ => Figure::new(100.0 * x, "%"),
+        }
+    }
+
+    /// What it is and how large. `off`: its size in words, `names`: of its coordinates.
+    pub(super) fn statement(&self, off: &str, names: &[&str]) -> String {
+        let (of, pair) = (names.first().copied().unwrap_or_default(), names.join(" and "));
+        match *self {
+            Zero(_) => format!("the zero of {of} is off by {off}"),
+            Scale(_) => format!("the torque of {of} is off by {off} beside those of the other joints"),
+            Spring(_) => format!("a spring of {off} acts on {of}"),
+            Mount(axis) => format!("gravity is tilted by {off} about {} of the base", ["x", "y", "z"][axis]),
+            Rotor(_) => format!("a rotor of {off} that the model lacks stands behind {of}"),
+            Drift(_) => format!("the torque of {of} grows by {off} from the first sample to the last"),
+            Late(Some(_)) => format!("the torque of {of} is late by {off}"),
+            Late(None) => match off.strip_prefix('-') {
+                None => format!("the torques come {off} later than the positions"),
+                Some(early) => format!("the torques come {early} before the positions"),
+            },
+            CrossTalk(..) => format!("the torque of {of} holds {off} of that of {}", names[1..].concat()),
+            LoadFriction(_) => format!("friction of {of} grows by {off} of its load"),
+            MotionSign(_) => format!("the position of {of} has the wrong sign"),
+            TorqueSign(_) => format!("the torque of {of} has the wrong sign"),
+            Reversed(_) => format!("{of} runs the other way round: position and torque have the wrong sign"),
+            SwappedJoints(..) => format!("the columns of {pair} are swapped (position, velocity and torque)"),
+            SwappedMotions(..) => format!("the columns of {pair} are swapped (position and velocity)"),
+            SwappedPositions(..) => format!("the position columns of {pair} are swapped"),
+            SwappedVelocities(..) => format!("the velocity columns of {pair} are swapped"),
+            SwappedTorques(..) => format!("the torque columns of {pair} are swapped"),
+            Degrees => format!("{} in degrees, taken for radians", names.join(", ")),
+            GravityCompensated => "gravity is not in the torques: it was taken out before they were logged".into(),
+        }
+    }
+
+    /// What mends a size of it that a fit tells; `None` of those that no claim names.
+    pub(super) fn remedy(&self, value: f64, joints: &[JointResidual]) -> Option<String> {
+        let at = |k: usize| &joints[k].coordinate;
+        let listed = |list: &str, k: usize| {
+            format!("{OF_OPTIONS} transmission: {{{list}: [..]}}, {} for {}", significant(value), at(k))
+        };
+        match *self {
+            Zero(k) => Some(listed("offsets", k)),
+            Scale(k) => Some(format!("look at the gain, the gear ratio or the unit of {}", at(k))),
+            Spring(k) => Some(listed("springs", k)),
+            Rotor(_) => Some("take rotor inertias among the parameters: [rotor_inertia=actuated]".into()),
+            Drift(k) => Some(format!("log {} again when its drive is warm and its gain is known", at(k))),
+            Mount(_) => Some("[unknowns=mount] finds how the base is mounted, and prints the line that says it".into()),
+            _ => None,
+        }
+    }
+
+    /// What mends one that a change of the log undoes. `list`: the sizes of all such in the log, by coordinate, with a number
+    /// for the others.
+    pub(super) fn undoing(&self, list: impl Fn(f64) -> String) -> String {
+        let (position, velocity, torque) = ("position: [..]", "velocity: [..]", "torque: [..]");
+        let ordered =
+            |columns: &[&str]| format!("{OF_OPTIONS} columns: {{{}}} in the order of the joints", columns.join(", "));
+        match self {
+            Zero(_) => format!("{OF_OPTIONS} transmission: {{offsets: {}}}", list(0.0)),
+            TorqueSign(_) => {
+                format!("{OF_OPTIONS} transmission: {{ratios: {}, joint_side_positions: true}}", list(1.0))
+            }
+            Reversed(_) => format!("{OF_OPTIONS} transmission: {{ratios: {}}}", list(1.0)),
+            MotionSign(_) => "change the sign of its position and velocity columns".into(),
+            SwappedJoints(..) => ordered(&[position, velocity, torque]),
+            SwappedMotions(..) | SwappedPositions(..) => ordered(&[position, velocity]),
+            SwappedVelocities(..) => ordered(&[velocity]),
+            SwappedTorques(..) => ordered(&[torque]),
+            GravityCompensated => "log the torques before gravity is taken out of them".into(),
+            Degrees => "say the unit in the headers (q1_deg, dq1_deg_s)".into(),
+            _ => String::new(),
+        }
+    }
+
+    /// Undoes it in the motion of one instant. `size`: by how much the position is larger, rad.
+    pub(super) fn undo_motion(self, size: f64, is_angle: &[bool], q: &mut [f64], dq: &mut [f64], ddq: &mut [f64]) {
+        match self {
+            Zero(k) => q[k] += size,
+            MotionSign(k) | Reversed(k) => [q, dq, ddq].into_iter().for_each(|x| x[k] = -x[k]),
+            SwappedMotions(k, l) | SwappedJoints(k, l) => [q, dq, ddq].into_iter().for_each(|x| x.swap(k, l)),
+            SwappedPositions(k, l) => q.swap(k, l),
+            SwappedVelocities(k, l) => [dq, ddq].into_iter().for_each(|x| x.swap(k, l)),
+            Degrees => {
+                for x in [q, dq, ddq] {
+                    x.iter_mut().zip(is_angle).filter(|(_, angle)| **angle).for_each(|(x, _)| *x *= DEGREE_RAD);
+                }
+            }
+            _ => {}
+        }
+    }
+
+    /// The coordinate whose velocity in the log is that of joint j. Signs do not matter: they change no span of columns.
+    pub(super) fn motion_of(self, j: usize) -> usize {
+        match self {
+            SwappedMotions(k, l) | SwappedJoints(k, l) | SwappedVelocities(k, l) if k == j => l,
+            SwappedMotions(k, l) | SwappedJoints(k, l) | SwappedVelocities(k, l) if l == j => k,
+            _ => j,
+        }
+    }
+
+    /// The coordinate whose torque in the log is that of joint j, and its sign.
+    pub(super) fn torque_of(self, j: usize) -> (usize, f64) {
+        match self {
+            TorqueSign(k) | Reversed(k) if k == j => (j, -1.0),
+            SwappedTorques(k, l) | SwappedJoints(k, l) if k == j => (l, 1.0),
+            SwappedTorques(k, l) | SwappedJoints(k, l) if l == j => (k, 1.0),
+            _ => (j, 1.0),
+        }
+    }
+}
+
+/// A fit, beside which more is asked of its rows.
+#[derive(Clone, Copy)]
+pub struct Point<'a> {
+    /// The parameters.
+    pub x: &'a [f64],
+    /// The weights of the joints.
+    pub weights: &'a [f64],
+    /// What rows count by their residual, where not all alike.
+    pub robust: Option<&'a Robust>,
+}
+
+/// What the mechanics of a robot leave open beside the parameters.
+#[derive(Clone, Copy, Default)]
+pub struct Open<'a> {
+    /// The torques per radian of tilt about axes across gravity, with the number of the axis of the base that is nearest.
+    pub tilts: &'a [(usize, Tilt<'a>)],
+    /// The coordinates of which nobody said whether a rotor stands behind them.
+    pub rotors: &'a [usize],
+}
+
+/// Torques at a position q per radian of tilt about one axis, n numbers.
+pub type Tilt<'a> = &'a dyn Fn(&[f64]) -> Vec<f64>;
+
+/// The hypotheses of a model.
+pub(super) fn all(model: &Model, open: Open) -> Vec<Hypothesis> {
+    let n = model.n();
+    let turning = (0..n).filter(|&k| !model.regressor.is_prismatic(k)).map(Zero);
+    let scales = (0..n).filter(|_| n > 1).map(Scale);
+    let springs = (0..n).map(Spring);
+    let mounts = open.tilts.iter().map(|(axis, _)| Mount(*axis));
+    let rotors = open.rotors.iter().copied().map(Rotor);
+    let late = (0..n).map(Some).chain([None]).map(Late);
+    let faults = turning.chain(scales).chain(springs).chain(mounts).chain(rotors).chain((0..n).map(Drift));
+    let talk = (0..n).flat_map(|k| (0..n).filter(move |&i| i != k).map(move |i| CrossTalk(k, i)));
+    faults.chain(late).chain((0..n).map(LoadFriction)).chain(talk).collect()
+}
+
+/// The columns of the hypotheses, sample by sample, n each.
+pub(super) fn columns(model: &Model, states: &States, x: &[f64], all: &[Hypothesis], open: Open) -> Vec<Vec<f64>> {
+    let (n, base) = (model.n(), model.regressor.parameters().len());
+    // Y(q) x at sample r, with another q than the sample's where a zero is moved.
+    let torques = |q: &[f64], r: usize, y: &mut [f64]| -> Vec<f64> {
+        let at = r * n..(r + 1) * n;
+        model.regressor.fill(q, &states.dq[at.clone()], &states.ddq[at], y);
+        y.chunks_exact(base).map(|row| row.iter().zip(x).map(|(y, x)| y * x).sum()).collect()
+    };
+    let mut columns = vec![Vec::with_capacity(states.len() * n); all.len()];
+    let mut y = vec![0.0; n * base];
+    let first = states.t.first().copied().unwrap_or(0.0);
+    let seconds = states.t.last().map_or(0.0, |last| last - first).max(f64::MIN_POSITIVE);
+    for r in 0..states.len() {
+        let along = (states.t[r] - first) / seconds - 0.5;
+        let mut q = states.q[r * n..(r + 1) * n].to_vec();
+        let here = torques(&q, r, &mut y);
+        for (column, hypothesis) in columns.iter_mut().zip(all) {
+            let only = |k: usize, x: f64| (0..n).map(move |j| if j == k { x } else { 0.0 });
+            match *hypothesis {
+                Zero(k) => {
+                    // h_j = d(Y_j x)/dq_k, by a central difference.
+                    let position = q[k];
+                    let mut moved = |by: f64| {
+                        q[k] = position + by;
+                        torques(&q, r, &mut y)
+                    };
+                    let (behind, before) = (moved(POSITION_STEP), moved(-POSITION_STEP));
+                    q[k] = position;
+                    column.extend(behind.iter().zip(before).map(|(a, b)| (a - b) / (2.0 * POSITION_STEP)));
+                }
+                Scale(k) => column.extend(only(k, here[k])),
+                Spring(k) => column.extend(only(k, q[k])),
+                Mount(of) => {
+                    let tilts = open.tilts.iter().filter(|(axis, _)| *axis == of);
+                    tilts.for_each(|(_, torques)| column.extend(torques(&q)));
+                }
+                Rotor(k) => column.extend(only(k, states.ddq[r * n + k])),
+                Drift(k) => column.extend(only(k, along * states.tau[r * n + k])),
+                Late(late) => column
+                    .extend((0..n).map(|j| if late.is_none_or(|k| k == j) { -torque_rate(states, r, j) } else { 0.0 })),
+                LoadFriction(k) => column.extend(only(k, states.direction[r * n + k] * here[k].abs())),
+                CrossTalk(k, i) => column.extend(only(k, states.tau[r * n + i])),
+                // `all` has none of those that no fit tells.
+                _ => column.extend(only(0, 0.0)),
+            }
+        }
+    }
+    columns
+}
+
+/// d tau_j/dt at sample r, by the samples before and behind, N m/s (N/s). Of a log so long that few of its samples are taken
+/// it says little, and tells no delay.
+fn torque_rate(states: &States, r: usize, j: usize) -> f64 {
+    let (before, behind) = (r.saturating_sub(1), (r + 1).min(states.len() - 1));
+    let seconds = states.t[behind] - states.t[before];
+    let change = states.tau[behind * states.n + j] - states.tau[before * states.n + j];
+    if seconds > 0.0 { change / seconds } else { 0.0 }
+}
