@@ -31,6 +31,8 @@ use crate::work::work;
 /// Options:
 /// - consistent: Physically consistent parameters: only bodies that can exist. Where the log says nothing, they
 ///   stay near the bodies of the description [default: False]
+/// - free_bodies: Leave the bodies free where a log is poor, in place of those that can exist where they predict
+///   it better [default: False]
 /// - gain: Torque per unit of current of a drive, N m/A [default: as the file says]. Where only some drives are
 ///   given, the others are estimated; q5=11+-2 expects a gain near 11
 /// - unknowns: What is unknown beside the parameters, of all joints: mount, zeros, scales, springs. The estimate
@@ -72,7 +74,7 @@ use crate::work::work;
 ///
 /// Ctrl-C ends it. Raises rist.Error with the message of the program.
 #[pyfunction]
-#[pyo3(signature = (model, logs, **options), text_signature = "(model, logs, *, consistent=False, gain=None, unknowns=None, covariance=False, loaded_link=None, friction=None, weights=None, cutoff=None, order=None, decimate=None, delay=None, options=None, load=None, ripple=None, spring=False, eccentric=False, elastic=False, backlash=False, method='ls', loaded=(), validate=(), plan=None, rotor_inertia=None)")]
+#[pyo3(signature = (model, logs, **options), text_signature = "(model, logs, *, consistent=False, free_bodies=False, gain=None, unknowns=None, covariance=False, loaded_link=None, friction=None, weights=None, cutoff=None, order=None, decimate=None, delay=None, options=None, load=None, ripple=None, spring=False, eccentric=False, elastic=False, backlash=False, method='ls', loaded=(), validate=(), plan=None, rotor_inertia=None)")]
 pub fn identify(
     py: Python<'_>,
     model: &Bound<'_, PyAny>,

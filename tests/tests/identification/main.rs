@@ -23,6 +23,7 @@ mod methods;
 mod misfit;
 mod panda;
 mod plan_verdict;
+mod possible_bodies;
 mod postures;
 mod random_situations;
 mod servos;

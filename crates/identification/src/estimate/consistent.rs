@@ -6,6 +6,8 @@
 //! joint's speed), and that of FS_j, FT_j and OFF_j is max|tau_j|. The offset of a joint that carries the same weight in every
 //! pose is held at zero: no motion tells the two apart, and a file of bodies has no offset.
 
+use std::cell::Cell;
+
 use linear_model::coupling_parameter::CouplingParameter;
 use linear_model::linear_model::Model;
 use linear_model::parameter::{FrictionParameter, Parameter, ParameterId};
@@ -18,7 +20,7 @@ use numerics::triangle::{Triangle, TriangleBuilder};
 use serde::{Deserialize, Serialize};
 
 use crate::estimate::artefact::Estimate;
-use crate::estimate::held_out::residuals;
+use crate::estimate::held_out::{least_squares, predicted_from_others, residuals, together};
 use crate::estimate::identify::Fit;
 use crate::estimate::joint_terms::LARGEST_LOAD_COEFFICIENT;
 use crate::estimate::options::Options;
@@ -26,7 +28,7 @@ use crate::estimate::standing_torque::offset_beside_weight;
 use crate::estimators::barrier::{LARGEST_BOUNDED_RATIO, Outcome};
 use crate::estimators::consistent::{Consistent, Prior, consistent};
 use crate::estimators::weighted::Weights;
-use crate::rows::observation::weighted;
+use crate::rows::observation::{sum_by_joint, weighted};
 
 /// Share of the weight of described bodies that guessed ones have.
 const GUESSED_BODIES_SHARE: f64 = 0.1;
@@ -83,19 +85,7 @@ pub fn identify_consistent(
     }
     let model = options.linear_model(regressor);
     let joints = fit.observation.joints(|_| true);
-    let mut weights = fit.weights.clone();
-    if options.weights == Weights::None {
-        let whole = 1.0 / fit.solution.variance.sqrt().max(f64::MIN_POSITIVE);
-        weights.iter_mut().for_each(|w| *w = whole);
-    }
-    let prior = Prior {
-        bodies: references.to_vec(),
-        scale: scale(&model, &fit),
-        gamma: consistency.prior_weight
-            * if references.iter().any(Option::is_some) { 1.0 } else { GUESSED_BODIES_SHARE },
-        discount: if consistency.discount { fit.deviation.correlated } else { 1.0 },
-        friction: friction_deviation(&model, &fit, consistency.bounded_friction),
-    };
+    let (weights, prior) = (weights(&fit, options), prior(&model, &fit, references, consistency));
     let consistent = with_held_friction(&model, weighted(&joints, &weights), |rows| consistent(rows, map, &prior));
     let residual = residuals(&model, &joints, &consistent.x);
     let mut estimate = Estimate {
@@ -118,6 +108,54 @@ pub fn identify_consistent(
     }
     estimate.remarks.push(account(&consistent, &estimate, &fit.estimate, prior.discount));
     Ok(ConsistentFit { least_squares: fit, consistent, estimate })
+}
+
+/// Quarters of the record are predicted from the others: what a poor record lacks, a tenth does not show.
+const QUARTERS: usize = 4;
+
+/// Errors on quarters of the record, each predicted from the others: by least squares, and by bodies that can exist. `None` where no
+/// such bodies are found.
+pub fn errors_on_quarters(
+    regressor: &dyn Regressor,
+    map: &StandardMap,
+    references: &[Option<Ten>],
+    fit: &Fit,
+    options: &Options,
+) -> Option<[f64; 2]> {
+    let model = options.linear_model(regressor);
+    let parts = &fit.observation.parts;
+    let quarters: Vec<Vec<Triangle>> = parts.chunks(parts.len().div_ceil(QUARTERS).max(1)).map(sum_by_joint).collect();
+    let (weights, prior) = (weights(fit, options), prior(&model, fit, references, &Consistency::default()));
+    let error = |solve: &dyn Fn(Triangle) -> Vec<f64>| {
+        together(&model, &predicted_from_others(&model, &quarters, &weights, solve)).total
+    };
+    let is_stalled = Cell::new(false);
+    let possible = |rest: Triangle| {
+        let found = with_held_friction(&model, rest, |rows| consistent(rows, map, &prior));
+        is_stalled.set(is_stalled.get() || found.outcome == Outcome::Stalled);
+        found.x
+    };
+    let errors = [error(&|rest| least_squares(rest, &fit.solution.x)), error(&possible)];
+    (!is_stalled.get()).then_some(errors)
+}
+
+/// The weights of the joints; without any, all have that of the whole.
+fn weights(fit: &Fit, options: &Options) -> Vec<f64> {
+    match options.weights {
+        Weights::None => vec![1.0 / fit.solution.variance.sqrt().max(f64::MIN_POSITIVE); fit.weights.len()],
+        _ => fit.weights.clone(),
+    }
+}
+
+fn prior(model: &Model, fit: &Fit, references: &[Option<Ten>], consistency: &Consistency) -> Prior {
+    let share = if references.iter().any(Option::is_some) { 1.0 } else { GUESSED_BODIES_SHARE };
+    Prior {
+        bodies: references.to_vec(),
+        scale: scale(model, fit),
+        gamma: consistency.prior_weight * share,
+        discount: if consistency.discount { fit.deviation.correlated } else { 1.0 },
+        friction: friction_deviation(model, fit, consistency.bounded_friction),
+    }
 }
 
 /// The solution whose friction grows with the load by at most what a gear can waste, and never shrinks with it; offsets beside

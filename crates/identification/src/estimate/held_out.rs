@@ -38,29 +38,44 @@ pub(crate) fn cross_validate_by_part(
     observation: &Observation,
     weights: Weights,
 ) -> (Residuals, Vec<f64>) {
-    let mut sums = vec![Squares::default(); model.n()];
-    let mut totals = Vec::new();
-    for part in left_out(model, observation, weights) {
-        for (sum, s) in sums.iter_mut().zip(&part) {
-            *sum = Squares { torque: sum.torque + s.torque, left: sum.left + s.left, rows: sum.rows + s.rows };
-        }
-        totals.push(Residuals::new(model.regressor, part).total);
-    }
-    (Residuals::new(model.regressor, sums), totals)
+    let parts = left_out(model, observation, weights);
+    let all = together(model, &parts);
+    (all, parts.into_iter().map(|part| Residuals::new(model.regressor, part).total).collect())
 }
 
 /// The squares of each tenth, one per joint, under parameters from all others.
 fn left_out(model: &Model, observation: &Observation, weights: Weights) -> Vec<Vec<Squares>> {
     let tenths: Vec<Vec<Triangle>> = observation.parts.chunks(2).map(sum_by_joint).collect();
-    let joints = observation.joints(|_| true);
-    let (whole, weights) = fit(&joints, weights);
-    let of_part = |(part, mut rest): (&Vec<Triangle>, Triangle)| {
-        rest.merge(&held(&rest, &whole.x), 1.0);
-        let x = rest.solution();
-        squares(model, part, &x)
-    };
-    let rests = without_each(model, &tenths, &weights);
-    tenths.iter().zip(rests).map(of_part).collect()
+    let (whole, weights) = fit(&observation.joints(|_| true), weights);
+    predicted_from_others(model, &tenths, &weights, |rest| least_squares(rest, &whole.x))
+}
+
+/// The solution of rows that lack a part; `whole`: with that part.
+pub(crate) fn least_squares(mut rest: Triangle, whole: &[f64]) -> Vec<f64> {
+    rest.merge(&held(&rest, whole), 1.0);
+    rest.solution()
+}
+
+/// The squares of each part, one per joint, under parameters that `solve` makes of the weighted rows of all others.
+pub(crate) fn predicted_from_others(
+    model: &Model,
+    parts: &[Vec<Triangle>],
+    weights: &[f64],
+    solve: impl Fn(Triangle) -> Vec<f64>,
+) -> Vec<Vec<Squares>> {
+    let rests = without_each(model, parts, weights);
+    parts.iter().zip(rests).map(|(part, rest)| squares(model, part, &solve(rest))).collect()
+}
+
+/// The residuals of all parts together.
+pub(crate) fn together(model: &Model, parts: &[Vec<Squares>]) -> Residuals {
+    let mut sums = vec![Squares::default(); model.n()];
+    for part in parts {
+        for (sum, s) in sums.iter_mut().zip(part) {
+            *sum = Squares { torque: sum.torque + s.torque, left: sum.left + s.left, rows: sum.rows + s.rows };
+        }
+    }
+    Residuals::new(model.regressor, sums)
 }
 
 /// Of each part the weighted rows of all others; `parts`: by part, the triangles of its joints. The weights by joint are those of

@@ -49,9 +49,10 @@ pub const BODIES: Topic = Topic("bodies");
 pub const ROTORS_TAKEN: Topic = Topic("rotor inertias taken");
 /// The torques that came later than the positions.
 pub const DELAY_TAKEN: Topic = Topic("delay taken back");
-
 /// A base that is mounted otherwise than described.
 pub const MOUNT_TAKEN: Topic = Topic("mount taken");
+/// Bodies that can exist, where the logs are poor.
+pub const BODIES_TAKEN: Topic = Topic("bodies that can exist taken");
 
 /// What was mended without being asked for; `what` has the errors without it and with it.
 pub fn mended(topic: Topic, what: &str) -> Claim {

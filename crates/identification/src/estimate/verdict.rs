@@ -17,8 +17,8 @@ use crate::estimate::ledger::purposes::{standing, untold_torques, where_it_stand
 use crate::estimate::ledger::{Beside, claims_of_faults, claims_of_fit, claims_of_log, not_noise, units_of_logs};
 use crate::estimate::passport::Passport;
 use crate::estimate::topics::{
-    BODIES, COMMON_SCALE, DELAY_TAKEN, GRAVITY_TORQUE, LOG, MOUNT_TAKEN, OTHER_MOTION, ROTORS_TAKEN, TORQUE_AT_LIMITS,
-    TORQUE_SEEN, at,
+    BODIES, BODIES_TAKEN, COMMON_SCALE, DELAY_TAKEN, GRAVITY_TORQUE, LOG, MOUNT_TAKEN, OTHER_MOTION, ROTORS_TAKEN,
+    TORQUE_AT_LIMITS, TORQUE_SEEN, at,
 };
 use crate::estimate::torque_error::{TorqueError, Use};
 
@@ -355,8 +355,8 @@ fn use_it(evidence: &Evidence, bodies: Option<&UseVerdict>) -> String {
 }
 
 /// Topics of which the table, the reasons and the remarks tell.
-const TOLD_ELSEWHERE: [Topic; 7] =
-    [GRAVITY_TORQUE, TORQUE_SEEN, TORQUE_AT_LIMITS, OTHER_MOTION, ROTORS_TAKEN, DELAY_TAKEN, MOUNT_TAKEN];
+const TOLD_ELSEWHERE: [Topic; 8] =
+    [GRAVITY_TORQUE, TORQUE_SEEN, TORQUE_AT_LIMITS, OTHER_MOTION, ROTORS_TAKEN, DELAY_TAKEN, MOUNT_TAKEN, BODIES_TAKEN];
 
 /// What agrees and what cannot be told, a line each, and an empty line behind them.
 fn write_claims<'a>(f: &mut fmt::Formatter<'_>, claims: impl IntoIterator<Item = &'a Claim>) -> fmt::Result {

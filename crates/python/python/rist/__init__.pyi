@@ -659,6 +659,7 @@ def identify(
     logs: Logs,
     *,
     consistent: bool = False,
+    free_bodies: bool = False,
     gain: Mapping[str, float | tuple[float, float]] | None = None,
     unknowns: Sequence[Literal["mount", "zeros", "scales", "springs"]] | None = None,
     covariance: bool = False,
@@ -691,6 +692,8 @@ def identify(
     Options:
     - consistent: Physically consistent parameters: only bodies that can exist. Where the log says nothing, they
       stay near the bodies of the description [default: False]
+    - free_bodies: Leave the bodies free where a log is poor, in place of those that can exist where they predict
+      it better [default: False]
     - gain: Torque per unit of current of a drive, N m/A [default: as the file says]. Where only some drives are
       given, the others are estimated; q5=11+-2 expects a gain near 11
     - unknowns: What is unknown beside the parameters, of all joints: mount, zeros, scales, springs. The estimate

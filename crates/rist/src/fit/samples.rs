@@ -1,7 +1,6 @@
 //! Identifies parameters from logs, step by step: gains, delay, friction, fit, bodies that can exist, load, remarks.
 
 use identification::estimate::consistent::{bodies, identify_consistent};
-use identification::estimate::described::described_residuals;
 use identification::estimate::essential::keep_essential;
 use identification::estimate::identify::Fit;
 use identification::estimate::impossible::impossible;
@@ -23,6 +22,7 @@ use crate::fit::candidates::delay::delay;
 use crate::fit::candidates::friction::{asked_friction, joint_friction};
 use crate::fit::candidates::gains::gains;
 use crate::fit::candidates::mount::mount;
+use crate::fit::candidates::possible_bodies::{described_error, possible_bodies};
 use crate::fit::candidates::rates::rates;
 use crate::fit::candidates::rotors::{rotors, significant_rotors};
 use crate::fit::candidates::unknowns::Unknowns;
@@ -147,7 +147,12 @@ pub fn identify_loaded(
     request: &IdentifyRequest,
 ) -> Result<Identification, Error> {
     request.check()?;
-    let kept = if request.consistent { Kept::Consistent } else { Kept::All };
+    let kept = match (request.consistent, request.free_bodies) {
+        (true, true) => return Err(Error::new("[free_bodies=true] and [consistent=true] exclude one another")),
+        (true, false) => Kept::Consistent,
+        (false, true) => Kept::Free,
+        (false, false) => Kept::All,
+    };
     identify_kept(model, logs, loaded, &request.samples, kept)
 }
 
@@ -166,8 +171,8 @@ pub fn identify_essential(
 }
 
 /// What is tried where nobody decided, in this order.
-const CANDIDATES: [Candidate; 8] =
-    [gains, rates, rotors, delay, asked_friction, significant_rotors, mount, joint_friction];
+const CANDIDATES: [Candidate; 9] =
+    [gains, rates, rotors, delay, asked_friction, significant_rotors, mount, joint_friction, possible_bodies];
 
 fn identify_kept(
     model: &Model,
@@ -196,7 +201,12 @@ fn identify_kept(
     }
     let held_out = fit.estimate.cross_validation;
     let logs_left_out = left_out(model, &fit, &options, described_parameters.as_deref());
-    let found = found_bodies(model, fit, kept, &options)?;
+    let kept = if decided.possible_bodies { Kept::Consistent } else { kept };
+    let mut found = found_bodies(model, fit, kept, &options)?;
+    if decided.possible_bodies {
+        // Nobody asked for a file of bodies.
+        (found.bodies, found.evidence, found.outgrown) = (None, None, Vec::new());
+    }
 
     // The remarks, and the gains that the estimate stands on.
     let fingerprint = Some(model.reference.fingerprint.clone());
@@ -233,12 +243,6 @@ fn identify_kept(
 /// Each log predicted by parameters from the others, where there are several. `described`: the base parameters of the description.
 fn left_out(model: &Model, fit: &Fit, options: &Options, described: Option<&[f64]>) -> Vec<LogLeftOut> {
     logs_left_out(&options.linear_model(model.regressor()), fit, described)
-}
-
-/// |tau - W X| / |tau| with these base parameters, and friction fitted to the remainder.
-fn described_error(model: &Model, fit: &Fit, options: &Options, parameters: &[f64]) -> f64 {
-    let linear = options.linear_model(model.regressor());
-    described_residuals(&linear, &fit.observation.joints(|_| true), &fit.weights, parameters).total
 }
 
 /// An estimate, with its bodies where only those that can exist were asked for.

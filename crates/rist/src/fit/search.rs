@@ -44,8 +44,10 @@ const NEGLIGIBLE_ERROR: f64 = 1e-3;
 /// Which parameters are kept.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Kept {
-    /// All.
+    /// All; of bodies that can exist where the logs are poor.
     All,
+    /// All, whatever the bodies.
+    Free,
     /// Those that the data need; the others are zero.
     Essential,
     /// All, of bodies that can exist. Where the logs do not determine them, the description does.
@@ -127,6 +129,8 @@ pub struct Decisions {
     pub joint_terms: Option<JointTerms>,
     /// The last step of unknowns; what they are stands in the options and the description.
     pub unknowns: Vec<Step>,
+    /// Whether the parameters are those of bodies that can exist, which nobody asked for.
+    pub possible_bodies: bool,
     /// A sentence on each decision.
     pub sentences: Vec<String>,
     /// What was mended without being asked for, with the errors without it and with it.
@@ -143,6 +147,7 @@ impl Decisions {
             delay: later.delay.or(self.delay),
             friction: later.friction.or(self.friction),
             joint_terms: later.joint_terms.or(self.joint_terms),
+            possible_bodies: later.possible_bodies || self.possible_bodies,
             ..self
         }
     }

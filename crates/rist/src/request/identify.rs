@@ -90,6 +90,8 @@ request! {
         /// Physically consistent parameters: only bodies that can exist. Where the log says nothing, they stay near the
         /// bodies of the description.
         consistent: bool = false, heading(BODIES);
+        /// Leave the bodies free where a log is poor, in place of those that can exist where they predict it better.
+        free_bodies: bool = false, heading(BODIES);
         ..
         /// What it has in common with an estimate of the parameters that the data need.
         samples: SamplesRequest;

@@ -140,7 +140,7 @@ fn predicted_load(model: &Model, logs: &[LogSource], kept: Kept, options: &Optio
     let fit = Fit::of_records(model.regressor(), &records, names, &options)?;
     let (speed, robust, x) = (fit.observation.speed.clone(), fit.robust.clone(), fit.solution.x.clone());
     let load = match kept {
-        Kept::All | Kept::Essential => fit.solution.x,
+        Kept::All | Kept::Free | Kept::Essential => fit.solution.x,
         Kept::Consistent => {
             let (map, known) = (model.standard_map(), model.reference_bodies());
             identify_consistent(model.regressor(), &map, &known, fit, &options, &Default::default())?.consistent.x

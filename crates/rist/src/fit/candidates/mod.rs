@@ -4,6 +4,7 @@ pub(crate) mod delay;
 pub(crate) mod friction;
 pub(crate) mod gains;
 pub(crate) mod mount;
+pub(crate) mod possible_bodies;
 pub(crate) mod rates;
 pub(crate) mod rotors;
 pub(crate) mod unknowns;
