@@ -267,9 +267,8 @@ impl<'a> Bench<'a> {
             for (suffix, references, weight) in
                 [("", vec![None; 3], 0.1), (", known", known.clone(), 0.1), (", weight 1e-3", vec![None; 3], 1e-3)]
             {
-                let fit = self.fit(&states, Weights::Joint);
                 let consistency = Consistency { prior_weight: weight, ..Consistency::default() };
-                let out = identify_consistent(self.robot, &self.map, &references, fit, &options, &consistency)
+                let out = identify_consistent(self.robot, &self.map, &references, &fit, &options, &consistency)
                     .expect("the map fits the arm");
                 let x = &out.consistent.x;
                 let sigma = out.estimate.parameters.iter().filter_map(|p| p.sigma).collect();

@@ -4,7 +4,7 @@
 //! [`compiled`] one of `generated` stands behind it, or a tape that `rist` hands over; neither can be told from the
 //! other. [`mod@linear_model`] lays [`friction`] and [`coupling`] beside it, in the order of [`row_layout`].
 //! [`parameter`] says what a column is; its name and its [`mod@unit`] follow. [`states`] are the samples that the rows
-//! are made of, and [`column_sizes`] how large a column is elsewhere. [`standard_map`] and [`pseudo_inertia`] lead to bodies; [`known_load`] is a body that was weighed.
+//! are made of. [`standard_map`] and [`pseudo_inertia`] lead to bodies; [`known_load`] is a body that was weighed.
 //! [`yaml`] reads the files in which people write such things.
 //!
 //! It knows the numbers (`numerics`), what a robot is (`robot`), and the regressors of `generated`.
@@ -15,7 +15,6 @@
 #![warn(missing_docs)]
 
 pub mod artefact;
-pub mod column_sizes;
 pub mod compiled;
 pub mod coupling;
 pub mod coupling_parameter;

@@ -212,7 +212,7 @@ impl<'a> Model<'a> {
                     }
                 }
             }
-            of_joint(&states.tau, &mut group[joint.torque()]);
+            of_joint(&states.tau, &mut group[joint.torque_place()]);
         }
         for (i, (coupling, places)) in self.couplings.iter().zip(&self.layout.couplings).enumerate() {
             for (lane, r) in samples.clone().enumerate() {
@@ -248,7 +248,7 @@ impl<'a> Model<'a> {
     #[inline]
     pub fn residual(&self, group: &[Eight], j: usize, x: &[f64]) -> [f64; 8] {
         let joint = &self.layout.joints[j];
-        let mut residual = group[joint.torque()].0;
+        let mut residual = group[joint.torque_place()].0;
         for (&column, &place) in joint.columns.iter().zip(&joint.places) {
             let (entry, x) = (&group[place].0, x[column]);
             for lane in 0..8 {

@@ -32,7 +32,7 @@ pub struct JointEntries {
 impl JointEntries {
     /// The place of the torque.
     #[inline]
-    pub fn torque(&self) -> usize {
+    pub fn torque_place(&self) -> usize {
         self.places.last().copied().unwrap_or_default()
     }
 }

@@ -137,7 +137,7 @@ impl Dataset {
             None => (fit.estimate, fit.solution.x),
             Some(consistency) => {
                 let fit =
-                    identify_consistent(robot, &robot.map(), &robot.references(), fit, &run.options, &consistency)?;
+                    identify_consistent(robot, &robot.map(), &robot.references(), &fit, &run.options, &consistency)?;
                 (fit.estimate, fit.consistent.x)
             }
         };

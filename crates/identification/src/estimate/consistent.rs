@@ -54,8 +54,8 @@ impl Default for Consistency {
 
 /// A consistent estimate, with least squares and the solver's account beside it.
 pub struct ConsistentFit {
-    /// Least squares on the same rows.
-    pub least_squares: Fit,
+    /// Residual of least squares on the same rows, over the torques.
+    pub least_residual: f64,
     /// The solver's account, with all standard parameters.
     pub consistent: Consistent,
     /// Base parameters and friction, values of the consistent solution.
@@ -70,7 +70,7 @@ pub fn identify_consistent(
     regressor: &dyn Regressor,
     map: &StandardMap,
     references: &[Option<Ten>],
-    fit: Fit,
+    fit: &Fit,
     options: &Options,
     consistency: &Consistency,
 ) -> Result<ConsistentFit, Error> {
@@ -85,7 +85,7 @@ pub fn identify_consistent(
     }
     let model = options.linear_model(regressor);
     let joints = fit.observation.joints(|_| true);
-    let (weights, prior) = (weights(&fit, options), prior(&model, &fit, references, consistency));
+    let (weights, prior) = (weights(fit, options), prior(&model, fit, references, consistency));
     let consistent = with_held_friction(&model, weighted(&joints, &weights), |rows| consistent(rows, map, &prior));
     let residual = residuals(&model, &joints, &consistent.x);
     let mut estimate = Estimate {
@@ -107,7 +107,7 @@ pub fn identify_consistent(
         *parameter = parameter.clone().with_value(x);
     }
     estimate.remarks.push(account(&consistent, &estimate, &fit.estimate, prior.discount));
-    Ok(ConsistentFit { least_squares: fit, consistent, estimate })
+    Ok(ConsistentFit { least_residual: left(&fit.estimate), consistent, estimate })
 }
 
 /// Quarters of the record are predicted from the others: what a poor record lacks, a tenth does not show.
@@ -168,16 +168,16 @@ fn with_held_friction(model: &Model, mut rows: Triangle, solve: impl Fn(&Triangl
         true => (0..model.p()).filter(|&c| is_load(&model.parameters[c])).collect(),
         false => Vec::new(),
     };
-    for c in (0..model.p()).filter(|&c| offset_beside_weight(model, &model.parameters[c]).is_some()) {
-        hold(&mut rows, c, 0.0);
-    }
+    let is_held = |c: &usize| offset_beside_weight(model, &model.parameters[*c]).is_some();
+    let mut known: Vec<(usize, f64)> = (0..model.p()).filter(is_held).map(|c| (c, 0.0)).collect();
     loop {
+        known.drain(..).for_each(|(c, value)| hold(&mut rows, c, value));
         let found = solve(&rows);
         let beyond = |c: usize| (found.x[c] - found.x[c].clamp(0.0, LARGEST_LOAD_COEFFICIENT)).abs();
         let worst = open.iter().copied().max_by(|&a, &b| beyond(a).total_cmp(&beyond(b)));
         let Some(c) = worst.filter(|&c| beyond(c) > LOAD_COEFFICIENT_TOLERANCE) else { return found };
         open.retain(|&other| other != c);
-        hold(&mut rows, c, found.x[c].clamp(0.0, LARGEST_LOAD_COEFFICIENT));
+        known.push((c, found.x[c].clamp(0.0, LARGEST_LOAD_COEFFICIENT)));
     }
 }
 
@@ -228,7 +228,7 @@ const LARGE_RESIDUAL_SHARE: f64 = 0.02;
 impl ConsistentFit {
     /// Why these bodies are not to be used; `None` where nothing speaks against them.
     pub fn refusal(&self) -> Option<String> {
-        let (total, least) = (left(&self.estimate), left(&self.least_squares.estimate));
+        let (total, least) = (left(&self.estimate), self.least_residual);
         if self.consistent.outcome == Outcome::Stalled {
             return Some("the bodies nearest to the data were not found: the solver stalled".into());
         }

@@ -9,13 +9,13 @@
 use std::cell::RefCell;
 use std::ops::Range;
 
-use linear_model::column_sizes::{NEGLIGIBLE_COLUMN_SHARE, column_sizes};
 use linear_model::linear_model::Model;
 use linear_model::states::States;
 use logs::Error;
 use numerics::triangle::{ColumnTriangle, Triangle, select};
 use processor::{in_parallel, threads};
 
+use crate::rows::column_sizes::{NEGLIGIBLE_COLUMN_SHARE, column_sizes};
 use crate::signals::records::Records;
 
 /// The weight of a row as a function of its residual: `weight(j, tau - W x)`.

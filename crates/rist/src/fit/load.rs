@@ -13,6 +13,7 @@ use identification::estimators::payload::payload;
 use identification::rows::observation::Observation;
 use identification::signals::records::SourceRecords;
 use linear_model::pseudo_inertia::{Centroidal, Ten, centroidal, smallest_eigenvalue};
+use linear_model::standard_map::StandardMap;
 use logs::LogSource;
 use nalgebra::DMatrix;
 use robot::{Inertial, LinkId, transform_inertial};
@@ -79,6 +80,7 @@ impl Scales<'_> {
 /// Fails where the link does not exist or is ambiguous, or the logs cannot be read.
 pub(crate) fn load(
     model: &Model,
+    map: &StandardMap,
     link: Option<&str>,
     fit: &Fit,
     loaded: &[LogSource],
@@ -87,10 +89,11 @@ pub(crate) fn load(
 ) -> Result<Load, Error> {
     let index = body(model, link)?;
     let linear = options.linear_model(model.regressor());
+    let of_scales = scales.covariance(linear.n());
     let records = SourceRecords::new(model.regressor(), loaded, &options.preparation())?;
     let with = Observation::of_records(&linear, &records, None)?.joints(|_| true);
     let without = fit.observation.joints(|_| true);
-    let found = payload(&without, &with, &fit.weights, &model.standard_map(), index)?;
+    let found = payload(&without, &with, &fit.weights, map, index)?;
     let carrier = model.robot.link(model.body_links()[index]);
 
     // x' = T x: columns of T are the unit parameters in the other frame.
@@ -102,7 +105,7 @@ pub(crate) fn load(
     let parameters = std::array::from_fn(|i| (0..10).map(|k| frame[(i, k)] * found.parameters[k]).sum());
     // Residuals of logs are correlated in time, so intervals are wider than for white noise.
     let by_scale = DMatrix::from_fn(10, found.by_scale.len(), |i, j| found.by_scale[j][i]);
-    let of_scales = &by_scale * scales.covariance(found.by_scale.len()) * by_scale.transpose();
+    let of_scales = &by_scale * of_scales * by_scale.transpose();
     let covariance = &frame * (&found.covariance * fit.estimate.discount() + of_scales) * frame.transpose();
     let sigma = std::array::from_fn(|i| covariance[(i, i)].max(0.0).sqrt());
     let scale = match scales.gains {

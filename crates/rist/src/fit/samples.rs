@@ -13,6 +13,7 @@ use identification::estimate::remarks::outgrown;
 use identification::estimate::standing_torque::{farther_at_rest, offset_beside_weight};
 use identification::estimate::verdict::{BodiesEvidence, Evidence, Prediction, Trust, Verdict};
 use linear_model::pseudo_inertia::Ten;
+use linear_model::standard_map::StandardMap;
 use logs::LogSource;
 use robot::{Inertial, LinkId};
 
@@ -78,20 +79,6 @@ impl Identification {
         self.estimate.remarks.splice(..0, unknowns.remarks);
         self.decided.unknowns.append(&mut unknowns.steps);
         Identification { model: self.model.or(unknowns.model), ..self }
-    }
-
-    /// Says that torques are up to the gains of servos, and holds nothing against a description in N m.
-    fn in_own_scale(mut self) -> Identification {
-        self.passport.efforts_are_position_errors(OWN_SCALE);
-        self.estimate.remarks.insert(0, OWN_SCALE.into());
-        if let Some(bodies) = &mut self.bodies {
-            bodies.refusal = Some(format!("{OWN_SCALE}: no body in kg follows without [gain]"));
-        }
-        if let Some(evidence) = &mut self.bodies_evidence {
-            evidence.refusal = self.bodies.as_ref().and_then(|bodies| bodies.refusal.clone());
-            evidence.masses.clear();
-        }
-        Identification { described: None, described_parameters: None, ..self }
     }
 
     /// Whether to trust the estimate. If the answer is no, the estimate says so from now on. `prediction`: of logs that
@@ -188,36 +175,42 @@ fn identify_kept(
     let is_own_scale = is_own_scale(model, logs, &request.gain, &options)?;
     let searched =
         search(model, Asked { logs, request, kept }, options, &CANDIDATES, &|tried: Tried<'_>| tried.finish())?;
-    let Searched { model: changed, options, found: decided, end: (passport, Fitted { mut fit, faults }) } = searched;
+    let Searched { model: changed, options, found: decided, end: (mut passport, Fitted { mut fit, faults }) } =
+        searched;
     let model = changed.as_ref().unwrap_or(model);
-    let gains = decided.gains.as_ref();
+    let (gains, map) = (decided.gains.as_ref(), model.standard_map());
     let link = request.loaded_link.as_deref();
     let scales = Scales { gains, faults: &faults, passport: &passport };
-    let load = (!loaded.is_empty()).then(|| load(model, link, &fit, loaded, &options, &scales)).transpose()?;
-    let (noise, described_parameters) = (Noise::of(&fit), model.described_parameters());
-    let described = described_parameters.as_ref().map(|x| described_error(model, &fit, &options, x));
-    if kept == Kept::Essential {
-        keep_essential(model.regressor(), &mut fit, &options);
-    }
-    let held_out = fit.estimate.cross_validation;
-    let logs_left_out = left_out(model, &fit, &options, described_parameters.as_deref());
+    let of_gains = gains.map(|found| gain_remark(model, logs, &request.gain, found));
+    let load = (!loaded.is_empty()).then(|| load(model, &map, link, &fit, loaded, &options, &scales)).transpose()?;
+    let noise = Noise::of(&fit);
     let kept = if decided.possible_bodies { Kept::Consistent } else { kept };
-    let mut found = found_bodies(model, fit, kept, &options)?;
+    let mut found = found_bodies(model, &map, &mut fit, kept, &options)?;
     if decided.possible_bodies {
         // Nobody asked for a file of bodies.
         (found.bodies, found.evidence, found.outgrown) = (None, None, Vec::new());
+    }
+    let described_parameters = model.described_parameters();
+    let described = described_parameters.as_ref().map(|x| described_error(model, &fit, &options, x));
+    let logs_left_out = logs_left_out(&options.linear_model(model.regressor()), &fit, described_parameters.as_deref());
+    if is_own_scale {
+        found.refuse(format!("{OWN_SCALE}: no body in kg follows without [gain]"));
     }
 
     // The remarks, and the gains that the estimate stands on.
     let fingerprint = Some(model.reference.fingerprint.clone());
     let mut estimate = Estimate { fingerprint, description: model.description.clone(), ..found.estimate };
-    estimate.remarks.extend(gains.map(|found| gain_remark(model, logs, &request.gain, found)));
+    estimate.remarks.extend(of_gains);
     let unsure = UnsureTorques::widening(&mut estimate, noise, gains, &faults, model, &options);
-    estimate.doubts.extend(impossible(&model.standard_map(), &estimate));
+    estimate.doubts.extend(impossible(&map, &estimate));
     estimate.remarks.splice(..0, decided.sentences.clone());
-    let outgrown = found.outgrown.into_iter().filter(|_| !is_own_scale);
-    estimate.remarks.extend(of_left_out(&logs_left_out, &estimate.logs).into_iter().chain(outgrown));
+    estimate.remarks.extend(of_left_out(&logs_left_out, &estimate.logs));
+    estimate.remarks.extend(found.outgrown);
     widen_by_unknowns(&mut estimate, &decided.unknowns);
+    if is_own_scale {
+        passport.efforts_are_position_errors(OWN_SCALE);
+        estimate.remarks.insert(0, OWN_SCALE.into());
+    }
     let found = Identification {
         model: changed,
         estimate,
@@ -225,24 +218,18 @@ fn identify_kept(
         load,
         bodies: found.bodies,
         passport,
-        described,
-        held_out,
+        described: described.filter(|_| !is_own_scale),
+        held_out: fit.estimate.cross_validation,
         logs_left_out,
         bodies_evidence: found.evidence,
         unsure,
         faults,
-        described_parameters,
+        described_parameters: described_parameters.filter(|_| !is_own_scale),
     };
-    let found = if is_own_scale { found.in_own_scale() } else { found };
     Ok(match unknowns {
         Some(unknowns) => found.with_unknowns(unknowns),
         None => found,
     })
-}
-
-/// Each log predicted by parameters from the others, where there are several. `described`: the base parameters of the description.
-fn left_out(model: &Model, fit: &Fit, options: &Options, described: Option<&[f64]>) -> Vec<LogLeftOut> {
-    logs_left_out(&options.linear_model(model.regressor()), fit, described)
 }
 
 /// An estimate, with its bodies where only those that can exist were asked for.
@@ -254,14 +241,37 @@ struct FoundBodies {
     outgrown: Vec<String>,
 }
 
-/// The estimate whose bodies can exist, where only such were asked for. Where the logs do not determine them, the description does.
-fn found_bodies(model: &Model, fit: Fit, kept: Kept, options: &Options) -> Result<FoundBodies, Error> {
-    if kept != Kept::Consistent {
-        return Ok(FoundBodies { estimate: fit.estimate, bodies: None, evidence: None, outgrown: Vec::new() });
+impl FoundBodies {
+    /// Forbids the bodies, for torques that are up to the gains of servos: nothing is held against a description in N m.
+    fn refuse(&mut self, why: String) {
+        self.outgrown.clear();
+        if let (Some(bodies), Some(evidence)) = (&mut self.bodies, &mut self.evidence) {
+            evidence.refusal = Some(why.clone());
+            evidence.masses.clear();
+            bodies.refusal = Some(why);
+        }
     }
-    let (map, known) = (model.standard_map(), model.reference_bodies());
-    let found = identify_consistent(model.regressor(), &map, &known, fit, options, &Default::default())?;
-    let named: Vec<(&str, Ten)> = bodies(&map, &found.consistent.phi).collect();
+}
+
+/// The estimate whose bodies can exist, where only such were asked for. Where the logs do not determine them, the description does.
+fn found_bodies(
+    model: &Model,
+    map: &StandardMap,
+    fit: &mut Fit,
+    kept: Kept,
+    options: &Options,
+) -> Result<FoundBodies, Error> {
+    let (known, rotors) = (model.reference_bodies(), rotor_columns(model));
+    if kept == Kept::Essential {
+        keep_essential(model.regressor(), fit, options);
+    }
+    if kept != Kept::Consistent {
+        return Ok(FoundBodies { estimate: fit.estimate.clone(), bodies: None, evidence: None, outgrown: Vec::new() });
+    }
+    let found = identify_consistent(model.regressor(), map, &known, fit, options, &Default::default())?;
+    let phi = &found.consistent.phi;
+    let armatures = rotors.into_iter().map(|column| column.map_or(0.0, |c| phi[c])).collect();
+    let named: Vec<(&str, Ten)> = bodies(map, phi).collect();
     let describe = |(body, known): (&(&str, Ten), &Option<Ten>)| outgrown(body, known.as_ref()?);
     let ratio = |((name, body), known): (&(&str, Ten), &Option<Ten>)| {
         let described = known.as_ref()?[9];
@@ -269,7 +279,7 @@ fn found_bodies(model: &Model, fit: Fit, kept: Kept, options: &Options) -> Resul
     };
     let linear = options.linear_model(model.regressor());
     let at_rest = model.described_parameters().and_then(|described| {
-        let Fit { solution, observation, .. } = &found.least_squares;
+        let Fit { solution, observation, .. } = &*fit;
         farther_at_rest(
             &linear,
             &solution.x,
@@ -284,7 +294,7 @@ fn found_bodies(model: &Model, fit: Fit, kept: Kept, options: &Options) -> Resul
     let links = model.body_links().into_iter().zip(named.iter().map(|(_, x)| *x)).collect();
     let refusal = found.refusal();
     Ok(FoundBodies {
-        bodies: Some(Bodies { links, armatures: armatures(model, &found.consistent.phi), refusal: refusal.clone() }),
+        bodies: Some(Bodies { links, armatures, refusal: refusal.clone() }),
         evidence: Some(BodiesEvidence {
             refusal,
             masses: named.iter().zip(&known).filter_map(ratio).collect(),
@@ -296,13 +306,12 @@ fn found_bodies(model: &Model, fit: Fit, kept: Kept, options: &Options) -> Resul
     })
 }
 
-/// Rotor inertias by coordinate, kg m^2 (kg); zero where the model has none.
-fn armatures(model: &Model, phi: &[f64]) -> Vec<f64> {
+/// By coordinate, which standard parameter its rotor inertia is, kg m^2 (kg); `None` where the model has none.
+fn rotor_columns(model: &Model) -> Vec<Option<usize>> {
     let robot = &model.robot;
     let of_link = |link: LinkId| {
         let is_rotor = |s: &robot::StandardParameter| s.inertial == Inertial::Ia && s.link == link;
-        model.parameters.standard.iter().position(is_rotor).map_or(0.0, |c| phi[c])
+        model.parameters.standard.iter().position(is_rotor)
     };
-    let joint = |k: usize| robot.joint_of(robot::value::CoordinateId(k));
-    (0..robot.n_coordinates()).map(|k| joint(k).map_or(0.0, of_link)).collect()
+    (0..robot.n_coordinates()).map(|k| robot.joint_of(robot::value::CoordinateId(k)).and_then(of_link)).collect()
 }

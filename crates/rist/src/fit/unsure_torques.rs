@@ -163,11 +163,11 @@ impl UnsureTorques {
 
     /// With the covariance that noise leaves, and the rest that makes the parameters unsure.
     fn errors_by(&self, noise: &[Vec<f64>], model: &Model, options: &Options, estimate: &Estimate) -> Vec<TorqueError> {
-        let rest = &self.covariance;
+        let (rest, range) = (&self.covariance, allowed(model, &self.seen));
         let noise = widened(noise, &rest.of_gains);
         let unsure = Unsure { covariance: &noise, changes: &rest.of_faults, logs: &rest.of_logs, open: &self.open };
         let linear = options.linear_model(model.regressor());
-        torque_errors(&linear, &values(estimate), unsure, &self.seen, &allowed(model, &self.seen))
+        torque_errors(&linear, &values(estimate), unsure, &self.seen, &range)
     }
 }
 

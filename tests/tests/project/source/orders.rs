@@ -153,7 +153,6 @@ pub(crate) const ORDERS: [(&str, &[&str]); 19] = [
             "coupling",
             "states",
             "regressor",
-            "column_sizes",
             "differentiable",
             "compiled",
             "row_layout",

@@ -143,7 +143,7 @@ fn predicted_load(model: &Model, logs: &[LogSource], kept: Kept, options: &Optio
         Kept::All | Kept::Free | Kept::Essential => fit.solution.x,
         Kept::Consistent => {
             let (map, known) = (model.standard_map(), model.reference_bodies());
-            identify_consistent(model.regressor(), &map, &known, fit, &options, &Default::default())?.consistent.x
+            identify_consistent(model.regressor(), &map, &known, &fit, &options, &Default::default())?.consistent.x
         }
     };
     Ok(Predicted { load: load[..model.regressor().parameters().len()].to_vec(), speed, x, robust })
