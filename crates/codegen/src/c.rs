@@ -121,7 +121,7 @@ fn macros(prefix: &str, bound: &[(&Documented, Function)], has_controller: bool)
         source += MUL_ADD;
     }
     if takes_sines {
-        source += c_sine::SIN_COS_OF_EACH;
+        source += &c_sine::sin_cos_of_each();
     }
     let calls = [("sqrt", takes_roots), ("tanh", has_controller)];
     if calls.iter().any(|(_, is_called)| *is_called) {

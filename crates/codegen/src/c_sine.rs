@@ -1,4 +1,4 @@
-//! Sine and cosine in C without a library: the operations of the Rust file (numbers.rs), so that the bits are the same
+//! Sine and cosine in C without a library: the operations of the Rust file (sine.rs), so that the bits are the same
 //! wherever both fuse or neither does.
 //!
 //! The inner loop is as wide as a vector register: gcc and clang put it into one at -O2. The library's functions stay for
@@ -7,6 +7,7 @@
 
 use expr::{Function, Node};
 
+use crate::sine::{self, between, polynomials};
 use crate::steps::Angle;
 
 /// The largest number of angles to a vector register.
@@ -18,7 +19,37 @@ pub(crate) fn is_read(functions: &[&Function]) -> bool {
 }
 
 /// What a source file has before its functions; `fused` and `fusedf` are a b + c of double and of float.
-pub(crate) const SIN_COS_OF_EACH: &str = r"
+pub(crate) fn sin_cos_of_each() -> String {
+    let of_double = sin_cos_of_double(&sine::statements("f64"));
+    let of_float = in_float(&sin_cos_of_double(&sine::statements("f32")));
+    [LIBRARY, DOC_OF_DOUBLE, &of_double, DOC_OF_FLOAT, &of_float, LOOP].concat()
+}
+
+/// The function of one angle, with the numbers and the polynomials of the statements of Rust.
+fn sin_cos_of_double(statements: &str) -> String {
+    let number = |name: &str| between(statements, name, ";\n").rsplit(" = ").next().unwrap_or("");
+    let parts = number("PARTS").trim_matches(['[', ']']).split(", ");
+    let text = OF_DOUBLE.replace("ROUND", number("ROUND")).replace("REACH", number("REACH"));
+    let text = ["PART0", "PART1", "PART2"].iter().zip(parts).fold(text, |text, (name, x)| text.replace(name, x));
+    text.replace("POLYNOMIALS", &polynomials(statements).replace("let ", ""))
+}
+
+/// A function of doubles as one of floats; its comments stand in that of doubles.
+fn in_float(function: &str) -> String {
+    const ENDS: [char; 5] = [' ', ',', ')', ';', '\n'];
+    let with_suffix = |piece: &str| {
+        let (word, end) = piece.split_at(piece.trim_end_matches(ENDS).len());
+        let is_number = word.contains('.') && word.ends_with(|c: char| c.is_ascii_digit());
+        format!("{word}{}{end}", if is_number { "f" } else { "" })
+    };
+    let lines = function.split_inclusive('\n').filter(|line| !line.starts_with("    /*"));
+    let text: String = lines.flat_map(|line| line.split_inclusive(ENDS)).map(with_suffix).collect();
+    let changes = [("double", "float"), ("fused(", "fusedf("), ("uint64", "uint32"), ("<< 62", "<< 30")];
+    let text = changes.iter().fold(text, |text, (of_double, of_float)| text.replace(of_double, of_float));
+    text.replace("0.6366197723675814f", "0.63661975f")
+}
+
+const LIBRARY: &str = r"
 /* Angles to a vector register. */
 #if defined(__AVX__)
 #define LANES 4
@@ -40,37 +71,35 @@ static void sin_cos_of_each(int n, const real *angles, real *sines, real *cosine
     }
 }
 #else
+";
+
+const DOC_OF_DOUBLE: &str = "\
 /*
  * Within 2e-16 of the sine and cosine of x for |x| < 2^27, NaN beyond. Reduction to [-pi/4, pi/4] by three parts of pi/2
  * (Cody and Waite 1980, the parts of Cephes), then the minimax polynomials of fdlibm (Sun Microsystems 1993).
  */
+";
+
+const OF_DOUBLE: &str = "\
 static inline void sin_cos_of_double(double angle, double *sine, double *cosine)
 {
 #if defined(__clang__)
 #pragma clang fp reassociate(off)
 #endif
     /* Adding 1.5 * 2^52 rounds to an integer and leaves it in the low bits. */
-    const double round = 6755399441055744.0;
+    const double round = ROUND;
     const double turns = fused(angle, 0.6366197723675814, round);
     const double n = turns - round;
     /* Overflows from 2^27 on: n would have more digits than the parts leave to it. */
-    const double reach = angle * 1.3393857589828342e300;
+    const double reach = angle * REACH;
     /* The parts are negative, not n: clang may regroup a negation, whatever the pragma says. */
-    double x = fused(n, -7.549789415861596e-8, fused(n, -1.570796251296997, angle));
+    double x = fused(n, -PART1, fused(n, -PART0, angle));
     double z, s, c;
     union { double number; uint64_t bits; } turned, to_s, to_c;
     uint64_t quadrant, swapped;
-    x = fused(n, -5.390302858158119e-15, x) * fused(0.0, reach, 1.0);
+    x = fused(n, -PART2, x) * fused(0.0, reach, 1.0);
     z = x * x;
-    s = fused(z, 1.58969099521155e-10, -2.5050760253406863e-8);
-    s = fused(z, fused(z, s, 2.7557313707070068e-6), -1.984126982985795e-4);
-    s = fused(z, fused(z, s, 8.33333333332249e-3), -1.6666666666666632e-1);
-    s = fused(x * z, s, x);
-    c = fused(z, -1.1359647557788195e-11, 2.087572321298175e-9);
-    c = fused(z, fused(z, c, -2.7557314351390663e-7), 2.480158728947673e-5);
-    c = fused(z, fused(z, c, -1.388888888887411e-3), 4.16666666666666e-2);
-    c = fused(z * z, c, fused(-0.5, z, 1.0));
-    /* An odd quadrant swaps the two; the signs follow from its second bit. */
+POLYNOMIALS    /* An odd quadrant swaps the two; the signs follow from its second bit. */
     turned.number = turns;
     to_s.number = s;
     to_c.number = c;
@@ -81,38 +110,13 @@ static inline void sin_cos_of_double(double angle, double *sine, double *cosine)
     *sine = to_s.number;
     *cosine = to_c.number;
 }
+";
 
+const DOC_OF_FLOAT: &str = "
 /* Within 1e-7 for |x| < 8192, NaN beyond: as for double, with the parts and the polynomials of Cephes for float. */
-static inline void sin_cos_of_float(float angle, float *sine, float *cosine)
-{
-#if defined(__clang__)
-#pragma clang fp reassociate(off)
-#endif
-    const float round = 12582912.0f;
-    const float turns = fusedf(angle, 0.63661975f, round);
-    const float n = turns - round;
-    const float reach = angle * 4.1538375e34f;
-    float x = fusedf(n, -4.837513e-4f, fusedf(n, -1.5703125f, angle));
-    float z, s, c;
-    union { float number; uint32_t bits; } turned, to_s, to_c;
-    uint32_t quadrant, swapped;
-    x = fusedf(n, -7.54979e-8f, x) * fusedf(0.0f, reach, 1.0f);
-    z = x * x;
-    s = fusedf(z, fusedf(z, -1.9515296e-4f, 8.332161e-3f), -1.6666655e-1f);
-    s = fusedf(x * z, s, x);
-    c = fusedf(z, fusedf(z, 2.4433157e-5f, -1.3887316e-3f), 4.1666646e-2f);
-    c = fusedf(z * z, c, fusedf(-0.5f, z, 1.0f));
-    turned.number = turns;
-    to_s.number = s;
-    to_c.number = c;
-    quadrant = turned.bits;
-    swapped = (to_s.bits ^ to_c.bits) & (0 - (quadrant & 1));
-    to_s.bits ^= swapped ^ (quadrant & 2) << 30;
-    to_c.bits ^= swapped ^ ((quadrant + 1) & 2) << 30;
-    *sine = to_s.number;
-    *cosine = to_c.number;
-}
+";
 
+const LOOP: &str = r"
 /* Sines and cosines of n angles. The last vector may overlap the one before; where n < LANES it reads and writes LANES. */
 static void sin_cos_of_each(int n, const real *restrict angles, real *restrict sines, real *restrict cosines)
 {

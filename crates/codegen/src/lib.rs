@@ -9,6 +9,7 @@ mod formula;
 mod numbers;
 mod rust_file;
 mod rust_function;
+mod sine;
 mod steps;
 
 pub use c::{CFiles, c_files};

@@ -26,4 +26,5 @@ pub use function::{Algebra, Count, Function, Input, Output, TellingPlaces, opera
 pub use fusion::{Fusion, Operation};
 pub use graph::{Expr, Graph, Node, Symbol, SymbolKind};
 pub use module::{Constant, Documented, Entries, Module, Value};
+pub use sine::SINE_SOURCE;
 pub use tape::{LaneOutputs, Tape, Workspace};

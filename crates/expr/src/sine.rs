@@ -1,32 +1,35 @@
 //! Sine and cosine as the generated files compute them, so that the tape gives the same bits.
 //!
 //! Reduction to [-pi/4, pi/4] by three parts of pi/2 [Cody, Waite 1980], then the minimax polynomials of fdlibm. Within
-//! 2e-16 for |x| < 2^27, NaN beyond.
+//! 2e-16 for |x| < 2^27, NaN beyond. `codegen` copies the statements from here.
 
-/// Sine and cosine of x; `mul_add` is a b + c, fused or not.
+/// The text of this file: the statements of `sin_cos`, from `angle` and `fused` to sine and cosine, stand in generated files.
+pub const SINE_SOURCE: &str = include_str!("sine.rs");
+
+/// Sine and cosine of an angle, rad; `fused` is a b + c, rounded once or twice.
 #[inline(always)]
-pub(crate) fn sin_cos(x: f64, mul_add: impl Fn(f64, f64, f64) -> f64) -> (f64, f64) {
+pub(crate) fn sin_cos(angle: f64, fused: impl Fn(f64, f64, f64) -> f64) -> (f64, f64) {
     // Adding 1.5 * 2^52 rounds to an integer and leaves it in the low bits.
     const ROUND: f64 = 6755399441055744.0;
     const REACH: f64 = 1.3393857589828342e300;
     const PARTS: [f64; 3] = [1.570796251296997, 7.549789415861596e-8, 5.390302858158119e-15];
-    let turns = mul_add(x, std::f64::consts::FRAC_2_PI, ROUND);
+    let turns = fused(angle, core::f64::consts::FRAC_2_PI, ROUND);
     let quadrant = turns.to_bits();
     let n = turns - ROUND;
     // Overflows from 2^27 on and makes the result NaN, because n would have more digits than the parts of pi/2 leave to
     // it.
-    let reach = x * REACH;
-    let x = mul_add(-n, PARTS[2], mul_add(-n, PARTS[1], mul_add(-n, PARTS[0], x)));
-    let x = x * mul_add(0.0, reach, 1.0);
+    let reach = angle * REACH;
+    let x = fused(-n, PARTS[2], fused(-n, PARTS[1], fused(-n, PARTS[0], angle)));
+    let x = x * fused(0.0, reach, 1.0);
     let z = x * x;
-    let s = mul_add(z, 1.58969099521155e-10, -2.5050760253406863e-8);
-    let s = mul_add(z, mul_add(z, s, 2.7557313707070068e-6), -1.984126982985795e-4);
-    let s = mul_add(z, mul_add(z, s, 8.33333333332249e-3), -1.6666666666666632e-1);
-    let s = mul_add(x * z, s, x);
-    let c = mul_add(z, -1.1359647557788195e-11, 2.087572321298175e-9);
-    let c = mul_add(z, mul_add(z, c, -2.7557314351390663e-7), 2.480158728947673e-5);
-    let c = mul_add(z, mul_add(z, c, -1.388888888887411e-3), 4.16666666666666e-2);
-    let c = mul_add(z * z, c, mul_add(-0.5, z, 1.0));
+    let s = fused(z, 1.58969099521155e-10, -2.5050760253406863e-8);
+    let s = fused(z, fused(z, s, 2.7557313707070068e-6), -1.984126982985795e-4);
+    let s = fused(z, fused(z, s, 8.33333333332249e-3), -1.6666666666666632e-1);
+    let s = fused(x * z, s, x);
+    let c = fused(z, -1.1359647557788195e-11, 2.087572321298175e-9);
+    let c = fused(z, fused(z, c, -2.7557314351390663e-7), 2.480158728947673e-5);
+    let c = fused(z, fused(z, c, -1.388888888887411e-3), 4.16666666666666e-2);
+    let c = fused(z * z, c, fused(-0.5, z, 1.0));
     let (s, c) = if quadrant & 1 == 0 { (s, c) } else { (c, s) };
     let sign = |x: f64, bits: u64| f64::from_bits(x.to_bits() ^ (bits & 2) << 62);
     (sign(s, quadrant), sign(c, quadrant.wrapping_add(1)))

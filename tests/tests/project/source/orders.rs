@@ -93,7 +93,10 @@ pub(crate) const ORDERS: [(&str, &[&str]); 19] = [
             "size",
         ],
     ),
-    ("crates/codegen", &["steps", "numbers", "controller", "rust_function", "rust_file", "c_sine", "c", "formula"]),
+    (
+        "crates/codegen",
+        &["steps", "sine", "numbers", "controller", "rust_function", "rust_file", "c_sine", "c", "formula"],
+    ),
     (
         "crates/logs",
         &[
