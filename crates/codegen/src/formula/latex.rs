@@ -1,6 +1,6 @@
 //! Formulas as LaTeX: one `align*` a function, for `\input` into a document with amsmath.
 
-use crate::formula::print::Grammar;
+use crate::formula::print::{Grammar, comment, place};
 use crate::formula::shown::Shown;
 
 const GRAMMAR: Grammar = Grammar {
@@ -11,7 +11,6 @@ const GRAMMAR: Grammar = Grammar {
     root: [r"\sqrt{", "}"],
     sine: [r"\sin(", ")"],
     cosine: [r"\cos(", ")"],
-    brackets: ["(", ")"],
     variable,
 };
 
@@ -20,18 +19,17 @@ const WIDTH: usize = 120;
 
 /// The file.
 pub(crate) fn file(head: &[String], functions: &[Shown]) -> String {
-    let mut text = comment(head);
+    let mut text = comment("%", head);
     for Shown { name, doc, listing } in functions {
-        text += &format!("\n% {name}\n{}", comment(doc));
+        text += &format!("\n% {name}\n{}", comment("%", doc));
         let mut lines = Vec::new();
         for (name, term) in &listing.assignments {
             lines.push(equation(&variable(name), &GRAMMAR.parts(term)));
         }
         for output in &listing.outputs {
             for (row, column, term) in &output.entries {
-                let place =
-                    if output.columns == 1 { format!("{}", row + 1) } else { format!("{},{}", row + 1, column + 1) };
-                lines.push(equation(&format!("{}_{{{place}}}", symbol(&output.name)), &GRAMMAR.parts(term)));
+                let name = format!("{}_{{{}}}", symbol(&output.name), place(output, *row, *column));
+                lines.push(equation(&name, &GRAMMAR.parts(term)));
             }
         }
         if !lines.is_empty() {
@@ -80,8 +78,4 @@ fn symbol(letters: &str) -> String {
         _ if letters.len() == 1 => letters.into(),
         _ => format!("\\mathit{{{}}}", letters.replace('_', r"\_")),
     }
-}
-
-fn comment(lines: &[String]) -> String {
-    lines.iter().map(|line| format!("% {line}").trim_end().to_string() + "\n").collect()
 }

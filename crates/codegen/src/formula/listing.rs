@@ -56,59 +56,18 @@ pub(crate) struct Names {
 }
 
 /// Words that no variable may be called in one of the languages.
-const RESERVED: &[&str] = &[
-    "and",
-    "as",
-    "assert",
-    "break",
-    "case",
-    "catch",
-    "class",
-    "continue",
-    "cos",
-    "def",
-    "del",
-    "elif",
-    "else",
-    "end",
-    "except",
-    "finally",
-    "for",
-    "from",
-    "function",
-    "global",
-    "if",
-    "import",
-    "in",
-    "is",
-    "lambda",
-    "Matrix",
-    "not",
-    "or",
-    "otherwise",
-    "parfor",
-    "pass",
-    "persistent",
-    "pi",
-    "raise",
-    "return",
-    "sin",
-    "spmd",
-    "sqrt",
-    "switch",
-    "symbols",
-    "try",
-    "while",
-    "with",
-    "yield",
-    "zeros",
-];
+const RESERVED: &str = "
+    and as assert break case catch class continue cos def del elif else end except finally for from function
+    global if import in is lambda Matrix not or otherwise parfor pass persistent pi raise return sin spmd
+    sqrt switch symbols try while with yield zeros
+";
 
 impl Names {
     /// The names of inputs and constants; outputs are called as `output_name` says.
     pub(super) fn of(function: &Function) -> Names {
         let graph = function.graph();
-        let taken = RESERVED.iter().map(|w| w.to_string()).chain(function.outputs.iter().map(|o| output_name(&o.name)));
+        let taken =
+            RESERVED.split_whitespace().map(String::from).chain(function.outputs.iter().map(|o| output_name(&o.name)));
         let mut names = Names { of_node: vec![None; graph.nodes().len()], taken: taken.collect(), unnamed: 0 };
         let inputs = function.inputs.iter().flat_map(|i| &i.entries).copied();
         for e in inputs.chain(function.constants().into_iter().map(|c| c.0)) {

@@ -12,8 +12,8 @@ pub(crate) fn file(head: &[String], functions: &[Shown]) -> String {
         let arguments: Vec<&str> = inputs.chain(&listing.constants).map(String::as_str).collect();
         text += &format!("function [{}] = {name}({})\n", outputs.join(", "), arguments.join(", "));
         text += &comment("%", doc);
-        if let Some((first, _)) = functions.first().map(|f| (f.name, ())).filter(|(first, ())| first == name) {
-            text += &format!("%\n% Save as {first}.m\n{}", comment("%", head));
+        if functions[0].name == *name {
+            text += &format!("%\n% Save as {name}.m\n{}", comment("%", head));
         }
         for (input, entries) in &listing.inputs {
             for (k, entry) in entries.iter().enumerate() {

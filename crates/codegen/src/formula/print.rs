@@ -1,6 +1,6 @@
 //! Terms as text, by what sets one language apart from another.
 
-use crate::formula::listing::Term;
+use crate::formula::listing::{ListedOutput, Term};
 
 /// How a language writes an expression.
 pub(crate) struct Grammar {
@@ -14,7 +14,6 @@ pub(crate) struct Grammar {
     pub root: [&'static str; 2],
     pub sine: [&'static str; 2],
     pub cosine: [&'static str; 2],
-    pub brackets: [&'static str; 2],
     pub variable: fn(&str) -> String,
 }
 
@@ -27,13 +26,17 @@ pub(super) const PLAIN: Grammar = Grammar {
     root: ["sqrt(", ")"],
     sine: ["sin(", ")"],
     cosine: ["cos(", ")"],
-    brackets: ["(", ")"],
     variable: str::to_string,
 };
 
 /// Lines behind the mark of a comment.
 pub(super) fn comment(mark: &str, lines: &[String]) -> String {
     lines.iter().map(|line| format!("{mark} {line}").trim_end().to_string() + "\n").collect()
+}
+
+/// `1,2` of a matrix, `1` of a column: the place of an entry, from 1.
+pub(super) fn place(output: &ListedOutput, row: usize, column: usize) -> String {
+    if output.columns == 1 { format!("{}", row + 1) } else { format!("{},{}", row + 1, column + 1) }
 }
 
 /// How tightly a term holds together.
@@ -68,14 +71,11 @@ impl Grammar {
     /// In brackets, unless it holds together as tightly as is asked for.
     fn within(&self, term: &Term, bond: Bond) -> String {
         let (text, own) = self.bonded(term);
-        if own >= bond { text } else { self.enclosed(&self.brackets, &text) }
-    }
-
-    fn enclosed(&self, [before, behind]: &[&str; 2], text: &str) -> String {
-        format!("{before}{text}{behind}")
+        if own >= bond { text } else { format!("({text})") }
     }
 
     fn bonded(&self, term: &Term) -> (String, Bond) {
+        let of = |[before, behind]: [&str; 2], a: &Term| (format!("{before}{}{behind}", self.text(a)), Bond::Single);
         match term {
             Term::Number(x) => (x.to_string(), Bond::Single),
             Term::Variable(name) => ((self.variable)(name), Bond::Single),
@@ -92,9 +92,9 @@ impl Grammar {
                 let [before, between, behind] = self.quotient;
                 (format!("{before}{}{between}{}{behind}", self.within(a, bond), self.within(b, bond)), Bond::Product)
             }
-            Term::Root(a) => (self.enclosed(&self.root, &self.text(a)), Bond::Single),
-            Term::Sine(a) => (self.enclosed(&self.sine, &self.text(a)), Bond::Single),
-            Term::Cosine(a) => (self.enclosed(&self.cosine, &self.text(a)), Bond::Single),
+            Term::Root(a) => of(self.root, a),
+            Term::Sine(a) => of(self.sine, a),
+            Term::Cosine(a) => of(self.cosine, a),
         }
     }
 }

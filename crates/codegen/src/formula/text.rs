@@ -1,6 +1,6 @@
 //! Formulas as plain text: an assignment a line, `#` before what is none.
 
-use crate::formula::print::{PLAIN, comment};
+use crate::formula::print::{PLAIN, comment, place};
 use crate::formula::shown::Shown;
 
 /// The file.
@@ -16,7 +16,7 @@ pub(crate) fn file(head: &[String], functions: &[Shown]) -> String {
         }
         for output in &listing.outputs {
             for (row, column, term) in &output.entries {
-                text += &format!("{} = {}\n", place(&output.name, output.columns, *row, *column), PLAIN.text(term));
+                text += &format!("{}[{}] = {}\n", output.name, place(output, *row, *column), PLAIN.text(term));
             }
             let zeros = output.rows * output.columns - output.entries.len();
             if output.is_whole && zeros > 0 {
@@ -25,9 +25,4 @@ pub(crate) fn file(head: &[String], functions: &[Shown]) -> String {
         }
     }
     text
-}
-
-/// `A[1,2]`, and `tau[1]` of a column.
-fn place(name: &str, columns: usize, row: usize, column: usize) -> String {
-    if columns == 1 { format!("{name}[{}]", row + 1) } else { format!("{name}[{},{}]", row + 1, column + 1) }
 }
