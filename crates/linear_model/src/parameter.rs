@@ -93,8 +93,8 @@ impl FromStr for ParameterId {
                 return Ok(ParameterId::Coupling(parameter, label));
             }
         }
-        for parameter in FrictionParameter::ALL.into_iter().filter(|p| *p != FrictionParameter::Rotor) {
-            if let Some(label) = behind(parameter.letters()) {
+        for (parameter, letters) in FrictionParameter::ALL.into_iter().filter(|(p, _)| *p != FrictionParameter::Rotor) {
+            if let Some(label) = behind(letters) {
                 return Ok(ParameterId::Friction(parameter, label));
             }
         }
@@ -226,49 +226,32 @@ pub enum FrictionParameter {
 }
 
 impl FrictionParameter {
-    const ALL: [FrictionParameter; 16] = {
+    /// All with the letters of their names, in the order of their declaration.
+    const ALL: [(FrictionParameter, &str); 16] = {
         use FrictionParameter::*;
         [
-            Viscous,
-            Coulomb,
-            Offset,
-            ViscousForward,
-            CoulombForward,
-            ViscousBackward,
-            CoulombBackward,
-            Stribeck,
-            StribeckForward,
-            StribeckBackward,
-            Load,
-            LoadForward,
-            LoadBackward,
-            Rotor,
-            ViscousAsymmetry,
-            Root,
+            (Viscous, "FV"),
+            (Coulomb, "FS"),
+            (Offset, "OFF"),
+            (ViscousForward, "FVP"),
+            (CoulombForward, "FSP"),
+            (ViscousBackward, "FVN"),
+            (CoulombBackward, "FSN"),
+            (Stribeck, "FT"),
+            (StribeckForward, "FTP"),
+            (StribeckBackward, "FTN"),
+            (Load, "FL"),
+            (LoadForward, "FLP"),
+            (LoadBackward, "FLN"),
+            (Rotor, "IA"),
+            (ViscousAsymmetry, "FVA"),
+            (Root, "FR"),
         ]
     };
 
     /// The letters of its name.
     pub fn letters(self) -> &'static str {
-        use FrictionParameter::*;
-        match self {
-            Viscous => "FV",
-            Coulomb => "FS",
-            Offset => "OFF",
-            ViscousForward => "FVP",
-            CoulombForward => "FSP",
-            ViscousBackward => "FVN",
-            CoulombBackward => "FSN",
-            Stribeck => "FT",
-            StribeckForward => "FTP",
-            StribeckBackward => "FTN",
-            Load => "FL",
-            LoadForward => "FLP",
-            LoadBackward => "FLN",
-            Rotor => "IA",
-            ViscousAsymmetry => "FVA",
-            Root => "FR",
-        }
+        Self::ALL[self as usize].1
     }
 
     /// Whether it multiplies a speed, so that a negative value drives the joint.
@@ -372,6 +355,13 @@ mod tests {
         ] {
             let id: ParameterId = name.parse().unwrap();
             assert_eq!((id.unit(false).to_string(), id.unit(true).to_string()), (turning.into(), sliding.into()));
+        }
+    }
+
+    #[test]
+    fn each_friction_parameter_stands_at_its_number() {
+        for (k, (parameter, _)) in FrictionParameter::ALL.into_iter().enumerate() {
+            assert_eq!(parameter as usize, k, "{parameter:?}");
         }
     }
 
