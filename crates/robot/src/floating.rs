@@ -5,10 +5,7 @@
 //! rates are those of these coordinates, not the twist of the base; at a pitch of +-pi/2 yaw and roll
 //! turn about one axis and the configuration is singular.
 
-use crate::inertial::Pose;
-use crate::robot::{
-    Coordinate, Drive, Friction, Joint, JointKind, Limits, Link, LinkId, ModifiedDh, Robot, RotorInertia,
-};
+use crate::robot::{Coordinate, Drive, Joint, JointKind, Limits, Link, LinkId, ModifiedDh, Robot};
 use crate::value::Affine;
 use crate::value::{CoordinateId, Value};
 
@@ -70,27 +67,8 @@ fn root_links() -> Vec<Link> {
             Fixed => (Drive::Locked, Affine::constant(Value::ZERO)),
             _ => (Drive::Actuated, Affine::coordinate(CoordinateId(j))),
         };
-        Link {
-            label: name.clone(),
-            antecedent: j.checked_sub(1).map(LinkId),
-            geometry,
-            joint: Joint {
-                name: name.clone(),
-                kind,
-                drive,
-                variable,
-                rotor_inertia: RotorInertia::Absent,
-                friction: Friction::default(),
-                drive_gain: None,
-                follower_effort: None,
-            },
-            name,
-            inertial: None,
-            file_frame: Pose::IDENTITY,
-            parts: Vec::new(),
-            frames: Vec::new(),
-            collisions: Vec::new(),
-        }
+        let joint = Joint::bare(name.clone(), kind, drive, variable);
+        Link::bare(name, j.checked_sub(1).map(LinkId), geometry, joint)
     };
     root.into_iter().enumerate().map(link).collect()
 }

@@ -119,6 +119,24 @@ pub struct Link {
     pub collisions: Vec<Collision>,
 }
 
+impl Link {
+    /// A link that is named by its label, in the file's own frame, without inertial parameters, parts and shapes.
+    pub fn bare(label: String, antecedent: Option<LinkId>, geometry: ModifiedDh, joint: Joint) -> Link {
+        Link {
+            name: label.clone(),
+            label,
+            antecedent,
+            geometry,
+            joint,
+            inertial: None,
+            file_frame: Pose::IDENTITY,
+            parts: Vec::new(),
+            frames: Vec::new(),
+            collisions: Vec::new(),
+        }
+    }
+}
+
 /// The base of a robot as a body.
 #[derive(Clone, Debug, Default)]
 pub struct Base {
@@ -180,6 +198,22 @@ pub struct Joint {
     pub drive_gain: Option<f64>,
     /// What a joint that follows another may bear itself, N m (N).
     pub follower_effort: Option<f64>,
+}
+
+impl Joint {
+    /// A joint without a rotor, of which no friction, gain or effort is known.
+    pub fn bare(name: String, kind: JointKind, drive: Drive, variable: Affine) -> Joint {
+        Joint {
+            name,
+            kind,
+            drive,
+            variable,
+            rotor_inertia: RotorInertia::Absent,
+            friction: Friction::default(),
+            drive_gain: None,
+            follower_effort: None,
+        }
+    }
 }
 
 /// The motion a joint allows, about or along z of its link.

@@ -14,7 +14,7 @@
 
 use expr::{Expr, Function, Graph, Output};
 use nalgebra::DMatrix;
-use robot::{Drive, Joint, Link, LinkId, LoopFrame, Pose, Robot, RotorInertia, Value};
+use robot::{Drive, Joint, Link, LinkId, LoopFrame, Robot, Value};
 
 use crate::kinematics::closure::Closure;
 use crate::kinematics::constants::Constants;
@@ -223,27 +223,8 @@ fn side(robot: &Robot, open: &mut Robot, way: &[LinkId], frame: &LoopFrame, labe
         open.links.push(Link { antecedent, ..robot.link(j).clone() });
         antecedent = Some(LinkId(open.links.len() - 1));
     }
-    open.links.push(Link {
-        name: label.into(),
-        label: label.into(),
-        antecedent,
-        geometry: frame.geometry.clone(),
-        joint: Joint {
-            name: label.into(),
-            kind: frame.kind,
-            drive: Drive::Passive,
-            variable: frame.variable.clone(),
-            rotor_inertia: RotorInertia::Absent,
-            friction: robot::Friction::default(),
-            drive_gain: None,
-            follower_effort: None,
-        },
-        inertial: None,
-        file_frame: Pose::IDENTITY,
-        parts: Vec::new(),
-        frames: Vec::new(),
-        collisions: Vec::new(),
-    });
+    let joint = Joint::bare(label.into(), frame.kind, Drive::Passive, frame.variable.clone());
+    open.links.push(Link::bare(label.into(), antecedent, frame.geometry.clone(), joint));
     LinkId(open.links.len() - 1)
 }
 

@@ -28,7 +28,6 @@ use crate::error::Error;
 use crate::format::expression::{Names, identifiers, is_name};
 use crate::format::node::{Content, Node, Source};
 use crate::format::options::ReadOptions;
-use crate::inertial::Pose;
 use crate::passive;
 use crate::robot::{
     Base, Coordinate, Drive, Format, Joint, JointKind, Limits, Link, LinkId, Loop, LoopFrame, ModifiedDh, Note,
@@ -136,27 +135,16 @@ fn link(
     notes: &mut Vec<Note>,
 ) -> Result<Link, Error> {
     let (kind, drive, geometry, variable) = frames.placed(source, names, owners, j)?;
+    let label = (j + 1).to_string();
     let joint = Joint {
-        name: format!("{}", j + 1),
-        kind,
-        drive,
-        variable,
         rotor_inertia: rotor_inertia(source, table, names, j, drive)?,
         friction: friction(source, table, names, j)?,
-        drive_gain: None,
-        follower_effort: None,
+        ..Joint::bare(label.clone(), kind, drive, variable)
     };
     Ok(Link {
-        name: format!("link {}", j + 1),
-        label: format!("{}", j + 1),
-        antecedent: frames.antecedent(order, j),
-        geometry,
-        joint,
+        name: format!("link {label}"),
         inertial: inertial(source, table, names, j, notes)?,
-        file_frame: Pose::IDENTITY,
-        parts: Vec::new(),
-        frames: Vec::new(),
-        collisions: Vec::new(),
+        ..Link::bare(label, frames.antecedent(order, j), geometry, joint)
     })
 }
 

@@ -20,7 +20,6 @@ use crate::format::budget::MAX_DESCRIPTION_BYTES;
 use crate::format::expression::{Names, identifiers, is_name};
 use crate::format::node::{Content, Fields, Node, Source};
 use crate::format::options::ReadOptions;
-use crate::inertial::Pose;
 use crate::passive;
 use crate::robot::{
     Base, Coordinate, Drive, Format, Joint, JointKind, Limits, Link, PassiveCoordinate, Robot, RotorInertia,
@@ -232,27 +231,14 @@ fn link(
         (Rotors::Actuated, Drive::Actuated) if moves => RotorInertia::Unknown,
         _ => RotorInertia::Absent,
     };
-    Ok(Link {
-        name: draft.name(source)?,
-        label: draft.label.clone(),
-        antecedent: draft.antecedent(source, drafts)?,
-        geometry,
-        joint: Joint {
-            name: draft.label.clone(),
-            kind: draft.kind,
-            drive: draft.drive,
-            variable,
-            rotor_inertia: draft.rotor_inertia(source, names)?.unwrap_or(default),
-            friction: draft.friction(source, names)?,
-            drive_gain: draft.drive_gain(source, names)?,
-            follower_effort: None,
-        },
-        inertial: None,
-        file_frame: Pose::IDENTITY,
-        parts: Vec::new(),
-        frames: Vec::new(),
-        collisions: Vec::new(),
-    })
+    let (name, antecedent) = (draft.name(source)?, draft.antecedent(source, drafts)?);
+    let joint = Joint {
+        rotor_inertia: draft.rotor_inertia(source, names)?.unwrap_or(default),
+        friction: draft.friction(source, names)?,
+        drive_gain: draft.drive_gain(source, names)?,
+        ..Joint::bare(draft.label.clone(), draft.kind, draft.drive, variable)
+    };
+    Ok(Link { name, ..Link::bare(draft.label.clone(), antecedent, geometry, joint) })
 }
 
 /// Every coordinate is moved by exactly one actuated joint, which gives it its limits.
