@@ -7,25 +7,13 @@ use crate::error::Error;
 use crate::robot::Note;
 
 /// Sections that say nothing of the mechanism and that nobody misses.
-const SILENT: [&str; 12] = [
-    "compiler",
-    "option",
-    "size",
-    "visual",
-    "statistic",
-    "default",
-    "asset",
-    "worldbody",
-    "custom",
-    "keyframe",
-    "equality",
-    "actuator",
-];
+const SILENT: &str = "compiler option size visual statistic default asset worldbody custom keyframe equality actuator";
 
 /// One note on the sections that have no meaning here, and one on what acts on bodies.
 pub(super) fn note(root: &Element, bodies: &[Body], joints: &[MjcfJoint], notes: &mut Vec<Note>) -> Result<(), Error> {
     let mut sections: Vec<&str> = Vec::new();
-    for section in root.children.iter().filter(|s| !s.children.is_empty() && !SILENT.contains(&s.tag.as_str())) {
+    let is_silent = |tag: &str| SILENT.split(' ').any(|silent| silent == tag);
+    for section in root.children.iter().filter(|s| !s.children.is_empty() && !is_silent(&s.tag)) {
         if !sections.contains(&section.tag.as_str()) {
             sections.push(&section.tag);
         }

@@ -118,26 +118,11 @@ fn refused_elsewhere(joint: Node, find: &mut impl FnMut(Mistake, String)) {
 /// Numbers that end with a blank or a line break.
 fn blanks(owner: Node, find: &mut impl FnMut(Mistake, String)) {
     let elements = ["mass", "inertia", "limit", "dynamics", "mimic"];
-    let scalars = [
-        "value",
-        "ixx",
-        "ixy",
-        "ixz",
-        "iyy",
-        "iyz",
-        "izz",
-        "lower",
-        "upper",
-        "effort",
-        "velocity",
-        "damping",
-        "friction",
-        "multiplier",
-        "offset",
-    ];
+    let scalars =
+        || "value ixx ixy ixz iyy iyz izz lower upper effort velocity damping friction multiplier offset".split(' ');
     for node in owner.descendants().filter(|n| elements.contains(&n.tag_name().name())) {
-        let blank = |key: &&&str| node.attribute(**key).is_some_and(|x| x.ends_with(char::is_whitespace));
-        let Some(key) = scalars.iter().find(blank) else { continue };
+        let blank = |key: &&str| node.attribute(*key).is_some_and(|x| x.ends_with(char::is_whitespace));
+        let Some(key) = scalars().find(blank) else { continue };
         let tag = node.tag_name().name();
         let does = match tag {
             "mass" => "takes the link for massless",
