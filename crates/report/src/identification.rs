@@ -79,31 +79,40 @@ struct Content {
     times: Vec<(&'static str, String)>,
     /// The robot, and the axis of time that it moves along.
     drawing: Option<(String, &'static str)>,
-    map: Option<MapPart>,
-    grades: Option<Grades>,
-    comparison: Option<Comparison>,
+    has_described: bool,
     verdict: Option<VerdictPart>,
-    method: String,
-    total: String,
-    held_out: Option<String>,
+    portrait: Option<PortraitPart>,
+    estimate: Option<EstimatePart>,
+    plan: Option<PlanPart>,
+    motion: Option<MotionPart>,
+    validation: Option<ValidationPart>,
+    facts: Vec<(&'static str, String)>,
+}
+
+#[derive(Serialize)]
+struct PortraitPart {
     joints: Vec<Joint>,
     part_names: [&'static str; 4],
     logs: Vec<String>,
     /// Samples behind one span of the drawn lines, where there are several.
     thinned: Option<usize>,
     used: Vec<Used>,
-    groups: Vec<Group>,
-    has_described: bool,
-    has_rules: bool,
+    map: Option<MapPart>,
+}
+
+#[derive(Serialize)]
+struct EstimatePart {
     count: usize,
+    method: String,
+    total: Option<String>,
+    held_out: Option<String>,
+    groups: Vec<Group>,
+    has_rules: bool,
+    comparison: Option<Comparison>,
     directions: Vec<DirectionPart>,
     condition: Option<String>,
     tenths: Vec<Tenth>,
     remarks: Vec<String>,
-    plan: Option<PlanPart>,
-    motion: Option<MotionPart>,
-    validation: Option<ValidationPart>,
-    facts: Vec<(&'static str, String)>,
 }
 
 #[derive(Serialize)]
@@ -116,6 +125,7 @@ struct VerdictPart {
     uses: Vec<UsePart>,
     /// What agrees and what cannot be told, a sentence each.
     claims: Vec<String>,
+    grades: Option<Grades>,
 }
 
 #[derive(Serialize)]
@@ -165,48 +175,56 @@ impl Page<'_> {
     }
 
     fn content(&self) -> Content {
-        let estimate = self.estimate;
-        // Of a page with logs the static charts show so many samples in a step.
-        let thinned = |p: &Portrait| {
-            let line = |j: &JointPortrait| j.measured.thinned_to(DRAWN_SPANS).samples_of_a_span();
-            p.joints.iter().map(line).max()
-        };
         let kind = self.kind();
         let times = self.times();
         let drawing = self.drawing(&times);
-        let map = self.portrait.and_then(information::map);
+        let portrait = self.portrait.map(|portrait| self.portrait_part(portrait));
+        let has_map = portrait.as_ref().is_some_and(|part| part.map.is_some());
         Content {
             style: STYLE,
-            script: self.script(!times.is_empty(), map.is_some(), drawing.is_some()),
+            script: self.script(!times.is_empty(), has_map, drawing.is_some()),
             name: self.name(),
             title: kind.to_lowercase(),
             kind,
-            grades: self.verdict.and_then(|verdict| grades::grades(verdict, estimate)),
-            comparison: estimate.zip(self.against).map(|(estimate, other)| comparison(estimate, other)),
             times,
             drawing,
-            map,
-            verdict: self.verdict.map(verdict),
-            method: estimate.map_or(String::new(), |e| e.method.clone()),
-            total: estimate.and_then(|e| e.total).map_or(String::new(), percent),
-            held_out: estimate.and_then(|e| e.cross_validation).map(percent),
-            joints: self.portrait.map(|p| joints::joints(p, estimate)).unwrap_or_default(),
-            part_names: identification::portrait::split::TORQUE_PART_NAMES,
-            logs: self.portrait.map(|p| p.logs.iter().map(|log| log.name.clone()).collect()).unwrap_or_default(),
-            thinned: self.portrait.and_then(thinned).filter(|n| *n > 1),
-            used: self.portrait.map(|p| motion::used(p, self.subject.map(|s| s.robot))).unwrap_or_default(),
-            groups: estimate.map(|e| parameters::groups(e, self.subject)).unwrap_or_default(),
             has_described: self.subject.is_some_and(|s| s.described.is_some()),
-            has_rules: self.subject.is_some(),
-            count: estimate.map_or(0, |e| e.parameters.len()),
-            directions: estimate.map(directions).unwrap_or_default(),
-            condition: estimate.and_then(|e| e.condition_number).filter(|x| x.is_finite()).map(|x| format!("{x:.0}")),
-            tenths: estimate.map(tenths).unwrap_or_default(),
-            remarks: estimate.map(|e| e.remarks.clone()).unwrap_or_default(),
+            verdict: self.verdict.map(|found| verdict(found, self.estimate)),
+            portrait,
+            estimate: self.estimate.map(|estimate| self.estimate_part(estimate)),
             plan: self.plan.map(|plan| experiments::plan(plan, self.plan_proof)),
             motion: self.motion.map(excitation::motion),
             validation: self.validation.map(experiments::validation),
             facts: self.facts(),
+        }
+    }
+
+    fn portrait_part(&self, portrait: &Portrait) -> PortraitPart {
+        // Of a page with logs the static charts show so many samples in a step.
+        let thinned = |j: &JointPortrait| j.measured.thinned_to(DRAWN_SPANS).samples_of_a_span();
+        PortraitPart {
+            joints: joints::joints(portrait, self.estimate),
+            part_names: identification::portrait::split::TORQUE_PART_NAMES,
+            logs: portrait.logs.iter().map(|log| log.name.clone()).collect(),
+            thinned: portrait.joints.iter().map(thinned).max().filter(|n| *n > 1),
+            used: motion::used(portrait, self.subject.map(|s| s.robot)),
+            map: information::map(portrait),
+        }
+    }
+
+    fn estimate_part(&self, estimate: &Estimate) -> EstimatePart {
+        EstimatePart {
+            count: estimate.parameters.len(),
+            method: estimate.method.clone(),
+            total: estimate.total.map(percent),
+            held_out: estimate.cross_validation.map(percent),
+            groups: parameters::groups(estimate, self.subject),
+            has_rules: self.subject.is_some(),
+            comparison: self.against.map(|other| comparison(estimate, other)),
+            directions: directions(estimate),
+            condition: estimate.condition_number.filter(|x| x.is_finite()).map(|x| format!("{x:.0}")),
+            tenths: tenths(estimate),
+            remarks: estimate.remarks.clone(),
         }
     }
 
@@ -282,7 +300,7 @@ impl Page<'_> {
     }
 }
 
-fn verdict(verdict: &Verdict) -> VerdictPart {
+fn verdict(verdict: &Verdict, estimate: Option<&Estimate>) -> VerdictPart {
     let word = match verdict.trust {
         Trust::Yes => "Trust it",
         Trust::WithCare => "With care",
@@ -302,6 +320,7 @@ fn verdict(verdict: &Verdict) -> VerdictPart {
         next: verdict.next.clone(),
         uses: verdict.uses.iter().map(of_use).collect(),
         claims: verdict.claims.iter().filter(|claim| !claim.is_contradicted()).map(claim_line).collect(),
+        grades: grades::grades(verdict, estimate),
     }
 }
 
