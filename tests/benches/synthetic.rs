@@ -334,7 +334,7 @@ fn states(robot: &TapeRobot, record: &Record, arm: &BenchmarkArm, cutoff: Option
         effort_is: Effort::Torque,
         rows: (1..=count).collect(),
         window: None,
-        report: LogReport { uniform: true, period: record.sample_time, ..LogReport::default() },
+        report: LogReport::uniform(count, record.sample_time),
     };
     let order = if cutoff.is_some() { Signal::default().order } else { 0 };
     let signal = Signal { cutoff, order, standstill: Some(0.0), ..Signal::default() };

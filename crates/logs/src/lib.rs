@@ -26,10 +26,12 @@ mod timeline;
 mod wrench_options;
 mod wrenches;
 
-pub use cleaning::account::{GAP_PERIODS, LogReport};
+pub use cleaning::account::{LeftOutRows, LogReport};
+pub use cleaning::clock::{Clock, GAP_PERIODS};
 pub use cleaning::goals::GoalSpan;
 pub use cleaning::raw_words::RawWord;
 pub use cleaning::refresh::Refresh;
+pub use cleaning::rest::Rest;
 pub use cleaning::suspects::Suspect;
 pub use cleaning::turns::{extremes, unwrap_angle};
 pub use cleaning::undriven::Undriven;

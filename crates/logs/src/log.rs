@@ -10,11 +10,12 @@ use serde::{Deserialize, Serialize};
 
 use crate::Error;
 use crate::abreast::abreast;
-use crate::cleaning::account::{GAP_PERIODS, LogReport, MIN_ROWS, even};
+use crate::cleaning::account::{LeftOutRows, LogReport};
+use crate::cleaning::clock::{Clock, GAP_PERIODS, MIN_ROWS, even};
 use crate::cleaning::goals::GoalSpan;
 use crate::cleaning::publishers::foreign_rows;
 use crate::cleaning::refresh::Refresh;
-use crate::cleaning::rest::time_at_rest;
+use crate::cleaning::rest::Rest;
 use crate::cleaning::suspects::Suspect;
 use crate::columns::mapping::Columns;
 use crate::columns::names::ColumnNames;
@@ -117,7 +118,7 @@ impl Log {
         check_texts(table, columns)?;
         // Only a table without lines is taken part by part, and none of its rows is ragged.
         let ragged = if range.start == 0 { table.ragged } else { 0 };
-        let Usable { rows, times, report } = usable_rows(table, columns, range.clone(), clock);
+        let Usable { rows, times, left_out } = usable_rows(table, columns, range.clone(), clock);
         let before = self.t.len();
         self.t.extend(times);
         for (x, s) in self.series_mut().zip(columns.sources()).skip(1) {
@@ -134,7 +135,7 @@ impl Log {
             driven.for_each(|(((s, q), goal), span)| span.take(&s.header, &q[before..], &mut goal[before..]));
         }
         self.rows.extend(rows.iter().map(|r| table.skipped + r + 1));
-        self.report.count(&LogReport { rows: range.len(), ragged, ..report });
+        self.report.count(&LogReport { rows: range.len(), ragged, left_out, ..LogReport::default() });
         Ok(())
     }
 
@@ -188,15 +189,16 @@ impl Log {
 
     /// The parts between gaps of the clock; those too short to be filtered are left out.
     pub fn segments(&self) -> Vec<Log> {
-        let gap = GAP_PERIODS * self.report.period;
+        let period = self.report.clock.period;
+        let gap = GAP_PERIODS * period;
         let mut segments = Vec::new();
         let mut first = 0;
         for end in 1..=self.len() {
             if end == self.len() || self.t[end] - self.t[end - 1] > gap {
                 if end - first >= MIN_ROWS {
                     let mut segment = self.range(first..end);
-                    segment.report.uniform = segment.t.windows(2).all(|w| even(w[1] - w[0], self.report.period));
-                    segment.report.duration = segment.t[segment.len() - 1] - segment.t[0];
+                    segment.report.clock.uniform = segment.t.windows(2).all(|w| even(w[1] - w[0], period));
+                    segment.report.clock.duration = segment.t[segment.len() - 1] - segment.t[0];
                     segments.push(segment);
                 }
                 first = end;
@@ -215,29 +217,16 @@ impl Log {
 
     pub(crate) fn describe(&mut self) {
         self.report.kept = self.len();
-        let mut steps: Vec<f64> = self.t.windows(2).map(|w| w[1] - w[0]).collect();
-        if steps.is_empty() {
-            return;
-        }
-        let longest = steps.iter().copied().fold(0.0, f64::max);
-        let middle = steps.len() / 2;
-        let period = *steps.select_nth_unstable_by(middle, f64::total_cmp).1;
-        let refresh = self.refresh(period);
+        let Some(clock) = Clock::of(&self.t) else { return };
+        let refresh = self.refresh(clock.period);
         let (suspect, wrapped) = self.suspects();
-        let (before, after, rest) = time_at_rest(&self.t, &self.q);
         self.report = LogReport {
             wrapped,
             suspect,
             refresh,
             repeated: (1..self.len()).filter(|&r| self.signals().all(|s| s[r] == s[r - 1])).count(),
-            duration: self.t[self.len() - 1] - self.t[0],
-            period,
-            longest_step: longest,
-            uniform: steps.iter().all(|&s| even(s, period)),
-            gaps: steps.iter().filter(|&&s| s > GAP_PERIODS * period).count(),
-            rest_before: before,
-            rest_after: after,
-            rest,
+            clock,
+            rest: Rest::of(&self.t, &self.q),
             ..self.report.clone()
         };
     }
@@ -286,12 +275,12 @@ fn check_texts(table: &Table, columns: &Columns) -> Result<(), Error> {
 struct Usable {
     rows: Vec<usize>,
     times: Vec<f64>,
-    report: LogReport,
+    left_out: LeftOutRows,
 }
 
 /// The rows with finite numbers and a clock that advances; the others are counted.
 fn usable_rows(table: &Table, columns: &Columns, range: Range<usize>, clock: &mut Timeline) -> Usable {
-    let mut report = LogReport::default();
+    let mut left_out = LeftOutRows::default();
     let mut finite = vec![true; range.len()];
     for source in columns.sources() {
         let column = &table.columns[source.column][range.clone()];
@@ -300,14 +289,14 @@ fn usable_rows(table: &Table, columns: &Columns, range: Range<usize>, clock: &mu
     let (mut rows, mut times) = (Vec::with_capacity(range.len()), Vec::with_capacity(range.len()));
     for (r, finite) in range.zip(finite) {
         if !finite {
-            report.not_finite += 1;
-            report.first_not_finite.get_or_insert(table.line(r));
-        } else if let Some(time) = clock.time(table, columns, r, &mut report) {
+            left_out.not_finite += 1;
+            left_out.first_not_finite.get_or_insert(table.line(r));
+        } else if let Some(time) = clock.time(table, columns, r, &mut left_out) {
             rows.push(r);
             times.push(time);
         }
     }
-    Usable { rows, times, report }
+    Usable { rows, times, left_out }
 }
 
 /// An interval of a log, ends included.
@@ -346,9 +335,12 @@ mod tests {
         });
         let log = read(&text).unwrap();
         let r = &log.report;
-        assert_eq!((r.rows, r.kept, r.not_finite, r.clock_repeated, r.clock_backwards), (200, 195, 3, 1, 1));
-        assert_eq!(r.first_not_finite, Some(12));
-        assert!(!r.uniform);
+        assert_eq!(
+            (r.rows, r.kept, r.left_out.not_finite, r.left_out.clock_repeated, r.left_out.clock_backwards),
+            (200, 195, 3, 1, 1)
+        );
+        assert_eq!(r.left_out.first_not_finite, Some(12));
+        assert!(!r.clock.uniform);
     }
 
     #[test]
@@ -358,8 +350,8 @@ mod tests {
             format!("{t},{},1.0\n", if (2.0..7.0).contains(&t) { (t - 2.0).sin() } else { 0.0 })
         });
         let r = read(&text).unwrap().report;
-        assert!(r.uniform);
-        assert!((r.rest_before - 2.0).abs() < 0.1 && (r.rest_after - 3.0).abs() < 0.1, "{r:?}");
+        assert!(r.clock.uniform);
+        assert!((r.rest.before - 2.0).abs() < 0.1 && (r.rest.after - 3.0).abs() < 0.1, "{r:?}");
         assert!(
             r.to_string().contains("at rest 4.97 s: 1.99 s at the start, 0.00 s between, 2.98 s at the end"),
             "{r}"
@@ -372,7 +364,7 @@ mod tests {
             });
             let r = read(&text).unwrap().report;
             // Rounding of the sums of spans.
-            assert!(r.rest_before + r.rest_after <= r.rest + 1e-9, "{r:?}");
+            assert!(r.rest.before + r.rest.after <= r.rest.total + 1e-9, "{r:?}");
         }
         let still = rows(200, |i| format!("{},0,{}\n", i as f64 * 0.01, i % 7));
         assert!(read(&still).unwrap().report.to_string().contains("at rest throughout"));

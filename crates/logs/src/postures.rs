@@ -7,7 +7,7 @@
 use std::path::Path;
 
 use crate::Error;
-use crate::cleaning::account::SLOWEST_CLOCK_STEP_S;
+use crate::cleaning::clock::SLOWEST_CLOCK_STEP_S;
 use crate::cleaning::goals::GoalSpan;
 use crate::columns::mapping::Columns;
 use crate::columns::names::ColumnNames;

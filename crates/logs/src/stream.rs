@@ -232,7 +232,8 @@ impl LogStream {
     /// Some of the samples, with the account of all.
     fn described(&self, mut log: Log) -> Log {
         let duration = log.t.last().zip(log.t.first()).map_or(0.0, |(end, start)| end - start);
-        log.report = LogReport { duration, ..self.report.clone() };
+        log.report = self.report.clone();
+        log.report.clock.duration = duration;
         log
     }
 
@@ -286,7 +287,7 @@ impl LogStream {
         first: usize,
         take: &mut dyn FnMut(Log) -> Result<bool, Error>,
     ) -> Result<(), Error> {
-        let reach = (overlap / self.report.period).ceil() as usize;
+        let reach = (overlap / self.report.clock.period).ceil() as usize;
         let mut before: Option<Log> = None;
         let mut current: Option<Part> = None;
         let mut index = 0;
@@ -376,9 +377,11 @@ mod tests {
                 stream.blocks(overlap, 2, take).unwrap();
                 assert_eq!(index, 2);
             }
-            (LogReport { first_not_finite: None, ..stream.report().clone() }, blocks)
+            let mut report = stream.report().clone();
+            report.left_out.first_not_finite = None;
+            (report, blocks)
         });
-        assert_eq!(found[0].0.not_finite, 8);
+        assert_eq!(found[0].0.left_out.not_finite, 8);
         assert_eq!(found[0].1.len(), 9 + 5);
         assert!(found[1..].iter().all(|other| *other == found[0]));
         std::fs::remove_file(&path).unwrap();

@@ -4,7 +4,8 @@
 //! that numbers them, or where the clock jumps back and goes on from there. The time of the log goes on: behind the end of
 //! an episode comes a pause that counts as a gap, so that each episode is filtered by itself.
 
-use crate::cleaning::account::{GAP_PERIODS, LogReport, MIN_ROWS};
+use crate::cleaning::account::LeftOutRows;
+use crate::cleaning::clock::{GAP_PERIODS, MIN_ROWS};
 use crate::columns::mapping::Columns;
 use crate::table::Table;
 
@@ -49,11 +50,17 @@ impl Default for Timeline {
 
 impl Timeline {
     /// The time of a row whose numbers are finite; `None` where it is left out, which is counted.
-    pub(crate) fn time(&mut self, table: &Table, columns: &Columns, row: usize, report: &mut LogReport) -> Option<f64> {
+    pub(crate) fn time(
+        &mut self,
+        table: &Table,
+        columns: &Columns,
+        row: usize,
+        left_out: &mut LeftOutRows,
+    ) -> Option<f64> {
         let clock = self.clock(table, columns, row);
         if !clock.is_finite() {
-            report.not_finite += 1;
-            report.first_not_finite.get_or_insert(table.line(row));
+            left_out.not_finite += 1;
+            left_out.first_not_finite.get_or_insert(table.line(row));
             return None;
         }
         let episode = columns.episode.as_ref().map(|source| table.columns[source.column][row]);
@@ -62,7 +69,7 @@ impl Timeline {
         self.before = clock;
         self.episode = episode.or(self.episode);
         if is_next {
-            report.episodes_by_column += 1;
+            left_out.episodes_by_column += 1;
             return Some(self.begin(clock));
         }
         let now = clock + self.offset;
@@ -73,17 +80,17 @@ impl Timeline {
             return Some(now);
         }
         if now == self.after {
-            report.clock_repeated += 1;
+            left_out.clock_repeated += 1;
             return None;
         }
         // One row that is behind is a slip of its stamp. A second one that goes on from there is the next episode.
         if self.behind.is_some_and(|behind| clock > behind) && self.is_far_behind(now) {
-            report.episodes_by_clock += 1;
+            left_out.episodes_by_clock += 1;
             return Some(self.begin(clock));
         }
-        report.clock_steps_back += usize::from(is_back);
-        report.clock_backwards += 1;
-        report.first_backwards.get_or_insert(table.line(row));
+        left_out.clock_steps_back += usize::from(is_back);
+        left_out.clock_backwards += 1;
+        left_out.first_backwards.get_or_insert(table.line(row));
         self.behind = Some(clock);
         None
     }
@@ -146,7 +153,7 @@ mod tests {
     fn a_clock_that_begins_anew_makes_episodes() {
         let log = read(&runs([0.0, 0.0, 0.2], "t,q1,tau1,run"), &ColumnNames::default()).unwrap();
         // The first row of each later episode is lost: a lone row that is behind is no episode.
-        assert_eq!((log.len(), log.report.episodes_by_clock, log.report.gaps), (298, 2, 2));
+        assert_eq!((log.len(), log.report.left_out.episodes_by_clock, log.report.clock.gaps), (298, 2, 2));
         assert_eq!(log.segments().iter().map(Log::len).collect::<Vec<_>>(), [100, 99, 99]);
         assert!(log.report.to_string().contains("3 episodes: the clock begins anew"), "{}", log.report);
         // The signals are as they were.
@@ -159,7 +166,11 @@ mod tests {
             for (header, name) in [("t,q1,tau1,episode_index", None), ("t,q1,tau1,run", Some("run"))] {
                 let names = ColumnNames { episode: name.map(str::to_string), ..ColumnNames::default() };
                 let log = read(&runs(starts, header), &names).unwrap();
-                assert_eq!((log.len(), log.report.episodes_by_column, log.report.gaps), (300, 2, 2), "{header}");
+                assert_eq!(
+                    (log.len(), log.report.left_out.episodes_by_column, log.report.clock.gaps),
+                    (300, 2, 2),
+                    "{header}"
+                );
             }
         }
         let names = ColumnNames { episode: Some("rnu".into()), ..ColumnNames::default() };
@@ -183,7 +194,10 @@ mod tests {
             let _ = writeln!(text, "{t:.2},{},{}", t.sin(), t.cos());
         }
         let log = read(&text, &ColumnNames::default()).unwrap();
-        assert_eq!((log.len(), log.report.episodes_by_clock, log.report.clock_backwards), (399, 0, 1));
+        assert_eq!(
+            (log.len(), log.report.left_out.episodes_by_clock, log.report.left_out.clock_backwards),
+            (399, 0, 1)
+        );
     }
 
     /// Parts of a file, held or read again, give the episodes of the whole.
@@ -204,7 +218,7 @@ mod tests {
                 })
                 .unwrap();
             assert_eq!(times, whole.t, "{held}");
-            assert_eq!(stream.report().episodes_by_clock, 2);
+            assert_eq!(stream.report().left_out.episodes_by_clock, 2);
         }
         std::fs::remove_file(&path).unwrap();
     }

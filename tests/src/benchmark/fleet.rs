@@ -176,7 +176,7 @@ impl<'a> Workshop<'a> {
             effort_is: Effort::Torque,
             rows: (1..=count).collect(),
             window: None,
-            report: LogReport { rows: count, kept: count, uniform: true, period: PERIOD, ..LogReport::default() },
+            report: LogReport::uniform(count, PERIOD),
         }
     }
 

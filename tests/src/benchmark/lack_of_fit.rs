@@ -420,12 +420,7 @@ fn measured(clean: &Clean, truth: Truth, names: &[String], random: &mut Random) 
         effort_is: Effort::Torque,
         rows: (1..=rows()).collect(),
         window: None,
-        report: LogReport {
-            uniform: true,
-            period: PERIOD,
-            duration: (rows() - 1) as f64 * PERIOD,
-            ..LogReport::default()
-        },
+        report: LogReport::uniform(rows(), PERIOD),
     }
 }
 

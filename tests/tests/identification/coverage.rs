@@ -185,7 +185,7 @@ fn noise_free_logs_give_the_truth_back() {
         effort_is: Effort::Torque,
         rows: (1..=500).collect(),
         window: None,
-        report: LogReport { uniform: true, period: 0.01, ..LogReport::default() },
+        report: LogReport::uniform(500, 0.01),
     };
     let signal = Signal { order: 0, ..Signal::default() };
     let estimate = identify(&arm, &log, &Options { signal, ..Options::default() }).unwrap();

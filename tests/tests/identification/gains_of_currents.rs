@@ -33,7 +33,7 @@ fn currents(arm: &TapeRobot) -> Log {
         effort_is: Effort::Current,
         rows: (1..=len).collect(),
         window: None,
-        report: LogReport { uniform: true, period, ..LogReport::default() },
+        report: LogReport::uniform(len, period),
     };
     let (mut dq, mut ddq) = (vec![Vec::new(); 2], vec![Vec::new(); 2]);
     for r in 0..len {

@@ -50,25 +50,17 @@ impl Record {
             effort_is: Effort::Torque,
             rows: (1..=rows).collect(),
             window: None,
-            report: LogReport {
-                rows,
-                kept: rows,
-                uniform: true,
-                period,
-                longest_step: period,
-                duration: rows.saturating_sub(1) as f64 * period,
-                ..LogReport::default()
-            },
+            report: LogReport::uniform(rows, period),
         }
     }
 
     /// The record of a log, which must have an even clock and begin with the motion.
     pub fn from_log(log: &Log) -> Result<Record, Error> {
-        if !log.report.uniform {
+        if !log.report.clock.uniform {
             let message = format!(
                 "the steps of the clock are uneven (median {:.6} s, longest {:.6} s); whole periods need even ones: \
                  resample the log",
-                log.report.period, log.report.longest_step
+                log.report.clock.period, log.report.clock.longest_step
             );
             return Err(Error::at(&log.name, 0, message));
         }

@@ -210,7 +210,7 @@ mod tests {
         let tau = (0..count).map(at).collect();
         Log {
             rows: (1..=t.len()).collect(),
-            report: LogReport { uniform: true, period: h, ..LogReport::default() },
+            report: LogReport::uniform(t.len(), h),
             t,
             q: vec![position],
             effort: vec![tau],

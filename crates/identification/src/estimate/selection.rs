@@ -136,7 +136,7 @@ mod tests {
             name: "log.csv".into(),
             coordinates: vec!["q1".into()],
             rows: (1..=states.len()).collect(),
-            report: LogReport { uniform: true, period: 0.01, ..LogReport::default() },
+            report: LogReport::uniform(states.len(), 0.01),
             t: states.t,
             q: vec![states.q],
             dq: None,

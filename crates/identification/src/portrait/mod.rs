@@ -139,7 +139,7 @@ pub fn portrait(
 ) -> Result<Portrait, Error> {
     let mut portrait = Portrait::default();
     let mut autocorrelation = Autocorrelation::new(model.n(), None);
-    let duration: f64 = logs.iter().map(|log| log.report().duration).sum();
+    let duration: f64 = logs.iter().map(|log| log.report().clock.duration).sum();
     let gap = GAP_BETWEEN_LOGS_SHARE * duration;
     let rows = rows(model, options, logs)?;
     let described = described.map(|known| described_values(model, &rows, &vec![1.0; rows.len()], known));

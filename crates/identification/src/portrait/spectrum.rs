@@ -114,7 +114,7 @@ pub(crate) fn noise_density(options: &Options, logs: &[LogSource]) -> Result<Vec
             let torques = options.transmission.apply(part)?.tau;
             spectra.resize_with(torques.len(), Spectrum::default);
             for (spectrum, torque) in spectra.iter_mut().zip(&torques) {
-                spectrum.begin(log.report.period);
+                spectrum.begin(log.report.clock.period);
                 torque.iter().for_each(|tau| spectrum.push(*tau));
             }
         }

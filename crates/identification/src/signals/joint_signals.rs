@@ -324,7 +324,7 @@ const MIN_SAMPLES_FOR_SECOND_THREAD: usize = 20_000;
 /// of the motion, where it comes more seldom than rows.
 fn clock(log: &Log, signal: &Signal, places: Option<&[usize]>) -> Result<Option<Vec<f64>>, Error> {
     let is_seldom = are_seldom(log)[0] && !signal.own_clock;
-    if (log.report.uniform || signal.own_clock) && signal.rate.is_none() && !is_seldom {
+    if (log.report.clock.uniform || signal.own_clock) && signal.rate.is_none() && !is_seldom {
         return Ok(None);
     }
     let period = sample_period(&log.report, signal);
@@ -334,7 +334,7 @@ fn clock(log: &Log, signal: &Signal, places: Option<&[usize]>) -> Result<Option<
         uniform_clock(&[first - period * ((first - start) / period).floor(), end], period)
     });
     clock.map(Some).ok_or_else(|| {
-        let duration = log.report.duration;
+        let duration = log.report.clock.duration;
         let message = format!("a clock of {:.3} Hz over {duration:.3} s is not usable", 1.0 / period);
         Error::at(&log.name, 0, message)
     })

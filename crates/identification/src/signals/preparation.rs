@@ -37,7 +37,7 @@ impl Preparation {
 
     /// Adds the motion of a log, or of a block of one.
     pub(crate) fn add_motion(&self, log: &Log, energy: &mut MotionEnergy) -> Result<(), Error> {
-        if log.report.gaps == 0 {
+        if log.report.clock.gaps == 0 {
             return add_motion(log, self.transmission.positions(log)?, &self.signal, energy);
         }
         for part in log.segments() {
@@ -81,7 +81,7 @@ pub(crate) fn states_or_none(
     log: Log,
     preparation: &Preparation,
 ) -> Result<Vec<States>, Error> {
-    if log.report.gaps == 0 {
+    if log.report.clock.gaps == 0 {
         let states = states_of(regressor, log, preparation)?;
         return Ok(if states.is_empty() { Vec::new() } else { vec![states] });
     }

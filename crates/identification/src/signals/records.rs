@@ -213,7 +213,7 @@ mod tests {
     use crate::estimators::weighted::Weights;
     use crate::test_arm::Pendulum;
     use linear_model::friction::terms::FrictionTerm;
-    use logs::{ColumnNames, LogReport};
+    use logs::{Clock, ColumnNames, LogReport};
     use random::Random;
     use std::path::{Path, PathBuf};
 
@@ -299,7 +299,7 @@ mod tests {
             (report, Fit::of_records(&arm, &records, vec![], &options).unwrap().estimate)
         };
         let (report, estimate) = found(20_000, 0);
-        assert_eq!((report.rows, report.not_finite), (20_000, 23));
+        assert_eq!((report.rows, report.left_out.not_finite), (20_000, 23));
         // 100 kB are the states of some of the ten blocks.
         for (rows, states) in [(20_000, usize::MAX), (1000, 0), (1000, usize::MAX), (1000, 100_000), (20_000, 100_000)]
         {
@@ -366,19 +366,21 @@ mod tests {
         let (held, streamed) = (held.report(), streamed.report());
         // Rest is looked for in steps of 0.05 s, from the start of each block.
         let close = |a: f64, b: f64| (a - b).abs() < 0.1;
-        assert!(close(streamed.rest, held.rest) && close(streamed.rest_after, held.rest_after), "{streamed}{held}");
-        assert!(close(streamed.duration, held.duration) && close(streamed.rest_before, held.rest_before));
+        assert!(
+            close(streamed.rest.total, held.rest.total) && close(streamed.rest.after, held.rest.after),
+            "{streamed}{held}"
+        );
+        assert!(close(streamed.clock.duration, held.clock.duration) && close(streamed.rest.before, held.rest.before));
         // A repeat across the end of a block is not seen: at most one for each of the ten blocks.
         assert!((0..10).contains(&(held.repeated - streamed.repeated)));
-        let (period, rest_before, rest_after) = (held.period, held.rest_before, held.rest_after);
-        let (rest, duration, repeated) = (held.rest, held.duration, held.repeated);
+        let clock = Clock { period: held.clock.period, duration: held.clock.duration, ..streamed.clock.clone() };
+        let (rest, repeated) = (held.rest, held.repeated);
         // The step of the clock of a part is that of the whole but for the last digits.
         assert!((streamed.refresh.motion / held.refresh.motion - 1.0).abs() < 1e-9);
         let refresh = held.refresh;
-        let counts =
-            LogReport { period, rest_before, rest_after, rest, duration, repeated, refresh, ..streamed.clone() };
+        let counts = LogReport { clock, rest, repeated, refresh, ..streamed.clone() };
         assert_eq!(counts, *held);
-        assert_eq!((streamed.gaps, streamed.clock_backwards, streamed.not_finite), (1, 1, 4));
+        assert_eq!((streamed.clock.gaps, streamed.left_out.clock_backwards, streamed.left_out.not_finite), (1, 1, 4));
         std::fs::remove_file(path).unwrap();
     }
 

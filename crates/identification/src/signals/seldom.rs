@@ -10,8 +10,8 @@ use crate::signals::signal_options::Signal;
 
 /// s between the samples that a log is taken at: the rate asked for, or that of the positions.
 pub(crate) fn sample_period(report: &LogReport, signal: &Signal) -> f64 {
-    let seldom = report.refresh.seldom_motion(report.period).filter(|_| !signal.own_clock);
-    let period = seldom.unwrap_or(report.period);
+    let seldom = report.refresh.seldom_motion(report.clock.period).filter(|_| !signal.own_clock);
+    let period = seldom.unwrap_or(report.clock.period);
     signal.rate.map_or(period, |rate| 1.0 / rate)
 }
 
@@ -24,7 +24,7 @@ pub(crate) fn changes(group: &[&[f64]], is_seldom: bool) -> Option<Vec<usize>> {
 
 /// Whether positions, and whether torques, of a log come more seldom than its rows.
 pub(crate) fn are_seldom(log: &Log) -> [bool; 2] {
-    let (refresh, period) = (&log.report.refresh, log.report.period);
+    let (refresh, period) = (&log.report.refresh, log.report.clock.period);
     [refresh.seldom_motion(period).is_some(), refresh.seldom_effort(period).is_some()]
 }
 
@@ -72,7 +72,7 @@ mod tests {
     fn a_held_log_is_taken_at_its_own_rate() {
         let arm = Pendulum::new();
         let (fresh, held) = (log(1, 1), log(4, 4));
-        assert_eq!(sample_period(&fresh.report, &Signal::default()), fresh.report.period);
+        assert_eq!(sample_period(&fresh.report, &Signal::default()), fresh.report.clock.period);
         assert!((sample_period(&held.report, &Signal::default()) - 8e-3).abs() < 1e-9);
         let cutoff = |log: &Log| {
             let mut energy = MotionEnergy::default();
@@ -106,6 +106,6 @@ mod tests {
         let own = Signal { own_clock: true, ..Signal::default() };
         assert_eq!(are_seldom(&held), [false, true]);
         assert!(changes(&[&held.effort[0]], true).is_some_and(|places| places.windows(2).all(|w| w[1] - w[0] == 25)));
-        assert_eq!(sample_period(&held.report, &own), held.report.period);
+        assert_eq!(sample_period(&held.report, &own), held.report.clock.period);
     }
 }

@@ -1,6 +1,7 @@
 //! Counts and reports what is wrong with a log.
 
 pub(crate) mod account;
+pub(crate) mod clock;
 pub(crate) mod goals;
 pub(crate) mod publishers;
 pub(crate) mod raw_words;

@@ -128,7 +128,7 @@ mod tests {
         }
         let names = ColumnNames { position: Some(Names::Pattern("state_{}".into())), ..ColumnNames::default() };
         let (source, columns) = LogSource::open(&folder, &["a".into()], &names).unwrap();
-        assert_eq!((source.report().kept, source.report().episodes_by_column), (300, 2));
+        assert_eq!((source.report().kept, source.report().left_out.episodes_by_column), (300, 2));
         assert!(columns.notes.iter().any(|n| n == "observation.state_1 .. observation.state_2 are a.pos, b.pos"));
         std::fs::remove_dir_all(&folder).unwrap();
     }

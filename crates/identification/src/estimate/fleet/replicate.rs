@@ -87,8 +87,8 @@ impl Replicate {
             rows: report.rows,
             kept: report.kept,
             samples,
-            duration: report.duration,
-            period: report.period,
+            duration: report.clock.duration,
+            period: report.clock.period,
         };
         let (solution, weights) = fit(&observation.joints(|_| true), Weights::Joint);
         let point = Point { x: &solution.x, weights: &weights, robust: None };

@@ -1,0 +1,119 @@
+//! The steps of a log's clock.
+
+use std::fmt;
+
+use crate::Error;
+
+/// The clock of the rows that are used.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Clock {
+    /// s, from the first to the last sample.
+    pub duration: f64,
+    /// s, the median step.
+    pub period: f64,
+    /// s, the longest step.
+    pub longest_step: f64,
+    /// Whether no step is 1 % off the median.
+    pub uniform: bool,
+    /// Steps longer than [`GAP_PERIODS`] periods.
+    pub gaps: usize,
+}
+
+/// A step of the clock this many times the median is a gap: nothing is interpolated across it.
+pub const GAP_PERIODS: f64 = 10.0;
+
+/// A clock with a larger step, s, is taken to be in another unit, unless its header says seconds.
+pub(crate) const SLOWEST_CLOCK_STEP_S: f64 = 0.5;
+
+/// A clock with a smaller step, s, is in another unit, because no robot is sampled that fast.
+const FASTEST_CLOCK_STEP_S: f64 = 1e-6;
+
+/// Fewer samples than this cannot be filtered and differentiated.
+pub(crate) const MIN_ROWS: usize = 50;
+
+impl Clock {
+    /// Of so many samples, one each `period` s.
+    pub fn uniform(samples: usize, period: f64) -> Clock {
+        let duration = samples.saturating_sub(1) as f64 * period;
+        Clock { duration, period, longest_step: period, uniform: true, gaps: 0 }
+    }
+
+    /// Of samples at strictly increasing instants, s; `None` where there is no step.
+    pub(crate) fn of(t: &[f64]) -> Option<Clock> {
+        let mut steps: Vec<f64> = t.windows(2).map(|w| w[1] - w[0]).collect();
+        let duration = t.last()? - t.first()?;
+        let longest_step = steps.iter().copied().reduce(f64::max)?;
+        let middle = steps.len() / 2;
+        let period = *steps.select_nth_unstable_by(middle, f64::total_cmp).1;
+        let uniform = steps.iter().all(|&s| even(s, period));
+        let gaps = steps.iter().filter(|&&s| s > GAP_PERIODS * period).count();
+        Some(Clock { duration, period, longest_step, uniform, gaps })
+    }
+
+    /// Adds the next part of the same file, which starts `step` s after the end of this. A part of one sample has no clock.
+    pub(crate) fn append(&mut self, next: Option<&Clock>, step: f64) {
+        self.uniform &= even(step, self.period) && next.is_none_or(|n| n.uniform && even(n.period, self.period));
+        self.longest_step = self.longest_step.max(step).max(next.map_or(0.0, |n| n.longest_step));
+        self.gaps += usize::from(step > GAP_PERIODS * self.period) + next.map_or(0, |n| n.gaps);
+        self.duration += step + next.map_or(0.0, |n| n.duration);
+    }
+
+    /// Refuses steps that are none in the unit that the header seems to say, and a clock in pieces; `kept`: rows that are
+    /// used.
+    pub(crate) fn check(&self, file: &str, time: &str, kept: usize) -> Result<(), Error> {
+        let refused = |message: String| Err(Error::at(file, 0, message));
+        if !(self.period.is_finite() && self.duration.is_finite()) {
+            return refused("the clock leaves the range of numbers".into());
+        }
+        if self.period < FASTEST_CLOCK_STEP_S {
+            let message = format!(
+                "column `{time}` steps by {:e} s, which no robot is sampled at; its unit is not the one of its name",
+                self.period
+            );
+            return refused(message);
+        }
+        let said =
+            ["_s", "(s)", "[s]", "sec", "secs", "seconds"].iter().any(|unit| time.to_lowercase().ends_with(unit));
+        if self.period > SLOWEST_CLOCK_STEP_S && !said {
+            let message = format!(
+                "column `{time}` steps by {} s: too slow to see dynamics; if it is in ms, name it `{time}_ms`, if in s, \
+                 `{time}_s`",
+                self.period
+            );
+            return refused(message);
+        }
+        // Between gaps fewer rows are left than can be filtered.
+        if self.gaps * MIN_ROWS > kept {
+            let message = format!(
+                "the clock steps by {:.6} s in most rows, and by more than {GAP_PERIODS} times that in {}: stamps of rows that \
+                 arrived in bursts? Log the stamps of the sender; or, where rows are evenly spaced, number them and \
+                 multiply by {:.6} s",
+                self.period,
+                self.gaps,
+                self.duration / (kept - 1) as f64
+            );
+            return refused(message);
+        }
+        Ok(())
+    }
+}
+
+impl fmt::Display for Clock {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let evenness = if self.uniform { "uniform" } else { "not uniform" };
+        let (duration, period, longest) =
+            (trimmed(self.duration, 3), trimmed(self.period, 6), trimmed(self.longest_step, 6));
+        write!(f, "{duration} s, median step {period} s ({evenness}, longest {longest} s)")
+    }
+}
+
+/// A number with at most so many decimals, and no zeros behind them.
+fn trimmed(x: f64, decimals: usize) -> String {
+    let text = format!("{x:.decimals$}");
+    text.trim_end_matches('0').trim_end_matches('.').into()
+}
+
+/// Whether a step of the clock is that of a uniform clock.
+pub(crate) fn even(step: f64, period: f64) -> bool {
+    (step - period).abs() <= 0.01 * period
+}
