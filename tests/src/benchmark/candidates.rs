@@ -2,7 +2,7 @@
 
 use experiments::motion::profile::Profile;
 use experiments::plan::candidates::{Candidate, CandidateGrid, MotionLimits, candidates};
-use experiments::plan::exciting_trajectory::ExcitingTrajectory;
+use experiments::plan::exciting_trajectory::{ExcitingTrajectory, MovingJoints, SwingCourse};
 use experiments::plan::motion_kind::MotionKind;
 use random::Random;
 
@@ -15,7 +15,14 @@ const SLOW: [f64; 3] = [0.5; 3];
 /// Four seconds of a bang-bang swing of R3G at the greatest acceleration that respects the velocity.
 pub fn bang_bang(kind: MotionKind, fast: usize, slow: &[usize], centre: [f64; 3], period: usize) -> ExcitingTrajectory {
     let acceleration = ACCELERATION[fast].min(4.0 * VELOCITY[fast] / (period as f64 * 1e-3));
-    ExcitingTrajectory::swing(kind, fast, slow, &centre, Profile::BangBang, period, acceleration, &SLOW, 4.0, 1e-3)
+    let joints = MovingJoints { kind, fast, slow, centre: &centre };
+    ExcitingTrajectory::swing(&joints, &four_seconds(period, acceleration, &SLOW))
+}
+
+/// The course of four seconds of a bang-bang swing, a sample each millisecond.
+fn four_seconds(period: usize, acceleration: f64, slow_velocity: &[f64]) -> SwingCourse<'_> {
+    let profile = Profile::BangBang;
+    SwingCourse { profile, period, acceleration, slow_velocity, duration: 4.0, sample_time: 1e-3 }
 }
 
 /// All experiments: 384 of R3G, or 372 of R3B, without gravity.
@@ -113,18 +120,9 @@ pub fn puma_candidates(robot: &TapeRobot) -> Vec<Candidate> {
         for (kind, slow) in companions {
             for _ in 0..24 {
                 let centre = configuration();
-                found.push(ExcitingTrajectory::swing(
-                    kind,
-                    fast,
-                    &slow,
-                    &centre,
-                    Profile::BangBang,
-                    PERIOD[fast],
-                    acceleration,
-                    &[0.15; 6],
-                    4.0,
-                    1e-3,
-                ));
+                let joints = MovingJoints { kind, fast, slow: &slow, centre: &centre };
+                let course = four_seconds(PERIOD[fast], acceleration, &[0.15; 6]);
+                found.push(ExcitingTrajectory::swing(&joints, &course));
             }
         }
         if fast > 0 {

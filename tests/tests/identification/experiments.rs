@@ -2,6 +2,7 @@
 
 use experiments::motion::profile::Profile;
 use experiments::plan::candidates::{Candidate, CandidateGrid, candidates, swing};
+use experiments::plan::exciting_trajectory::MovingJoints;
 use experiments::plan::measured_motion::MeasuredMotion;
 use experiments::plan::motion_kind::MotionKind;
 use experiments::plan::paper_rows::spectral_rows;
@@ -36,7 +37,8 @@ fn candidates_respect_the_limits() {
 #[test]
 fn rows_of_a_candidate_are_those_of_its_record() {
     let robot = r3(true);
-    let t = swing(&grid(Profile::BangBang), &r3_limits(), MotionKind::Mixed, 0, &[1, 2], &[0.0, 0.4, -0.7]).unwrap();
+    let joints = MovingJoints { kind: MotionKind::Mixed, fast: 0, slow: &[1, 2], centre: &[0.0, 0.4, -0.7] };
+    let t = swing(&grid(Profile::BangBang), &r3_limits(), &joints).unwrap();
     let motion = MeasuredMotion::of_reference(&t.reference());
     let zero = vec![vec![0.0; motion.len()]; 3];
     let full = spectral_rows(&t, &robot, &motion, &zero, &NOISE).weighted();

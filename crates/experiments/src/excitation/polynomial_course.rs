@@ -206,6 +206,7 @@ fn derivatives(coefficients: &[Interval], middle: f64, away: Interval) -> Deriva
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::plan::exciting_trajectory::{MovingJoints, SwingCourse};
 
     fn points() -> PointTrajectory {
         // sin t and t^2 at uneven times.
@@ -261,18 +262,16 @@ mod tests {
     fn experiments_are_their_reference() {
         use crate::plan::motion_kind::MotionKind;
         let swing = |profile| {
-            ExcitingTrajectory::swing(
-                MotionKind::Mixed,
-                0,
-                &[1],
-                &[0.3, -0.4, 0.1],
+            let joints = MovingJoints { kind: MotionKind::Mixed, fast: 0, slow: &[1], centre: &[0.3, -0.4, 0.1] };
+            let course = SwingCourse {
                 profile,
-                400,
-                12.0,
-                &[0.5; 3],
-                1.0,
-                1e-3,
-            )
+                period: 400,
+                acceleration: 12.0,
+                slow_velocity: &[0.5; 3],
+                duration: 1.0,
+                sample_time: 1e-3,
+            };
+            ExcitingTrajectory::swing(&joints, &course)
         };
         let sweep = ExcitingTrajectory::sweep(1, &[0.3, -0.4, 0.1], 1.5, 0.7, 1e-3);
         for (experiment, first) in [(swing(Profile::BangBang), 0), (swing(Profile::Smooth), 0), (sweep, 100)] {

@@ -26,7 +26,7 @@ use processor::{in_order, threads};
 use random::Random;
 
 use crate::motion::profile::Profile;
-use crate::plan::exciting_trajectory::{ExcitingTrajectory, Motion, SWEEP_ACCELERATION};
+use crate::plan::exciting_trajectory::{ExcitingTrajectory, Motion, MovingJoints, SWEEP_ACCELERATION, SwingCourse};
 use crate::plan::measured_motion::MeasuredMotion;
 use crate::plan::motion_count::kinds_of;
 use crate::plan::motion_kind::MotionKind;
@@ -164,7 +164,7 @@ pub fn permitted_candidates(
         for (index, (kind, slow)) in motions.into_iter().enumerate() {
             let mut random = Random::stream(grid.seed, (fast * 1000 + index) as u64);
             for centre in configurations(grid, limits, &matters, &mut random, permission) {
-                trajectories.extend(about(grid, limits, kind, fast, &slow, &centre));
+                trajectories.extend(about(grid, limits, &MovingJoints { kind, fast, slow: &slow, centre: &centre }));
             }
         }
     }
@@ -182,18 +182,11 @@ pub fn permitted_candidates(
     done.map_or_else(|_: Error| Vec::new(), |()| found)
 }
 
-/// The motion of a kind about a centre; `None` when it would be too short.
-fn about(
-    grid: &CandidateGrid,
-    limits: &[MotionLimits],
-    kind: MotionKind,
-    fast: usize,
-    slow: &[usize],
-    centre: &[f64],
-) -> Option<ExcitingTrajectory> {
-    match kind {
-        MotionKind::Gravity => sweep(grid, limits, fast, centre),
-        _ => swing(grid, limits, kind, fast, slow, centre),
+/// The motion of some joints; `None` when it would be too short.
+fn about(grid: &CandidateGrid, limits: &[MotionLimits], joints: &MovingJoints) -> Option<ExcitingTrajectory> {
+    match joints.kind {
+        MotionKind::Gravity => sweep(grid, limits, joints),
+        _ => swing(grid, limits, joints),
     }
 }
 
@@ -207,23 +200,19 @@ fn permitted(
     if permission.motion(motion) {
         return Some(motion.clone());
     }
+    let ExcitingTrajectory { kind, fast, slow, centre, .. } = motion;
+    let joints = MovingJoints { kind: *kind, fast: *fast, slow, centre };
     let slower = (1..=MOST_SLOWER).filter_map(|k| {
         let lower = |l: &MotionLimits| MotionLimits { acceleration: SLOWER.powi(k) * l.acceleration, ..*l };
         let limits: Vec<MotionLimits> = limits.iter().map(lower).collect();
-        about(grid, &limits, motion.kind, motion.fast, &motion.slow, &motion.centre)
+        about(grid, &limits, &joints)
     });
     slower.into_iter().find(|slower| permission.motion(slower))
 }
 
-/// The swing of a kind that the limits allow about this centre; `None` when it would be too short.
-pub fn swing(
-    grid: &CandidateGrid,
-    limits: &[MotionLimits],
-    kind: MotionKind,
-    fast: usize,
-    slow: &[usize],
-    centre: &[f64],
-) -> Option<ExcitingTrajectory> {
+/// The swing of some joints that the limits allow; `None` when it would be too short.
+pub fn swing(grid: &CandidateGrid, limits: &[MotionLimits], joints: &MovingJoints) -> Option<ExcitingTrajectory> {
+    let &MovingJoints { kind, fast, slow, centre } = joints;
     let limit = &limits[fast];
     let (v_factor, a_factor) = grid.profile.peaks();
     // T of the greatest acceleration at low velocity, and of the greatest velocity, from the head.
@@ -246,23 +235,20 @@ pub fn swing(
     if !fits || stroke < SMALLEST_STROKE_COUNTS * limit.quantum {
         return None;
     }
-    let acceleration = stroke * a_factor / (t * t);
-    Some(ExcitingTrajectory::swing(
-        kind,
-        fast,
-        slow,
-        centre,
-        grid.profile,
+    let course = SwingCourse {
+        profile: grid.profile,
         period,
-        acceleration,
-        &slow_velocity,
-        grid.duration,
-        grid.sample_time,
-    ))
+        acceleration: stroke * a_factor / (t * t),
+        slow_velocity: &slow_velocity,
+        duration: grid.duration,
+        sample_time: grid.sample_time,
+    };
+    Some(ExcitingTrajectory::swing(joints, &course))
 }
 
-/// A sweep as long as the limits allow about this centre, at 1 rad/s or the slow velocity, whichever is greater.
-fn sweep(grid: &CandidateGrid, limits: &[MotionLimits], fast: usize, centre: &[f64]) -> Option<ExcitingTrajectory> {
+/// A sweep of the fast joint as long as the limits allow, at 1 rad/s or the slow velocity, whichever is greater.
+fn sweep(grid: &CandidateGrid, limits: &[MotionLimits], joints: &MovingJoints) -> Option<ExcitingTrajectory> {
+    let &MovingJoints { fast, centre, .. } = joints;
     let limit = &limits[fast];
     let velocity = limit.slow_velocity.max(1.0_f64.min(limit.velocity));
     let ramps = SWEEP_ACCELERATION.min(limit.acceleration);
@@ -361,7 +347,9 @@ pub(crate) mod tests {
 
     #[test]
     fn the_words_of_table_1() {
-        let about = |kind, slow: &[usize]| swing(&grid(), &limits(), kind, 0, slow, &[0.0; 3]).unwrap();
+        let about = |kind, slow: &[usize]| {
+            swing(&grid(), &limits(), &MovingJoints { kind, fast: 0, slow, centre: &[0.0; 3] }).unwrap()
+        };
         let period = |t: &ExcitingTrajectory| match t.motion {
             Motion::Swing { period, .. } => period,
             Motion::Sweep { .. } => 0,
@@ -372,7 +360,8 @@ pub(crate) mod tests {
         let r = about(MotionKind::Centrifugal, &[1]).reference();
         let peak = |x: &[f64]| x.iter().fold(0.0_f64, |m, x| m.max(x.abs()));
         assert!((peak(&r.dq[0]) - 5.0).abs() < 0.02 && (peak(&r.dq[1]) - 0.5).abs() < 1e-9);
-        let too_narrow = swing(&grid(), &limits(), MotionKind::Inertial, 0, &[], &[2.599, 0.0, 0.0]);
+        let at_the_limit = MovingJoints { kind: MotionKind::Inertial, fast: 0, slow: &[], centre: &[2.599, 0.0, 0.0] };
+        let too_narrow = swing(&grid(), &limits(), &at_the_limit);
         assert!(too_narrow.is_none());
     }
 }

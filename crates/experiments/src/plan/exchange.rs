@@ -52,6 +52,17 @@ impl Default for Search {
     }
 }
 
+/// Which plan is looked for, and how.
+#[derive(Clone, Debug)]
+pub struct Choice {
+    /// Number of experiments.
+    pub count: usize,
+    /// What is best.
+    pub criterion: Criterion,
+    /// The effort of the search.
+    pub search: Search,
+}
+
 /// The best plan found.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Selection {

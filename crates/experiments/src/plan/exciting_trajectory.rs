@@ -71,6 +71,36 @@ pub struct ExcitingTrajectory {
     pub motion: Motion,
 }
 
+/// The joints that move in an experiment, and where.
+#[derive(Clone, Copy, Debug)]
+pub struct MovingJoints<'a> {
+    /// Which torques the motion shows.
+    pub kind: MotionKind,
+    /// Coordinate of the fast joint, or of the only one that moves.
+    pub fast: usize,
+    /// Coordinates of its slow companions.
+    pub slow: &'a [usize],
+    /// Middle of the motion, and where the locked joints stand, rad.
+    pub centre: &'a [f64],
+}
+
+/// The course of a swing in time.
+#[derive(Clone, Copy, Debug)]
+pub struct SwingCourse<'a> {
+    /// How the swing changes its velocity.
+    pub profile: Profile,
+    /// Samples of one period.
+    pub period: usize,
+    /// Peak acceleration of the fast joint, rad/s^2.
+    pub acceleration: f64,
+    /// Peak velocity of each coordinate where it is a slow one, rad/s.
+    pub slow_velocity: &'a [f64],
+    /// s recorded: as many whole periods as fit, and one at least.
+    pub duration: f64,
+    /// Time between samples, s.
+    pub sample_time: f64,
+}
+
 /// The projector of a spectral equation.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Projector {
@@ -105,20 +135,10 @@ pub(crate) const SWEEP_ACCELERATION: f64 = 2.0;
 const SWEEP_REST_S: f64 = 0.1;
 
 impl ExcitingTrajectory {
-    /// A bang-bang swing of `period` samples with acceleration `acceleration` (rad/s^2) at the fast joint
-    /// and peak velocity `slow_velocity[l]` at the slow ones, at least one period in `duration` s.
-    pub fn swing(
-        kind: MotionKind,
-        fast: usize,
-        slow: &[usize],
-        centre: &[f64],
-        profile: Profile,
-        period: usize,
-        acceleration: f64,
-        slow_velocity: &[f64],
-        duration: f64,
-        sample_time: f64,
-    ) -> ExcitingTrajectory {
+    /// The swing of some joints on a course.
+    pub fn swing(joints: &MovingJoints, course: &SwingCourse) -> ExcitingTrajectory {
+        let &MovingJoints { kind, fast, slow, centre } = joints;
+        let &SwingCourse { profile, period, acceleration, slow_velocity, duration, sample_time } = course;
         let t = period as f64 * sample_time;
         let (v_factor, a_factor) = profile.peaks();
         let mut half_range = vec![0.0; centre.len()];
@@ -264,19 +284,16 @@ mod tests {
     use random::Random;
 
     fn swing(profile: Profile) -> ExcitingTrajectory {
-        let slow_velocity = [0.5; 3];
-        ExcitingTrajectory::swing(
-            MotionKind::Mixed,
-            0,
-            &[1, 2],
-            &[0.0, 0.4, -0.2],
+        let joints = MovingJoints { kind: MotionKind::Mixed, fast: 0, slow: &[1, 2], centre: &[0.0, 0.4, -0.2] };
+        let course = SwingCourse {
             profile,
-            500,
-            30.0,
-            &slow_velocity,
-            4.0,
-            1e-3,
-        )
+            period: 500,
+            acceleration: 30.0,
+            slow_velocity: &[0.5; 3],
+            duration: 4.0,
+            sample_time: 1e-3,
+        };
+        ExcitingTrajectory::swing(&joints, &course)
     }
 
     #[test]

@@ -20,7 +20,7 @@ use crate::motion::profile::Profile;
 use crate::plan::branch_and_bound::{Work, branch_and_bound};
 use crate::plan::candidates::Candidate;
 use crate::plan::certificate::{certified_efficiency, condition_bound, determinant_bound};
-use crate::plan::exchange::{Criterion, Search, exchange, scales, value_of};
+use crate::plan::exchange::{Choice, Criterion, exchange, scales, value_of};
 use crate::plan::exciting_trajectory::{ExcitingTrajectory, Motion};
 use crate::plan::motion_kind::MotionKind;
 use crate::plan::plan_proof::PlanProof;
@@ -65,18 +65,16 @@ pub struct ExperimentPlan {
 }
 
 impl ExperimentPlan {
-    /// Chooses `count` of the candidates and certifies the choice. `progress`: starts done, starts,
-    /// best value.
+    /// Chooses among the candidates and certifies the choice. `progress`: starts done, starts, best value.
     pub fn choose(
         model: ModelReference,
         regressor: &dyn Regressor,
         candidates: &[Candidate],
         torque_noise: &[f64],
-        count: usize,
-        criterion: Criterion,
-        search: &Search,
+        choice: &Choice,
         progress: &(dyn Fn(usize, usize, f64) + Sync),
     ) -> ExperimentPlan {
+        let Choice { count, criterion, search } = choice;
         // The determinant is of rows over their noise, the condition of the paper's raw rows.
         let information: Vec<Rows> = candidates.iter().map(|c| c.information.clone()).collect();
         let raw: Vec<Rows> = candidates.iter().map(|c| c.raw.clone()).collect();
@@ -86,10 +84,10 @@ impl ExperimentPlan {
             Criterion::FrobeniusCondition => &raw,
         };
         // A good plan by exchange, then a proven one by branch and bound where that is asked.
-        let mut chosen = exchange(blocks, count, criterion, search, progress).chosen;
+        let mut chosen = exchange(blocks, *count, *criterion, search, progress).chosen;
         let bound = determinant_bound(&information, 1e-2, 2000);
         let work = Work { nodes: search.nodes, tolerance: search.tolerance };
-        let is_asked = criterion == Criterion::Determinant && search.nodes > 0;
+        let is_asked = *criterion == Criterion::Determinant && search.nodes > 0;
         let proven = is_asked.then(|| branch_and_bound(&information, &chosen, &work)).flatten();
         if let Some(proven) = &proven {
             chosen.clone_from(&proven.chosen);
@@ -99,11 +97,6 @@ impl ExperimentPlan {
         let condition = condition_bound(&raw, 1e-2, 2000);
         let value = value_of(&information, &chosen, Criterion::Determinant);
         let solution = fit(p, chosen.iter().map(|&i| &information[i]));
-        let parameter = |(i, base): (usize, &BaseParameter)| PredictedParameter {
-            id: ParameterId::Base(base.name.clone()),
-            unit: Parameter::from(base).unit(),
-            sigma: solution.determined[i].then(|| solution.inverse[(i, i)].max(0.0).sqrt()),
-        };
         ExperimentPlan {
             model,
             coordinates: regressor.coordinates().to_vec(),
@@ -126,7 +119,7 @@ impl ExperimentPlan {
             rank: solution.rank,
             experiments: in_order(regressor, candidates, &information, chosen, proven.is_some()),
             proof: proven.map(|x| x.proof.with_candidates(motions)),
-            parameters: regressor.parameters().iter().enumerate().map(parameter).collect(),
+            parameters: predicted(regressor.parameters(), &solution),
         }
     }
 
@@ -210,6 +203,16 @@ impl ExperimentPlan {
         let plan: ExperimentPlan = artefact::read(Kind::Plan, text).map_err(|e| Error::at(file, 0, e))?;
         Ok(ExperimentPlan { seal: Seal::of(text), ..plan })
     }
+}
+
+/// The parameters with the deviations that a fit of the experiments gives them.
+fn predicted(parameters: &[BaseParameter], solution: &Solution) -> Vec<PredictedParameter> {
+    let parameter = |(i, base): (usize, &BaseParameter)| PredictedParameter {
+        id: ParameterId::Base(base.name.clone()),
+        unit: Parameter::from(base).unit(),
+        sigma: solution.determined[i].then(|| solution.inverse[(i, i)].max(0.0).sqrt()),
+    };
+    parameters.iter().enumerate().map(parameter).collect()
 }
 
 /// A motion as a file has it.
@@ -350,14 +353,15 @@ mod tests {
     use crate::pendulum::Pendulum;
     use crate::plan::candidates::candidates;
     use crate::plan::candidates::tests::{grid, limits};
+    use crate::plan::exchange::Search;
 
     fn plan(count: usize) -> ExperimentPlan {
         let (arm, noise) = (Pendulum::new(), [0.1]);
         let model = ModelReference { name: "pendulum".into(), fingerprint: "0123".into() };
         let search = Search { starts: 4, ..Search::default() };
-        let quiet = |_: usize, _: usize, _: f64| ();
+        let choice = Choice { count, criterion: Criterion::Determinant, search };
         let found = candidates(&grid(), &limits()[..1], &arm, &noise);
-        ExperimentPlan::choose(model, &arm, &found, &noise, count, Criterion::Determinant, &search, &quiet)
+        ExperimentPlan::choose(model, &arm, &found, &noise, &choice, &|_, _, _| ())
     }
 
     #[test]

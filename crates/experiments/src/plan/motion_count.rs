@@ -63,6 +63,7 @@ pub fn count_of_kinds(n: usize, has_gravity: bool) -> usize {
 mod tests {
     use super::*;
     use crate::motion::profile::Profile;
+    use crate::plan::exciting_trajectory::{MovingJoints, SwingCourse};
 
     /// As many rows as the equations of a motion of that kind.
     #[test]
@@ -72,18 +73,16 @@ mod tests {
             for kind in kinds_of(fast, n, true) {
                 let (word, slow) = (kind.0, &kind.1);
                 let (centre, slowest) = ([0.0; 5], [0.1; 5]);
-                let swing = ExcitingTrajectory::swing(
-                    word,
-                    fast,
-                    slow,
-                    &centre,
-                    Profile::Smooth,
-                    400,
-                    1.0,
-                    &slowest,
-                    4.0,
-                    0.01,
-                );
+                let course = SwingCourse {
+                    profile: Profile::Smooth,
+                    period: 400,
+                    acceleration: 1.0,
+                    slow_velocity: &slowest,
+                    duration: 4.0,
+                    sample_time: 0.01,
+                };
+                let joints = MovingJoints { kind: word, fast, slow, centre: &centre };
+                let swing = ExcitingTrajectory::swing(&joints, &course);
                 let equations = swing.equations().len();
                 // A sweep is no swing: paper_rows.rs has the rows of one.
                 assert_eq!(rows_of(&kind), if word == MotionKind::Gravity { 2 } else { equations }, "{kind:?}");

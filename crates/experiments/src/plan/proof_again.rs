@@ -152,7 +152,7 @@ mod tests {
     use crate::pendulum::Pendulum;
     use crate::plan::candidates::candidates;
     use crate::plan::candidates::tests::{grid, limits};
-    use crate::plan::exchange::Search;
+    use crate::plan::exchange::{Choice, Search};
     use linear_model::reference::ModelReference;
 
     /// What a proof is worth is found again, and a change that would make it better is found out.
@@ -161,9 +161,9 @@ mod tests {
         let (arm, noise) = (Pendulum::new(), [0.1]);
         let model = ModelReference { name: "pendulum".into(), fingerprint: "0123".into() };
         let search = Search { starts: 2, nodes: 200, ..Search::default() };
+        let choice = Choice { count: 4, criterion: Criterion::Determinant, search };
         let found = candidates(&grid(), &limits()[..1], &arm, &noise);
-        let plan =
-            ExperimentPlan::choose(model, &arm, &found, &noise, 4, Criterion::Determinant, &search, &|_, _, _| ());
+        let plan = ExperimentPlan::choose(model, &arm, &found, &noise, &choice, &|_, _, _| ());
         let text = plan.to_yaml().unwrap();
         let plan = ExperimentPlan::from_yaml("plan.yaml", &text).unwrap();
         let again = |plan: &ExperimentPlan| efficiency_again(plan, &arm, "plan.yaml");

@@ -189,24 +189,22 @@ impl Sensing {
 mod tests {
     use super::*;
     use crate::motion::profile::Profile;
-    use crate::plan::exciting_trajectory::ExcitingTrajectory;
+    use crate::plan::exciting_trajectory::{ExcitingTrajectory, MovingJoints, SwingCourse};
     use crate::plan::motion_kind::MotionKind;
     use crate::simulate::dynamics::tests::Mass;
 
     #[test]
     fn feedforward_alone_follows_the_reference() {
-        let swing = ExcitingTrajectory::swing(
-            MotionKind::Inertial,
-            0,
-            &[],
-            &[0.0],
-            Profile::Smooth,
-            400,
-            10.0,
-            &[0.0],
-            0.8,
-            1e-3,
-        );
+        let joints = MovingJoints { kind: MotionKind::Inertial, fast: 0, slow: &[], centre: &[0.0] };
+        let course = SwingCourse {
+            profile: Profile::Smooth,
+            period: 400,
+            acceleration: 10.0,
+            slow_velocity: &[0.0],
+            duration: 0.8,
+            sample_time: 1e-3,
+        };
+        let swing = ExcitingTrajectory::swing(&joints, &course);
         let reference = swing.reference();
         let controller = Controller { proportional: vec![0.0], derivative: vec![0.0], velocity_pole: 900.0 };
         let drives = Drives { gain: vec![0.5], greatest_torque: vec![100.0] };

@@ -223,7 +223,7 @@ mod tests {
 
     use super::*;
     use crate::motion::profile::Profile;
-    use crate::plan::exciting_trajectory::ExcitingTrajectory;
+    use crate::plan::exciting_trajectory::{ExcitingTrajectory, MovingJoints, SwingCourse};
     use crate::plan::motion_kind::MotionKind;
     use crate::simulate::closed_loop::{Controller, Drives};
     use crate::simulate::defaults::POSITION_QUANTUM;
@@ -246,7 +246,16 @@ mod tests {
     /// Both to and fro, against each other.
     fn swing() -> Reference {
         let (kind, profile, centre) = (MotionKind::Inertial, Profile::Smooth, [0.0; 2]);
-        let swing = ExcitingTrajectory::swing(kind, 0, &[], &centre, profile, 500, 60.0, &centre, 1.0, 1e-3);
+        let joints = MovingJoints { kind, fast: 0, slow: &[], centre: &centre };
+        let course = SwingCourse {
+            profile,
+            period: 500,
+            acceleration: 60.0,
+            slow_velocity: &centre,
+            duration: 1.0,
+            sample_time: 1e-3,
+        };
+        let swing = ExcitingTrajectory::swing(&joints, &course);
         let mut both = swing.reference();
         for series in [&mut both.q, &mut both.dq, &mut both.ddq] {
             series[1] = series[0].iter().map(|x| -0.6 * x).collect();

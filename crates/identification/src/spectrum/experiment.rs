@@ -153,6 +153,7 @@ pub(crate) fn folded(series: &[Vec<f64>], period: usize) -> Vec<Vec<f64>> {
 mod tests {
     use super::*;
     use experiments::motion::profile::Profile;
+    use experiments::plan::exciting_trajectory::{MovingJoints, SwingCourse};
     use experiments::plan::motion_kind::MotionKind;
     use random::Random;
 
@@ -166,7 +167,16 @@ mod tests {
     }
 
     fn swing() -> ExcitingTrajectory {
-        ExcitingTrajectory::swing(MotionKind::Inertial, 0, &[], &[0.0], Profile::BangBang, 400, 10.0, &[0.0], 4.0, 1e-3)
+        let joints = MovingJoints { kind: MotionKind::Inertial, fast: 0, slow: &[], centre: &[0.0] };
+        let course = SwingCourse {
+            profile: Profile::BangBang,
+            period: 400,
+            acceleration: 10.0,
+            slow_velocity: &[0.0],
+            duration: 4.0,
+            sample_time: 1e-3,
+        };
+        ExcitingTrajectory::swing(&joints, &course)
     }
 
     #[test]

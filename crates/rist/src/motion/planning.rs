@@ -4,7 +4,7 @@ use claims::significant;
 use experiments::excitation::limits::AskedLimits;
 use experiments::motion::sample_count::check_samples;
 use experiments::plan::candidates::{Candidate, CandidateGrid, MotionLimits, permitted_candidates};
-use experiments::plan::exchange::Search;
+use experiments::plan::exchange::{Choice, Search};
 use experiments::plan::exciting_trajectory::ExcitingTrajectory;
 use experiments::plan::motion_count::{bytes_of_choice, count_of_kinds};
 use experiments::plan::ranges::check_limits;
@@ -107,18 +107,11 @@ pub fn plan(
     let threads = processor::threads();
     let search =
         Search { starts: request.starts, threads, seed: request.seed, nodes: request.nodes, ..Search::default() };
+    let choice = Choice { count: request.experiments, criterion: request.criterion, search };
     let mut left_out = 0;
     for _ in 0..MOST_ROUNDS {
-        let plan = ExperimentPlan::choose(
-            model.reference.clone(),
-            model.regressor(),
-            &candidates,
-            &noise,
-            request.experiments,
-            request.criterion,
-            &search,
-            progress,
-        );
+        let (robot, regressor) = (model.reference.clone(), model.regressor());
+        let plan = ExperimentPlan::choose(robot, regressor, &candidates, &noise, &choice, progress);
         if Interruption::take() {
             if plan.experiments.is_empty() {
                 return Err(Error::new("interrupted before there was a plan"));
