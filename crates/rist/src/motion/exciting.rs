@@ -8,6 +8,7 @@ use clearance::shown_length::shown_length;
 use experiments::excitation::artefact::MotionJoint;
 use experiments::excitation::columns::visible_columns;
 use experiments::excitation::criterion::Aim;
+use experiments::excitation::error_margins::ErrorMargins;
 use experiments::excitation::fitting::Obligations;
 use experiments::excitation::gap_proof::Gap;
 use experiments::excitation::ledger::MotionLedger;
@@ -16,7 +17,7 @@ use experiments::excitation::margins::{self, Margins, with_margins};
 use experiments::excitation::motion::{Motion, Shape};
 use experiments::excitation::no_motion::NoMotion;
 use experiments::excitation::problem::Problem;
-use experiments::excitation::proof::{CertificateRow, IdentifiedTorque};
+use experiments::excitation::proof::IdentifiedTorque;
 use experiments::excitation::search::{Found, search};
 use experiments::excitation::space_limits::{Floor, SpaceLimits};
 use experiments::excitation::visibility::{JointNoise, Visibility, visibility};
@@ -53,33 +54,14 @@ pub type ExciteProgress<'a> = dyn Fn(usize, usize, &str) + Sync + 'a;
 pub fn excite(model: &Model, request: &ExciteRequest, progress: &ExciteProgress) -> Result<ExcitingMotion, Error> {
     let friction = request.check_motion()?;
     let regressor = RegressorSlope::new(model)?;
-    let names = regressor.coordinates().to_vec();
-    let (stated, mut notes) = limits_and_notes(model, &regressor, request)?;
-    let of_model = |what| Error::new(format_args!("{}: {what}", model.path.display()));
-    let errors = request.limits.as_ref().map(|limits| limits.margins.clone()).unwrap_or_default();
-    let limits = with_margins(&errors, &names, &stated).map_err(of_model)?;
-    let (shape, samples) = timing(request, &limits)?;
-    let identified = request.after.as_ref().map(|estimate| identified_torque(model, &names, estimate)).transpose()?;
-    let noise = noise(model, request, &names, &mut notes);
-
-    // Known torques.
-    let known = KnownTorque::new(model, identified.as_ref()).with_payload(model, errors.payload.as_ref())?;
-    known.check_power(&names, &limits).map_err(of_model)?;
-    known.check_friction(&names, &limits, request.effort_share).map_err(of_model)?;
-    let torque = known.described(request.effort_share, &limits);
+    let (conditions, mut notes) = Conditions::new(model, request, &regressor)?;
+    let Conditions { names, limits, shape, known, surroundings, .. } = &conditions;
+    let torque = known.described(request.effort_share, limits);
     let wall = known.wall(request.effort_share).filter(|_| torque.is_some());
-
-    // Places that bodies may reach.
-    let surroundings = RobotSurroundings::new(model, &request.space(), None, &limits, &errors)?;
-    let mut left_out = surroundings.left_out().to_vec();
-    left_out.extend(torque_left_out(model, known.enclosure.is_some(), &names, &limits, request.limits.as_ref()));
-    refuse_what_is_owed(model, &left_out)?;
-    left_out.push(LeftOut::approach());
-    left_out.extend(margins::left_out(&errors));
 
     // The search.
     let linear = LinearModel::new(&regressor, &friction, &[]);
-    let columns = visible_columns(&linear, &limits);
+    let columns = visible_columns(&linear, limits);
     let (prior, told) = request.after.as_ref().map_or((vec![], vec![]), |estimate| prior_rows(estimate, &linear));
     notes.extend(told);
     let played = (shape.period() * request.rate).round() * request.repetitions as f64;
@@ -87,53 +69,225 @@ pub fn excite(model: &Model, request: &ExciteRequest, progress: &ExciteProgress)
     let problem = Problem {
         regressor: &regressor,
         friction: &friction,
-        limits: &limits,
-        noise: &noise,
+        limits,
+        noise: &conditions.noise,
         aim: request.criterion,
         torque: wall.as_ref(),
         columns: &columns,
-        shape,
-        samples,
+        shape: *shape,
+        samples: conditions.samples,
         surroundings: surroundings.some(),
         prior: &prior_of_a_sample,
     };
     let report = |done: usize, found: Option<&Found>| {
-        progress(done, request.starts, &progress_text(found, request.criterion, &names, surroundings.gaps()))
+        progress(done, request.starts, &progress_text(found, request.criterion, names, surroundings.gaps()))
     };
     let found = search(&problem, &request.search(), &report);
     notes.extend(cut_short(found.as_ref().map_or(0, Vec::len), request.starts)?);
-    let found = found.map_err(|why| refused(model, &names, &surroundings, &limits, why))?;
+    let found = found.map_err(|why| conditions.refused(why))?;
 
     // The best motion that can be proved, or the best of all if none can; its certificate then says so.
-    let obligations =
-        Obligations { limits: &limits, names: &names, torque: torque.as_ref(), surroundings: surroundings.some() };
-    let proved = proved(request, &problem, &obligations, shape, found);
-    let proved = proved.ok_or_else(|| refused(model, &names, &surroundings, &limits, NoMotion::NothingToTell))?;
+    let obligations = Obligations { limits, names, torque: torque.as_ref(), surroundings: surroundings.some() };
+    let proved = proved(request, &problem, &obligations, *shape, found);
+    let proved = proved.ok_or_else(|| conditions.refused(NoMotion::NothingToTell))?;
     notes.extend(surroundings.note().into_iter().chain(cost_note(&proved, request.criterion)));
-    let ProvedMotion { motion, certificate, kept_share, .. } = proved;
     Interruption::check()?;
-    let noise = joint_noise(model, request, &known, &motion, noise);
-    let seen = visibility(&linear, &motion, &limits, &noise, &described_values(model, &linear), &certificate, &prior);
-    let joints = motion_joints(&motion, &names, &stated);
-    let margins = Margins::new(&motion, &certificate, &obligations, &errors, surroundings.mesh_error());
-    let found = artefact(model, request, shape, joints, identified, noise, notes, certificate, seen);
-    let found = ExcitingMotion { kept_share: Some(kept_share), margins: Some(margins), ..found };
-    Ok(in_its_place(found, left_out, &surroundings, &motion))
+    let ProvedMotion { motion, certificate, .. } = &proved;
+    let noise = conditions.joint_noise(motion);
+    let seen = visibility(&linear, motion, limits, &noise, &described_values(model, &linear), certificate, &prior);
+    let margins = Margins::new(motion, certificate, &obligations, &conditions.errors, surroundings.mesh_error());
+    Ok(conditions.artefact(proved, noise, seen, margins, notes))
 }
 
-/// The artefact with what it leaves out, its lowest point and its floor, and whether all of it is proven.
-fn in_its_place(
-    found: ExcitingMotion,
+/// What a motion of a model is searched under.
+struct Conditions<'a> {
+    model: &'a Model,
+    request: &'a ExciteRequest,
+    names: Vec<String>,
+    /// The limits of the request within those of the description.
+    stated: Vec<CoordinateLimits>,
+    /// What the robot may be wrong by.
+    errors: ErrorMargins,
+    /// The stated limits, less what the errors take of them.
+    limits: Vec<CoordinateLimits>,
+    shape: Shape,
+    /// Instants of a period at which the search looks.
+    samples: usize,
+    identified: Option<IdentifiedTorque>,
+    /// N m (N) a torque sample, one per coordinate.
+    noise: Vec<f64>,
+    known: KnownTorque<'a>,
+    surroundings: RobotSurroundings,
     left_out: Vec<LeftOut>,
-    surroundings: &RobotSurroundings,
-    motion: &Motion,
-) -> ExcitingMotion {
-    // The floor of the base stands in the file as one that was asked for.
-    let floor = surroundings.floor().map(Floor::At).or(found.space.floor);
-    let space = SpaceLimits { floor, ..found.space.clone() };
-    let lowest = surroundings.lowest(motion);
-    let found = ExcitingMotion { left_out: Some(left_out), lowest, space, ..found };
-    ExcitingMotion { proven: found.ledger().is_kept(), ..found }
+}
+
+impl<'a> Conditions<'a> {
+    /// Of a request, with notes on them. Fails where they leave no motion, and where the user asked for something at which
+    /// nobody could look.
+    fn new(
+        model: &'a Model,
+        request: &'a ExciteRequest,
+        regressor: &RegressorSlope,
+    ) -> Result<(Conditions<'a>, Vec<String>), Error> {
+        let names = regressor.coordinates().to_vec();
+        let (stated, mut notes) = limits_and_notes(model, regressor, request)?;
+        let of_model = |what| Error::new(format_args!("{}: {what}", model.path.display()));
+        let errors = request.limits.as_ref().map(|limits| limits.margins.clone()).unwrap_or_default();
+        let limits = with_margins(&errors, &names, &stated).map_err(of_model)?;
+        let (shape, samples) = timing(request, &limits)?;
+        let identified =
+            request.after.as_ref().map(|estimate| identified_torque(model, &names, estimate)).transpose()?;
+        let noise = noise(model, request, &names, &mut notes);
+
+        // Known torques.
+        let known = KnownTorque::new(model, identified.as_ref()).with_payload(model, errors.payload.as_ref())?;
+        known.check_power(&names, &limits).map_err(of_model)?;
+        known.check_friction(&names, &limits, request.effort_share).map_err(of_model)?;
+
+        // Places that bodies may reach.
+        let surroundings = RobotSurroundings::new(model, &request.space(), None, &limits, &errors)?;
+        let mut left_out = surroundings.left_out().to_vec();
+        left_out.extend(torque_left_out(model, known.enclosure.is_some(), &names, &limits, request.limits.as_ref()));
+        refuse_what_is_owed(model, &left_out)?;
+        left_out.push(LeftOut::approach());
+        left_out.extend(margins::left_out(&errors));
+        let conditions = Conditions {
+            model,
+            request,
+            names,
+            stated,
+            errors,
+            limits,
+            shape,
+            samples,
+            identified,
+            noise,
+            known,
+            surroundings,
+            left_out,
+        };
+        Ok((conditions, notes))
+    }
+
+    /// The noise of the torques, and what encoders as a simulation assumes them add to the residuals of the motion. The
+    /// residuals of an earlier estimate already include the encoders.
+    fn joint_noise(&self, motion: &Motion) -> JointNoise {
+        let torque = self.noise.clone();
+        match &self.known.parameters {
+            Some(parameters) if self.request.after.is_none() => {
+                let dynamics = dynamics(self.model, parameters.clone());
+                let sensing = SimulationSetup::for_robot(&self.model.robot, dynamics.as_ref()).sensing;
+                let encoders = encoder_torque(dynamics.as_ref(), &motion.reference(), &sensing.position_deviation());
+                JointNoise { torque, encoders }
+            }
+            _ => JointNoise::of_torques(torque),
+        }
+    }
+
+    /// motion.yaml: the request, the motion, and what is known of it.
+    fn artefact(
+        &self,
+        proved: ProvedMotion,
+        noise: JointNoise,
+        seen: Visibility,
+        margins: Margins,
+        notes: Vec<String>,
+    ) -> ExcitingMotion {
+        let ProvedMotion { motion, certificate, kept_share, .. } = proved;
+        let joint = |((x, name), limits): ((&Vec<f64>, &String), &CoordinateLimits)| {
+            MotionJoint::new(name.clone(), &motion.shape, x, limits.clone())
+        };
+        let asked = self.request.space();
+        // The floor of the base stands in the file as one that was asked for.
+        let floor = self.surroundings.floor().map(Floor::At).or(asked.floor);
+        let found = ExcitingMotion {
+            seal: Default::default(),
+            model: self.model.reference.clone(),
+            rate_hz: self.request.rate,
+            period_s: self.shape.period(),
+            blend_s: if let Shape::Fourier(series) = self.shape { Some(series.blend) } else { None },
+            repetitions: self.request.repetitions,
+            joints: motion.joints.iter().zip(&self.names).zip(&self.stated).map(joint).collect(),
+            effort_share: self.request.effort_share,
+            identified: self.identified.clone(),
+            space: SpaceLimits { floor, ..asked },
+            aim: self.request.criterion,
+            determinant: seen.determinant,
+            condition_number: seen.condition_number,
+            kept_share: Some(kept_share),
+            torque_noise: noise.torque,
+            encoder_noise: noise.encoders,
+            proven: false,
+            notes,
+            left_out: Some(self.left_out.clone()),
+            lowest: self.surroundings.lowest(&motion),
+            margins: Some(margins),
+            certificate,
+            parameters: seen.parameters,
+        };
+        ExcitingMotion { proven: found.ledger().is_kept(), ..found }
+    }
+
+    /// Why there is no motion, and what to do.
+    fn refused(&self, why: NoMotion) -> Error {
+        let (path, names) = (self.model.path.display(), &self.names);
+        match why {
+            NoMotion::AllLocked => {
+                Error::new(format_args!("{path}: every coordinate is locked: unlock one in the limits file"))
+            }
+            NoMotion::NothingToTell => Error::new(format_args!(
+                "{path}: no motion of the coordinates that are not locked tells any parameter: unlock more of them"
+            )),
+            NoMotion::TooSmall { coordinate, limit, swing, speed } => {
+                let slides = self.model.regressor().is_prismatic(coordinate);
+                let unit = |kind: LimitKind| kind.unit(slides);
+                Error::new(format_args!(
+                    "{path}: no motion found tells the parameters apart: {}, the slowest, swings by {swing:.1e} {} with {speed:.1e} \
+                     {} at most; nearest is its limit of {limit}: raise it, choose another [period], or lock the coordinate",
+                    names[coordinate],
+                    unit(LimitKind::Position),
+                    unit(LimitKind::Velocity)
+                ))
+            }
+            NoMotion::TooWeak { coordinate, limit, share } => Error::new(format_args!(
+                "{path}: no motion keeps the {limit} limit of {}: even a tiny one takes {:.0} % of what is allowed; the \
+                 limits of position leave no pose that is light enough, the {limit} limit or [effort_share] is too small, \
+                 or the inertial parameters are too great",
+                names[coordinate],
+                100.0 * share
+            )),
+            NoMotion::TooNarrow { gap, room } => self.too_narrow(&self.surroundings.gaps()[gap], room),
+        }
+    }
+
+    /// Refuses a search whose best motion has so much room, m, at a gap.
+    fn too_narrow(&self, gap: &Gap, room: f64) -> Error {
+        let tight = self.surroundings.tight(&self.limits);
+        let room = if room < 0.0 {
+            format!("the best found is {} m short of it", shown_length(-room))
+        } else {
+            format!("the best found has {room:.1e} m to spare, and a search needs more")
+        };
+        let pair = |(subject, most, bound): &(String, f64, f64)| {
+            format!("{subject}: at most {} m of {} m", shown_length(*most), shown_length(*bound))
+        };
+        let pairs: Vec<String> = tight.pairs.iter().map(pair).collect();
+        let few = "; over 1000 poses these pairs have too little room: ";
+        let pairs = if pairs.is_empty() { String::new() } else { [few, &pairs.join("; ")].concat() };
+        let works = Some(tight.works).filter(|works| *works > 0.0 && works.is_finite());
+        let works =
+            works.map_or(String::new(), |w| format!("; distance: {} has room at one of these poses", shown_length(w)));
+        let sign = match gap.limit {
+            LimitKind::Distance => "; for links that may meet, sign the pair: accept: [[LINK, LINK, REASON]]",
+            _ => "",
+        };
+        Error::new(format_args!(
+            "{}: no motion keeps the {}: {room}{pairs}{works}; the limits of position leave no place that is free, or \
+             the limit is too tight{sign}",
+            self.model.path.display(),
+            gap.in_words()
+        ))
+    }
 }
 
 /// Fails where the user asked for something at which nobody could look, before a search is lost to it.
@@ -152,45 +306,6 @@ fn cut_short(found: usize, starts: usize) -> Result<Option<String>, Error> {
         (false, _) => Ok(None),
         (true, 0) => Err(Error::new("interrupted before there was a motion")),
         (true, _) => Ok(Some(format!("the search was interrupted: the best of {found} starts, of {starts}"))),
-    }
-}
-
-/// motion.yaml: the request, the motion, and what is known of it.
-fn artefact(
-    model: &Model,
-    request: &ExciteRequest,
-    shape: Shape,
-    joints: Vec<MotionJoint>,
-    identified: Option<IdentifiedTorque>,
-    noise: JointNoise,
-    notes: Vec<String>,
-    certificate: Vec<CertificateRow>,
-    seen: Visibility,
-) -> ExcitingMotion {
-    ExcitingMotion {
-        seal: Default::default(),
-        model: model.reference.clone(),
-        rate_hz: request.rate,
-        period_s: shape.period(),
-        blend_s: if let Shape::Fourier(series) = shape { Some(series.blend) } else { None },
-        repetitions: request.repetitions,
-        joints,
-        effort_share: request.effort_share,
-        identified,
-        space: request.space(),
-        aim: request.criterion,
-        determinant: seen.determinant,
-        condition_number: seen.condition_number,
-        torque_noise: noise.torque,
-        encoder_noise: noise.encoders,
-        proven: false,
-        notes,
-        left_out: None,
-        lowest: None,
-        kept_share: None,
-        margins: None,
-        certificate,
-        parameters: seen.parameters,
     }
 }
 
@@ -235,33 +350,6 @@ fn noise(model: &Model, request: &ExciteRequest, names: &[String], notes: &mut V
     found.into_iter().zip(shares).map(|(residual, share)| residual.unwrap_or(share)).collect()
 }
 
-/// The noise of the torques, and what encoders as a simulation assumes them add to the residuals of the motion. The
-/// residuals of an earlier estimate already include the encoders.
-fn joint_noise(
-    model: &Model,
-    request: &ExciteRequest,
-    known: &KnownTorque,
-    motion: &Motion,
-    torque: Vec<f64>,
-) -> JointNoise {
-    match &known.parameters {
-        Some(parameters) if request.after.is_none() => {
-            let dynamics = dynamics(model, parameters.clone());
-            let sensing = SimulationSetup::for_robot(&model.robot, dynamics.as_ref()).sensing;
-            let encoders = encoder_torque(dynamics.as_ref(), &motion.reference(), &sensing.position_deviation());
-            JointNoise { torque, encoders }
-        }
-        _ => JointNoise::of_torques(torque),
-    }
-}
-
-fn motion_joints(motion: &Motion, names: &[String], limits: &[CoordinateLimits]) -> Vec<MotionJoint> {
-    let joint = |((x, name), limits): ((&Vec<f64>, &String), &CoordinateLimits)| {
-        MotionJoint::new(name.clone(), &motion.shape, x, limits.clone())
-    };
-    motion.joints.iter().zip(names).zip(limits).map(joint).collect()
-}
-
 fn progress_text(found: Option<&Found>, aim: Aim, names: &[String], gaps: &[Gap]) -> String {
     let Some(found) = found else { return "no motion within the limits".into() };
     let value = match aim {
@@ -281,66 +369,4 @@ fn progress_text(found: Option<&Found>, aim: Aim, names: &[String], gaps: &[Gap]
         torque.unwrap_or_default(),
         nearest.unwrap_or_default()
     )
-}
-
-fn refused(
-    model: &Model,
-    names: &[String],
-    surroundings: &RobotSurroundings,
-    limits: &[CoordinateLimits],
-    why: NoMotion,
-) -> Error {
-    let (path, gaps) = (model.path.display(), surroundings.gaps());
-    match why {
-        NoMotion::AllLocked => {
-            Error::new(format_args!("{path}: every coordinate is locked: unlock one in the limits file"))
-        }
-        NoMotion::NothingToTell => Error::new(format_args!(
-            "{path}: no motion of the coordinates that are not locked tells any parameter: unlock more of them"
-        )),
-        NoMotion::TooSmall { coordinate, limit, swing, speed } => {
-            let slides = model.regressor().is_prismatic(coordinate);
-            let unit = |kind: LimitKind| kind.unit(slides);
-            Error::new(format_args!(
-                "{path}: no motion found tells the parameters apart: {}, the slowest, swings by {swing:.1e} {} with {speed:.1e} \
-                 {} at most; nearest is its limit of {limit}: raise it, choose another [period], or lock the coordinate",
-                names[coordinate],
-                unit(LimitKind::Position),
-                unit(LimitKind::Velocity)
-            ))
-        }
-        NoMotion::TooWeak { coordinate, limit, share } => Error::new(format_args!(
-            "{path}: no motion keeps the {limit} limit of {}: even a tiny one takes {:.0} % of what is allowed; the \
-             limits of position leave no pose that is light enough, the {limit} limit or [effort_share] is too small, \
-             or the inertial parameters are too great",
-            names[coordinate],
-            100.0 * share
-        )),
-        NoMotion::TooNarrow { gap, room } => {
-            let tight = surroundings.tight(limits);
-            let room = if room < 0.0 {
-                format!("the best found is {} m short of it", shown_length(-room))
-            } else {
-                format!("the best found has {room:.1e} m to spare, and a search needs more")
-            };
-            let pair = |(subject, most, bound): &(String, f64, f64)| {
-                format!("{subject}: at most {} m of {} m", shown_length(*most), shown_length(*bound))
-            };
-            let pairs: Vec<String> = tight.pairs.iter().map(pair).collect();
-            let few = "; over 1000 poses these pairs have too little room: ";
-            let pairs = if pairs.is_empty() { String::new() } else { [few, &pairs.join("; ")].concat() };
-            let works = Some(tight.works).filter(|works| *works > 0.0 && works.is_finite());
-            let works = works
-                .map_or(String::new(), |w| format!("; distance: {} has room at one of these poses", shown_length(w)));
-            let sign = match gaps[gap].limit {
-                LimitKind::Distance => "; for links that may meet, sign the pair: accept: [[LINK, LINK, REASON]]",
-                _ => "",
-            };
-            Error::new(format_args!(
-                "{path}: no motion keeps the {}: {room}{pairs}{works}; the limits of position leave no place that is free, or \
-                 the limit is too tight{sign}",
-                gaps[gap].in_words()
-            ))
-        }
-    }
 }
