@@ -50,17 +50,11 @@ impl Default for Timeline {
 
 impl Timeline {
     /// The time of a row whose numbers are finite; `None` where it is left out, which is counted.
-    pub(crate) fn time(
-        &mut self,
-        table: &Table,
-        columns: &Columns,
-        row: usize,
-        left_out: &mut LeftOutRows,
-    ) -> Option<f64> {
+    pub(crate) fn time(&mut self, table: &Table, columns: &Columns, row: usize, left: &mut LeftOutRows) -> Option<f64> {
         let clock = self.clock(table, columns, row);
         if !clock.is_finite() {
-            left_out.not_finite += 1;
-            left_out.first_not_finite.get_or_insert(table.line(row));
+            left.not_finite += 1;
+            left.first_not_finite.get_or_insert(table.line(row));
             return None;
         }
         let episode = columns.episode.as_ref().map(|source| table.columns[source.column][row]);
@@ -69,7 +63,7 @@ impl Timeline {
         self.before = clock;
         self.episode = episode.or(self.episode);
         if is_next {
-            left_out.episodes_by_column += 1;
+            left.episodes_by_column += 1;
             return Some(self.begin(clock));
         }
         let now = clock + self.offset;
@@ -80,17 +74,17 @@ impl Timeline {
             return Some(now);
         }
         if now == self.after {
-            left_out.clock_repeated += 1;
+            left.clock_repeated += 1;
             return None;
         }
         // One row that is behind is a slip of its stamp. A second one that goes on from there is the next episode.
         if self.behind.is_some_and(|behind| clock > behind) && self.is_far_behind(now) {
-            left_out.episodes_by_clock += 1;
+            left.episodes_by_clock += 1;
             return Some(self.begin(clock));
         }
-        left_out.clock_steps_back += usize::from(is_back);
-        left_out.clock_backwards += 1;
-        left_out.first_backwards.get_or_insert(table.line(row));
+        left.clock_steps_back += usize::from(is_back);
+        left.clock_backwards += 1;
+        left.first_backwards.get_or_insert(table.line(row));
         self.behind = Some(clock);
         None
     }

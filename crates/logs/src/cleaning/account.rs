@@ -70,7 +70,9 @@ const INTERLEAVED_BACKWARD_SHARES: std::ops::Range<f64> = 0.1..0.55;
 impl LogReport {
     /// Of so many rows, all used, one each `period` s.
     pub fn uniform(rows: usize, period: f64) -> LogReport {
-        LogReport { rows, kept: rows, clock: Clock::uniform(rows, period), ..LogReport::default() }
+        let duration = rows.saturating_sub(1) as f64 * period;
+        let clock = Clock { duration, period, longest_step: period, uniform: true, gaps: 0 };
+        LogReport { rows, kept: rows, clock, ..LogReport::default() }
     }
 
     /// Adds the next part of the same file, which starts `step` s after the end of this.
@@ -120,20 +122,17 @@ impl LogReport {
 
     /// Most rows must be whole, and enough must be left.
     fn check_rows(&self, file: &str) -> Result<(), Error> {
-        let at = |line: usize, message: String| Err(Error::at(file, line, message));
-        if self.ragged > self.rows / 2 {
-            let message =
-                format!("{} of {} rows have more or fewer cells than the header has names", self.ragged, self.rows);
-            return at(0, message);
-        }
-        if self.kept < MIN_ROWS {
-            let message = format!(
-                "{} usable rows of {} ({} with missing or infinite numbers); at least {MIN_ROWS} are needed",
-                self.kept, self.rows, self.left_out.not_finite
-            );
-            return at(0, message);
-        }
-        Ok(())
+        let LogReport { rows, kept, ragged, left_out: LeftOutRows { not_finite, .. }, .. } = self;
+        let message = if *ragged > rows / 2 {
+            format!("{ragged} of {rows} rows have more or fewer cells than the header has names")
+        } else if *kept < MIN_ROWS {
+            format!(
+                "{kept} usable rows of {rows} ({not_finite} with missing or infinite numbers); at least {MIN_ROWS} are needed"
+            )
+        } else {
+            return Ok(());
+        };
+        Err(Error::at(file, 0, message))
     }
 }
 
@@ -152,17 +151,16 @@ impl LeftOutRows {
 
     /// Refuses a clock that runs backwards or stands still in many of the rows.
     fn check(&self, file: &str, time: &str, rows: usize) -> Result<(), Error> {
-        let at = |line: usize, message: String| Err(Error::at(file, line, message));
+        let refused = |line: Option<usize>, message: String| Err(Error::at(file, line.unwrap_or(0), message));
+        let LeftOutRows { clock_steps_back, clock_repeated, first_backwards, .. } = self;
         // Two runs in one file step back once, and all that follows is behind.
-        let backwards = self.clock_steps_back as f64 / rows as f64;
-        if INTERLEAVED_BACKWARD_SHARES.contains(&backwards) {
+        if INTERLEAVED_BACKWARD_SHARES.contains(&(*clock_steps_back as f64 / rows as f64)) {
             let message = format!(
-                "column `{time}` runs back and forth in {} of {} rows, here first: two publishers on one topic, each with its \
-                 own clock? Log one of them (in ROS `ros2 topic info -v TOPIC` names them), or leave out the rows of \
-                 the other",
-                self.clock_steps_back, rows
+                "column `{time}` runs back and forth in {clock_steps_back} of {rows} rows, here first: two publishers on one \
+                 topic, each with its own clock? Log one of them (in ROS `ros2 topic info -v TOPIC` names them), or leave \
+                 out the rows of the other"
             );
-            return at(self.first_backwards.unwrap_or(0), message);
+            return refused(*first_backwards, message);
         }
         // A clock may stumble in some rows; one that does so in many is not the time.
         // A row of each episode was behind before it showed that an episode begins.
@@ -171,12 +169,12 @@ impl LeftOutRows {
             let message = format!(
                 "column `{time}` runs backwards in {slips} rows, here first: two runs in one file, or not the time; split the file",
             );
-            return at(self.first_backwards.unwrap_or(0), message);
+            return refused(*first_backwards, message);
         }
-        if self.clock_repeated as f64 > 0.5 * rows as f64 {
+        if *clock_repeated as f64 > 0.5 * rows as f64 {
             let message =
-                format!("column `{time}` stands still in {} of {} rows; it is not the time", self.clock_repeated, rows);
-            return at(0, message);
+                format!("column `{time}` stands still in {clock_repeated} of {rows} rows; it is not the time");
+            return refused(None, message);
         }
         Ok(())
     }
@@ -185,19 +183,18 @@ impl LeftOutRows {
 impl fmt::Display for LogReport {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let left_out = &self.left_out;
-        writeln!(f, "{} rows, {} used; {}", self.rows, self.kept, self.clock)?;
+        writeln!(f, "{} rows, {} used; {}", self.rows, self.kept, self.clock.in_words())?;
         for (begun, why) in [
             (left_out.episodes_by_column, "the column that numbers them changes"),
             (left_out.episodes_by_clock, "the clock begins anew"),
         ] {
             if begun > 0 {
-                writeln!(
-                    f,
-                    "{} episodes: {why}; each is filtered by itself, and a pause stands between them",
-                    begun + 1
-                )?;
+                let all = begun + 1;
+                writeln!(f, "{all} episodes: {why}; each is filtered by itself, and a pause stands between them")?;
             }
         }
+        let of_gaps =
+            format!("in the clock longer than {GAP_PERIODS} steps (the parts between are filtered by themselves)");
         let episodes = left_out.episodes_by_column + left_out.episodes_by_clock;
         let line = left_out.first_not_finite.map_or(String::new(), |l| format!(", first in line {l}"));
         for (count, one, more, what) in [
@@ -207,24 +204,14 @@ impl fmt::Display for LogReport {
             (self.ragged, "row", "rows", "with more or fewer cells than the header".into()),
             (self.wrapped, "jump", "jumps", "by a turn in the positions, taken back".into()),
             (self.repeated, "row repeats", "rows repeat", "the row before (kept)".into()),
-            (
-                self.clock.gaps.saturating_sub(episodes),
-                "gap",
-                "gaps",
-                format!("in the clock longer than {GAP_PERIODS} steps (the parts between are filtered by themselves)"),
-            ),
+            (self.clock.gaps.saturating_sub(episodes), "gap", "gaps", of_gaps),
         ] {
             if count > 0 {
                 writeln!(f, "{count} {} {what}", if count == 1 { one } else { more })?;
             }
         }
-        if let Some(sentence) = self.refresh.sentence(self.clock.period) {
-            writeln!(f, "{sentence}")?;
-        }
+        self.refresh.sentence(self.clock.period).iter().try_for_each(|s| writeln!(f, "{s}"))?;
         self.suspect.iter().try_for_each(|s| write!(f, "{s}"))?;
-        if let Some(sentence) = self.rest.sentence(self.clock.duration) {
-            writeln!(f, "{sentence}")?;
-        }
-        Ok(())
+        self.rest.sentence(self.clock.duration).iter().try_for_each(|s| writeln!(f, "{s}"))
     }
 }

@@ -1,7 +1,5 @@
 //! The steps of a log's clock.
 
-use std::fmt;
-
 use crate::Error;
 
 /// The clock of the rows that are used.
@@ -32,12 +30,6 @@ const FASTEST_CLOCK_STEP_S: f64 = 1e-6;
 pub(crate) const MIN_ROWS: usize = 50;
 
 impl Clock {
-    /// Of so many samples, one each `period` s.
-    pub fn uniform(samples: usize, period: f64) -> Clock {
-        let duration = samples.saturating_sub(1) as f64 * period;
-        Clock { duration, period, longest_step: period, uniform: true, gaps: 0 }
-    }
-
     /// Of samples at strictly increasing instants, s; `None` where there is no step.
     pub(crate) fn of(t: &[f64]) -> Option<Clock> {
         let mut steps: Vec<f64> = t.windows(2).map(|w| w[1] - w[0]).collect();
@@ -62,48 +54,41 @@ impl Clock {
     /// used.
     pub(crate) fn check(&self, file: &str, time: &str, kept: usize) -> Result<(), Error> {
         let refused = |message: String| Err(Error::at(file, 0, message));
-        if !(self.period.is_finite() && self.duration.is_finite()) {
+        let Clock { duration, period, gaps, .. } = self;
+        if !(period.is_finite() && duration.is_finite()) {
             return refused("the clock leaves the range of numbers".into());
         }
-        if self.period < FASTEST_CLOCK_STEP_S {
-            let message = format!(
-                "column `{time}` steps by {:e} s, which no robot is sampled at; its unit is not the one of its name",
-                self.period
-            );
-            return refused(message);
+        if *period < FASTEST_CLOCK_STEP_S {
+            return refused(format!(
+                "column `{time}` steps by {period:e} s, which no robot is sampled at; its unit is not the one of its name"
+            ));
         }
         let said =
             ["_s", "(s)", "[s]", "sec", "secs", "seconds"].iter().any(|unit| time.to_lowercase().ends_with(unit));
-        if self.period > SLOWEST_CLOCK_STEP_S && !said {
-            let message = format!(
-                "column `{time}` steps by {} s: too slow to see dynamics; if it is in ms, name it `{time}_ms`, if in s, \
-                 `{time}_s`",
-                self.period
-            );
-            return refused(message);
+        if *period > SLOWEST_CLOCK_STEP_S && !said {
+            return refused(format!(
+                "column `{time}` steps by {period} s: too slow to see dynamics; if it is in ms, name it `{time}_ms`, if in \
+                 s, `{time}_s`"
+            ));
         }
         // Between gaps fewer rows are left than can be filtered.
-        if self.gaps * MIN_ROWS > kept {
-            let message = format!(
-                "the clock steps by {:.6} s in most rows, and by more than {GAP_PERIODS} times that in {}: stamps of rows that \
-                 arrived in bursts? Log the stamps of the sender; or, where rows are evenly spaced, number them and \
-                 multiply by {:.6} s",
-                self.period,
-                self.gaps,
-                self.duration / (kept - 1) as f64
-            );
-            return refused(message);
+        if gaps * MIN_ROWS > kept {
+            let mean = duration / (kept - 1) as f64;
+            return refused(format!(
+                "the clock steps by {period:.6} s in most rows, and by more than {GAP_PERIODS} times that in {gaps}: stamps of \
+                 rows that arrived in bursts? Log the stamps of the sender; or, where rows are evenly spaced, number them \
+                 and multiply by {mean:.6} s"
+            ));
         }
         Ok(())
     }
-}
 
-impl fmt::Display for Clock {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+    /// Its duration and its steps.
+    pub(crate) fn in_words(&self) -> String {
         let evenness = if self.uniform { "uniform" } else { "not uniform" };
-        let (duration, period, longest) =
-            (trimmed(self.duration, 3), trimmed(self.period, 6), trimmed(self.longest_step, 6));
-        write!(f, "{duration} s, median step {period} s ({evenness}, longest {longest} s)")
+        let numbers = [(self.duration, 3), (self.period, 6), (self.longest_step, 6)];
+        let [duration, period, longest] = numbers.map(|(x, decimals)| trimmed(x, decimals));
+        format!("{duration} s, median step {period} s ({evenness}, longest {longest} s)")
     }
 }
 

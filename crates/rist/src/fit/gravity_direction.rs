@@ -123,25 +123,31 @@ pub(crate) fn look_for_mount<R: Records + ?Sized>(
     let left_over: Vec<Finding> = turned.findings.into_iter().filter(is_new).collect();
     passport.findings.extend(left_over);
     passport.explained = turned.explained;
-    let along = |v: Vector3<f64>| v.normalize().iter().map(|x| format!("{x:.2}")).collect::<Vec<_>>().join(", ");
-    let finding = Finding {
-        fault: Fault::Mount(gravity.vector.angle(&described)),
-        joints: Vec::new(),
-        evidence: format!(
-            "gravity along ({}) of the base leaves {:.1} % of the torques that it explains (joints alike), along ({}) as described {:.0} %",
-            along(gravity.vector),
-            100.0 * gravity.left,
-            along(described),
-            100.0 * gravity.before
-        ),
-        remedy: format!(
-            "{}; as near as the bodies are described: [unknowns=mount] finds it with its deviation",
-            mounted(rpy)
-        ),
-    };
     let place = if others.iter().any(|left| *left < gravity.left) { passport.findings.len() } else { 0 };
-    passport.findings.insert(place, finding);
+    passport.findings.insert(place, gravity.finding(described, rpy));
     Ok(())
+}
+
+impl Gravity {
+    /// That the base is mounted as `rpy` says, and not as described.
+    fn finding(&self, described: Vector3<f64>, rpy: [f64; 3]) -> Finding {
+        let along = |v: Vector3<f64>| v.normalize().iter().map(|x| format!("{x:.2}")).collect::<Vec<_>>().join(", ");
+        let mounted = mounted(rpy);
+        Finding {
+            fault: Fault::Mount(self.vector.angle(&described)),
+            joints: Vec::new(),
+            evidence: format!(
+                "gravity along ({}) of the base leaves {:.1} % of the torques that it explains (joints alike), along ({}) as described {:.0} %",
+                along(self.vector),
+                100.0 * self.left,
+                along(described),
+                100.0 * self.before
+            ),
+            remedy: format!(
+                "{mounted}; as near as the bodies are described: [unknowns=mount] finds it with its deviation"
+            ),
+        }
+    }
 }
 
 /// What holds the mount: an option, and the joint of a URDF.

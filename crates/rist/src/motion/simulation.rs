@@ -122,22 +122,18 @@ pub fn simulate<'a>(
     request.check()?;
     let motions = motions.into();
     let (ways, sample_time, seal) = (motions.ways()?, motions.sample_time(), motions.seal());
-    let Some(truth) = model.described_parameters() else {
-        return Err(Error::new(format_args!(
-            "{}: no link has inertial parameters; give standard_parameters to simulate with",
-            model.path.display()
-        )));
-    };
+    let refused = |e: String| Error::new(format_args!("{}: {e}", model.path.display()));
+    let without_bodies = "no link has inertial parameters; give standard_parameters to simulate with";
+    let truth = model.described_parameters().ok_or_else(|| refused(without_bodies.into()))?;
     let dynamics = dynamics_of(model, truth.clone());
     let mut setup = SimulationSetup::for_robot(&model.robot, dynamics.as_ref());
-    let refused = |e: String| Error::new(format_args!("{}: {e}", model.path.display()));
     check_limits(model.regressor().coordinates(), &setup.limits).map_err(refused)?;
     check_validation(&setup.limits, sample_time, request.validation).map_err(refused)?;
     for (coordinate, gain) in &request.gain {
         setup.drives.gain[model.driven(coordinate, *gain)?] = *gain;
     }
-    let feedforward = request.feedforward.as_ref().map(|e| Feedforward::new(model, e, &setup.drives.gain));
-    let feedforward = feedforward.transpose()?;
+    let feedforward = |estimate| Feedforward::new(model, estimate, &setup.drives.gain);
+    let feedforward = request.feedforward.as_ref().map(feedforward).transpose()?;
     let validations: Vec<Way> = (0..request.validation).map(Way::Validation).collect();
     let motion = |name: String, way, is_loaded| Motion { name, way, is_loaded };
     let mut motions: Vec<Motion> = ways.iter().map(|(name, way)| motion(name.to_string(), way, false)).collect();
@@ -170,7 +166,6 @@ pub fn simulate<'a>(
             take(name, &whole(name, record, stop)?)
         })
     })?;
-    drop((run, loaded));
     let of_feedforward = request.feedforward.as_ref().and_then(|estimate| estimate.seal.note("[feedforward]"));
     let seals = seal.note("the motion").into_iter().chain(of_feedforward);
     let seals = seals.chain(ways.iter().flat_map(|(name, way)| beyond_limits(model, name, way)));
