@@ -1,79 +1,27 @@
-//! Reads numbers from the Arrow C data interface, which pandas, polars and pyarrow offer by `__arrow_c_stream__`.
+//! Reads numbers from an Arrow stream, which pandas, polars and pyarrow offer by `__arrow_c_stream__`, and hands out a table as one.
 //!
-//! The layout is that of the specification "The Arrow C data interface" and "The Arrow C stream interface": a struct of
-//! columns, batch by batch. Integers, floats and times (in seconds) are read, and a null becomes NaN. Other columns
-//! are reported by their format. No buffer outlives the call, because the numbers are copied into f64. The other
-//! direction is `arrow_export`.
+//! A stream is a struct of columns, batch by batch. Integers, floats and times (in seconds) are read, and a null becomes
+//! NaN. Other columns are reported by their format, and nothing of them is looked at: libraries have formats of their own.
+//! No buffer outlives the call, because the numbers are copied into f64. The structures of the interface, who releases
+//! them, and the stream that goes out are those of the crate `arrow-array`.
 //!
-//! `unsafe` stands in these two files alone. It is sound here because every pointer comes from a structure that its
-//! owner filled by the specification and that is released once, at the end, and because lengths are those that the
-//! structure states.
+//! `unsafe`: a stream is taken out of its capsule, on the word of the capsule's name; its functions are called; and a
+//! column is read where its batch has it. This is sound because the owner filled the structures by the specification.
 #![allow(unsafe_code)]
 
-use std::ffi::{CStr, c_char, c_void};
+use std::ffi::c_void;
 use std::ptr::NonNull;
 
+use arrow_array::ffi::{FFI_ArrowArray, FFI_ArrowSchema, from_ffi_and_data_type};
+use arrow_array::ffi_stream::FFI_ArrowArrayStream;
+use arrow_array::types::*;
+use arrow_array::{ArrayRef, PrimitiveArray, RecordBatch, RecordBatchIterator};
+use arrow_schema::DataType::{self, *};
+use arrow_schema::TimeUnit;
 use pyo3::prelude::*;
 use pyo3::types::{PyCapsule, PyCapsuleMethods};
 
 use crate::error::error;
-
-/// A type: `+s` for a struct, `g` for doubles.
-#[repr(C)]
-pub(crate) struct Schema {
-    pub format: *const c_char,
-    pub name: *const c_char,
-    pub metadata: *const c_char,
-    pub flags: i64,
-    pub n_children: i64,
-    pub children: *mut *mut Schema,
-    pub dictionary: *mut Schema,
-    pub release: Option<unsafe extern "C" fn(*mut Schema)>,
-    pub private: *mut c_void,
-}
-
-/// The values of a type.
-#[repr(C)]
-pub(crate) struct Batch {
-    pub length: i64,
-    pub null_count: i64,
-    pub offset: i64,
-    pub n_buffers: i64,
-    pub n_children: i64,
-    pub buffers: *mut *const c_void,
-    pub children: *mut *mut Batch,
-    pub dictionary: *mut Batch,
-    pub release: Option<unsafe extern "C" fn(*mut Batch)>,
-    pub private: *mut c_void,
-}
-
-/// Batches of one type.
-#[repr(C)]
-pub(crate) struct Stream {
-    pub get_schema: Option<unsafe extern "C" fn(*mut Stream, *mut Schema) -> i32>,
-    pub get_next: Option<unsafe extern "C" fn(*mut Stream, *mut Batch) -> i32>,
-    pub get_last_error: Option<unsafe extern "C" fn(*mut Stream) -> *const c_char>,
-    pub release: Option<unsafe extern "C" fn(*mut Stream)>,
-    pub private: *mut c_void,
-}
-
-impl Drop for Schema {
-    fn drop(&mut self) {
-        if let Some(release) = self.release {
-            // SAFETY: the owner's own function is called once, because it clears `release`.
-            unsafe { release(self) }
-        }
-    }
-}
-
-impl Drop for Batch {
-    fn drop(&mut self) {
-        if let Some(release) = self.release {
-            // SAFETY: as of a schema.
-            unsafe { release(self) }
-        }
-    }
-}
 
 /// A column of a frame.
 pub struct Column {
@@ -87,164 +35,132 @@ pub struct Column {
 pub fn columns(frame: &Bound<'_, PyAny>) -> PyResult<Vec<Column>> {
     let capsule = frame.call_method0("__arrow_c_stream__")?.cast_into::<PyCapsule>()?;
     let pointer: NonNull<c_void> = capsule.pointer_checked(Some(c"arrow_array_stream"))?;
-    // SAFETY: the capsule of this name holds a stream and keeps it alive; the capsule releases it.
-    let stream = unsafe { &mut *pointer.as_ptr().cast::<Stream>() };
+    // SAFETY: the capsule of this name holds a stream, which is ours from here; a released one stays in the capsule.
+    let mut stream = unsafe { FFI_ArrowArrayStream::from_raw(pointer.as_ptr().cast()) };
     // A stream that another consumer took has no functions left to call, and its owner says so by `release`.
-    if stream.release.is_none() {
+    if stream.release().is_none() {
         return Err(error("the Arrow stream was released: another reader took it; ask its owner for a new one"));
     }
-    let failed = |what: &str| error(format_args!("the Arrow stream gives no {what}"));
-    // SAFETY: a released structure is all zeros, which the owner fills.
-    let (mut schema, get_schema) = (unsafe { std::mem::zeroed::<Schema>() }, stream.get_schema);
+    let (mut schema, get_schema) = (FFI_ArrowSchema::empty(), stream.get_schema());
     // SAFETY: by the specification; the structures are ours.
-    let code = get_schema.map(|get| unsafe { get(stream, &mut schema) });
-    if code != Some(0) || schema.release.is_none() {
+    let code = get_schema.map(|get| unsafe { get(&mut stream, &mut schema) });
+    if code != Some(0) || schema.release().is_none() {
         return Err(failed("schema"));
     }
-    if text(schema.format) != "+s" {
+    if schema.format() != "+s" {
         return Err(error("a table with columns is expected, not a single column"));
     }
-    let mut columns = Vec::new();
-    for k in 0..schema.n_children.max(0) as usize {
-        // SAFETY: k is less than the number of children.
-        let child = unsafe { &**schema.children.add(k) };
-        let format = text(child.format);
-        let content = match Kind::of(&format) {
-            Some(_) if child.dictionary.is_null() => Ok(Vec::new()),
-            _ => Err(format),
-        };
-        columns.push((Column { name: text(child.name), content }, text(child.format), None));
-    }
+    let (mut columns, kinds): (Vec<Column>, Vec<Option<DataType>>) = schema.children().map(Column::of).unzip();
+    let mut origins = vec![None; columns.len()];
     loop {
+        let (mut batch, get_next) = (FFI_ArrowArray::empty(), stream.get_next());
         // SAFETY: as of the schema.
-        let mut batch = unsafe { std::mem::zeroed::<Batch>() };
-        // SAFETY: by the specification; the structures are ours.
-        let code = stream.get_next.map(|next| unsafe { next(stream, &mut batch) });
-        if code != Some(0) {
+        if get_next.map(|next| unsafe { next(&mut stream, &mut batch) }) != Some(0) {
             return Err(failed("rows"));
         }
-        if batch.release.is_none() {
-            break;
+        if batch.is_released() {
+            return Ok(columns);
         }
-        if batch.n_children != columns.len() as i64 {
+        if batch.num_children() != columns.len() {
             return Err(failed("batch of the columns of its schema"));
         }
-        for (k, (column, format, origin)) in columns.iter_mut().enumerate() {
-            let (Ok(numbers), Some(kind)) = (&mut column.content, Kind::of(format)) else { continue };
-            // SAFETY: k is less than the number of children.
-            let values = unsafe { &**batch.children.add(k) };
-            // SAFETY: the second of two buffers.
-            if values.n_buffers != 2 || values.buffers.is_null() || unsafe { (*values.buffers.add(1)).is_null() } {
-                // A column of no rows may be without.
-                if batch.length > 0 {
-                    return Err(failed("values of a column of numbers"));
-                }
-                continue;
+        for (k, (column, kind)) in columns.iter_mut().zip(&kinds).enumerate() {
+            if let (Ok(numbers), Some(kind)) = (&mut column.content, kind) {
+                append(&batch, k, kind, &mut origins[k], numbers)?;
             }
-            // SAFETY: a column of numbers has two buffers, of the lengths it states.
-            unsafe { kind.append(values, batch.offset, batch.length, numbers, origin) }
         }
     }
-    Ok(columns.into_iter().map(|(column, format, _)| in_seconds(column, &format)).collect())
 }
 
-/// Units of times of Arrow by their letter: how many are a second.
-const UNITS_PER_SECOND: [(&str, f64); 4] = [("s", 1.0), ("m", 1e3), ("u", 1e6), ("n", 1e9)];
+fn failed(what: &str) -> PyErr {
+    error(format_args!("the Arrow stream gives no {what}"))
+}
 
-/// A column of times in seconds: instants (`tsn:UTC`) from the first of them, durations (`tDn`) as they are. The unit
-/// that its name ends with is that of the integers, so that it goes.
-fn in_seconds(column: Column, format: &str) -> Column {
-    let (Some(unit), Ok(numbers)) = (format.strip_prefix("ts").or(format.strip_prefix("tD")), &column.content) else {
-        return column;
+impl Column {
+    /// An empty column, and the type of its numbers where it holds some. The unit that the name of times ends with is that
+    /// of the integers, so that it goes.
+    fn of(schema: &FFI_ArrowSchema) -> (Column, Option<DataType>) {
+        let is_number =
+            |kind: &DataType| kind.is_integer() || matches!(kind, Float32 | Float64 | Timestamp(..) | Duration(_));
+        let kind = DataType::try_from(schema).ok().filter(is_number);
+        let name = schema.name().unwrap_or_default();
+        let unit = ["_ms", "_us", "_ns"].iter().find_map(|unit| name.strip_suffix(unit));
+        let name = if let Some(Timestamp(..) | Duration(_)) = kind { unit.unwrap_or(name) } else { name };
+        let content = if kind.is_some() { Ok(Vec::new()) } else { Err(schema.format().into()) };
+        (Column { name: name.into(), content }, kind)
+    }
+}
+
+/// Appends the numbers of column `k` of a batch, times in seconds. `origin` is its first instant, from which instants are
+/// counted: since 1970 they have more digits than an f64 keeps. Fails if the column has not the values that the batch says.
+fn append(
+    batch: &FFI_ArrowArray,
+    k: usize,
+    kind: &DataType,
+    origin: &mut Option<i64>,
+    numbers: &mut Vec<f64>,
+) -> PyResult<()> {
+    let per_second = |unit: &TimeUnit| match unit {
+        TimeUnit::Second => 1.0,
+        TimeUnit::Millisecond => 1e3,
+        TimeUnit::Microsecond => 1e6,
+        TimeUnit::Nanosecond => 1e9,
     };
-    let Some((_, per_second)) = UNITS_PER_SECOND.iter().find(|(letter, _)| unit.starts_with(letter)) else {
-        return Column { content: Err(format.into()), ..column };
+    macro_rules! take {
+        ($kind:ty) => {
+            take!($kind, |x| x as f64)
+        };
+        ($kind:ty, $number:expr) => {{
+            let (values, mut number) = (values::<$kind>(batch, k)?, $number);
+            numbers.extend(values.iter().map(|x| x.map_or(f64::NAN, &mut number)))
+        }};
+    }
+    match kind {
+        Float64 => take!(Float64Type),
+        Float32 => take!(Float32Type),
+        Int64 => take!(Int64Type),
+        Int32 => take!(Int32Type),
+        Int16 => take!(Int16Type),
+        Int8 => take!(Int8Type),
+        UInt64 => take!(UInt64Type),
+        UInt32 => take!(UInt32Type),
+        UInt16 => take!(UInt16Type),
+        UInt8 => take!(UInt8Type),
+        Duration(unit) => take!(Int64Type, |x| x as f64 / per_second(unit)),
+        Timestamp(unit, _) => {
+            take!(Int64Type, |x: i64| x.wrapping_sub(*origin.get_or_insert(x)) as f64 / per_second(unit))
+        }
+        // `Column::of` takes no other for numbers.
+        _ => {}
+    }
+    Ok(())
+}
+
+/// The values of column `k` of a batch, where the batch has them.
+fn values<T: ArrowPrimitiveType>(batch: &FFI_ArrowArray, k: usize) -> PyResult<PrimitiveArray<T>> {
+    let refused = || failed("values of a column of numbers");
+    let (column, first, length) = (batch.child(k), batch.offset(), batch.len());
+    if length == 0 {
+        return Ok(PrimitiveArray::from_iter_values([]));
+    }
+    if column.num_buffers() != 2 || first.checked_add(length).is_none_or(|end| end > column.len()) {
+        return Err(refused());
+    }
+    // SAFETY: a column of numbers has validity and values, of the lengths it states. The copy of its structure releases
+    // nothing, and is dropped before the batch.
+    let data = unsafe {
+        let mut lent = std::ptr::read(column);
+        lent.set_release(None);
+        from_ffi_and_data_type(lent, T::DATA_TYPE)
     };
-    let name = ["_ms", "_us", "_ns"].iter().find_map(|unit| column.name.strip_suffix(unit)).unwrap_or(&column.name);
-    let content = Ok(numbers.iter().map(|x| x / per_second).collect());
-    Column { name: name.into(), content }
+    Ok(PrimitiveArray::from(data.map_err(|_| refused())?.slice(first, length)))
 }
 
-fn text(pointer: *const c_char) -> String {
-    if pointer.is_null() {
-        return String::new();
-    }
-    // SAFETY: strings of a schema end in a zero.
-    unsafe { CStr::from_ptr(pointer) }.to_string_lossy().into_owned()
-}
-
-/// The type of the numbers in a buffer.
-#[derive(Clone, Copy)]
-enum Kind {
-    F64,
-    F32,
-    I64,
-    /// Instants, which are counted from the first: since 1970 they have more digits than an f64 keeps.
-    Instant,
-    I32,
-    I16,
-    I8,
-    U64,
-    U32,
-    U16,
-    U8,
-}
-
-impl Kind {
-    /// The type for the format of a schema. Times are integers.
-    fn of(format: &str) -> Option<Kind> {
-        Some(match format {
-            "g" => Kind::F64,
-            "f" => Kind::F32,
-            "l" => Kind::I64,
-            "i" => Kind::I32,
-            "s" => Kind::I16,
-            "c" => Kind::I8,
-            "L" => Kind::U64,
-            "I" => Kind::U32,
-            "S" => Kind::U16,
-            "C" => Kind::U8,
-            _ if format.starts_with("ts") => Kind::Instant,
-            _ if format.starts_with("tD") => Kind::I64,
-            _ => return None,
-        })
-    }
-
-    /// Appends `length` numbers of a column from `first` on. A null becomes NaN. `origin` is the first instant.
-    unsafe fn append(self, column: &Batch, first: i64, length: i64, numbers: &mut Vec<f64>, origin: &mut Option<i64>) {
-        let (first, length) = (column.offset.saturating_add(first).max(0) as usize, length.max(0) as usize);
-        if length == 0 {
-            return;
-        }
-        // SAFETY: validity and values, by the specification; values hold offset + length entries.
-        let (validity, values) = unsafe { (*column.buffers, *column.buffers.add(1)) };
-        let validity = if column.null_count == 0 { std::ptr::null() } else { validity.cast::<u8>() };
-        // SAFETY: a bit for each value.
-        let is_null = |k: usize| !validity.is_null() && unsafe { *validity.add(k / 8) } >> (k % 8) & 1 == 0;
-        macro_rules! take {
-            ($t:ty) => {
-                take!($t, |x: $t| x as f64)
-            };
-            ($t:ty, $number:expr) => {{
-                let (values, number) = (values.cast::<$t>(), &mut $number as &mut dyn FnMut($t) -> f64);
-                // SAFETY: as above; a buffer may be unaligned.
-                let mut cell =
-                    |k: usize| if is_null(k) { f64::NAN } else { number(unsafe { values.add(k).read_unaligned() }) };
-                numbers.extend((first..first + length).map(&mut cell));
-            }};
-        }
-        match self {
-            Kind::F64 => take!(f64),
-            Kind::F32 => take!(f32),
-            Kind::I64 => take!(i64),
-            Kind::Instant => take!(i64, |x: i64| x.wrapping_sub(*origin.get_or_insert(x)) as f64),
-            Kind::I32 => take!(i32),
-            Kind::I16 => take!(i16),
-            Kind::I8 => take!(i8),
-            Kind::U64 => take!(u64),
-            Kind::U32 => take!(u32),
-            Kind::U16 => take!(u16),
-            Kind::U8 => take!(u8),
-        }
-    }
+/// A capsule that holds a stream of these columns, all of one length.
+pub fn stream<'py>(py: Python<'py>, columns: Vec<(&str, ArrayRef)>) -> PyResult<Bound<'py, PyCapsule>> {
+    let columns = columns.into_iter().map(|(name, column)| (name, column, true));
+    let batch = RecordBatch::try_from_iter_with_nullable(columns).map_err(error)?;
+    let schema = batch.schema();
+    let stream = FFI_ArrowArrayStream::new(Box::new(RecordBatchIterator::new([Ok(batch)], schema)));
+    PyCapsule::new_with_value(py, stream, c"arrow_array_stream")
 }

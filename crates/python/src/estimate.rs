@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
+use arrow_array::{ArrayRef, Float64Array, StringArray};
 use numpy::PyArrayDyn;
 use pyo3::prelude::*;
 use pyo3::types::{PyCapsule, PyDict, PyIterator, PyList, PyTuple};
@@ -14,7 +15,7 @@ use rist::request::spelling::Reader;
 use rist::{Identified, LinkId, Status};
 
 use crate::arrays::array;
-use crate::arrow_export::{Content, stream};
+use crate::arrow::stream;
 use crate::artefact::{description, hash, place, read_text, save};
 use crate::call::object;
 use crate::error::{OrError, all_spelled, error, for_python};
@@ -257,15 +258,17 @@ impl Estimate {
     ) -> PyResult<Bound<'py, PyCapsule>> {
         // Another type is a wish, which the interface lets a producer refuse.
         let _ = requested_schema;
-        let numbers =
-            |of: fn(&Identified) -> Option<f64>| Content::Numbers(self.inner.parameters.iter().map(of).collect());
+        let texts = |of: Vec<String>| -> ArrayRef { Arc::new(StringArray::from(of)) };
+        let numbers = |of: fn(&Identified) -> Option<f64>| -> ArrayRef {
+            Arc::new(self.inner.parameters.iter().map(of).collect::<Float64Array>())
+        };
         let columns = vec![
-            ("name", Content::Texts(self.names())),
+            ("name", texts(self.names())),
             ("value", numbers(|p| p.value)),
             ("sigma", numbers(|p| p.sigma)),
             ("white_sigma", numbers(|p| p.white_sigma)),
-            ("unit", Content::Texts(self.units())),
-            ("status", Content::Texts(self.status().into_iter().map(String::from).collect())),
+            ("unit", texts(self.units())),
+            ("status", texts(self.status().into_iter().map(String::from).collect())),
         ];
         stream(py, columns)
     }

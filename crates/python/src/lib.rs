@@ -7,7 +7,6 @@
 
 mod arrays;
 mod arrow;
-mod arrow_export;
 mod artefact;
 mod base_parameters;
 mod call;

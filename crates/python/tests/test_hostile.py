@@ -78,6 +78,17 @@ def test_timestamps_of_arrow_are_seconds(model):
         assert found == expected
 
 
+def test_columns_of_formats_of_polars_alone_are_left_out(model):
+    polars = pytest.importorskip("polars")
+    log = log_of(model)
+    frame = polars.DataFrame({"t": log["t"]} | {f"{key}{k + 1}": log[key][:, k] for key in ("q", "dq", "tau") for k in range(2)})
+    wide, name = polars.lit(1).cast(polars.Int128), polars.lit("a").cast(polars.Categorical)
+    found = rist.identify(model, frame.with_columns(count=wide, phase=name, parts=polars.lit([1, 2])))
+    assert found.to_yaml() == rist.identify(model, frame).to_yaml()
+    with pytest.raises(rist.Error, match="column `q1`: `a value of the Arrow type _pli128` is not a number"):
+        rist.identify(model, frame.with_columns(q1=wide))
+
+
 def test_an_array_is_not_resized_while_it_is_read(model):
     states, refused = np.zeros((200_000, 2)), []
     done = threading.Event()
