@@ -3,12 +3,10 @@
 use std::path::{Path, PathBuf};
 
 use clap::Args;
-use serde_json::json;
 
-use crate::artefact::{read_sums, write_file};
+use crate::artefact::read_sums;
 use crate::failure::Failure;
-use crate::terminal::print_result;
-use crate::verdict::{as_json, refused};
+use crate::verdict::conclude;
 use rist::output::check_output;
 use rist::{Model, ModelOptions};
 
@@ -45,11 +43,5 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
             rist::fit::verdict::sums_verdict(&model, &sums)?
         }
     };
-    print_result(format_args!("{estimate}\n{verdict}"), || {
-        Ok(json!({"estimate": serde_json::to_value(&estimate)?, "verdict": as_json(&verdict)}))
-    })?;
-    if let Some(out) = &arguments.out {
-        write_file(out, &estimate.to_yaml()?)?;
-    }
-    refused(&verdict, false)
+    conclude(&estimate, &verdict, arguments.out.as_deref())
 }

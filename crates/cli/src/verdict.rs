@@ -1,9 +1,14 @@
 //! How a command ends that has a verdict.
 
+use std::path::Path;
+
+use rist::Estimate;
 use rist::fit::verdict::{Trust, UseVerdict, Verdict};
 use serde_json::{Value, json};
 
+use crate::artefact::write_file;
 use crate::failure::Failure;
+use crate::terminal::print_result;
 
 /// The verdict as JSON.
 pub(crate) fn as_json(verdict: &Verdict) -> Value {
@@ -20,6 +25,17 @@ pub(crate) fn as_json(verdict: &Verdict) -> Value {
         "uses": uses.iter().map(of_use).collect::<Vec<_>>(),
         "claims": claims,
     })
+}
+
+/// Prints an estimate with its verdict, and writes it where a file is asked for; exit code 1 where the verdict is no.
+pub(crate) fn conclude(estimate: &Estimate, verdict: &Verdict, out: Option<&Path>) -> Result<(), Failure> {
+    print_result(format_args!("{estimate}\n{verdict}"), || {
+        Ok(json!({"estimate": serde_json::to_value(estimate)?, "verdict": as_json(verdict)}))
+    })?;
+    if let Some(out) = out {
+        write_file(out, estimate.to_yaml()?)?;
+    }
+    refused(verdict, false)
 }
 
 /// A failure with exit code 1 where the verdict is no; `withheld`: files were asked for and are not written.

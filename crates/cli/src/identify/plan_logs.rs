@@ -7,13 +7,12 @@ use rist::fit::closed_loop::identify_experiments_in_loop;
 use rist::fit::experiments::{ExperimentLogs, identify_experiments, identify_gains_of_rows, identify_paper_rows};
 use rist::output::check_output;
 use rist::request::{HarmonicRequest, Method, PaperRequest};
-use serde_json::json;
 
 use super::arguments::Arguments;
-use crate::artefact::{read_plan, write_file};
+use crate::artefact::read_plan;
 use crate::failure::Failure;
-use crate::terminal::{at_work, print_result};
-use crate::verdict::{as_json, refused};
+use crate::terminal::at_work;
+use crate::verdict::conclude;
 
 pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let (asked, given) = (&arguments.asked, &arguments.asked.given);
@@ -57,11 +56,5 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
         }
     };
     let verdict = rist::fit::verdict::estimate_verdict(&estimate);
-    print_result(format_args!("{estimate}\n{verdict}"), || {
-        Ok(json!({"estimate": serde_json::to_value(&estimate)?, "verdict": as_json(&verdict)}))
-    })?;
-    if let Some(out) = &arguments.out {
-        write_file(out, &estimate.to_yaml()?)?;
-    }
-    refused(&verdict, false)
+    conclude(&estimate, &verdict, arguments.out.as_deref())
 }
