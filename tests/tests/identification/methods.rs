@@ -153,7 +153,8 @@ fn with_value(flag: &str) -> Option<Vec<&str>> {
         "--options" => "options.yaml",
         "--write-urdf" | "--write-mjcf" | "--report" | "--series" => "extra.txt",
         "--consistent" | "--anyway" | "--covariance" => return Some(vec![flag]),
-        // These stand beside one that is refused or heeded.
+        // These stand beside one that is refused or heeded, or beside one that they exclude.
+        "--free-bodies" => return Some(vec![flag, "--consistent"]),
         "--loaded-link" => return Some(vec!["--loaded", "logs/v01.csv", flag, "forearm"]),
         "--into" => return Some(vec!["--write-mjcf", "extra.txt", flag, "plan.yaml"]),
         "--date" => return Some(vec!["--report", "extra.txt", flag, "today"]),
