@@ -132,7 +132,6 @@ impl Gravity {
     /// That the base is mounted as `rpy` says, and not as described.
     fn finding(&self, described: Vector3<f64>, rpy: [f64; 3]) -> Finding {
         let along = |v: Vector3<f64>| v.normalize().iter().map(|x| format!("{x:.2}")).collect::<Vec<_>>().join(", ");
-        let mounted = mounted(rpy);
         Finding {
             fault: Fault::Mount(self.vector.angle(&described)),
             joints: Vec::new(),
@@ -144,7 +143,8 @@ impl Gravity {
                 100.0 * self.before
             ),
             remedy: format!(
-                "{mounted}; as near as the bodies are described: [unknowns=mount] finds it with its deviation"
+                "{}; as near as the bodies are described: [unknowns=mount] finds it with its deviation",
+                mounted(rpy)
             ),
         }
     }

@@ -64,7 +64,7 @@ pub fn staged_play(
     }
     if let Some((unknown, _)) = request.from.iter().find(|(name, _)| !names.contains(name)) {
         let all = names.join(", ");
-        return Err(Error::new(format_args!("[from]: there is no coordinate `{unknown}`; there are {all}")));
+        return Err(Error::new(format_args!("[from]: there is no coordinate `{unknown}`; there are {}", all)));
     }
     let slow = slowed(motion, request);
     let asked = CheckRequest { limits: request.limits.clone(), after: request.after.clone() };
