@@ -50,167 +50,65 @@ fn parsed<T: FromStr<Err: ToString>>(texts: &[String]) -> Result<T, Error> {
     last(texts).parse().map_err(|e: T::Err| Error::new(format_args!("`{}`: {}", last(texts), e.to_string())))
 }
 
-impl FieldType for usize {
-    fn shape() -> Shape {
-        let json = json!({"type": "integer", "minimum": 0});
-        Shape::plain("a whole number", "int", json, Flag::Number, parses::<usize>)
-    }
+/// A type whose values are those of serde: its shape, how it is read from texts and, of a number, the number.
+macro_rules! plain_type {
+    ($type:ty, $shape:expr, $of_texts:expr $(, |$x:ident| $numbers:expr)?) => {
+        impl FieldType for $type {
+            fn shape() -> Shape {
+                $shape
+            }
 
-    fn of_texts(texts: &[String]) -> Result<usize, Error> {
-        parsed(texts)
-    }
+            fn of_texts(texts: &[String]) -> Result<$type, Error> {
+                let read: fn(&[String]) -> Result<$type, Error> = $of_texts;
+                read(texts)
+            }
 
-    fn of_value(value: &Value) -> Result<Option<usize>, Error> {
-        Ok(value.as_u64().and_then(|x| usize::try_from(x).ok()))
-    }
+            fn of_value(value: &Value) -> Result<Option<$type>, Error> {
+                Ok(serde_json::from_value(value.clone()).ok())
+            }
 
-    fn to_value(&self) -> Value {
-        json!(self)
-    }
+            fn to_value(&self) -> Value {
+                json!(self)
+            }
 
-    fn numbers(&self) -> Vec<f64> {
-        vec![*self as f64]
-    }
+            $(fn numbers(&self) -> Vec<f64> {
+                let $x = *self;
+                $numbers
+            })?
+        }
+    };
+}
+pub(super) use plain_type;
+
+/// One of the types that JSON has.
+fn json_type(expected: &str, python: &str, name: &str, flag: Flag, check: fn(&str) -> Result<(), String>) -> Shape {
+    Shape::plain(expected, python, json!({"type": name}), flag, check)
 }
 
-impl FieldType for u64 {
-    fn shape() -> Shape {
-        usize::shape()
-    }
-
-    fn of_texts(texts: &[String]) -> Result<u64, Error> {
-        parsed(texts)
-    }
-
-    fn of_value(value: &Value) -> Result<Option<u64>, Error> {
-        Ok(value.as_u64())
-    }
-
-    fn to_value(&self) -> Value {
-        json!(self)
-    }
-
-    fn numbers(&self) -> Vec<f64> {
-        vec![*self as f64]
-    }
+fn whole_number() -> Shape {
+    let json = json!({"type": "integer", "minimum": 0});
+    Shape::plain("a whole number", "int", json, Flag::Number, parses::<usize>)
 }
 
-impl FieldType for f64 {
-    fn shape() -> Shape {
-        Shape::plain("a number", "float", json!({"type": "number"}), Flag::Number, parses::<f64>)
-    }
-
-    fn of_texts(texts: &[String]) -> Result<f64, Error> {
-        parsed(texts)
-    }
-
-    fn of_value(value: &Value) -> Result<Option<f64>, Error> {
-        Ok(value.as_f64())
-    }
-
-    fn to_value(&self) -> Value {
-        json!(self)
-    }
-
-    fn numbers(&self) -> Vec<f64> {
-        vec![*self]
-    }
+fn list_of_texts() -> Shape {
+    let json = json!({"type": "array", "items": {"type": "string"}});
+    Shape::plain("a list of texts", "Sequence[str]", json, Flag::List, every_text)
 }
 
-impl FieldType for bool {
-    fn shape() -> Shape {
-        Shape::plain("true or false", "bool", json!({"type": "boolean"}), Flag::Switch, every_text)
-    }
-
-    /// A flag that is there.
-    fn of_texts(_: &[String]) -> Result<bool, Error> {
-        Ok(true)
-    }
-
-    fn of_value(value: &Value) -> Result<Option<bool>, Error> {
-        Ok(value.as_bool())
-    }
-
-    fn to_value(&self) -> Value {
-        json!(self)
-    }
+fn list_of_paths() -> Shape {
+    let (expected, python) = ("a list of paths".into(), "Sequence[Path]".into());
+    Shape { expected, python, flag: Flag::Repeated, ..list_of_texts() }
 }
 
-impl FieldType for String {
-    fn shape() -> Shape {
-        Shape::plain("a text", "str", json!({"type": "string"}), Flag::One, every_text)
-    }
-
-    fn of_texts(texts: &[String]) -> Result<String, Error> {
-        Ok(last(texts).into())
-    }
-
-    fn of_value(value: &Value) -> Result<Option<String>, Error> {
-        Ok(value.as_str().map(String::from))
-    }
-
-    fn to_value(&self) -> Value {
-        json!(self)
-    }
-}
-
-impl FieldType for PathBuf {
-    fn shape() -> Shape {
-        Shape { expected: "a path".into(), python: "Path".into(), ..String::shape() }
-    }
-
-    fn of_texts(texts: &[String]) -> Result<PathBuf, Error> {
-        Ok(last(texts).into())
-    }
-
-    fn of_value(value: &Value) -> Result<Option<PathBuf>, Error> {
-        Ok(value.as_str().map(PathBuf::from))
-    }
-
-    fn to_value(&self) -> Value {
-        json!(self)
-    }
-}
-
-impl FieldType for Vec<PathBuf> {
-    fn shape() -> Shape {
-        let shape = Vec::<String>::shape();
-        Shape { expected: "a list of paths".into(), python: "Sequence[Path]".into(), flag: Flag::Repeated, ..shape }
-    }
-
-    fn of_texts(texts: &[String]) -> Result<Vec<PathBuf>, Error> {
-        Ok(texts.iter().map(PathBuf::from).collect())
-    }
-
-    fn of_value(value: &Value) -> Result<Option<Vec<PathBuf>>, Error> {
-        let path = |x: &Value| x.as_str().map(PathBuf::from);
-        Ok(value.as_array().and_then(|list| list.iter().map(path).collect()))
-    }
-
-    fn to_value(&self) -> Value {
-        json!(self)
-    }
-}
-
-impl FieldType for Vec<String> {
-    fn shape() -> Shape {
-        let json = json!({"type": "array", "items": {"type": "string"}});
-        Shape::plain("a list of texts", "Sequence[str]", json, Flag::List, every_text)
-    }
-
-    fn of_texts(texts: &[String]) -> Result<Vec<String>, Error> {
-        Ok(texts.to_vec())
-    }
-
-    fn of_value(value: &Value) -> Result<Option<Vec<String>>, Error> {
-        let text = |x: &Value| x.as_str().map(String::from);
-        Ok(value.as_array().and_then(|list| list.iter().map(text).collect()))
-    }
-
-    fn to_value(&self) -> Value {
-        json!(self)
-    }
-}
+plain_type!(usize, whole_number(), parsed, |x| vec![x as f64]);
+plain_type!(u64, whole_number(), parsed, |x| vec![x as f64]);
+plain_type!(f64, json_type("a number", "float", "number", Flag::Number, parses::<f64>), parsed, |x| vec![x]);
+// A flag that is there is true.
+plain_type!(bool, json_type("true or false", "bool", "boolean", Flag::Switch, every_text), |_| Ok(true));
+plain_type!(String, json_type("a text", "str", "string", Flag::One, every_text), |texts| Ok(last(texts).into()));
+plain_type!(PathBuf, json_type("a path", "Path", "string", Flag::One, every_text), |texts| Ok(last(texts).into()));
+plain_type!(Vec<PathBuf>, list_of_paths(), |texts| Ok(texts.iter().map(PathBuf::from).collect()));
+plain_type!(Vec<String>, list_of_texts(), |texts| Ok(texts.to_vec()));
 
 impl<T: FieldType> FieldType for Option<T> {
     fn shape() -> Shape {

@@ -3,7 +3,7 @@
 use serde_json::{Value, json};
 
 use super::shape::{Flag, Shape};
-use super::types::{FieldType, last};
+use super::types::{FieldType, last, plain_type};
 use super::words::{Words, words};
 use crate::error::Error;
 
@@ -60,25 +60,12 @@ fn three(text: &str) -> Result<[f64; 3], String> {
     numbers.and_then(|x| x.try_into().ok()).ok_or_else(|| format!("`{text}`: expected are three numbers, as 0,0.1,0"))
 }
 
-impl FieldType for [f64; 3] {
-    fn shape() -> Shape {
-        let json = json!({"type": "array", "items": {"type": "number"}, "minItems": 3, "maxItems": 3});
-        Shape::plain("three numbers", "Sequence[float]", json, Flag::Numbers, |text| three(text).map(drop))
-    }
-
-    fn of_texts(texts: &[String]) -> Result<[f64; 3], Error> {
-        three(last(texts)).map_err(Error::new)
-    }
-
-    fn of_value(value: &Value) -> Result<Option<[f64; 3]>, Error> {
-        let numbers = value.as_array().and_then(|list| list.iter().map(Value::as_f64).collect::<Option<Vec<f64>>>());
-        Ok(numbers.and_then(|x| x.try_into().ok()))
-    }
-
-    fn to_value(&self) -> Value {
-        json!(self)
-    }
+fn three_numbers() -> Shape {
+    let json = json!({"type": "array", "items": {"type": "number"}, "minItems": 3, "maxItems": 3});
+    Shape::plain("three numbers", "Sequence[float]", json, Flag::Numbers, |text| three(text).map(drop))
 }
+
+plain_type!([f64; 3], three_numbers(), |texts| three(last(texts)).map_err(Error::new));
 
 #[cfg(test)]
 mod tests {
