@@ -5,44 +5,32 @@ use robot::convention::Convention;
 use super::request;
 use super::words::words;
 
-/// How a model is shown.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum SheetFormat {
-    /// Lines of a terminal.
-    Text,
-    /// A page of Markdown.
-    Markdown,
-    /// Tables of LaTeX.
-    Latex,
-    /// A page.
-    Html,
-    /// Values.
-    Json,
+words! {
+    /// How a model is shown.
+    pub enum SheetFormat {
+        /// Lines of a terminal.
+        Text = "text" "",
+        /// A page of Markdown.
+        Markdown = "markdown" "",
+        /// Tables of LaTeX.
+        Latex = "latex" "",
+        /// A page.
+        Html = "html" "",
+        /// Values.
+        Json = "json" "",
+    }
 }
 
-words! { SheetFormat:
-    Text = "text" "",
-    Markdown = "markdown" "",
-    Latex = "latex" "",
-    Html = "html" "",
-    Json = "json" "",
-}
-
-/// A format of descriptions.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum DescriptionFormat {
-    /// Of SYMORO.
-    Par,
-    /// Modified Denavit-Hartenberg, as models/ has it.
-    Yaml,
-    /// Of ROS.
-    Urdf,
-}
-
-words! { DescriptionFormat:
-    Par = "par" "",
-    Yaml = "yaml" "",
-    Urdf = "urdf" "",
+words! {
+    /// A format of descriptions.
+    pub enum DescriptionFormat {
+        /// Of SYMORO.
+        Par = "par" "",
+        /// Modified Denavit-Hartenberg, as models/ has it.
+        Yaml = "yaml" "",
+        /// Of ROS.
+        Urdf = "urdf" "",
+    }
 }
 
 words! { Convention:
@@ -56,21 +44,16 @@ words! { Convention:
     Drake = "drake" "",
 }
 
-/// A quantity at given states.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum StateQuantity {
-    /// Y_s.
-    Regressor,
-    /// Y.
-    BaseRegressor,
-    /// tau.
-    Torque,
-}
-
-words! { StateQuantity:
-    Regressor = "regressor" "tau = Y X of the standard parameters",
-    BaseRegressor = "base-regressor" "tau = Y X of the base parameters",
-    Torque = "torque" "The torque tau itself",
+words! {
+    /// A quantity at given states.
+    pub enum StateQuantity {
+        /// Y_s.
+        Regressor = "regressor" "tau = Y X of the standard parameters",
+        /// Y.
+        BaseRegressor = "base-regressor" "tau = Y X of the base parameters",
+        /// tau.
+        Torque = "torque" "The torque tau itself",
+    }
 }
 
 request! {

@@ -13,18 +13,14 @@ use super::words::words;
 use super::{FrictionChoice, Range, Request, request};
 use crate::error::Error;
 
-/// The functions that a motion is a sum of.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Series {
-    /// A finite Fourier series between blends: its periods can be averaged, and their spectrum is known.
-    Fourier,
-    /// A quintic spline from rest to rest. It loses no time in blends, and its speed may vary along the motion.
-    Spline,
-}
-
-words! { Series:
-    Fourier = "fourier" "Whole periods of a few frequencies between two blends: can be averaged, or filtered without loss",
-    Spline = "spline" "From rest to rest: tells more in a short time, or within narrow limits; may be quick here and slow there",
+words! {
+    /// The functions that a motion is a sum of.
+    pub enum Series {
+        /// A finite Fourier series between blends: its periods can be averaged, and their spectrum is known.
+        Fourier = "fourier" "Whole periods of a few frequencies between two blends: can be averaged, or filtered without loss",
+        /// A quintic spline from rest to rest. It loses no time in blends, and its speed may vary along the motion.
+        Spline = "spline" "From rest to rest: tells more in a short time, or within narrow limits; may be quick here and slow there",
+    }
 }
 
 request! {

@@ -7,18 +7,14 @@ use modeling::RobotFunction;
 use super::request;
 use super::words::words;
 
-/// The language of source.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum SourceLanguage {
-    /// Of one file.
-    Rust,
-    /// Of a source file and a header.
-    C,
-}
-
-words! { SourceLanguage:
-    Rust = "rust" "One file, no_std, generic over f64, f32 and numbers of your own",
-    C = "c" "C99: a header and a source file that need math.h",
+words! {
+    /// The language of source.
+    pub enum SourceLanguage {
+        /// Of one file.
+        Rust = "rust" "One file, no_std, generic over f64, f32 and numbers of your own",
+        /// Of a source file and a header.
+        C = "c" "C99: a header and a source file that need math.h",
+    }
 }
 
 request! {

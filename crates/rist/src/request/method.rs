@@ -6,33 +6,24 @@ use super::words::{Words, words};
 use super::{Field, Request, request};
 use crate::error::Error;
 
-/// The equations of an identification.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Method {
-    /// Least squares on samples.
-    Ls,
-    /// The same with the parameters that the data need.
-    Essential,
-    /// The paper's.
-    Rist,
-    /// The same, with the gains of drives by total least squares.
-    Tls,
-    /// All harmonics of the experiments.
-    RistMh,
-    /// Instrumental variables.
-    Iv,
-    /// Direct and inverse dynamics.
-    Didim,
-}
-
-words! { Method:
-    Ls = "ls" "Least squares on filtered samples",
-    Essential = "essential" "Least squares with the parameters that the data need; the others are zero",
-    Rist = "rist" "The paper's equations, rows of the operator Sp",
-    Tls = "tls" "The paper's equations with unknown gains of drives, by total least squares",
-    RistMh = "rist-mh" "All harmonics, with friction",
-    Iv = "iv" "Instrumental variables: the experiments, simulated in closed loop, are the instruments of the samples",
-    Didim = "didim" "Direct and inverse dynamics: only torques are fitted, to the experiments simulated in closed loop",
+words! {
+    /// The equations of an identification.
+    pub enum Method {
+        /// Least squares on samples.
+        Ls = "ls" "Least squares on filtered samples",
+        /// The same with the parameters that the data need.
+        Essential = "essential" "Least squares with the parameters that the data need; the others are zero",
+        /// The paper's.
+        Rist = "rist" "The paper's equations, rows of the operator Sp",
+        /// The same, with the gains of drives by total least squares.
+        Tls = "tls" "The paper's equations with unknown gains of drives, by total least squares",
+        /// All harmonics of the experiments.
+        RistMh = "rist-mh" "All harmonics, with friction",
+        /// Instrumental variables.
+        Iv = "iv" "Instrumental variables: the experiments, simulated in closed loop, are the instruments of the samples",
+        /// Direct and inverse dynamics.
+        Didim = "didim" "Direct and inverse dynamics: only torques are fitted, to the experiments simulated in closed loop",
+    }
 }
 
 impl Method {

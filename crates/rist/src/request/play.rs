@@ -6,24 +6,18 @@ use identification::estimate::artefact::Estimate;
 use super::words::words;
 use super::{Range, request};
 
-/// Who plays a motion.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Controller {
-    /// An e-Series of Universal Robots.
-    UrE,
-    /// A CB3 of Universal Robots.
-    UrCb3,
-    /// A loop of libfranka.
-    Franka,
-    /// A joint_trajectory_controller of ros2_control.
-    Ros2,
-}
-
-words! { Controller:
-    UrE = "ur-e" "URScript, a set point each 2 ms",
-    UrCb3 = "ur-cb3" "URScript, a set point each 8 ms",
-    Franka = "franka" "CSV, a row each ms: for a loop of libfranka that reads it",
-    Ros2 = "ros2" "A JointTrajectory in YAML, at the rate of the motion: quintic between its points",
+words! {
+    /// Who plays a motion.
+    pub enum Controller {
+        /// An e-Series of Universal Robots.
+        UrE = "ur-e" "URScript, a set point each 2 ms",
+        /// A CB3 of Universal Robots.
+        UrCb3 = "ur-cb3" "URScript, a set point each 8 ms",
+        /// A loop of libfranka.
+        Franka = "franka" "CSV, a row each ms: for a loop of libfranka that reads it",
+        /// A joint_trajectory_controller of ros2_control.
+        Ros2 = "ros2" "A JointTrajectory in YAML, at the rate of the motion: quintic between its points",
+    }
 }
 
 request! {

@@ -7,24 +7,18 @@ use super::types::{FieldType, last, plain_type};
 use super::words::{Words, words};
 use crate::error::Error;
 
-/// What is unknown beside the parameters, of all joints.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Unknown {
-    /// How the base is mounted.
-    Mount,
-    /// Where each joint is at zero.
-    Zeros,
-    /// The torque of each joint beside that of the others.
-    Scales,
-    /// A spring at each joint.
-    Springs,
-}
-
-words! { Unknown:
-    Mount = "mount" "",
-    Zeros = "zeros" "",
-    Scales = "scales" "",
-    Springs = "springs" "",
+words! {
+    /// What is unknown beside the parameters, of all joints.
+    pub enum Unknown {
+        /// How the base is mounted.
+        Mount = "mount" "",
+        /// Where each joint is at zero.
+        Zeros = "zeros" "",
+        /// The torque of each joint beside that of the others.
+        Scales = "scales" "",
+        /// A spring at each joint.
+        Springs = "springs" "",
+    }
 }
 
 fn unknown(text: &str) -> Result<Unknown, String> {

@@ -45,8 +45,19 @@ pub(super) fn shape<T: Words>() -> Shape {
     }
 }
 
-/// Makes a type one of a field: its choices, their words and what they mean.
+/// Makes a type one of a field: its choices, their words and what they mean. An `enum` is declared with them.
 macro_rules! words {
+    ($(#[doc = $about:literal])* pub enum $type:ident {
+        $($(#[doc = $doc:literal])* $choice:ident = $word:literal $help:expr),* $(,)?
+    }) => {
+        $(#[doc = $about])*
+        #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+        pub enum $type {
+            $($(#[doc = $doc])* $choice),*
+        }
+
+        $crate::request::words::words! { $type: $($choice = $word $help),* }
+    };
     ($type:ty: $($choice:ident = $word:literal $help:expr),* $(,)?) => {
         impl $crate::request::words::Words for $type {
             const WORDS: &'static [($type, &'static str, &'static str)] = &[$((<$type>::$choice, $word, $help)),*];
