@@ -86,7 +86,7 @@ impl HarmonicData<'_> {
         let options = HarmonicOptions { effects: all, ..options.clone() };
         let mut data = self.clone();
         let (with, _) = data.fitted(&options)?;
-        let misfit = data.squares_left(&with, &options);
+        let misfit = data.squares_left(&with);
         let columns: usize = effects.iter().map(|e| e.columns()).sum();
         let f = (left.chi_square - misfit.chi_square) / columns as f64 / misfit.total;
         // Not a number is no evidence.
@@ -95,8 +95,7 @@ impl HarmonicData<'_> {
         if !is_beyond || !explained.is_finite() {
             return None;
         }
-        let sizes: Vec<EffectSize> =
-            data.effect_sizes(&with, &options).split_off(options.effects.len() - effects.len());
+        let sizes: Vec<EffectSize> = data.effect_sizes(&with).split_off(options.effects.len() - effects.len());
         let carried: Vec<f64> = sizes.iter().map(|size| data.carried(&with, size)).collect();
         let most = carried.iter().copied().fold(0.0, f64::max);
         let is_told = |(size, carried): (&EffectSize, &f64)| {
@@ -149,7 +148,7 @@ impl HarmonicData<'_> {
         // What a fit without ripple leaves of its rows.
         let fit = Fit::new(self, &shape, &plain, self.deviations(None));
         let (mut rows, mut left) = (Vec::new(), Vec::new());
-        fit.each_equation(self, &plain, |_, row, known, y| {
+        fit.each_equation(self, |_, row, known, y| {
             left.push(y - known - dot(row, &fit.x));
             rows.push(row.to_vec());
         });

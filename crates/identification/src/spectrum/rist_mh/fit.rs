@@ -42,6 +42,8 @@ pub struct GainEquation {
 /// The state of the iteration for one shape.
 pub(crate) struct Fit {
     pub shape: FrictionShape,
+    /// Whether the motion may end otherwise than it began.
+    ends: bool,
     /// Rows of the friction columns of each spectrum.
     friction: Vec<Vec<Vec<f64>>>,
     pub deviation: Vec<Vec<f64>>,
@@ -69,6 +71,7 @@ impl Fit {
         let friction = data.spectra.iter().map(|s| s.friction_rows(shape, data.gain[s.joint])).collect();
         let mut fit = Fit {
             shape: *shape,
+            ends: options.ends,
             friction,
             deviation,
             x: vec![],
@@ -81,13 +84,13 @@ impl Fit {
             effective: 0.0,
         };
         // Without a spread there is no drift u: this fit gives f, about which u is linearised.
-        fit.solve(data, options);
+        fit.solve(data);
         if options.drift {
             // The spread s of the drifts is estimated from them, until it stands still or is none.
             fit.spread = 0.1;
             for _ in 0..DRIFT_ITERATIONS {
                 let before = fit.spread;
-                fit.solve(data, options);
+                fit.solve(data);
                 if fit.spread < SMALLEST_DRIFT_SPREAD || (fit.spread - before).abs() < 1e-3 * before {
                     break;
                 }
@@ -135,23 +138,13 @@ impl Fit {
     }
 
     /// Squares of the residuals, weighted by these deviations of the rows, spectrum by spectrum.
-    pub(crate) fn squares_by(
-        &self,
-        data: &HarmonicData,
-        options: &HarmonicOptions,
-        deviation: &[Vec<f64>],
-    ) -> Vec<f64> {
-        let residuals = self.residuals(data, options, deviation);
+    pub(crate) fn squares_by(&self, data: &HarmonicData, deviation: &[Vec<f64>]) -> Vec<f64> {
+        let residuals = self.residuals(data, deviation);
         residuals.iter().map(|of| of.iter().map(|r| r * r).sum()).collect()
     }
 
     /// The residuals over these deviations of the rows, spectrum by spectrum.
-    pub(crate) fn residuals(
-        &self,
-        data: &HarmonicData,
-        options: &HarmonicOptions,
-        deviation: &[Vec<f64>],
-    ) -> Vec<Vec<f64>> {
+    pub(crate) fn residuals(&self, data: &HarmonicData, deviation: &[Vec<f64>]) -> Vec<Vec<f64>> {
         let at = self.layout;
         let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
         let of = |(e, s): (usize, &JointSpectrum)| {
@@ -160,7 +153,7 @@ impl Fit {
             let residual = |r: usize| {
                 let mut model = s.known[r] + dot(&s.rows[r], &self.x[at.parameters()]);
                 model += (1.0 + self.drift[e]) * dot(&self.friction[e][r], friction);
-                if options.ends {
+                if self.ends {
                     model += dot(&ends[r], &self.x[at.ends(e)]);
                 }
                 model += data.effect_rows.get(e).map_or(0.0, |rows| dot(&rows[r], &self.x[at.effects()]));
@@ -172,34 +165,29 @@ impl Fit {
     }
 
     /// Where the unknowns of the present fit stand.
-    pub(crate) fn layout_of(&self, data: &HarmonicData, options: &HarmonicOptions) -> Layout {
+    pub(crate) fn layout_of(&self, data: &HarmonicData) -> Layout {
         Layout {
             base: data.p,
             joints: data.n,
             friction_of_joint: self.shape.columns(),
             drift_count: if self.has_drift() { self.drift.len() } else { 0 },
-            ended_spectra: if options.ends { data.spectra.len() } else { 0 },
+            ended_spectra: if self.ends { data.spectra.len() } else { 0 },
             effect_columns: data.effect_columns(),
         }
     }
 
     /// The linearised, weighted rows about the present friction and drift.
-    pub(crate) fn triangle(&self, data: &HarmonicData, options: &HarmonicOptions) -> Triangle {
-        let mut block = TriangleBuilder::new(self.layout_of(data, options).unknowns());
-        self.each_equation(data, options, |_, row, known, y| {
+    pub(crate) fn triangle(&self, data: &HarmonicData) -> Triangle {
+        let mut block = TriangleBuilder::new(self.layout_of(data).unknowns());
+        self.each_equation(data, |_, row, known, y| {
             block.push(row, y - known);
         });
         block.finish()
     }
 
     /// The same rows one by one. `take` gets the owner, the coefficients, the known torque and the right-hand side.
-    pub(crate) fn each_equation(
-        &self,
-        data: &HarmonicData,
-        options: &HarmonicOptions,
-        mut take: impl FnMut(Owner, &[f64], f64, f64),
-    ) {
-        let at = self.layout_of(data, options);
+    pub(crate) fn each_equation(&self, data: &HarmonicData, mut take: impl FnMut(Owner, &[f64], f64, f64)) {
+        let at = self.layout_of(data);
         let first_drift = at.drifts().start;
         let mut row = vec![0.0; at.unknowns()];
         let mut push = |owner: Owner, row: &mut Vec<f64>, known: f64, y: f64| {
@@ -223,7 +211,7 @@ impl Fit {
                     row[first_drift + e] = w * now;
                     y += self.drift[e] * now;
                 }
-                if options.ends {
+                if self.ends {
                     row[at.ends(e)].iter_mut().zip(&ends[r]).for_each(|(x, end)| *x = w * end);
                 }
                 if let Some(rows) = data.effect_rows.get(e) {
@@ -259,17 +247,12 @@ impl Fit {
     /// The equations with the gains as unknowns, linearised about the present gains. Expected gains are the last rows.
     ///
     /// In currents a row is w k (I - m / k), where m is the torque of the model. But for the residual, m is k I.
-    pub(crate) fn gain_equations(
-        &self,
-        data: &HarmonicData,
-        options: &HarmonicOptions,
-        gains: &[Gain],
-    ) -> Vec<GainEquation> {
+    pub(crate) fn gain_equations(&self, data: &HarmonicData, gains: &[Gain]) -> Vec<GainEquation> {
         let unknowns = self.x.len();
         let free: Vec<usize> = (0..gains.len()).filter(|&j| gains[j].is_unknown()).collect();
         let mut count = vec![0; data.spectra.len()];
         let mut all = Vec::new();
-        self.each_equation(data, options, |owner, row, known, y| {
+        self.each_equation(data, |owner, row, known, y| {
             let mut coefficients = row.to_vec();
             coefficients.extend(free.iter().map(|&j| if j == owner.joint { -y / data.gain[j] } else { 0.0 }));
             let row = count.get_mut(owner.cluster);
@@ -289,17 +272,17 @@ impl Fit {
     }
 
     /// One Gauss-Newton step and one step of the spread; a drift that vanishes is taken out of the unknowns.
-    pub(crate) fn solve(&mut self, data: &HarmonicData, options: &HarmonicOptions) {
-        self.step(data, options);
+    pub(crate) fn solve(&mut self, data: &HarmonicData) {
+        self.step(data);
         if !self.has_drift() && self.drift.iter().any(|u| *u != 0.0) {
             self.drift.fill(0.0);
-            self.step(data, options);
+            self.step(data);
         }
     }
 
-    fn step(&mut self, data: &HarmonicData, options: &HarmonicOptions) {
-        let at = self.layout_of(data, options);
-        let triangle = self.triangle(data, options);
+    fn step(&mut self, data: &HarmonicData) {
+        let at = self.layout_of(data);
+        let triangle = self.triangle(data);
         let unknowns = triangle.columns();
         let x = triangle.solution();
         self.chi_square = triangle.squares(&x).1;
@@ -317,6 +300,6 @@ impl Fit {
         }
         self.x = x;
         self.layout = at;
-        self.squares = self.squares_by(data, options, &self.deviation);
+        self.squares = self.squares_by(data, &self.deviation);
     }
 }

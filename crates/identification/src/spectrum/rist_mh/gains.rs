@@ -45,9 +45,9 @@ impl HarmonicData<'_> {
         // The first gains: with equation (5) for the friction of every joint, and no drift.
         let plain = HarmonicOptions { band: options.band, ends: options.ends, ..HarmonicOptions::plain() };
         let fit = Fit::new(self, &FrictionShape::ASYMMETRIC, &plain, self.deviations(None));
-        let equations = fit.current_equations(self, &plain);
+        let equations = fit.current_equations(self);
         let mut gains = drive_gains(&equations, known)?;
-        fit.deviations_by_frequency(self, &plain, known, &mut gains);
+        fit.deviations_by_frequency(self, known, &mut gains);
         let mut found = HarmonicGains { gains, equations, friction: None, rounds: None };
         for round in 0..MAX_FRICTION_CHOICES {
             // Torques need positive gains; without them no friction can be chosen.
@@ -59,14 +59,14 @@ impl HarmonicData<'_> {
             // Friction, drift and weights from the gains at hand, then the gains from those rows.
             self.gain = found.gains.gain.clone();
             let Some((fit, criteria)) = self.fitted(options) else { break };
-            let equations = fit.current_equations(self, options);
+            let equations = fit.current_equations(self);
             let mut gains = drive_gains(&equations, known)?;
-            fit.deviations_by_frequency(self, options, known, &mut gains);
+            fit.deviations_by_frequency(self, known, &mut gains);
             // Settled: the friction stays, and no gain moves by a hundredth of its deviation.
             let moved = |j: usize| (gains.gain[j] - found.gains.gain[j]).abs() > 0.01 * gains.gain_deviation[j];
             let is_same = found.friction.is_some_and(|f| f.shape == fit.shape);
             let is_settled = is_same && !(0..self.n).any(moved);
-            let mut friction = self.finished(&fit, options, criteria, known);
+            let mut friction = self.finished(&fit, criteria, known);
             if is_settled || round + 1 == MAX_FRICTION_CHOICES {
                 self.explain(&mut friction, &fit, options);
             }
@@ -82,11 +82,11 @@ impl HarmonicData<'_> {
 
 impl Fit {
     /// The equations of each joint in currents, all but the parameters projected out.
-    fn current_equations(&self, data: &HarmonicData, options: &HarmonicOptions) -> Vec<JointEquations> {
+    fn current_equations(&self, data: &HarmonicData) -> Vec<JointEquations> {
         let p = data.p;
         let mut of_joint = vec![(vec![], vec![], vec![]); data.n];
         let mut nuisance = 0;
-        self.each_equation(data, options, |Owner { joint: j, .. }, row, known, y| {
+        self.each_equation(data, |Owner { joint: j, .. }, row, known, y| {
             nuisance = row.len() - p;
             let mut turned = row[p..].to_vec();
             turned.extend(row[..p].iter().map(|d| data.gain[j] * d));

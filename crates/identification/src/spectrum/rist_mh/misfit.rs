@@ -23,7 +23,7 @@ use numerics::triangle::{Triangle, TriangleBuilder};
 use crate::estimate::ledger::{LACKING_MODEL_CHI_SQUARE, NOISE_CHI_SQUARE};
 use crate::estimators::clusters::{Cluster, REMAINDER_ROUNDING_SHARE, Whole};
 use crate::estimators::drive_gains::likelihood::Gain;
-use crate::spectrum::rist_mh::data::{HarmonicData, HarmonicOptions};
+use crate::spectrum::rist_mh::data::HarmonicData;
 use crate::spectrum::rist_mh::fit::Fit;
 
 /// Share of a cluster that is taken out of A.
@@ -68,15 +68,15 @@ impl Misfit {
 
 impl HarmonicData<'_> {
     /// The misfit of a finished fit; `gains`: empty where all are known.
-    pub(crate) fn misfit(&self, fit: &Fit, options: &HarmonicOptions, gains: &[Gain]) -> Misfit {
-        let mut misfit = self.squares_left(fit, options);
+    pub(crate) fn misfit(&self, fit: &Fit, gains: &[Gain]) -> Misfit {
+        let mut misfit = self.squares_left(fit);
         let beyond = misfit.beyond_noise();
         if beyond > 0.0 {
             let mut x = fit.shared();
             let shared = x.len();
             // The unknown of a gain is its change, which is zero at the present gain.
             x.extend(gains.iter().filter(|g| g.is_unknown()).map(|_| 0.0));
-            let mut found = by_experiment(&fit.clusters(self, options, gains), &x);
+            let mut found = by_experiment(&fit.clusters(self, gains), &x);
             found.iter_mut().for_each(|deviation| *deviation *= beyond.sqrt());
             let mut of_gains = found.split_off(shared).into_iter();
             let next = |g: &Gain| if g.is_unknown() { of_gains.next().unwrap_or(0.0) } else { 0.0 };
@@ -88,11 +88,11 @@ impl HarmonicData<'_> {
 
     /// By experiment, the unknowns `x` where parameters, friction and effects are those that all other experiments give, with
     /// the weights and about the friction of the whole fit; empty where there is one experiment.
-    pub(crate) fn left_out(&self, fit: &Fit, options: &HarmonicOptions, x: &[f64]) -> Vec<Vec<f64>> {
+    pub(crate) fn left_out(&self, fit: &Fit, x: &[f64]) -> Vec<Vec<f64>> {
         let of_spectra = self.spectra.iter().map(|s| s.experiment);
         let sweeps = self.motions.iter().enumerate().filter(|(_, motion)| motion.is_none()).map(|(e, _)| e);
         let owners: Vec<usize> = of_spectra.chain(sweeps).collect();
-        let clusters = fit.clusters(self, options, &[]);
+        let clusters = fit.clusters(self, &[]);
         let shared = fit.shared_columns();
         let one = |experiment: usize| {
             let others = clusters.iter().zip(&owners).filter(|(_, owner)| **owner != experiment);
@@ -106,9 +106,9 @@ impl HarmonicData<'_> {
     }
 
     /// chi^2 alone, without deviations.
-    pub(crate) fn squares_left(&self, fit: &Fit, options: &HarmonicOptions) -> Misfit {
+    pub(crate) fn squares_left(&self, fit: &Fit) -> Misfit {
         let noise = self.deviations_by(&self.noise_of_band, Some(&fit.x[..self.p]));
-        let squares = fit.squares_by(self, options, &noise);
+        let squares = fit.squares_by(self, &noise);
         let share = fit.free_share();
         let rows = |is_of: &dyn Fn(usize) -> bool| {
             let of = || self.spectra.iter().zip(&squares).filter(|(s, _)| is_of(s.joint));
@@ -145,13 +145,13 @@ impl Fit {
 
     /// The triangle of each spectrum in the shared columns, with its own columns projected out. Those of the gravity
     /// rows and of the expected gains follow. An estimated gain is a column behind the shared ones.
-    fn clusters(&self, data: &HarmonicData, options: &HarmonicOptions, gains: &[Gain]) -> Vec<Triangle> {
+    fn clusters(&self, data: &HarmonicData, gains: &[Gain]) -> Vec<Triangle> {
         let unknowns = self.x.len();
         let mut shared = self.shared_columns();
         let of_others: Vec<usize> = (0..unknowns).filter(|c| !shared.contains(c)).collect();
         shared.extend(unknowns..unknowns + gains.iter().filter(|g| g.is_unknown()).count());
         let (mut rows, mut expected) = (vec![Vec::new(); data.spectra.len() + data.sweeps.len()], Vec::new());
-        for equation in self.gain_equations(data, options, gains) {
+        for equation in self.gain_equations(data, gains) {
             let row = (equation.coefficients, equation.right);
             match equation.owner {
                 Some(owner) => rows[owner.cluster].push(row),

@@ -15,7 +15,7 @@ use numerics::least_squares::{Solution, solve};
 use numerics::triangle::TriangleBuilder;
 
 use crate::estimators::drive_gains::likelihood::{DriveGains, Gain};
-use crate::spectrum::rist_mh::data::{HarmonicData, HarmonicOptions};
+use crate::spectrum::rist_mh::data::HarmonicData;
 use crate::spectrum::rist_mh::fit::{Fit, GainEquation};
 
 /// Most steps of scoring, far more than it takes.
@@ -36,19 +36,13 @@ struct Row {
 impl Fit {
     /// Sets the deviations of the gains found with this fit, and of the parameters beside them, as the head of this
     /// file says.
-    pub(crate) fn deviations_by_frequency(
-        &self,
-        data: &HarmonicData,
-        options: &HarmonicOptions,
-        known: &[Gain],
-        found: &mut DriveGains,
-    ) {
-        let rows = self.gain_equations(data, options, known);
+    pub(crate) fn deviations_by_frequency(&self, data: &HarmonicData, known: &[Gain], found: &mut DriveGains) {
+        let rows = self.gain_equations(data, known);
         let width = rows.first().map_or(0, |row| row.coefficients.len());
         let mut plain = TriangleBuilder::new(width);
         rows.iter().for_each(|row| plain.push(&row.coefficients, 0.0));
         let solution = solve(&plain.finish());
-        let scales = self.scales(data, options, &rows, &solution);
+        let scales = self.scales(data, &rows, &solution);
         let mut scaled = TriangleBuilder::new(width);
         for row in &rows {
             let scale = row.place.map_or(1.0, |(e, r)| scales[e][r]).sqrt();
@@ -65,14 +59,8 @@ impl Fit {
     }
 
     /// exp(a + b u) of each row of each spectrum.
-    fn scales(
-        &self,
-        data: &HarmonicData,
-        options: &HarmonicOptions,
-        rows: &[GainEquation],
-        solution: &Solution,
-    ) -> Vec<Vec<f64>> {
-        let residuals = self.residuals(data, options, &self.deviation);
+    fn scales(&self, data: &HarmonicData, rows: &[GainEquation], solution: &Solution) -> Vec<Vec<f64>> {
+        let residuals = self.residuals(data, &self.deviation);
         let moving = data.spectra.iter().flat_map(|s| &s.frequency).filter(|f| **f > 0.0);
         let lowest = moving.fold(f64::MAX, |least, f| least.min(*f));
         let octaves = |f: f64| (1.0 + f / lowest).log2();

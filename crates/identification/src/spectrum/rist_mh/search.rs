@@ -151,7 +151,7 @@ impl<'a> HarmonicData<'a> {
     /// again, and the sizes are iterated again.
     pub fn estimate(&mut self, options: &HarmonicOptions) -> Option<HarmonicEstimate> {
         let (best, criteria) = self.fitted(options)?;
-        let mut found = self.finished(&best, options, criteria, &[]);
+        let mut found = self.finished(&best, criteria, &[]);
         self.explain(&mut found, &best, options);
         Some(found)
     }
@@ -238,20 +238,14 @@ impl<'a> HarmonicData<'a> {
         let mut best = tried.swap_remove(at);
         if options.weights {
             best.deviation = best.calibrated(self);
-            best.solve(self, options);
+            best.solve(self);
         }
         Some((best, criteria))
     }
 
-    pub(crate) fn finished(
-        &self,
-        best: &Fit,
-        options: &HarmonicOptions,
-        criteria: Vec<(FrictionShape, f64)>,
-        gains: &[Gain],
-    ) -> HarmonicEstimate {
-        let solution = solve(&best.triangle(self, options));
-        let at = best.layout_of(self, options);
+    pub(crate) fn finished(&self, best: &Fit, criteria: Vec<(FrictionShape, f64)>, gains: &[Gain]) -> HarmonicEstimate {
+        let solution = solve(&best.triangle(self));
+        let at = best.layout_of(self);
         let drift = |(s, i): (&JointSpectrum, usize)| (s.experiment, s.joint, solution.x[i]);
         let ends = |i: usize| at.ends(i).map(|i| solution.x[i]).collect::<Vec<_>>();
         let ends = |i: usize| ends(i).try_into().unwrap_or_default();
@@ -262,8 +256,8 @@ impl<'a> HarmonicData<'a> {
             drift: self.spectra.iter().zip(at.drifts()).map(drift).collect(),
             drift_spread: best.drift_spread(),
             effects: self.sizes(&solution, at.effects().start),
-            left_out: self.left_out(best, options, &solution.x),
-            misfit: self.misfit(best, options, gains),
+            left_out: self.left_out(best, &solution.x),
+            misfit: self.misfit(best, gains),
             cause: None,
             chi_square: best.chi_square,
             freedom: best.rows.saturating_sub(solution.rank),
@@ -273,9 +267,9 @@ impl<'a> HarmonicData<'a> {
     }
 
     /// The effects of a fit.
-    pub(crate) fn effect_sizes(&self, fit: &Fit, options: &HarmonicOptions) -> Vec<EffectSize> {
-        let solution = solve(&fit.triangle(self, options));
-        self.sizes(&solution, fit.layout_of(self, options).effects().start)
+    pub(crate) fn effect_sizes(&self, fit: &Fit) -> Vec<EffectSize> {
+        let solution = solve(&fit.triangle(self));
+        self.sizes(&solution, fit.layout_of(self).effects().start)
     }
 
     fn sizes(&self, solution: &Solution, mut first: usize) -> Vec<EffectSize> {
