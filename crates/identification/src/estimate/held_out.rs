@@ -72,7 +72,7 @@ pub(crate) fn together(model: &Model, parts: &[Vec<Squares>]) -> Residuals {
     let mut sums = vec![Squares::default(); model.n()];
     for part in parts {
         for (sum, s) in sums.iter_mut().zip(part) {
-            *sum = Squares { torque: sum.torque + s.torque, left: sum.left + s.left, rows: sum.rows + s.rows };
+            *sum = sum.with(s);
         }
     }
     Residuals::new(model.regressor, sums)

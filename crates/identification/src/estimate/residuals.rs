@@ -63,6 +63,12 @@ impl Squares {
         self.rows += 1;
     }
 
+    /// With those of other rows.
+    pub(crate) fn with(self, other: &Squares) -> Squares {
+        let Squares { torque, left, rows } = *other;
+        Squares { torque: self.torque + torque, left: self.left + left, rows: self.rows + rows }
+    }
+
     /// Of rows of joint j, from those of the torque without its scale.
     pub(crate) fn of(model: &Model, j: usize, rows: usize, torque: f64, left: f64) -> Squares {
         let square = model.scale(j).powi(2);
@@ -103,11 +109,7 @@ impl Residuals {
 fn total(joints: &[JointResidual], squares: &[Squares]) -> f64 {
     let of = |unit: Unit| {
         let own = joints.iter().zip(squares).filter(|(joint, _)| joint.unit == unit).map(|(_, squares)| squares);
-        own.fold(Squares::default(), |a, s| Squares {
-            torque: a.torque + s.torque,
-            left: a.left + s.left,
-            rows: a.rows + s.rows,
-        })
+        own.fold(Squares::default(), |a, s| a.with(s))
     };
     let kinds = [false, true].map(|slides| of(Unit::TORQUE.along(slides))).into_iter().filter(|kind| kind.rows > 0);
     let kinds: Vec<Squares> = kinds.collect();

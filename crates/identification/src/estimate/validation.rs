@@ -95,7 +95,7 @@ impl Validation {
         let mut squares = vec![Squares::default(); regressor.coordinates().len()];
         for (_, one) in logs {
             for (sum, s) in squares.iter_mut().zip(&one.squares) {
-                *sum = Squares { torque: sum.torque + s.torque, left: sum.left + s.left, rows: sum.rows + s.rows };
+                *sum = sum.with(s);
             }
         }
         let whole = Residuals::new(regressor, squares);

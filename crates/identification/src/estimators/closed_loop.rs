@@ -99,12 +99,13 @@ pub fn simulated(
                 &instruments
             }
         };
-        let (normal, rhs, gram, rows, squares) = products(model, &instruments, regressors, measured, &weights);
+        let round = Round { model, instruments: &instruments, regressors, measured, weights: &weights };
+        let (normal, rhs, gram, rows, squares) = round.products();
         let inverse = scaled_inverse(&normal)
             .ok_or_else(|| Error::new("the simulated motion leaves parameters open: excite more, or fix them"))?;
         // X = (Z' W)^-1 Z' Y, and C = s^2 (Z'W)^-1 Z'Z (W'Z)^-1.
         let next = &inverse * &rhs;
-        let fitted = residual_variance(model, regressors, measured, &weights, &next, rows, squares);
+        let fitted = round.residual_variance(&next, rows, squares);
         let covariance = fitted * &inverse * &gram * inverse.transpose();
         out.sigma = covariance.diagonal().iter().map(|v| v.max(0.0).sqrt()).collect();
         // The relative change |X_next - X| / |X_next|; the iteration ends where it is small.
@@ -115,7 +116,7 @@ pub fn simulated(
         (out.x, out.iterations) = (x.clone(), iteration);
         out.converged = out.change < SETTLED_RELATIVE_CHANGE;
         if out.converged || iteration == MAX_ITERATIONS {
-            out.robust = robust_sigma(model, &instruments, regressors, measured, &weights, &x, &inverse);
+            out.robust = round.robust_sigma(&x, &inverse);
             break;
         }
     }
@@ -124,58 +125,76 @@ pub fn simulated(
 
 type Products = (DMatrix<f64>, DVector<f64>, DMatrix<f64>, usize, f64);
 
-/// Z'W, Z'Y, Z'Z, the number of rows, and |Y|^2, the rows weighted.
-fn products(model: &Model, z: &States, w: &States, measured: &States, weights: &[f64]) -> Products {
-    let (n, p) = (model.n(), model.p());
-    let (mut normal, mut gram, mut rhs) = (DMatrix::zeros(p, p), DMatrix::zeros(p, p), DVector::zeros(p));
-    let (mut rows, mut squares) = (0, 0.0);
-    paired(model, z, w, |r, zr, wr| {
-        for j in (0..n).filter(|&j| measured.used[r * n + j]) {
-            let v = weights[j] * weights[j];
-            let tau = measured.tau[r * n + j];
-            let zv = nalgebra::DVectorView::from_slice(&zr[j * p..(j + 1) * p], p);
-            let wv = nalgebra::DVectorView::from_slice(&wr[j * p..(j + 1) * p], p);
-            normal.ger(v, &zv, &wv, 1.0);
-            gram.ger(v, &zv, &zv, 1.0);
-            rhs.axpy(v * tau, &zv, 1.0);
-            rows += 1;
-            squares += v * tau * tau;
-        }
-    });
-    (normal, rhs, gram, rows, squares)
+/// The states of one iteration.
+struct Round<'a> {
+    model: &'a Model<'a>,
+    /// Those of Z.
+    instruments: &'a States,
+    /// Those of W.
+    regressors: &'a States,
+    measured: &'a States,
+    /// By joint.
+    weights: &'a [f64],
 }
 
-/// The n x p rows of both at each sample in turn.
-fn paired(model: &Model, z: &States, w: &States, mut take: impl FnMut(usize, &[f64], &[f64])) {
-    let mut wr = vec![0.0; model.n() * model.p()];
-    model.rows(z, 0..z.len(), |r, zr| {
-        model.rows(w, r..r + 1, |_, rows| wr.copy_from_slice(rows));
-        take(r, zr, &wr);
-    });
-}
+impl Round<'_> {
+    /// Z'W, Z'Y, Z'Z, the number of rows, and |Y|^2, the rows weighted.
+    fn products(&self) -> Products {
+        let Round { model, measured, weights, .. } = *self;
+        let (n, p) = (model.n(), model.p());
+        let (mut normal, mut gram, mut rhs) = (DMatrix::zeros(p, p), DMatrix::zeros(p, p), DVector::zeros(p));
+        let (mut rows, mut squares) = (0, 0.0);
+        self.paired(|r, zr, wr| {
+            for j in (0..n).filter(|&j| measured.used[r * n + j]) {
+                let v = weights[j] * weights[j];
+                let tau = measured.tau[r * n + j];
+                let zv = nalgebra::DVectorView::from_slice(&zr[j * p..(j + 1) * p], p);
+                let wv = nalgebra::DVectorView::from_slice(&wr[j * p..(j + 1) * p], p);
+                normal.ger(v, &zv, &wv, 1.0);
+                gram.ger(v, &zv, &zv, 1.0);
+                rhs.axpy(v * tau, &zv, 1.0);
+                rows += 1;
+                squares += v * tau * tau;
+            }
+        });
+        (normal, rhs, gram, rows, squares)
+    }
 
-/// Deviations from sums of the scores (Z'W)^-1 Z_r' e_r over the span that the correlation of the residuals asks for.
-fn robust_sigma(
-    model: &Model,
-    z: &States,
-    w: &States,
-    measured: &States,
-    weights: &[f64],
-    x: &[f64],
-    inverse: &DMatrix<f64>,
-) -> Vec<f64> {
-    let (n, p) = (model.n(), model.p());
-    let mut sums = OverlappingSums::new(p, span(correlation(model, w, x), measured.len()));
-    paired(model, z, w, |r, zr, wr| {
-        let mut g = DVector::zeros(p);
-        for j in (0..n).filter(|&j| measured.used[r * n + j]) {
-            let fit: f64 = wr[j * p..(j + 1) * p].iter().zip(x).map(|(a, b)| a * b).sum();
-            let e = weights[j] * weights[j] * (measured.tau[r * n + j] - fit);
-            g.axpy(e, &nalgebra::DVectorView::from_slice(&zr[j * p..(j + 1) * p], p), 1.0);
-        }
-        sums.add((inverse * g).as_slice());
-    });
-    sums.variance().into_iter().map(f64::sqrt).collect()
+    /// The n x p rows of both at each sample in turn.
+    fn paired(&self, mut take: impl FnMut(usize, &[f64], &[f64])) {
+        let Round { model, instruments: z, regressors: w, .. } = *self;
+        let mut wr = vec![0.0; model.n() * model.p()];
+        model.rows(z, 0..z.len(), |r, zr| {
+            model.rows(w, r..r + 1, |_, rows| wr.copy_from_slice(rows));
+            take(r, zr, &wr);
+        });
+    }
+
+    /// Deviations from sums of the scores (Z'W)^-1 Z_r' e_r over the span that the correlation of the residuals asks for.
+    fn robust_sigma(&self, x: &[f64], inverse: &DMatrix<f64>) -> Vec<f64> {
+        let Round { model, regressors, measured, weights, .. } = *self;
+        let (n, p) = (model.n(), model.p());
+        let mut sums = OverlappingSums::new(p, span(correlation(model, regressors, x), measured.len()));
+        self.paired(|r, zr, wr| {
+            let mut g = DVector::zeros(p);
+            for j in (0..n).filter(|&j| measured.used[r * n + j]) {
+                let fit: f64 = wr[j * p..(j + 1) * p].iter().zip(x).map(|(a, b)| a * b).sum();
+                let e = weights[j] * weights[j] * (measured.tau[r * n + j] - fit);
+                g.axpy(e, &nalgebra::DVectorView::from_slice(&zr[j * p..(j + 1) * p], p), 1.0);
+            }
+            sums.add((inverse * g).as_slice());
+        });
+        sums.variance().into_iter().map(f64::sqrt).collect()
+    }
+
+    fn residual_variance(&self, x: &DVector<f64>, rows: usize, squares: f64) -> f64 {
+        let mut states = self.regressors.clone();
+        states.tau.clone_from(&self.measured.tau);
+        states.used.clone_from(&self.measured.used);
+        let mut sum = 0.0;
+        self.model.residuals(&states, x.as_slice(), |_, j, e| sum += (self.weights[j] * e).powi(2));
+        sum.min(squares) / rows.saturating_sub(self.model.p()).max(1) as f64
+    }
 }
 
 /// Inverse with rows and columns scaled alike; `None` when singular.
@@ -186,23 +205,6 @@ fn scaled_inverse(m: &DMatrix<f64>) -> Option<DMatrix<f64>> {
     let inverse = scaled.try_inverse()?;
     let inverse = DMatrix::from_fn(n, n, |i, j| inverse[(i, j)] * d[i] * d[j]);
     inverse.iter().all(|x| x.is_finite()).then_some(inverse)
-}
-
-fn residual_variance(
-    model: &Model,
-    w: &States,
-    measured: &States,
-    weights: &[f64],
-    x: &DVector<f64>,
-    rows: usize,
-    squares: f64,
-) -> f64 {
-    let mut states = w.clone();
-    states.tau.clone_from(&measured.tau);
-    states.used.clone_from(&measured.used);
-    let mut sum = 0.0;
-    model.residuals(&states, x.as_slice(), |_, j, e| sum += (weights[j] * e).powi(2));
-    sum.min(squares) / rows.saturating_sub(model.p()).max(1) as f64
 }
 
 #[cfg(test)]

@@ -36,21 +36,21 @@ pub struct JointSpectrum {
     /// Right-hand sides, in the unit of the current.
     pub current: Vec<f64>,
     /// Contribution of the load to the parameters; empty without one.
-    load: Vec<f64>,
+    pub(crate) load: Vec<f64>,
     /// Number of samples recorded.
     pub samples: usize,
     /// `[l][c]`: dY_j/dddq_l at the centre of the motion, per unit of parameter c: how position noise of joint l
     /// becomes torque noise.
     pub acceleration: Vec<Vec<f64>>,
     bins: Bins,
-    sample_time: f64,
-    /// Highest harmonic of the motion.
-    kept: usize,
+    pub(crate) sample_time: f64,
+    /// Highest harmonic that is kept of the motion.
+    pub(crate) kept: usize,
     /// Position, velocity, acceleration and current over one mean period: rad, rad/s, rad/s^2, the unit of the current.
     q: Vec<f64>,
     dq: Vec<f64>,
     ddq: Vec<f64>,
-    drive: Vec<f64>,
+    pub(crate) drive: Vec<f64>,
 }
 
 /// The harmonics that are used, and those of the motion that are kept.
@@ -163,25 +163,6 @@ impl JointSpectrum {
             rows.extend(at_f);
         }
         rows
-    }
-
-    /// Contribution of the load to the parameters; empty without one.
-    pub(crate) fn load(&self) -> &[f64] {
-        &self.load
-    }
-
-    pub(crate) fn sample_time(&self) -> f64 {
-        self.sample_time
-    }
-
-    /// Highest harmonic that is kept of the motion.
-    pub(crate) fn kept_harmonics(&self) -> usize {
-        self.kept
-    }
-
-    /// Current over one mean period, in the unit of the record.
-    pub(crate) fn drive(&self) -> &[f64] {
-        &self.drive
     }
 
     /// The friction columns over one mean period.

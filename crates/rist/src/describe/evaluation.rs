@@ -111,7 +111,7 @@ impl Evaluation {
         let shape = |o: &expr::Output| OutputShape { name: o.name.clone(), rows: o.rows, columns: o.columns };
         let outputs = function.outputs.iter().map(shape).collect();
         let tape = StateTape::new(&function, derivation.closure());
-        let parameters = tape.arguments().iter().find_map(|a| match *a {
+        let parameters = tape.arguments.iter().find_map(|a| match *a {
             Argument::Parameters(p) if p == model.parameters.len() => Some(ParametersOf::Base(p)),
             Argument::Parameters(p) => Some(ParametersOf::Standard(p)),
             _ => None,
@@ -135,7 +135,7 @@ impl Evaluation {
     pub fn others(&self) -> Vec<(&str, usize)> {
         let Source::Tape(tape) = &self.source else { return Vec::new() };
         let other = |a| if let &Argument::Other(ref name, width) = a { Some((name.as_str(), width)) } else { None };
-        tape.arguments().iter().filter_map(other).collect()
+        tape.arguments.iter().filter_map(other).collect()
     }
 
     /// Writes the outputs of one state after the other. Where a loop does not close, they are not numbers.
@@ -196,9 +196,9 @@ impl Evaluation {
     pub fn needs(&self, argument: &str) -> bool {
         match (&self.source, argument) {
             (Source::Regressor, _) => true,
-            (Source::Tape(tape), "q") => tape.arguments().contains(&Argument::Q),
-            (Source::Tape(tape), "dq") => tape.arguments().contains(&Argument::Dq),
-            (Source::Tape(tape), _) => tape.arguments().contains(&Argument::Ddq),
+            (Source::Tape(tape), "q") => tape.arguments.contains(&Argument::Q),
+            (Source::Tape(tape), "dq") => tape.arguments.contains(&Argument::Dq),
+            (Source::Tape(tape), _) => tape.arguments.contains(&Argument::Ddq),
         }
     }
 

@@ -108,14 +108,14 @@ pub fn check(model: &Model, file: &Path, artefact: &ExcitingMotion, request: &Ch
     let certificate = obligations.certificate(&motion);
 
     // What is left out.
-    let mut left_out = surroundings.left_out().to_vec();
+    let mut left_out = surroundings.left_out.clone();
     left_out.extend(torque_left_out(model, known.enclosure.is_some(), names, &limits, asked));
     left_out.extend(limits_of_file(&origins));
     left_out.extend(torques_of_file(artefact, request).filter(|_| torque.is_some()));
     left_out.push(LeftOut::approach());
     left_out.extend(margins::left_out(&errors));
     let seals =
-        [artefact.seal.note(file.display()), after_note(request), beyond_own_list(artefact, surroundings.gaps())];
+        [artefact.seal.note(file.display()), after_note(request), beyond_own_list(artefact, &surroundings.gaps)];
     let notes = seals.into_iter().flatten().chain(notes(artefact, torque.is_some(), &origins)).collect();
     let (floor, lowest) = (surroundings.floor(), surroundings.lowest(&motion));
     let margins = Margins::new(&motion, &certificate, &obligations, &errors, surroundings.mesh_error());

@@ -181,11 +181,14 @@ fn bounds(asked: &AskedLimits, jumps: &Jumps) -> CoordinateLimits {
 pub(crate) struct CourseCheck<'a> {
     model: &'a Model,
     request: &'a CheckRequest,
-    asked: Vec<AskedLimits>,
+    /// What description and request give, one per coordinate.
+    pub(crate) asked: Vec<AskedLimits>,
     jumps: Jumps,
     limits: Vec<CoordinateLimits>,
-    known: KnownTorque<'a>,
-    surroundings: RobotSurroundings,
+    /// The torques.
+    pub(crate) known: KnownTorque<'a>,
+    /// The bodies.
+    pub(crate) surroundings: RobotSurroundings,
     errors: ErrorMargins,
 }
 
@@ -217,21 +220,6 @@ impl<'a> CourseCheck<'a> {
         CourseCheck::new(model, request, asked, jumps)
     }
 
-    /// The torques.
-    pub(crate) fn known(&self) -> &KnownTorque<'a> {
-        &self.known
-    }
-
-    /// The bodies.
-    pub(crate) fn surroundings(&self) -> &RobotSurroundings {
-        &self.surroundings
-    }
-
-    /// What description and request give, one per coordinate.
-    pub(crate) fn asked(&self) -> &[AskedLimits] {
-        &self.asked
-    }
-
     /// The proofs of an experiment.
     pub(crate) fn experiment(&self, experiment: &ExcitingTrajectory) -> Checked {
         self.course(&PolynomialCourse::of_experiment(experiment))
@@ -258,7 +246,7 @@ impl<'a> CourseCheck<'a> {
     /// What no row is about, whatever the course.
     pub(crate) fn left_out(&self) -> Vec<LeftOut> {
         let (names, asked) = (self.model.regressor().coordinates(), &self.asked);
-        let mut left_out = self.surroundings.left_out().to_vec();
+        let mut left_out = self.surroundings.left_out.clone();
         if self.jumps.from == LimitKind::Acceleration {
             let of = names.iter().zip(asked).filter(|(_, a)| a.effort.is_some() || a.power.is_some());
             let of: Vec<String> = of.map(|(name, _)| name.clone()).collect();

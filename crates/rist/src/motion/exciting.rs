@@ -80,7 +80,7 @@ pub fn excite(model: &Model, request: &ExciteRequest, progress: &ExciteProgress)
         prior: &prior_of_a_sample,
     };
     let report = |done: usize, found: Option<&Found>| {
-        progress(done, request.starts, &progress_text(found, request.criterion, names, surroundings.gaps()))
+        progress(done, request.starts, &progress_text(found, request.criterion, names, &surroundings.gaps))
     };
     let found = search(&problem, &request.search(), &report);
     notes.extend(cut_short(found.as_ref().map_or(0, Vec::len), request.starts)?);
@@ -146,7 +146,7 @@ impl<'a> Conditions<'a> {
 
         // Places that bodies may reach.
         let surroundings = RobotSurroundings::new(model, &request.space(), None, &limits, &errors)?;
-        let mut left_out = surroundings.left_out().to_vec();
+        let mut left_out = surroundings.left_out.clone();
         left_out.extend(torque_left_out(model, known.enclosure.is_some(), &names, &limits, request.limits.as_ref()));
         refuse_what_is_owed(model, &left_out)?;
         left_out.push(LeftOut::approach());
@@ -256,7 +256,7 @@ impl<'a> Conditions<'a> {
                 names[coordinate],
                 100.0 * share
             )),
-            NoMotion::TooNarrow { gap, room } => self.too_narrow(&self.surroundings.gaps()[gap], room),
+            NoMotion::TooNarrow { gap, room } => self.too_narrow(&self.surroundings.gaps[gap], room),
         }
     }
 

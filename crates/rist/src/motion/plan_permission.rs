@@ -52,9 +52,9 @@ impl<'a> PlanPermission<'a> {
     /// Whether bodies keep apart at a pose and its torques leave a margin. `known`: of the pose before it on a way.
     fn is_free(&self, q: &[f64], known: &mut Known) -> bool {
         let mut is_free = true;
-        let most = self.surroundings.gaps().iter().map(|gap| gap.reserve).fold(0.0, f64::max);
+        let most = self.surroundings.gaps.iter().map(|gap| gap.reserve).fold(0.0, f64::max);
         self.surroundings.near(q, most, known, &mut |gap, room, _| {
-            is_free &= room >= self.surroundings.gaps()[gap].reserve;
+            is_free &= room >= self.surroundings.gaps[gap].reserve;
         });
         let still = vec![0.0; q.len()];
         is_free && self.is_strong_enough(&[[q.to_vec(), still.clone(), still]])

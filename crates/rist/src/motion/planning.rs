@@ -188,7 +188,7 @@ fn limits_of(model: &Model, asked: &[AskedLimits]) -> (Vec<MotionLimits>, Vec<St
 }
 
 fn candidates_of(model: &Model, request: &PlanRequest, held: &CourseCheck) -> Result<Candidates, Error> {
-    let (limits, mut notes) = limits_of(model, held.asked());
+    let (limits, mut notes) = limits_of(model, &held.asked);
     check_limits(model.regressor().coordinates(), &limits)
         .map_err(|e| Error::new(format_args!("{}: {e}", model.path.display())))?;
     // Torque noise is a share of the effort, which needs inertial parameters.
@@ -203,7 +203,7 @@ fn candidates_of(model: &Model, request: &PlanRequest, held: &CourseCheck) -> Re
         }
     };
     let grid = grid_of(model, request);
-    let permission = PlanPermission::new(model, held.asked(), request.effort_share, held.known(), held.surroundings());
+    let permission = PlanPermission::new(model, &held.asked, request.effort_share, &held.known, &held.surroundings);
     let candidates = permitted_candidates(&grid, &limits, model.regressor(), &noise, &permission);
     Interruption::check()?;
     if candidates.is_empty() {

@@ -10,7 +10,8 @@ use crate::tape::thread_tapes::ThreadTapes;
 /// f(q, passive joints, dq, ddq, X, others), of which it may need only some.
 pub(crate) struct StateTape {
     tapes: ThreadTapes,
-    arguments: Vec<Argument>,
+    /// What the function depends on, in order.
+    pub(crate) arguments: Vec<Argument>,
     closure: Option<Mutex<Closure>>,
 }
 
@@ -51,13 +52,8 @@ impl StateTape {
         }
     }
 
-    /// What the function depends on, in order.
-    pub(crate) fn arguments(&self) -> &[Argument] {
-        &self.arguments
-    }
-
     /// Writes the outputs at each state q, dq, ddq, one after the other; an argument that is not needed may be empty.
-    /// `others`: the other arguments in the order of [`StateTape::arguments`], a row per state.
+    /// `others`: the other arguments in the order of `arguments`, a row per state.
     ///
     /// Where the loops do not close, the outputs are NaN, which is refused later.
     pub(crate) fn fill<'a>(

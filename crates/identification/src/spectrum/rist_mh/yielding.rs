@@ -85,8 +85,8 @@ impl HarmonicData<'_> {
     fn yield_experiment(&mut self, experiment: usize, motor: &MeasuredMotion, sizes: &[f64], fit: &Fit) {
         let Some(first) = self.spectra.iter().find(|s| s.experiment == experiment) else { return };
         // X with the known load of this experiment.
-        let total: Vec<f64> = (0..self.p).map(|c| fit.x[c] + first.load().get(c).copied().unwrap_or(0.0)).collect();
-        let (h, highest) = (first.sample_time(), first.kept_harmonics());
+        let total: Vec<f64> = (0..self.p).map(|c| fit.x[c] + first.load.get(c).copied().unwrap_or(0.0)).collect();
+        let (h, highest) = (first.sample_time, first.kept);
         let yields = self.yields(experiment, motor, &total, fit, (h, highest));
         // The motion of the links: q - u e, u the size of each spring or gap.
         let moved = |by: &dyn Fn(usize) -> f64, from: &MeasuredMotion| {
@@ -186,6 +186,6 @@ impl Fit {
         let of = |(i, c): (usize, &f64)| {
             gain * c - scale * columns.iter().zip(friction).map(|(column, f)| column[i] * f).sum::<f64>()
         };
-        s.drive().iter().enumerate().map(of).collect()
+        s.drive.iter().enumerate().map(of).collect()
     }
 }

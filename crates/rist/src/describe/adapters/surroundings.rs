@@ -22,8 +22,10 @@ use crate::output::directory_of;
 /// The gaps of a model's bodies.
 pub(crate) struct RobotSurroundings {
     clearance: Clearance,
-    gaps: Vec<Gap>,
-    left_out: Vec<LeftOut>,
+    /// In a fixed order.
+    pub(crate) gaps: Vec<Gap>,
+    /// What the gaps do not cover.
+    pub(crate) left_out: Vec<LeftOut>,
 }
 
 /// Pairs that have too little room.
@@ -80,11 +82,6 @@ impl RobotSurroundings {
         let asked = |out: &LeftOut| LeftOut { is_asked: is_asked(out.matter, user), ..out.clone() };
         let left_out = clearance.left_out().iter().map(asked).collect();
         Ok(RobotSurroundings { clearance, gaps, left_out })
-    }
-
-    /// What the gaps do not cover.
-    pub(crate) fn left_out(&self) -> &[LeftOut] {
-        &self.left_out
     }
 
     /// What is to be said of meshes that are cut, where any is.
@@ -154,11 +151,6 @@ impl RobotSurroundings {
             (*most < gap.bound + 2.0 * gap.reserve).then(|| (gap.subject.clone(), *most, gap.bound))
         };
         Tight { pairs: pairs.iter().zip(&most).filter_map(is_tight).collect(), works: TIGHT_SHARE * best }
-    }
-
-    /// The gaps, in a fixed order.
-    pub(crate) fn gaps(&self) -> &[Gap] {
-        &self.gaps
     }
 
     /// The surroundings; `None` where there are no gaps.
