@@ -1,6 +1,6 @@
 //! What is claimed about; each stands before "of q2".
 
-use claims::{Claim, Outcome, Subject, Topic};
+use claims::{Claim, Figure, Outcome, Remedy, Subject, Topic, Trial};
 
 /// Anything about a log that no estimate from it survives.
 pub const LOG: Topic = Topic("log");
@@ -62,6 +62,16 @@ pub fn mended(topic: Topic, what: &str) -> Claim {
 /// That something cannot be told.
 pub(crate) fn cannot_tell(subject: Subject, why: impl Into<String>, would_tell: impl Into<String>) -> Claim {
     Claim::new(subject, Outcome::CannotTell { why: why.into(), would_tell: would_tell.into() })
+}
+
+/// That something is as it should be, where a fault of so much would have shown.
+pub(crate) fn agrees(subject: Subject, value: f64, unit: &'static str) -> Claim {
+    Claim::new(subject, Outcome::Agrees { smallest: Figure::new(value, unit) })
+}
+
+/// That something is wrong, with what mends it and why that was not tried.
+pub(crate) fn contradicted(subject: Subject, fault: String, remedy: Remedy, why: &str) -> Claim {
+    Claim::new(subject, Outcome::Contradicted { fault, remedy, trial: Trial::NotTried { why: why.into() } })
 }
 
 /// A topic at coordinates.

@@ -18,7 +18,7 @@ use crate::estimate::ledger::{Beside, claims_of_faults, claims_of_fit, claims_of
 use crate::estimate::passport::Passport;
 use crate::estimate::topics::{
     BODIES, BODIES_TAKEN, COMMON_SCALE, DELAY_TAKEN, GRAVITY_TORQUE, LOG, MOUNT_TAKEN, OTHER_MOTION, ROTORS_TAKEN,
-    TORQUE_AT_LIMITS, TORQUE_SEEN, at,
+    TORQUE_AT_LIMITS, TORQUE_SEEN, at, contradicted,
 };
 use crate::estimate::torque_error::{TorqueError, Use};
 
@@ -208,14 +208,13 @@ fn untold_yet(claim: Claim, others: &[Claim]) -> Option<Claim> {
 /// What speaks against the bodies.
 fn claims_of_bodies(evidence: &Evidence) -> Vec<Claim> {
     let Some(bodies) = evidence.bodies else { return Vec::new() };
-    let contradicted = |topic: Topic, fault: String, advice: &str| {
+    let against = |topic: Topic, fault: String, advice: &str| {
         let remedy = Remedy::new("identify", advice);
-        let trial = Trial::NotTried { why: "it needs other data".into() };
-        Claim::new(Subject::whole(topic), Outcome::Contradicted { fault, remedy, trial })
+        contradicted(Subject::whole(topic), fault, remedy, "it needs other data")
     };
-    let refused = |fault: String, advice: &str| contradicted(BODIES, fault, advice);
+    let refused = |fault: String, advice: &str| against(BODIES, fault, advice);
     let look = "look at the remarks; [rotor_inertia=actuated] takes rotors out of the bodies";
-    let mut claims: Vec<Claim> = bodies.refusal.iter().map(|why| contradicted(LOG, why.clone(), look)).collect();
+    let mut claims: Vec<Claim> = bodies.refusal.iter().map(|why| against(LOG, why.clone(), look)).collect();
     // A factor of all masses is a unit or a gain; one mass alone counts where it weighs something.
     let ratios: Vec<f64> = bodies.masses.iter().map(|(_, ratio, _)| *ratio).collect();
     let whole: f64 = bodies.masses.iter().map(|(_, _, mass)| mass).sum();
@@ -225,7 +224,7 @@ fn claims_of_bodies(evidence: &Evidence) -> Vec<Claim> {
     if let Some(factor) = common_factor(&ratios) {
         let fault =
             format!("all masses are about {factor:.2} times those of the description: a unit or a gain is wrong");
-        claims.push(contradicted(COMMON_SCALE, fault, "look at the unit and the gains of the torques"));
+        claims.push(against(COMMON_SCALE, fault, "look at the unit and the gains of the torques"));
     } else if let Some((name, ratio, _)) = bodies.masses.iter().find(is_off) {
         let fault = format!(
             "the mass of {name} comes out at {ratio:.2} times that of the description: these data do not tell it, or \

@@ -1,6 +1,6 @@
 //! What a fit leaves open, as claims.
 
-use claims::{Claim, Figure, Outcome, Remedy, Subject, Trial};
+use claims::{Claim, Remedy, Subject};
 use linear_model::label::Label;
 use linear_model::parameter::{FrictionParameter, ParameterId};
 
@@ -8,7 +8,7 @@ use crate::estimate::artefact::Estimate;
 use crate::estimate::digits::{percent, significant};
 use crate::estimate::identified::{Identified, Status};
 use crate::estimate::ledger::claims_of_prediction::{Prediction, claims_of_prediction, overfitted};
-use crate::estimate::topics::{BODIES, FRICTION, LOG, PARAMETERS, RESIDUAL, cannot_tell};
+use crate::estimate::topics::{BODIES, FRICTION, LOG, PARAMETERS, RESIDUAL, agrees, cannot_tell, contradicted};
 
 /// Chi^2 per degree of freedom above which the model lacks something. Simulations whose model is right have 1.5 to 2.0,
 /// because what a controller does on its encoder repeats in part from period to period. A ripple of 2 % gives 22, joints
@@ -58,10 +58,7 @@ pub(crate) fn claims_of_fit(
                 ),
                 "the effect that the remarks name, as an unknown",
             ),
-            false => Claim::new(
-                whole(RESIDUAL),
-                Outcome::Agrees { smallest: Figure::new(LACKING_MODEL_CHI_SQUARE, "chi^2 per freedom") },
-            ),
+            false => agrees(whole(RESIDUAL), LACKING_MODEL_CHI_SQUARE, "chi^2 per freedom"),
         });
     }
     claims.extend(estimate.doubts.iter().map(|why| cannot_tell(whole(RESIDUAL), why, "a model that has it")));
@@ -99,8 +96,7 @@ pub(crate) fn claims_of_fit(
 /// What was found against the estimate earlier still holds.
 fn earlier(why: &str) -> Claim {
     let remedy = Remedy::new("identify", "identify again with what mends it");
-    let trial = Trial::NotTried { why: "the file says no more".into() };
-    Claim::new(Subject::whole(LOG), Outcome::Contradicted { fault: why.into(), remedy, trial })
+    contradicted(Subject::whole(LOG), why.into(), remedy, "the file says no more")
 }
 
 /// What the log leaves open or hardly decides.

@@ -3,7 +3,7 @@
 //! Each finding of the passport contradicts, or leaves open, what it is about. Without one, sign, scale and zero agree at
 //! the joints where a mistake would have been found, with the least mistake that would; at the others they cannot be told.
 
-use claims::{Claim, Figure, Outcome, Remedy, Subject, Topic, Trial};
+use claims::{Claim, Figure, Outcome, Remedy, Subject, Topic};
 use numerics::student;
 
 use crate::estimate::digits::{percent, significant};
@@ -14,7 +14,7 @@ use crate::estimate::passport::Passport;
 use crate::estimate::passport::finding::{Fault, Finding, NOMINAL_INERTIAL_SLOPES};
 use crate::estimate::passport::{COMMON_FACTORS, COUNTED_SLOPE_SHARE, Explained, JointPassport, Turned};
 use crate::estimate::topics::{COMMON_SCALE, DELAY, LOG, MOUNT, SIGN, ZERO};
-use crate::estimate::topics::{at, cannot_tell};
+use crate::estimate::topics::{at, cannot_tell, contradicted};
 
 /// The claims of a passport, contradictions first. `faults`: what unknowns more explain beside a fit, where there is one.
 pub fn claims_of_log(passport: &Passport, faults: &[Tested]) -> Vec<Claim> {
@@ -207,8 +207,7 @@ fn finding(finding: &Finding) -> Claim {
         return cannot_tell(subject, why, &finding.remedy);
     }
     let remedy = Remedy::new("identify", &finding.remedy);
-    let trial = Trial::NotTried { why: finding.evidence.clone() };
-    Claim::new(subject, Outcome::Contradicted { fault: finding.statement(), remedy, trial })
+    contradicted(subject, finding.statement(), remedy, &finding.evidence)
 }
 
 #[cfg(test)]

@@ -1,11 +1,11 @@
 //! What an estimate predicts that it was not fitted to, as claims.
 
-use claims::{Claim, Figure, Outcome, Remedy, Subject, Trial};
+use claims::{Claim, Outcome, Remedy, Subject};
 
 use crate::estimate::artefact::Estimate;
 use crate::estimate::digits::percent;
 use crate::estimate::ledger::noise::is_noise;
-use crate::estimate::topics::{OTHER_MOTION, cannot_tell};
+use crate::estimate::topics::{OTHER_MOTION, agrees, cannot_tell, contradicted};
 
 /// Error on another motion up to which an estimate predicts well.
 const GOOD_PREDICTION_ERROR: f64 = 0.05;
@@ -24,6 +24,9 @@ const EXPLAINED_DEVIATIONS: f64 = 2.0;
 const OVERFITTED_ERROR_RATIO: f64 = 2.0;
 /// Errors on data that were not fitted below this are small enough, even where the description predicts better.
 const SMALL_HELD_OUT_ERROR: f64 = 0.02;
+
+/// Why what mends a bad prediction was not tried.
+const UNKNOWN_CAUSE: &str = "nothing is known of the cause";
 
 /// How well motion was predicted that was not fitted.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -83,8 +86,7 @@ fn contradiction(estimate: &Estimate, log: usize, apart: f64) -> Claim {
         return cannot_tell(subject, why, "logs of the robot as it is now");
     }
     let remedy = Remedy::new("identify", "identify from logs of one robot in one state; [:doctor] looks at each log");
-    let trial = Trial::NotTried { why: "nothing is known of the cause".into() };
-    Claim::new(subject, Outcome::Contradicted { fault: why, remedy, trial })
+    contradicted(subject, why, remedy, UNKNOWN_CAUSE)
 }
 
 /// Whether motion is predicted that was not fitted.
@@ -103,17 +105,12 @@ fn other_motion(estimate: &Estimate, prediction: &Prediction) -> Claim {
             Some(error) => ("logs that were not fitted are", error),
             None => ("parts of the log left out are", worst),
         };
-        return Claim::new(
-            subject,
-            Outcome::Contradicted {
-                fault: format!("{what} predicted with an error of {}", percent(error)),
-                remedy: Remedy::new("doctor", "look what log and description have to do with each other"),
-                trial: Trial::NotTried { why: "nothing is known of the cause".into() },
-            },
-        );
+        let fault = format!("{what} predicted with an error of {}", percent(error));
+        let remedy = Remedy::new("doctor", "look what log and description have to do with each other");
+        return contradicted(subject, fault, remedy, UNKNOWN_CAUSE);
     }
     if let Some(error) = of_logs.filter(|_| prediction.is_of_poor_logs()) {
-        return Claim::new(subject, Outcome::Agrees { smallest: Figure::new(100.0 * error, "% of the torque") });
+        return agrees(subject, 100.0 * error, "% of the torque");
     }
     if let Some(rival) = of_logs.and_then(|error| rival(error, prediction)) {
         return rival;
@@ -133,7 +130,7 @@ fn other_motion(estimate: &Estimate, prediction: &Prediction) -> Claim {
     let is_least = of_logs.and(prediction.others_by_parameters).unwrap_or(error) <= GOOD_PREDICTION_ERROR;
     let most = if is_noise || is_least { GOOD_NOISY_PREDICTION_ERROR } else { GOOD_PREDICTION_ERROR };
     match error <= most {
-        true => Claim::new(subject, Outcome::Agrees { smallest: Figure::new(100.0 * error, "% of the torque") }),
+        true => agrees(subject, 100.0 * error, "% of the torque"),
         false => cannot_tell(
             subject,
             format!("another motion is predicted with an error of {}", percent(error)),
@@ -163,8 +160,7 @@ fn rival(error: f64, prediction: &Prediction) -> Option<Claim> {
     if is_far_worse && !is_explained {
         let remedy =
             Remedy::new("identify", "identify again from logs of this robot as it is now, or keep the description");
-        let trial = Trial::NotTried { why: "nothing is known of the cause".into() };
-        return Some(Claim::new(subject, Outcome::Contradicted { fault: why, remedy, trial }));
+        return Some(contradicted(subject, why, remedy, UNKNOWN_CAUSE));
     }
     (is_far_worse || !is_explained).then(|| cannot_tell(subject, why, "a longer and richer motion ([:plan])"))
 }

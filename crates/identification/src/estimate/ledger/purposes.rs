@@ -6,14 +6,13 @@
 //! contradicted; where they cannot be told they lower nothing, since the torques of the log are predicted all the same.
 //! Bodies need what can exist and what the description does not contradict.
 
-use claims::{Claim, Figure, Need, Outcome, Purpose, Remedy, Standing, Subject, Topic, Trial};
+use claims::{Claim, Need, Purpose, Remedy, Standing, Subject, Topic};
 
 use crate::estimate::artefact::Estimate;
 use crate::estimate::digits::percent;
 use crate::estimate::identified::Status;
 use crate::estimate::residuals::JointResidual;
 use crate::estimate::topics::*;
-use crate::estimate::topics::{at, cannot_tell};
 use crate::estimate::torque_error::{JointTorqueError, TorqueError, Use};
 
 /// Error of predicted torque by the covariance, relative, up to which it is sure, and beyond which it is of no use.
@@ -69,7 +68,7 @@ pub(crate) fn claim_of_torque(error: &TorqueError, joints: &[JointResidual]) -> 
     };
     let is_sure = error.relative <= SURE_TORQUE;
     if is_sure && !error.joints.iter().zip(joints).any(is_hidden) {
-        return Claim::new(subject, Outcome::Agrees { smallest: Figure::new(100.0 * error.relative, "%") });
+        return agrees(subject, 100.0 * error.relative, "%");
     }
     let worst = error.worst().map_or(String::new(), |(name, share)| format!(", that of {name} by {}", percent(share)));
     let why = match error.relative.is_finite() {
@@ -88,8 +87,7 @@ pub(crate) fn claim_of_torque(error: &TorqueError, joints: &[JointResidual]) -> 
 }
 
 fn refused(subject: Subject, fault: String, would_tell: &str) -> Claim {
-    let (remedy, trial) = (Remedy::new("excite", would_tell), Trial::NotTried { why: "it needs another log".into() });
-    Claim::new(subject, Outcome::Contradicted { fault, remedy, trial })
+    contradicted(subject, fault, Remedy::new("excite", would_tell), "it needs another log")
 }
 
 fn untold(of: Use, joints: &[&str]) -> String {
@@ -140,6 +138,7 @@ mod tests {
     use super::*;
     use crate::estimate::residuals::{Residuals, Squares};
     use crate::test_arm::Pendulum;
+    use claims::{Figure, Outcome};
 
     fn joint(rms: f64) -> Vec<JointResidual> {
         let squares = Squares { torque: 0.25, left: rms * rms, rows: 1 };

@@ -38,18 +38,14 @@ impl Look<'_> {
             true => [", and there it is zero", "those whose torques are all zero"],
             false => ["", "those of the other source"],
         };
-        Some(Finding {
-            fault: Fault::TwoSources(rows),
-            joints: Vec::new(),
-            evidence: format!(
-                "in {rows} rows the torque leaves its course and comes back to it in the next row, in most joints at once{which}; two \
-                 publishers on one topic look so"
-            ),
-            remedy: format!(
-                "log one of them (in ROS `ros2 topic info -v TOPIC` names them), or leave out the rows of the other: \
-                 {those}"
-            ),
-        })
+        let evidence = format!(
+            "in {rows} rows the torque leaves its course and comes back to it in the next row, in most joints at once{which}; two \
+             publishers on one topic look so"
+        );
+        let remedy = format!(
+            "log one of them (in ROS `ros2 topic info -v TOPIC` names them), or leave out the rows of the other: {those}"
+        );
+        Some(Finding::of_all(Fault::TwoSources(rows), evidence, remedy))
     }
 }
 

@@ -18,6 +18,7 @@ use crate::estimate::passport::regression::Partial;
 use crate::estimate::passport::report::{COUNTED_SLOPE_SHARE, Explained, Passport};
 use crate::estimate::passport::samples::Samples;
 use crate::estimate::passport::search::{LIKELY_MISFIT_SHARE, Search, Suspicion, counts};
+use crate::estimate::passport::signals::OTHER_TORQUE_SIGN;
 use crate::estimate::passport::trials::Trials;
 
 /// What a diagnosis looks at.
@@ -52,24 +53,19 @@ impl Look<'_> {
         findings.extend(self.degrees());
         let velocities = self.velocities();
         let wrong_velocities = !velocities.is_empty();
-        match slopes {
-            Some(slopes) if !is_dead => {
-                let found = self.described(slopes, &velocities, passport);
-                if !found.iter().any(|f| matches!(f.fault, Fault::Of(SwappedPositions(..) | SwappedVelocities(..), _)))
-                {
-                    findings.extend(velocities.into_iter().map(|v| v.2));
-                }
-                findings.extend(found);
-            }
-            Some(_) => findings.extend(velocities.into_iter().map(|v| v.2)),
-            None => {
-                passport.untold.push(
-                    "the description has no inertials: units, zeros, swapped columns and another robot cannot be told"
-                        .into(),
-                );
-                findings.extend(velocities.into_iter().map(|v| v.2));
-            }
+        let found = slopes.filter(|_| !is_dead).map(|slopes| self.described(slopes, &velocities, passport));
+        let found = found.unwrap_or_default();
+        if slopes.is_none() {
+            let why =
+                "the description has no inertials: units, zeros, swapped columns and another robot cannot be told";
+            passport.untold.push(why.into());
         }
+        // Columns that are exchanged are no slopes of their own positions.
+        let is_exchange = |f: &Finding| matches!(f.fault, Fault::Of(SwappedPositions(..) | SwappedVelocities(..), _));
+        if !found.iter().any(is_exchange) {
+            findings.extend(velocities.into_iter().map(|v| v.2));
+        }
+        findings.extend(found);
         let motion = |f: &Finding| !matches!(f.fault, Fault::Saturated(_) | Fault::Of(Late(_), _));
         if !wrong_velocities && !findings.iter().any(|f| motion(f) && f.joints.is_empty()) {
             findings.extend(self.friction(passport, &findings));
@@ -128,12 +124,7 @@ impl Look<'_> {
             found.push(self.unit(scale, slopes, list()));
         }
         if all_signs {
-            found.push(Finding {
-                fault: Fault::TorqueSigns,
-                joints: Vec::new(),
-                evidence: list(),
-                remedy: "change the sign of the torque columns".into(),
-            });
+            found.push(Finding::of_all(Fault::TorqueSigns, list(), OTHER_TORQUE_SIGN));
         }
         // The search for single mistakes begins where those of all joints are undone. A description is as nominal with
         // the signs of all torques changed as without.
@@ -192,16 +183,13 @@ impl Look<'_> {
         let is_off =
             telling.iter().all(|s| *s > COMMON_FACTORS.end) || telling.iter().all(|s| *s < COMMON_FACTORS.start);
         let alike = telling.iter().all(|s| (s / middle - 1.0).abs() < ALIKE_SLOPES);
-        (telling.len() >= 2 && is_off && alike && NOMINAL_INERTIAL_SLOPES.contains(&middle)).then(|| Finding {
-            fault: Fault::Factor(middle),
-            joints: Vec::new(),
-            evidence,
-            remedy: format!(
-                "the unit, the gains or the gear ratios of the torques are wrong, or all masses of the description are; if \
-                 the torques are: divide their columns by {}",
-                significant(middle)
-            ),
-        })
+        let remedy = format!(
+            "the unit, the gains or the gear ratios of the torques are wrong, or all masses of the description are; if \
+             the torques are: divide their columns by {}",
+            significant(middle)
+        );
+        (telling.len() >= 2 && is_off && alike && NOMINAL_INERTIAL_SLOPES.contains(&middle))
+            .then(|| Finding::of_all(Fault::Factor(middle), evidence, remedy))
     }
 
     /// The median size of the slopes that tell; 1 where there are too few, because one joint of several may be wrong by
@@ -221,38 +209,30 @@ impl Look<'_> {
         let left: f64 = measured.clone().zip(&torques).map(|(a, b)| (a - b).powi(2)).sum();
         let whole: f64 = measured.map(|x| x * x).sum();
         let relative = (left / whole).sqrt();
-        (relative < COMPUTED_TORQUE_RESIDUAL).then(|| Finding {
-            fault: Fault::Computed,
-            joints: Vec::new(),
-            evidence: format!("the description predicts them with {relative:.1e} of themselves, without any friction"),
-            remedy: "log measured torques or currents; an estimate from these gives the description back".into(),
-        })
+        let evidence = format!("the description predicts them with {relative:.1e} of themselves, without any friction");
+        let remedy = "log measured torques or currents; an estimate from these gives the description back";
+        (relative < COMPUTED_TORQUE_RESIDUAL).then(|| Finding::of_all(Fault::Computed, evidence, remedy))
     }
 
     fn unit(&self, scale: f64, slopes: &[Partial], evidence: String) -> Finding {
         let power = scale.log10().round();
-        let joints = Vec::new();
         if power.abs() >= 2.0 && (scale.log10() - power).abs() < POWER_OF_TEN_TOLERANCE {
             let word = match power as i32 {
-                3 => "name the columns tau1_mNm, .. (1 N mm = 1 mN m)".into(),
+                3 => "name the columns tau1_mNm, .. (1 N mm = 1 mN m)".to_string(),
                 2 => "name the columns tau1_Ncm, ..".into(),
                 -3 => "name the columns tau1_kNm, ..".into(),
                 power => format!("divide the torque columns by 1e{power}"),
             };
-            return Finding { fault: Fault::TorqueUnit(power as i32), joints, evidence, remedy: word };
+            return Finding::of_all(Fault::TorqueUnit(power as i32), evidence, word);
         }
         let telling = slopes.iter().enumerate().filter(|(_, p)| p.share() > COUNTED_SLOPE_SHARE);
         let gains = telling.map(|(k, p)| format!("{}={}", self.name(k), significant(1.0 / p.slope().abs())));
-        Finding {
-            fault: Fault::NoTorque,
-            joints,
-            evidence,
-            remedy: format!(
-                "name the columns as currents (i1, ..) and give the torque per ampere, by the description about [gain={}]; \
-                 or the ratios of the gears ([options.transmission.ratios])",
-                gains.collect::<Vec<_>>().join(",")
-            ),
-        }
+        let remedy = format!(
+            "name the columns as currents (i1, ..) and give the torque per ampere, by the description about [gain={}]; \
+             or the ratios of the gears ([options.transmission.ratios])",
+            gains.collect::<Vec<_>>().join(",")
+        );
+        Finding::of_all(Fault::NoTorque, evidence, remedy)
     }
 
     fn changed(&self, found: &Suspicion, all: &[Suspicion], slopes: &str) -> Finding {
@@ -291,18 +271,14 @@ impl Look<'_> {
         // Where the joint's own row cannot explain the torque either, it is noise and not another robot.
         let noisy = |k: usize| passport.joints[k].friction.is_some_and(|f| f.residual > NOISY_TORQUE_RESIDUAL);
         let clear = heavy.iter().any(|&k| !noisy(k));
-        (heavy.len() >= 2 && clear && mean > FOREIGN_ROBOT_MISFIT).then(|| Finding {
-            fault: Fault::OtherRobot,
-            joints: Vec::new(),
-            evidence: format!(
-                "the description leaves {:.0} % of the torques of the joints where it should explain most; {list}",
-                100.0 * mean
-            ),
-            remedy:
-                "no single sign, zero, unit or exchange of columns mends it: look for another model, another tool or \
-                     mounting (gravity), or several mistakes at once"
-                    .into(),
-        })
+        let evidence = format!(
+            "the description leaves {:.0} % of the torques of the joints where it should explain most; {list}",
+            100.0 * mean
+        );
+        let remedy = "no single sign, zero, unit or exchange of columns mends it: look for another model, another tool or \
+                      mounting (gravity), or several mistakes at once";
+        (heavy.len() >= 2 && clear && mean > FOREIGN_ROBOT_MISFIT)
+            .then(|| Finding::of_all(Fault::OtherRobot, evidence, remedy))
     }
 
     /// A delay on which the joints agree.
@@ -315,12 +291,9 @@ impl Look<'_> {
 const SMALLEST_DELAY_SHARE_IF_FOREIGN: f64 = 0.5;
 
 fn late(lag: &Lag) -> Finding {
-    Finding {
-        fault: Fault::Of(Late(None), lag.seconds),
-        joints: Vec::new(),
-        evidence: format!("it explains {:.0} % of what the model leaves of the torques", 100.0 * lag.share),
-        remedy: format!("[delay=auto], which is exact; [delay={:.4}] is right to a third", lag.seconds),
-    }
+    let evidence = format!("it explains {:.0} % of what the model leaves of the torques", 100.0 * lag.share);
+    let remedy = format!("[delay=auto], which is exact; [delay={:.4}] is right to a third", lag.seconds);
+    Finding::of_all(Fault::Of(Late(None), lag.seconds), evidence, remedy)
 }
 
 fn suspicions(velocities: &[(usize, Option<usize>, Finding)]) -> Vec<(usize, usize)> {

@@ -74,6 +74,16 @@ pub struct Finding {
 }
 
 impl Finding {
+    /// One of all joints.
+    pub(crate) fn of_all(fault: Fault, evidence: String, remedy: impl Into<String>) -> Finding {
+        Finding { fault, joints: Vec::new(), evidence, remedy: remedy.into() }
+    }
+
+    /// Whether it is about the unit of all efforts.
+    pub(super) fn is_of_scale(&self) -> bool {
+        matches!(self.fault, Fault::NoTorque | Fault::TorqueUnit(_) | Fault::Factor(_))
+    }
+
     /// What is wrong, in words.
     pub fn statement(&self) -> String {
         let of = self.joints.join(", ");

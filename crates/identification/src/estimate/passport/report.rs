@@ -84,6 +84,18 @@ pub(crate) const COUNTED_SLOPE_SHARE: f64 = 0.5;
 /// Share below which a slope is not shown.
 const SHOWN_SLOPE_SHARE: f64 = 0.05;
 
+impl JointPassport {
+    /// The size of its slope, where that counts, and the gain that the description implies beside `gain`: `q1=11.5`.
+    fn implied_gain(&self, gain: f64) -> Option<(f64, String)> {
+        let slope = self.slope.filter(|_| self.share.is_some_and(|share| share > COUNTED_SLOPE_SHARE))?.abs();
+        Some((slope, format!("{}={}", self.coordinate, significant(gain / slope))))
+    }
+}
+
+fn by_description(gains: &[String]) -> String {
+    format!("by the description about [gain={}], as far as its masses are right", gains.join(","))
+}
+
 impl Passport {
     /// The same with what another look at the same log says of its columns.
     pub fn with_columns_of(mut self, other: Passport) -> Passport {
@@ -124,61 +136,40 @@ impl Passport {
     ///
     /// A torque that is s times the description's comes from a gain that is s times too large.
     pub fn gains_are(&mut self, gains: &[f64]) {
-        let telling = |(j, gain): (&JointPassport, &f64)| {
-            let slope = j.slope.filter(|_| j.share.is_some_and(|share| share > COUNTED_SLOPE_SHARE))?.abs();
-            Some((slope, format!("{}={}", j.coordinate, significant(gain / slope))))
-        };
-        let mut found: Vec<(f64, String)> = self.joints.iter().zip(gains).filter_map(telling).collect();
+        let all = self.joints.iter().zip(gains);
+        let mut found: Vec<(f64, String)> = all.filter_map(|(joint, gain)| joint.implied_gain(*gain)).collect();
         let implied: Vec<String> = found.iter().map(|(_, text)| text.clone()).collect();
         found.sort_by(|a, b| a.0.total_cmp(&b.0));
         let Some(factor) = found.get(found.len() / 2).map(|f| f.0).filter(|_| found.len() >= gains.len().min(2)) else {
             return;
         };
-        let is_unit = |f: &Finding| matches!(f.fault, Fault::NoTorque | Fault::TorqueUnit(_) | Fault::Factor(_));
-        self.findings.retain(|f| !is_unit(f));
+        self.findings.retain(|f| !f.is_of_scale());
         // A load, or bodies that differ, move some joints only.
         let all = |is_off: &dyn Fn(f64) -> bool| found.iter().all(|(slope, _)| is_off(*slope));
         let is_off = all(&|s| s > COMMON_FACTORS.end) || all(&|s| s < COMMON_FACTORS.start);
         let is_off = is_off || !NOMINAL_INERTIAL_SLOPES.contains(&factor);
         if self.findings.is_empty() && is_off {
             let texts: Vec<String> = found.iter().map(|(slope, _)| significant(*slope)).collect();
-            self.findings.push(Finding {
-                fault: Fault::Gains(factor),
-                joints: Vec::new(),
-                evidence: format!("slopes of the description {}", texts.join(" ")),
-                remedy: format!(
-                    "by the description about [gain={}], as far as its masses are right",
-                    implied.join(",")
-                ),
-            });
+            let evidence = format!("slopes of the description {}", texts.join(" "));
+            self.findings.push(Finding::of_all(Fault::Gains(factor), evidence, by_description(&implied)));
         }
     }
 
     /// Notes what gains the description implies where the efforts are known to be currents, which is no fault.
     pub fn efforts_are_currents(&mut self) {
-        let is_unit = |f: &Finding| matches!(f.fault, Fault::NoTorque | Fault::TorqueUnit(_) | Fault::Factor(_));
-        let (unit, others) = std::mem::take(&mut self.findings).into_iter().partition(is_unit);
-        let unit: Vec<Finding> = unit;
-        self.findings = others;
+        let unit: Vec<Finding> = self.findings.extract_if(.., |f| f.is_of_scale()).collect();
         self.untold.extend(unit.iter().map(|f| format!("currents without gains: {}; {}", f.evidence, f.remedy)));
     }
 
     /// Notes the same of servos whose position errors were taken for torques, with gains of one; `scale` says what that means.
     pub fn efforts_are_position_errors(&mut self, scale: &str) {
-        let is_scale = |f: &Finding| {
-            matches!(f.fault, Fault::NoTorque | Fault::TorqueUnit(_) | Fault::Factor(_) | Fault::Gains(_))
-        };
-        self.findings.retain(|f| !is_scale(f));
-        let implied = |j: &JointPassport| {
-            let slope = j.slope.filter(|_| j.share.is_some_and(|share| share > COUNTED_SLOPE_SHARE))?.abs();
-            Some(format!("{}={}", j.coordinate, significant(1.0 / slope)))
-        };
-        let implied: Vec<String> = self.joints.iter().filter_map(implied).collect();
-        let by_description = match implied.is_empty() {
+        self.findings.retain(|f| !f.is_of_scale() && !matches!(f.fault, Fault::Gains(_)));
+        let implied: Vec<String> = self.joints.iter().filter_map(|j| Some(j.implied_gain(1.0)?.1)).collect();
+        let known = match implied.is_empty() {
             true => "a gain that is known is given by [gain]".to_string(),
-            false => format!("by the description about [gain={}], as far as its masses are right", implied.join(",")),
+            false => by_description(&implied),
         };
-        self.untold.push(format!("{scale}; {by_description}"));
+        self.untold.push(format!("{scale}; {known}"));
     }
 }
 

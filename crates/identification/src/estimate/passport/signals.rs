@@ -29,6 +29,9 @@ const SMALLEST_TORQUE: f64 = 1e-30;
 /// Share of the rows at a limit above which a torque is saturated. Quantised currents reach 1 % by chance.
 const SATURATED_ROWS_SHARE: f64 = 0.05;
 
+/// What mends torques that all have the wrong sign.
+pub(super) const OTHER_TORQUE_SIGN: &str = "change the sign of the torque columns";
+
 impl Look<'_> {
     /// Torques that never change, torques that are nothing, and torques that stand at a limit.
     pub(super) fn dead_and_saturated(&self) -> Vec<Finding> {
@@ -74,14 +77,10 @@ impl Look<'_> {
     pub(super) fn short(&self) -> Option<Finding> {
         let moving = (0..self.n()).filter(|&k| self.range(k) > SMALLEST_TELLING_RANGE);
         let periods = moving.map(|k| self.samples.periods(k)).fold(0.0, f64::max);
-        (periods < MIN_PERIODS).then(|| Finding {
-            fault: Fault::Short(periods),
-            joints: Vec::new(),
-            evidence: format!("{periods:.2} times there and back at most"),
-            remedy: "log a motion of at least ten seconds in which each joint moves there and back several times \
-                     (rist plan makes one)"
-                .into(),
-        })
+        let remedy = "log a motion of at least ten seconds in which each joint moves there and back several times \
+                      (rist plan makes one)";
+        let evidence = format!("{periods:.2} times there and back at most");
+        (periods < MIN_PERIODS).then(|| Finding::of_all(Fault::Short(periods), evidence, remedy))
     }
 
     /// Angles that no arm reaches.
@@ -142,12 +141,8 @@ impl Look<'_> {
         let evidence = |brakes: f64| format!("friction is {:.0} % of its torque, and negative", -100.0 * brakes);
         if drives.len() >= 2 && 3 * drives.len() >= 2 * judged.len() {
             let mean = drives.iter().map(|d| d.1.brakes).sum::<f64>() / drives.len() as f64;
-            return vec![Finding {
-                fault: Fault::TorqueSigns,
-                joints: Vec::new(),
-                evidence: format!("friction drives {} of {} joints: {}", drives.len(), judged.len(), evidence(mean)),
-                remedy: "change the sign of the torque columns".into(),
-            }];
+            let evidence = format!("friction drives {} of {} joints: {}", drives.len(), judged.len(), evidence(mean));
+            return vec![Finding::of_all(Fault::TorqueSigns, evidence, OTHER_TORQUE_SIGN)];
         }
         let finding = |(j, friction): &&(&JointPassport, OwnFriction)| Finding {
             fault: Fault::FrictionSign,
