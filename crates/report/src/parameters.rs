@@ -12,6 +12,7 @@ use robot::{Inertial, Robot};
 use serde::Serialize;
 
 use crate::number::{percent, significant, unit, with_interval};
+use crate::sheet::link_title;
 
 /// The robot behind an estimate.
 #[derive(Clone, Copy)]
@@ -93,14 +94,6 @@ fn told(subject: Subject) -> BTreeMap<String, Told> {
         (base.name.clone(), told)
     };
     parameters.base.iter().enumerate().map(one).collect()
-}
-
-fn link_title(robot: &Robot, link: robot::LinkId) -> String {
-    let link = robot.link(link);
-    match link.joint.name == link.name || link.joint.name.is_empty() {
-        true => link.name.clone(),
-        false => format!("{} (joint {})", link.name, link.joint.name),
-    }
 }
 
 /// The group of a parameter: its link, and for friction that of its joint.

@@ -221,7 +221,8 @@ fn frame(robot: &Robot, link: &Link) -> String {
     shown.map(|(what, text, _)| format!("{what} {text}")).collect::<Vec<_>>().join(", ")
 }
 
-fn title(robot: &Robot, link: LinkId) -> String {
+/// Name of a link, with its joint.
+pub(crate) fn link_title(robot: &Robot, link: LinkId) -> String {
     let link = robot.link(link);
     match link.joint.name == link.name || link.joint.name.is_empty() {
         true => link.name.clone(),
@@ -250,7 +251,7 @@ fn groups(source: &Source) -> Vec<Group> {
                 .map_or(String::new(), |x| format!("{} {}", trimmed(&significant(x[k], 4)), unit(robot, own))),
             absorbed: base.terms.iter().map(absorbed).collect(),
         };
-        let title = title(robot, own.link);
+        let title = link_title(robot, own.link);
         match groups.iter_mut().find(|group| group.title == title) {
             Some(group) => group.rows.push(row),
             None => groups.push(Group { title, rows: vec![row] }),
@@ -275,7 +276,7 @@ fn fates(robot: &Robot, parameters: &BaseParameters) -> Vec<Fates> {
         base.terms.iter().for_each(|t| holders.entry(t.parameter).or_default().push(base.name.clone()));
     }
     let mut fates: Vec<Fates> =
-        robot.link_ids().map(|link| Fates { title: title(robot, link), rows: Vec::new() }).collect();
+        robot.link_ids().map(|link| Fates { title: link_title(robot, link), rows: Vec::new() }).collect();
     for (c, standard) in parameters.standard.iter().enumerate() {
         let row = (standard.display(robot).to_string(), holders.get(&c).cloned().unwrap_or_default());
         fates[standard.link.0].rows.push(row);

@@ -375,23 +375,14 @@ fn paper_residuals(
     gain: &[f64],
     x: &[f64],
 ) {
-    let mut rows: Vec<Vec<(Vec<f64>, f64)>> = vec![vec![]; gain.len()];
+    let mut squares = vec![Squares::default(); gain.len()];
     for b in blocks {
         for (i, d) in b.rows.iter().enumerate() {
-            rows[b.joint[i]].push((d.to_vec(), gain[b.joint[i]] * b.right[i] - b.known[i]));
+            let y = gain[b.joint[i]] * b.right[i] - b.known[i];
+            squares[b.joint[i]].add(y, y - dot(d, x));
         }
     }
-    residuals(estimate, regressor, &rows, x);
-}
-
-/// Residuals of the rows of each joint.
-fn residuals(estimate: &mut Estimate, regressor: &dyn Regressor, rows: &[Vec<(Vec<f64>, f64)>], x: &[f64]) {
-    let of_joint = |rows: &Vec<(Vec<f64>, f64)>| {
-        let mut squares = Squares::default();
-        rows.iter().for_each(|(d, y)| squares.add(*y, y - dot(d, x)));
-        squares
-    };
-    let found = Residuals::new(regressor, rows.iter().map(of_joint).collect());
+    let found = Residuals::new(regressor, squares);
     (estimate.joints, estimate.total) = (found.joints, Some(found.total));
 }
 

@@ -223,11 +223,15 @@ impl Model {
             .ok_or_else(|| Error::new(format_args!("there is no coordinate `{name}`; there are {}", names.join(", "))))
     }
 
-    /// The index of the coordinate whose drive has a given gain.
+    /// Puts the given gains, by coordinate, over those of all drives.
     ///
     /// Fails with the names there are.
-    pub(crate) fn driven(&self, name: &str, gain: f64) -> Result<usize, Error> {
-        self.coordinate(name).map_err(|e| Error::new(format_args!("[gain={name}={gain}]: {e}")))
+    pub(crate) fn give_gains<T: From<f64>>(&self, all: &mut [T], given: &[(String, f64)]) -> Result<(), Error> {
+        given.iter().try_for_each(|(name, gain)| {
+            let of = self.coordinate(name).map_err(|e| Error::new(format_args!("[gain={name}={gain}]: {e}")))?;
+            all[of] = T::from(*gain);
+            Ok(())
+        })
     }
 
     /// The base parameters of an estimate that predict torques, in the order of the regressor.

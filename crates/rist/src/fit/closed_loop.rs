@@ -118,9 +118,7 @@ fn gains(model: &Model, currents: bool, given: &[(String, f64)]) -> Result<Vec<f
         };
     }
     let mut known = model.drive_gains();
-    for (coordinate, gain) in given {
-        known[model.driven(coordinate, *gain)?] = Some(*gain);
-    }
+    model.give_gains(&mut known, given)?;
     let open = |(name, gain): (&String, &Option<f64>)| gain.is_none().then(|| name.clone());
     let open: Vec<String> = coordinates.iter().zip(&known).filter_map(open).collect();
     if !open.is_empty() {

@@ -59,9 +59,7 @@ impl DoctorRequest {
         let mut options = self.options.clone().unwrap_or_default();
         if !self.gain.is_empty() {
             let mut all: Vec<f64> = model.drive_gains().into_iter().map(|gain| gain.unwrap_or(1.0)).collect();
-            for (name, gain) in &self.gain {
-                all[model.driven(name, *gain)?] = *gain;
-            }
+            model.give_gains(&mut all, &self.gain)?;
             options.transmission.drive_gains = Some(all);
         }
         Ok(options)

@@ -230,9 +230,7 @@ fn gains(model: &Model, currents: bool, request: &PaperRequest) -> Result<Vec<Ga
     }
     let of_file = request.gain.is_empty() && request.load.is_none();
     let mut known = if of_file { model.drive_gains() } else { vec![None; n] };
-    for (coordinate, gain) in &request.gain {
-        known[model.driven(coordinate, *gain)?] = Some(*gain);
-    }
+    model.give_gains(&mut known, &request.gain)?;
     if request.load.is_none() && known.iter().all(Option::is_none) {
         return Err(Error::new(format_args!(
             "the logs hold currents and no gain of the {n} drives is known; give one with [gain={}=1.0] (the others \

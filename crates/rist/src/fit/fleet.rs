@@ -43,9 +43,7 @@ fn accumulator_with(model: &Model, mut options: Options, gains: &[(String, f64)]
         )));
     }
     let mut known = model.drive_gains();
-    for (coordinate, gain) in gains {
-        known[model.driven(coordinate, *gain)?] = Some(*gain);
-    }
+    model.give_gains(&mut known, gains)?;
     if options.transmission.drive_gains.is_none() || !gains.is_empty() {
         options.transmission.drive_gains = known.into_iter().collect();
     }

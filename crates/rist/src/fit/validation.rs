@@ -172,9 +172,7 @@ pub fn validate_experiments(
     if currents {
         let found = model.estimated_gains(estimate).into_iter().zip(model.drive_gains());
         gain = found.map(|(estimated, of_file)| estimated.or(of_file).unwrap_or(1.0)).collect();
-        for (coordinate, given) in &request.gain {
-            gain[model.driven(coordinate, *given)?] = *given;
-        }
+        model.give_gains(&mut gain, &request.gain)?;
     }
     let parameters = model.values(estimate)?;
     let method = &estimate.method;

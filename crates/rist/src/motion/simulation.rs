@@ -129,9 +129,7 @@ pub fn simulate<'a>(
     let mut setup = SimulationSetup::for_robot(&model.robot, dynamics.as_ref());
     check_limits(model.regressor().coordinates(), &setup.limits).map_err(refused)?;
     check_validation(&setup.limits, sample_time, request.validation).map_err(refused)?;
-    for (coordinate, gain) in &request.gain {
-        setup.drives.gain[model.driven(coordinate, *gain)?] = *gain;
-    }
+    model.give_gains(&mut setup.drives.gain, &request.gain)?;
     let feedforward = |estimate| Feedforward::new(model, estimate, &setup.drives.gain);
     let feedforward = request.feedforward.as_ref().map(feedforward).transpose()?;
     let validations: Vec<Way> = (0..request.validation).map(Way::Validation).collect();
@@ -328,6 +326,10 @@ fn truth_of(model: &Model, setup: &SimulationSetup, truth: &[f64], effort: Effor
         Identified::given(parameter.id, unit, *value)
     };
     let mut parameters: Vec<Identified> = regressor.parameters().iter().zip(truth).map(base).collect();
+    let of_joint = |k: usize, id: ParameterId, value: f64| {
+        let unit = id.unit(regressor.is_prismatic(k));
+        Identified::given(id, unit, value)
+    };
     // Equation (5) of the paper, by direction: FV and FS alike for both would not be the truth where they differ.
     for (k, (coordinate, law)) in regressor.coordinates().iter().zip(&setup.friction).enumerate() {
         let by_direction = [
@@ -336,17 +338,12 @@ fn truth_of(model: &Model, setup: &SimulationSetup, truth: &[f64], effort: Effor
             (FrictionParameter::ViscousBackward, law.viscous_negative),
             (FrictionParameter::CoulombBackward, law.coulomb_negative),
         ];
-        parameters.extend(by_direction.map(|(parameter, value)| {
-            let id = ParameterId::friction(parameter, coordinate);
-            let unit = id.unit(regressor.is_prismatic(k));
-            Identified::given(id, unit, value)
-        }));
+        let one = |(parameter, value)| of_joint(k, ParameterId::friction(parameter, coordinate), value);
+        parameters.extend(by_direction.map(one));
     }
     let gains = setup.drives.gain.iter().filter(|_| effort == Effort::Current);
     for (k, (coordinate, gain)) in regressor.coordinates().iter().zip(gains).enumerate() {
-        let id = ParameterId::drive_gain(coordinate);
-        let unit = id.unit(regressor.is_prismatic(k));
-        parameters.push(Identified::given(id, unit, *gain));
+        parameters.push(of_joint(k, ParameterId::drive_gain(coordinate), *gain));
     }
     Estimate {
         model: model.reference.name.clone(),

@@ -92,7 +92,7 @@ pub fn told_by(
     for parameter in parameters.iter_mut().filter(|parameter| parameter.is_weak()) {
         parameter.to_blame.get_or_insert("little motion".into());
     }
-    let purposes = purposes(model, &linear, &limits, &states, &foreseen);
+    let purposes = Foresight { model, linear: &linear, limits: &limits, foreseen: &foreseen }.purposes(&states);
     let to_add = to_add(&linear, &parameters, &states, &limits);
     Ok(ToldBy { parameters, condition_number, samples: states.len(), purposes, to_add, notes })
 }
@@ -182,81 +182,76 @@ fn filtered(model: &Model, name: &str, points: &PointTrajectory) -> Result<State
     Ok(records.iter().flat_map(|record| (0..record.t.len()).map(move |i| of(record, i))).collect())
 }
 
-/// How unsure torques will be: standing, along the motion, and anywhere within the limits.
-fn purposes(
-    model: &Model,
-    linear: &LinearModel,
-    limits: &[CoordinateLimits],
-    states: &States,
-    foreseen: &Foreseen,
-) -> Vec<Outlook> {
-    let mut random = Random::new(SEED);
-    let mut drawn = |moves: bool| -> Vec<[f64; 3]> {
-        let of = |l: &CoordinateLimits| {
-            let q = l.locked.unwrap_or_else(|| random.between(l.position.0, l.position.1));
-            let mut rate = |most: f64| if moves && l.locked.is_none() { random.between(-most, most) } else { 0.0 };
-            [q, rate(l.velocity), rate(l.acceleration)]
-        };
-        limits.iter().map(of).collect()
-    };
-    let standing: States = (0..STATES_PER_PURPOSE).map(|_| drawn(false)).collect();
-    let anywhere: States = (0..STATES_PER_PURPOSE).map(|_| drawn(true)).collect();
-    let step = states.len().div_ceil(STATES_PER_PURPOSE as usize).max(1);
-    let seen: States = states.iter().step_by(step).cloned().collect();
-    let all = [
-        ("gravity compensation", standing, false),
-        ("feedforward at the speeds of this motion", seen, true),
-        ("feedforward at the speed limits", anywhere, true),
-    ];
-    all.into_iter()
-        .filter_map(|(purpose, states, rubs)| outlook(model, linear, limits, foreseen, purpose, &states, rubs))
-        .collect()
+/// What is foreseen of the torques of a model within limits.
+struct Foresight<'a> {
+    model: &'a Model,
+    linear: &'a LinearModel<'a>,
+    limits: &'a [CoordinateLimits],
+    foreseen: &'a Foreseen,
 }
 
-/// The joint that is most unsure over states; `rubs`: friction counts.
-fn outlook(
-    model: &Model,
-    linear: &LinearModel,
-    limits: &[CoordinateLimits],
-    foreseen: &Foreseen,
-    purpose: &'static str,
-    states: &[Vec<[f64; 3]>],
-    rubs: bool,
-) -> Option<Outlook> {
-    let (n, base) = (linear.n(), linear.regressor.parameters().len());
-    let known = model.described_parameters();
-    let (mut y, mut row) = (vec![0.0; n * base], vec![0.0; linear.p()]);
-    let mut unsure = vec![Some(0.0); n];
-    let mut torque = vec![0.0; n];
-    for state in states {
-        let of = |d: usize| state.iter().map(|x| x[d]).collect::<Vec<f64>>();
-        let (dq, ddq) = (of(1), of(2));
-        linear.regressor.fill(&of(0), &dq, &ddq, &mut y);
-        for i in (0..n).filter(|&i| limits[i].locked.is_none()) {
-            fill_row(linear, i, &y, dq[i], ddq[i], &mut row);
-            if !rubs {
-                row[base..].fill(0.0);
-            }
-            unsure[i] = unsure[i].zip(foreseen.torque_deviation(&row)).map(|(sum, sigma)| sum + sigma * sigma);
-            let rigid = known.iter().flat_map(|x| x.iter().zip(&row)).map(|(x, y)| x * y).sum::<f64>();
-            torque[i] += rigid * rigid;
-        }
+impl Foresight<'_> {
+    /// How unsure torques will be: standing, along the motion, and anywhere within the limits.
+    fn purposes(&self, states: &States) -> Vec<Outlook> {
+        let mut random = Random::new(SEED);
+        let mut drawn = |moves: bool| -> Vec<[f64; 3]> {
+            let of = |l: &CoordinateLimits| {
+                let q = l.locked.unwrap_or_else(|| random.between(l.position.0, l.position.1));
+                let mut rate = |most: f64| if moves && l.locked.is_none() { random.between(-most, most) } else { 0.0 };
+                [q, rate(l.velocity), rate(l.acceleration)]
+            };
+            self.limits.iter().map(of).collect()
+        };
+        let standing: States = (0..STATES_PER_PURPOSE).map(|_| drawn(false)).collect();
+        let anywhere: States = (0..STATES_PER_PURPOSE).map(|_| drawn(true)).collect();
+        let step = states.len().div_ceil(STATES_PER_PURPOSE as usize).max(1);
+        let seen: States = states.iter().step_by(step).cloned().collect();
+        let all = [
+            ("gravity compensation", standing, false),
+            ("feedforward at the speeds of this motion", seen, true),
+            ("feedforward at the speed limits", anywhere, true),
+        ];
+        all.into_iter().filter_map(|(purpose, states, rubs)| self.outlook(purpose, &states, rubs)).collect()
     }
-    let count = states.len().max(1) as f64;
-    let one = |i: usize| {
-        let deviation = unsure[i].map(|sum: f64| (sum / count).sqrt());
-        let size = Some((torque[i] / count).sqrt()).filter(|size| *size > 0.0);
-        (i, deviation, deviation.zip(size).map(|(deviation, size)| deviation / size))
-    };
-    // One that is not told before all others, then by the share, or by the deviation where there is none.
-    let rank = |(_, deviation, share): &(usize, Option<f64>, Option<f64>)| match (deviation, share) {
-        (None, _) => f64::INFINITY,
-        (Some(deviation), None) => *deviation,
-        (_, Some(share)) => *share,
-    };
-    let moving = (0..n).filter(|&i| limits[i].locked.is_none());
-    let (i, deviation, share) = moving.map(one).max_by(|a, b| rank(a).total_cmp(&rank(b)))?;
-    Some(Outlook { purpose, coordinate: linear.regressor.coordinates()[i].clone(), deviation, share })
+
+    /// The joint that is most unsure over states; `rubs`: friction counts.
+    fn outlook(&self, purpose: &'static str, states: &[Vec<[f64; 3]>], rubs: bool) -> Option<Outlook> {
+        let Foresight { model, linear, limits, foreseen } = *self;
+        let (n, base) = (linear.n(), linear.regressor.parameters().len());
+        let known = model.described_parameters();
+        let (mut y, mut row) = (vec![0.0; n * base], vec![0.0; linear.p()]);
+        let mut unsure = vec![Some(0.0); n];
+        let mut torque = vec![0.0; n];
+        for state in states {
+            let of = |d: usize| state.iter().map(|x| x[d]).collect::<Vec<f64>>();
+            let (dq, ddq) = (of(1), of(2));
+            linear.regressor.fill(&of(0), &dq, &ddq, &mut y);
+            for i in (0..n).filter(|&i| limits[i].locked.is_none()) {
+                fill_row(linear, i, &y, dq[i], ddq[i], &mut row);
+                if !rubs {
+                    row[base..].fill(0.0);
+                }
+                unsure[i] = unsure[i].zip(foreseen.torque_deviation(&row)).map(|(sum, sigma)| sum + sigma * sigma);
+                let rigid = known.iter().flat_map(|x| x.iter().zip(&row)).map(|(x, y)| x * y).sum::<f64>();
+                torque[i] += rigid * rigid;
+            }
+        }
+        let count = states.len().max(1) as f64;
+        let one = |i: usize| {
+            let deviation = unsure[i].map(|sum: f64| (sum / count).sqrt());
+            let size = Some((torque[i] / count).sqrt()).filter(|size| *size > 0.0);
+            (i, deviation, deviation.zip(size).map(|(deviation, size)| deviation / size))
+        };
+        // One that is not told before all others, then by the share, or by the deviation where there is none.
+        let rank = |(_, deviation, share): &(usize, Option<f64>, Option<f64>)| match (deviation, share) {
+            (None, _) => f64::INFINITY,
+            (Some(deviation), None) => *deviation,
+            (_, Some(share)) => *share,
+        };
+        let moving = (0..n).filter(|&i| limits[i].locked.is_none());
+        let (i, deviation, share) = moving.map(one).max_by(|a, b| rank(a).total_cmp(&rank(b)))?;
+        Some(Outlook { purpose, coordinate: linear.regressor.coordinates()[i].clone(), deviation, share })
+    }
 }
 
 /// For each joint behind parameters that are weak or not told: how little of its limits it uses.

@@ -12,13 +12,12 @@ use crate::estimate::digits::significant;
 use crate::estimate::hypothesis::Hypothesis::{Degrees, Late, SwappedPositions, SwappedVelocities};
 use crate::estimate::passport::change::Description;
 use crate::estimate::passport::delay::{Lag, common_lag};
-use crate::estimate::passport::finding::{COMMON_FACTORS, Fault, Finding, NOMINAL_INERTIAL_SLOPES};
+use crate::estimate::passport::finding::{COMMON_FACTORS, Fault, Finding, NOMINAL_INERTIAL_SLOPES, OTHER_TORQUE_SIGN};
 use crate::estimate::passport::free_bodies::FreeBodies;
 use crate::estimate::passport::regression::Partial;
 use crate::estimate::passport::report::{COUNTED_SLOPE_SHARE, Explained, Passport};
 use crate::estimate::passport::samples::Samples;
 use crate::estimate::passport::search::{LIKELY_MISFIT_SHARE, Search, Suspicion, counts};
-use crate::estimate::passport::signals::OTHER_TORQUE_SIGN;
 use crate::estimate::passport::trials::Trials;
 
 /// What a diagnosis looks at.

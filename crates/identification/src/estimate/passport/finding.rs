@@ -53,6 +53,9 @@ pub(crate) const NOMINAL_INERTIAL_SLOPES: std::ops::Range<f64> = 0.25..4.0;
 /// Slopes of all joints within these may be errors of nominal inertials, even where they are alike.
 pub(crate) const COMMON_FACTORS: std::ops::Range<f64> = 0.7..1.43;
 
+/// What mends torques that all have the wrong sign.
+pub(super) const OTHER_TORQUE_SIGN: &str = "change the sign of the torque columns";
+
 impl Fault {
     /// Whether no estimate from such a log can be used.
     pub fn is_gross(self) -> bool {

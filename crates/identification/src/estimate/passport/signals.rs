@@ -5,7 +5,7 @@ use logs::Suspect;
 
 use crate::estimate::hypothesis::Hypothesis;
 use crate::estimate::passport::diagnosis::Look;
-use crate::estimate::passport::finding::{Fault, Finding};
+use crate::estimate::passport::finding::{Fault, Finding, OTHER_TORQUE_SIGN};
 use crate::estimate::passport::friction::OwnFriction;
 use crate::estimate::passport::report::{JointPassport, Passport};
 use crate::estimate::remarks::LARGEST_ARM_ANGLE_RAD;
@@ -28,9 +28,6 @@ const SMALLEST_TORQUE: f64 = 1e-30;
 
 /// Share of the rows at a limit above which a torque is saturated. Quantised currents reach 1 % by chance.
 const SATURATED_ROWS_SHARE: f64 = 0.05;
-
-/// What mends torques that all have the wrong sign.
-pub(super) const OTHER_TORQUE_SIGN: &str = "change the sign of the torque columns";
 
 impl Look<'_> {
     /// Torques that never change, torques that are nothing, and torques that stand at a limit.
