@@ -1,7 +1,8 @@
 //! One derivation: a robot's graph, from which every function of it is taken.
 //!
 //! It holds what all functions share: the graph, its constants, and the motion of every link. The
-//! functions themselves are in [`crate::functions`].
+//! functions themselves are methods of it, each beside its equations: in the file of its name under `dynamics/`, or under
+//! `base/`.
 
 use expr::{Expr, Function, Graph};
 use robot::Robot;
@@ -71,6 +72,12 @@ impl<'a> Derivation<'a> {
     /// loop: m and rad) and `j` (6 a loop, x m). `None` without passive coordinates.
     pub(crate) fn closure_function(&self) -> Option<Function> {
         self.implicit.as_ref().map(|i| i.function.clone())
+    }
+
+    /// What the loops that are solved numerically ask of positions and rates: inputs `q`, `passive`, outputs `e` (6 a loop,
+    /// zero where it is closed), `ja`, `jp` with ja dq + jp dq_p = 0, and `g` with dq_p = g dq. `None` without such loops.
+    pub fn constraint_equations(&self) -> Option<Function> {
+        Some(self.implicit.as_ref()?.constraint_equations(&self.graph, &self.motion))
     }
 
     /// The motion at ddq = 0.

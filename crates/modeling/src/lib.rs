@@ -10,7 +10,6 @@
 mod base;
 mod derivation;
 mod dynamics;
-mod functions;
 mod kinematics;
 mod robot_formulas;
 mod robot_function;

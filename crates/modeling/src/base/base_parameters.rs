@@ -142,8 +142,43 @@ impl BaseParameters {
     }
 }
 
+impl Derivation<'_> {
+    /// The base parameters of `regressor`, which must be this derivation's; refused when the rank is
+    /// not clear-cut.
+    pub fn base_parameters(&mut self, regressor: &Function) -> Result<BaseParameters, UnclearRank> {
+        let robot = self.robot;
+        let standard = StandardParameter::all(robot);
+        let Settled { scan, regrouping, weak, left_out, rank } = settled(self, regressor, &standard)?;
+        let shares = &regrouping.shares;
+
+        // Each kept column is a base parameter; a dropped one that joins none has no effect.
+        let base: Vec<BaseParameter> =
+            scan.kept.iter().map(|&c| base_parameter(robot, &standard, &scan, shares, c)).collect();
+        let no_effect = (0..standard.len())
+            .filter(|c| scan.kept.binary_search(c).is_err() && shares.get(c).is_none_or(Vec::is_empty))
+            .filter(|c| !left_out.contains_key(c))
+            .collect();
+        let weak = weak.into_iter().map(|column| Weak { column, share: left_out[&column] }).collect();
+        let places = self.constants.places(&self.graph);
+        let constants = constants(regressor, &places);
+        let sources = RuleSources::new(regrouping, robot, &standard, regressor.graph(), places);
+        Ok(BaseParameters { standard, base, no_effect, weak, rank, constants, refused: None, sources })
+    }
+
+    /// The same, but where they are refused although all numbers are finite, the standard parameters, each for itself
+    /// ([`BaseParameters::refused`]): what follows from those is right at any rank.
+    ///
+    /// Fails where a torque is no finite number.
+    pub fn parameters_at_any_rank(&mut self, regressor: &Function) -> Result<BaseParameters, UnclearRank> {
+        self.base_parameters(regressor).or_else(|refused| match refused {
+            UnclearRank::NotFinite { .. } | UnclearRank::NeverCloses(_) => Err(refused),
+            _ => Ok(ungrouped(self, regressor, refused)),
+        })
+    }
+}
+
 /// The standard parameters of `regressor`, each for itself, for functions that need no base parameters.
-pub(crate) fn ungrouped(derivation: &Derivation, regressor: &Function, refused: UnclearRank) -> BaseParameters {
+fn ungrouped(derivation: &Derivation, regressor: &Function, refused: UnclearRank) -> BaseParameters {
     let robot = derivation.robot;
     let standard = StandardParameter::all(robot);
     let itself = |(column, s): (usize, &StandardParameter)| {
@@ -156,30 +191,6 @@ pub(crate) fn ungrouped(derivation: &Derivation, regressor: &Function, refused: 
     let sources = RuleSources::new(Regrouping::default(), robot, &standard, regressor.graph(), places);
     let (no_effect, weak, rank) = (Vec::new(), Vec::new(), Rank::of(&Scan::default()));
     BaseParameters { standard, base, no_effect, weak, rank, constants, refused: Some(refused), sources }
-}
-
-/// The base parameters of `regressor`, which must be the derivation's own.
-pub(crate) fn base_parameters(
-    derivation: &mut Derivation,
-    regressor: &Function,
-) -> Result<BaseParameters, UnclearRank> {
-    let robot = derivation.robot;
-    let standard = StandardParameter::all(robot);
-    let Settled { scan, regrouping, weak, left_out, rank } = settled(derivation, regressor, &standard)?;
-    let shares = &regrouping.shares;
-
-    // Each kept column is a base parameter; a dropped one that joins none has no effect.
-    let base: Vec<BaseParameter> =
-        scan.kept.iter().map(|&c| base_parameter(robot, &standard, &scan, shares, c)).collect();
-    let no_effect = (0..standard.len())
-        .filter(|c| scan.kept.binary_search(c).is_err() && shares.get(c).is_none_or(Vec::is_empty))
-        .filter(|c| !left_out.contains_key(c))
-        .collect();
-    let weak = weak.into_iter().map(|column| Weak { column, share: left_out[&column] }).collect();
-    let places = derivation.constants.places(&derivation.graph);
-    let constants = constants(regressor, &places);
-    let sources = RuleSources::new(regrouping, robot, &standard, regressor.graph(), places);
-    Ok(BaseParameters { standard, base, no_effect, weak, rank, constants, refused: None, sources })
 }
 
 /// Which columns are kept, and what the others are made of.

@@ -21,6 +21,7 @@
 use expr::{Expr, Function, Graph, Input, Output, SymbolKind};
 use robot::{JointKind, LinkId};
 
+use crate::base::base_parameters::BaseParameters;
 use crate::derivation::Derivation;
 use crate::dynamics::composite::Body;
 use crate::dynamics::factor::Factor;
@@ -39,54 +40,62 @@ struct Derivatives {
     by_dq: Vec<Expr>,
 }
 
-/// Inputs `q`, `dq`, `ddq`, `x`; outputs `dtau_by_q`, `dtau_by_dq` (n x n). That by ddq is the inertia matrix.
-pub(crate) fn inverse_dynamics_derivatives(derivation: &mut Derivation, x: &ParameterInputs) -> Function {
-    let links = derivation.links.clone();
-    let Derivatives { by_q, by_dq } = derivatives(derivation, &links, x, 2.0);
-    let mut inputs = derivation.motion.inputs();
-    inputs.push(x.input());
-    let outputs = vec![square("dtau_by_q", by_q), square("dtau_by_dq", by_dq)];
-    Function::new("inverse_dynamics_derivatives", &derivation.graph, inputs, outputs)
-}
+impl Derivation<'_> {
+    /// Derivatives of the torques: inputs `q`, `dq`, `ddq`, `x` (X_base), outputs `dtau_by_q`, `dtau_by_dq` (n x n).
+    /// That by ddq is the inertia matrix.
+    pub fn inverse_dynamics_derivatives(&mut self, base: &BaseParameters) -> Function {
+        let x = &ParameterInputs::base(self, base);
+        let links = self.links.clone();
+        let Derivatives { by_q, by_dq } = derivatives(self, &links, x, 2.0);
+        let inputs = [self.motion.inputs(), vec![x.input()]].concat();
+        let outputs = vec![square("dtau_by_q", by_q), square("dtau_by_dq", by_dq)];
+        Function::new("inverse_dynamics_derivatives", &self.graph, inputs, outputs)
+    }
 
-/// C(q, dq): inputs `q`, `dq`, `x`; output `c` (n x n).
-pub(crate) fn coriolis_matrix(derivation: &mut Derivation, x: &ParameterInputs) -> Function {
-    let links = derivation.coasting_links();
-    let c = derivatives(derivation, &links, x, 1.0).by_dq;
-    let motion = &derivation.motion;
-    let mut inputs = motion.configuration();
-    inputs.extend([motion.input(MotionInput::Dq), x.input()]);
-    Function::new("coriolis_matrix", &derivation.graph, inputs, vec![square("c", c)])
-}
+    /// Christoffel's C: inputs `q`, `dq`, `x` (X_base), output `c` (n x n); C dq is the bias less gravity, and
+    /// dA/dt - 2 C is skew-symmetric.
+    pub fn coriolis_matrix(&mut self, base: &BaseParameters) -> Function {
+        let x = &ParameterInputs::base(self, base);
+        let links = self.coasting_links();
+        let c = derivatives(self, &links, x, 1.0).by_dq;
+        let motion = &self.motion;
+        let inputs = [motion.configuration(), vec![motion.input(MotionInput::Dq), x.input()]].concat();
+        Function::new("coriolis_matrix", &self.graph, inputs, vec![square("c", c)])
+    }
 
-/// Inputs `q`, `dq`, `tau`, `x`; outputs `ddq_by_q`, `ddq_by_dq`, `ddq_by_tau` (n x n): with ddq = A^-1 (tau - h),
-/// -A^-1 dtau_by_q, -A^-1 dtau_by_dq and A^-1.
-pub(crate) fn forward_dynamics_derivatives(derivation: &mut Derivation, x: &ParameterInputs) -> Function {
-    let n = derivation.robot.n_coordinates();
-    let a = inertia_matrix::entries(derivation, x);
-    let coasting = derivation.coasting_links();
-    let bias = torque::entries(derivation, &coasting, x);
-    let labels = coordinate_labels(derivation.robot);
-    let Derivation { robot, graph: g, constants, motion, implicit, .. } = derivation;
-    let tau: Vec<Expr> = labels.iter().map(|k| g.symbol(&format!("tau{k}"), SymbolKind::Input)).collect();
-    let factor = Factor::new(g, a, n);
-    let right = (0..n).map(|k| g.sub(tau[k], bias[k])).collect();
-    let ddq = factor.solve(g, right);
-    let (by_q, by_dq) = if implicit.is_some() {
-        (by_each(derivation, &ddq, MotionInput::Q), by_each(derivation, &ddq, MotionInput::Dq))
-    } else {
-        let links = link_motions(g, robot, constants, &Motion { ddq: ddq.clone(), ..motion.clone() });
-        let found = derivatives(derivation, &links, x, 2.0);
-        let g = &mut derivation.graph;
-        let [by_q, by_dq] = [found.by_q, found.by_dq].map(|rows| factor.solve_columns(g, &rows));
-        (by_q.into_iter().map(|x| -x).collect(), by_dq.into_iter().map(|x| -x).collect())
-    };
-    let by_tau = factor.inverse(&mut derivation.graph);
-    let outputs = vec![square("ddq_by_q", by_q), square("ddq_by_dq", by_dq), square("ddq_by_tau", by_tau)];
-    let motion = &derivation.motion;
-    let mut inputs = motion.configuration();
-    inputs.extend([motion.input(MotionInput::Dq), Input { name: "tau".into(), entries: tau }, x.input()]);
-    Function::new("forward_dynamics_derivatives", &derivation.graph, inputs, outputs)
+    /// Derivatives of the accelerations: inputs `q`, `dq`, `tau`, `x` (X_base), outputs `ddq_by_q`, `ddq_by_dq`,
+    /// `ddq_by_tau` (n x n): with ddq = A^-1 (tau - h), -A^-1 dtau_by_q, -A^-1 dtau_by_dq and A^-1.
+    pub fn forward_dynamics_derivatives(&mut self, base: &BaseParameters) -> Function {
+        let x = &ParameterInputs::base(self, base);
+        let n = self.robot.n_coordinates();
+        let a = inertia_matrix::entries(self, x);
+        let coasting = self.coasting_links();
+        let bias = torque::entries(self, &coasting, x);
+        let labels = coordinate_labels(self.robot);
+        let Derivation { robot, graph: g, constants, motion, implicit, .. } = self;
+        let tau: Vec<Expr> = labels.iter().map(|k| g.symbol(&format!("tau{k}"), SymbolKind::Input)).collect();
+        let factor = Factor::new(g, a, n);
+        let right = (0..n).map(|k| g.sub(tau[k], bias[k])).collect();
+        let ddq = factor.solve(g, right);
+        let (by_q, by_dq) = if implicit.is_some() {
+            (by_each(self, &ddq, MotionInput::Q), by_each(self, &ddq, MotionInput::Dq))
+        } else {
+            let links = link_motions(g, robot, constants, &Motion { ddq: ddq.clone(), ..motion.clone() });
+            let found = derivatives(self, &links, x, 2.0);
+            let g = &mut self.graph;
+            let [by_q, by_dq] = [found.by_q, found.by_dq].map(|rows| factor.solve_columns(g, &rows));
+            (by_q.into_iter().map(|x| -x).collect(), by_dq.into_iter().map(|x| -x).collect())
+        };
+        let by_tau = factor.inverse(&mut self.graph);
+        let outputs = vec![square("ddq_by_q", by_q), square("ddq_by_dq", by_dq), square("ddq_by_tau", by_tau)];
+        let motion = &self.motion;
+        let inputs = [
+            motion.configuration(),
+            vec![motion.input(MotionInput::Dq), Input { name: "tau".into(), entries: tau }, x.input()],
+        ]
+        .concat();
+        Function::new("forward_dynamics_derivatives", &self.graph, inputs, outputs)
+    }
 }
 
 fn square(name: &str, entries: Vec<Expr>) -> Output {

@@ -16,32 +16,35 @@ use crate::dynamics::pose::jacobian_rows;
 use crate::dynamics::reference_frame::{ReferenceFrame, at_place_of, in_axes_of};
 use crate::kinematics::vector::{NULL, add, cross};
 
-/// Input `q`; output `det` (1).
-pub(crate) fn jacobian_determinant(derivation: &mut Derivation, frame: &LinkFrame) -> Function {
-    let n = derivation.robot.n_coordinates();
-    let inputs = derivation.motion.configuration();
-    let made = |derivation: &Derivation, entry: Expr| {
-        let output = Output { name: "det".into(), rows: 1, columns: 1, entries: vec![entry] };
-        let name = frame.function("jacobian_determinant");
-        Function::new(&name, &derivation.graph, inputs.clone(), vec![output])
-    };
-    if n != 6 || derivation.implicit.is_some() {
-        let rows = jacobian_rows(derivation, frame, None, NULL);
-        let g = &mut derivation.graph;
-        let square = if n == 6 { rows } else { product(g, &rows, n < 6) };
-        let entry = Determinant::of(g, square);
-        return made(derivation, entry);
+impl Derivation<'_> {
+    /// Determinant of the Jacobian of a link with six coordinates, else that of J^T J or J J^T: input `q`, output `det`.
+    pub fn jacobian_determinant(&mut self, frame: impl Into<LinkFrame>) -> Function {
+        let frame = &frame.into();
+        let n = self.robot.n_coordinates();
+        let inputs = self.motion.configuration();
+        let made = |of: &Derivation, entry: Expr| {
+            let output = Output { name: "det".into(), rows: 1, columns: 1, entries: vec![entry] };
+            let name = frame.function("jacobian_determinant");
+            Function::new(&name, &of.graph, inputs.clone(), vec![output])
+        };
+        if n != 6 || self.implicit.is_some() {
+            let rows = jacobian_rows(self, frame, None, NULL);
+            let g = &mut self.graph;
+            let square = if n == 6 { rows } else { product(g, &rows, n < 6) };
+            let entry = Determinant::of(g, square);
+            return made(self, entry);
+        }
+        let chain = std::iter::successors(Some(frame.link), |j| self.robot.link(*j).antecedent).collect::<Vec<_>>();
+        let functions = chain.into_iter().map(|at| {
+            let rows = seen_from(self, frame.link, at);
+            let entry = Determinant::of(&mut self.graph, rows);
+            let function = made(self, entry);
+            let count = function.bound().count();
+            (count.mul + count.add, function)
+        });
+        let least = functions.reduce(|a, b| if b.0 < a.0 { b } else { a });
+        least.map_or_else(|| made(self, Expr::ONE), |(_, function)| function)
     }
-    let chain = std::iter::successors(Some(frame.link), |j| derivation.robot.link(*j).antecedent).collect::<Vec<_>>();
-    let functions = chain.into_iter().map(|at| {
-        let rows = seen_from(derivation, frame.link, at);
-        let entry = Determinant::of(&mut derivation.graph, rows);
-        let function = made(derivation, entry);
-        let count = function.bound().count();
-        (count.mul + count.add, function)
-    });
-    let least = functions.reduce(|a, b| if b.0 < a.0 { b } else { a });
-    least.map_or_else(|| made(derivation, Expr::ONE), |(_, function)| function)
 }
 
 /// The Jacobian of a link in the axes of another that carries it, of the point of the link that is at the other's origin.

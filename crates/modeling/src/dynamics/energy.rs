@@ -9,20 +9,41 @@
 use expr::{Expr, Function, Graph, Output};
 use robot::{Inertial, StandardParameter};
 
+use crate::base::base_parameters::BaseParameters;
 use crate::derivation::Derivation;
 use crate::dynamics::parameter_inputs::ParameterInputs;
 use crate::kinematics::links::{LinkMotion, MotionInput};
 use crate::kinematics::vector::{NULL, Vector, add, cross, dot, sum};
 
-/// Inputs `q`, `dq`; outputs `kinetic` and `potential`, 1 x p: the energy per unit of each parameter.
-pub(crate) fn energy(derivation: &mut Derivation) -> Function {
-    let [kinetic, potential] = energy_entries(derivation);
-    let Derivation { graph: g, motion, .. } = derivation;
-    let row = |name: &str, entries: Vec<Expr>| Output { name: name.into(), rows: 1, columns: entries.len(), entries };
-    let outputs = vec![row("kinetic", kinetic), row("potential", potential)];
-    let mut inputs = motion.configuration();
-    inputs.push(motion.input(MotionInput::Dq));
-    Function::new("energy", g, inputs, outputs)
+impl Derivation<'_> {
+    /// Energies per unit of each standard parameter: inputs `q`, `dq`, outputs `kinetic` and
+    /// `potential` (1 x p), J.
+    pub fn energy(&mut self) -> Function {
+        let [kinetic, potential] = energy_entries(self);
+        let Derivation { graph: g, motion, .. } = self;
+        let row =
+            |name: &str, entries: Vec<Expr>| Output { name: name.into(), rows: 1, columns: entries.len(), entries };
+        let outputs = vec![row("kinetic", kinetic), row("potential", potential)];
+        let inputs = [motion.configuration(), vec![motion.input(MotionInput::Dq)]].concat();
+        Function::new("energy", g, inputs, outputs)
+    }
+
+    /// Kinetic and potential energy: inputs `q`, `dq`, `x` (X_base), output `e` (2), J; the potential one is determined up to a
+    /// constant.
+    pub fn energies(&mut self, base: &BaseParameters) -> Function {
+        let x = &ParameterInputs::base(self, base);
+        let per_unit = energy_entries(self);
+        let parameters = StandardParameter::all(self.robot);
+        let Derivation { graph: g, motion, .. } = self;
+        let entries = per_unit.map(|column| {
+            let terms: Vec<Expr> =
+                column.into_iter().zip(&parameters).map(|(e, p)| g.mul(e, x.get(p.link, p.inertial))).collect();
+            sum(g, &terms)
+        });
+        let output = Output { name: "e".into(), rows: 2, columns: 1, entries: entries.to_vec() };
+        let inputs = [motion.configuration(), vec![motion.input(MotionInput::Dq), x.input()]].concat();
+        Function::new("energies", g, inputs, vec![output])
+    }
 }
 
 /// Kinetic and potential energy per unit of each standard parameter.
@@ -57,22 +78,6 @@ fn energy_entries(derivation: &mut Derivation) -> [Vec<Expr>; 2] {
         });
     }
     [kinetic, potential]
-}
-
-/// Inputs `q`, `dq`, `x`; output `e` (2): kinetic and potential energy of these parameters.
-pub(crate) fn energies(derivation: &mut Derivation, x: &ParameterInputs) -> Function {
-    let per_unit = energy_entries(derivation);
-    let parameters = StandardParameter::all(derivation.robot);
-    let Derivation { graph: g, motion, .. } = derivation;
-    let entries = per_unit.map(|column| {
-        let terms: Vec<Expr> =
-            column.into_iter().zip(&parameters).map(|(e, p)| g.mul(e, x.get(p.link, p.inertial))).collect();
-        sum(g, &terms)
-    });
-    let output = Output { name: "e".into(), rows: 2, columns: 1, entries: entries.to_vec() };
-    let mut inputs = motion.configuration();
-    inputs.extend([motion.input(MotionInput::Dq), x.input()]);
-    Function::new("energies", g, inputs, vec![output])
 }
 
 fn kinetic_column(g: &mut Graph, link: &LinkMotion, dq: &[Expr], parameter: Inertial) -> Expr {

@@ -15,48 +15,44 @@ use crate::dynamics::reference_frame::{ReferenceFrame, constants, in_axes_of, su
 use crate::kinematics::links::{Motion, MotionInput, link_motions_under};
 use crate::kinematics::vector::{NULL, Vector, add, cross, dot};
 
-/// Inputs `q`, `dq`; output `v` (6): velocity of the frame's origin, then angular velocity.
-pub(crate) fn velocity(derivation: &mut Derivation, frame: &LinkFrame, reference: Option<&ReferenceFrame>) -> Function {
-    let Derivation { robot, graph: g, motion, links, .. } = derivation;
-    let w: Vec<Vector> = links.iter().map(|link| link.w).collect();
-    let v = velocities(g, robot, links, &w, &motion.dq)[frame.link.0];
-    let p = constants(g, frame.pose.position);
-    let w = links[frame.link.0].w;
-    let lever = cross(g, w, p);
-    let v = add(g, v, lever);
-    let mut inputs = motion.configuration();
-    inputs.push(motion.input(MotionInput::Dq));
-    let entries = expressed(derivation, [v, w], frame, reference);
-    let output = Output { name: "v".into(), rows: 6, columns: 1, entries };
-    Function::new(&(frame.function("velocity") + &suffix(reference)), &derivation.graph, inputs, vec![output])
-}
+impl Derivation<'_> {
+    /// Velocity of a frame's origin, then its angular velocity: inputs `q`, `dq`, output `v` (6), in its axes or those of
+    /// another.
+    pub fn velocity(&mut self, frame: impl Into<LinkFrame>, reference: Option<&ReferenceFrame>) -> Function {
+        let frame = &frame.into();
+        let Derivation { robot, graph: g, motion, links, .. } = self;
+        let w: Vec<Vector> = links.iter().map(|link| link.w).collect();
+        let v = velocities(g, robot, links, &w, &motion.dq)[frame.link.0];
+        let p = constants(g, frame.pose.position);
+        let w = links[frame.link.0].w;
+        let lever = cross(g, w, p);
+        let v = add(g, v, lever);
+        let inputs = [motion.configuration(), vec![motion.input(MotionInput::Dq)]].concat();
+        let entries = expressed(self, [v, w], frame, reference);
+        let output = Output { name: "v".into(), rows: 6, columns: 1, entries };
+        Function::new(&(frame.function("velocity") + &suffix(reference)), &self.graph, inputs, vec![output])
+    }
 
-/// Inputs `q`, `dq`, `ddq`; output `a` (6): acceleration of the frame's origin, then angular acceleration.
-pub(crate) fn acceleration(
-    derivation: &mut Derivation,
-    frame: &LinkFrame,
-    reference: Option<&ReferenceFrame>,
-) -> Function {
-    let moving = derivation.motion.clone();
-    let entries = accelerations(derivation, &moving, frame, reference);
-    let output = Output { name: "a".into(), rows: 6, columns: 1, entries };
-    let inputs = derivation.motion.inputs();
-    Function::new(&(frame.function("acceleration") + &suffix(reference)), &derivation.graph, inputs, vec![output])
-}
+    /// Acceleration of a frame's origin, then its angular acceleration: inputs `q`, `dq`, `ddq`, output `a` (6).
+    pub fn acceleration(&mut self, frame: impl Into<LinkFrame>, reference: Option<&ReferenceFrame>) -> Function {
+        let frame = &frame.into();
+        let moving = self.motion.clone();
+        let entries = accelerations(self, &moving, frame, reference);
+        let output = Output { name: "a".into(), rows: 6, columns: 1, entries };
+        let inputs = self.motion.inputs();
+        Function::new(&(frame.function("acceleration") + &suffix(reference)), &self.graph, inputs, vec![output])
+    }
 
-/// Inputs `q`, `dq`; output `a` (6): the acceleration at ddq = 0.
-pub(crate) fn jacobian_rate(
-    derivation: &mut Derivation,
-    frame: &LinkFrame,
-    reference: Option<&ReferenceFrame>,
-) -> Function {
-    let coasting = derivation.coasting();
-    let entries = accelerations(derivation, &coasting, frame, reference);
-    let output = Output { name: "a".into(), rows: 6, columns: 1, entries };
-    let motion = &derivation.motion;
-    let mut inputs = motion.configuration();
-    inputs.push(motion.input(MotionInput::Dq));
-    Function::new(&(frame.function("jdot_dq") + &suffix(reference)), &derivation.graph, inputs, vec![output])
+    /// The acceleration at ddq = 0, which is (dJ/dt) dq for J in the axes of the base: inputs `q`, `dq`, output `a` (6).
+    pub fn jacobian_rate(&mut self, frame: impl Into<LinkFrame>, reference: Option<&ReferenceFrame>) -> Function {
+        let frame = &frame.into();
+        let coasting = self.coasting();
+        let entries = accelerations(self, &coasting, frame, reference);
+        let output = Output { name: "a".into(), rows: 6, columns: 1, entries };
+        let motion = &self.motion;
+        let inputs = [motion.configuration(), vec![motion.input(MotionInput::Dq)]].concat();
+        Function::new(&(frame.function("jdot_dq") + &suffix(reference)), &self.graph, inputs, vec![output])
+    }
 }
 
 fn accelerations(

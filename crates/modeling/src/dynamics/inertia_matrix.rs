@@ -11,20 +11,23 @@
 use expr::{Expr, Function, Graph, Output};
 use robot::{Inertial, JointKind, LinkId, Robot};
 
+use crate::base::base_parameters::BaseParameters;
 use crate::derivation::Derivation;
 use crate::dynamics::composite::{Body, composites};
 use crate::dynamics::parameter_inputs::ParameterInputs;
 use crate::kinematics::implicit::reduced;
 use crate::kinematics::vector::{NULL, Vector, add, cross};
 
-/// A(q, x), n x n: inputs `q` and `x`, output `a`.
-pub(crate) fn inertia_matrix(derivation: &mut Derivation, x: &ParameterInputs) -> Function {
-    let entries = entries(derivation, x);
-    let n = derivation.robot.n_coordinates();
-    let mut inputs = derivation.motion.configuration();
-    inputs.push(x.input());
-    let output = Output { name: "a".into(), rows: n, columns: n, entries };
-    Function::new("inertia_matrix", &derivation.graph, inputs, vec![output])
+impl Derivation<'_> {
+    /// The inertia matrix: inputs `q` and `x` (X_base), output `a` (n x n), kg m^2.
+    pub fn inertia_matrix(&mut self, base: &BaseParameters) -> Function {
+        let x = &ParameterInputs::base(self, base);
+        let entries = entries(self, x);
+        let n = self.robot.n_coordinates();
+        let inputs = [self.motion.configuration(), vec![x.input()]].concat();
+        let output = Output { name: "a".into(), rows: n, columns: n, entries };
+        Function::new("inertia_matrix", &self.graph, inputs, vec![output])
+    }
 }
 
 pub(crate) fn entries(derivation: &mut Derivation, x: &ParameterInputs) -> Vec<Expr> {

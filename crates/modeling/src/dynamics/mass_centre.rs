@@ -17,43 +17,46 @@ use crate::kinematics::implicit::reduced;
 use crate::kinematics::links::MotionInput;
 use crate::kinematics::vector::{NULL, Vector, add, cross};
 
-/// Inputs `q`, `x` (the standard parameters); outputs `p` (3), m, and `j` (3 x n).
-pub(crate) fn centre_of_mass(derivation: &mut Derivation, x: &ParameterInputs) -> Function {
-    let Whole { mass, centre, momenta } = whole(derivation, x);
-    let g = &mut derivation.graph;
-    let rows: Vec<Vec<Expr>> = (0..3).map(|r| momenta.iter().map(|k| g.div(k[r], mass)).collect()).collect();
-    let mut inputs = derivation.motion.configuration();
-    inputs.push(x.input());
-    let output = |name: &str, columns, entries| Output { name: name.into(), rows: 3, columns, entries };
-    let outputs = vec![output("p", 1, centre.to_vec()), output("j", momenta.len(), rows.concat())];
-    Function::new("centre_of_mass", &derivation.graph, inputs, outputs)
-}
+impl Derivation<'_> {
+    /// The centre of mass of the moving links: inputs `q`, `x` (the standard parameters), outputs `p` (3), m, in the base
+    /// frame, and its Jacobian `j` (3 x n).
+    pub fn centre_of_mass(&mut self) -> Function {
+        let x = &ParameterInputs::standard(self);
+        let Whole { mass, centre, momenta } = whole(self, x);
+        let g = &mut self.graph;
+        let rows: Vec<Vec<Expr>> = (0..3).map(|r| momenta.iter().map(|k| g.div(k[r], mass)).collect()).collect();
+        let inputs = [self.motion.configuration(), vec![x.input()]].concat();
+        let output = |name: &str, columns, entries| Output { name: name.into(), rows: 3, columns, entries };
+        let outputs = vec![output("p", 1, centre.to_vec()), output("j", momenta.len(), rows.concat())];
+        Function::new("centre_of_mass", &self.graph, inputs, outputs)
+    }
 
-/// Inputs `q`, `dq`, `x` (the standard parameters); outputs `h` (6): momentum, and angular momentum about the centre of
-/// mass, and `map` (6 x n): h = map dq.
-pub(crate) fn centroidal_momentum(derivation: &mut Derivation, x: &ParameterInputs) -> Function {
-    let Whole { centre, momenta, .. } = whole(derivation, x);
-    let Derivation { graph: g, motion, .. } = derivation;
-    let mut about_centre = |k: &Vec<Expr>| {
-        let (f, n) = ([k[0], k[1], k[2]], [k[3], k[4], k[5]]);
-        let lever = cross(g, centre, f);
-        let n: Vector = std::array::from_fn(|i| g.sub(n[i], lever[i]));
-        [f, n].concat()
-    };
-    let columns: Vec<Vec<Expr>> = momenta.iter().map(&mut about_centre).collect();
-    let rows: Vec<Vec<Expr>> = (0..6).map(|r| columns.iter().map(|k| k[r]).collect()).collect();
-    let sum = |row: &Vec<Expr>| {
-        row.iter().zip(&motion.dq).fold(Expr::ZERO, |sum, (&a, &b)| {
-            let term = g.mul(a, b);
-            g.add(sum, term)
-        })
-    };
-    let h: Vec<Expr> = rows.iter().map(sum).collect();
-    let mut inputs = motion.configuration();
-    inputs.extend([motion.input(MotionInput::Dq), x.input()]);
-    let output = |name: &str, columns, entries| Output { name: name.into(), rows: 6, columns, entries };
-    let outputs = vec![output("h", 1, h), output("map", columns.len(), rows.concat())];
-    Function::new("centroidal_momentum", g, inputs, outputs)
+    /// Momentum, and angular momentum about the centre of mass: inputs `q`, `dq`, `x` (the standard parameters), outputs
+    /// `h` (6), in the axes of the base, and `map` (6 x n) with h = map dq.
+    pub fn centroidal_momentum(&mut self) -> Function {
+        let x = &ParameterInputs::standard(self);
+        let Whole { centre, momenta, .. } = whole(self, x);
+        let Derivation { graph: g, motion, .. } = self;
+        let mut about_centre = |k: &Vec<Expr>| {
+            let (f, n) = ([k[0], k[1], k[2]], [k[3], k[4], k[5]]);
+            let lever = cross(g, centre, f);
+            let n: Vector = std::array::from_fn(|i| g.sub(n[i], lever[i]));
+            [f, n].concat()
+        };
+        let columns: Vec<Vec<Expr>> = momenta.iter().map(&mut about_centre).collect();
+        let rows: Vec<Vec<Expr>> = (0..6).map(|r| columns.iter().map(|k| k[r]).collect()).collect();
+        let sum = |row: &Vec<Expr>| {
+            row.iter().zip(&motion.dq).fold(Expr::ZERO, |sum, (&a, &b)| {
+                let term = g.mul(a, b);
+                g.add(sum, term)
+            })
+        };
+        let h: Vec<Expr> = rows.iter().map(sum).collect();
+        let inputs = [motion.configuration(), vec![motion.input(MotionInput::Dq), x.input()]].concat();
+        let output = |name: &str, columns, entries| Output { name: name.into(), rows: 6, columns, entries };
+        let outputs = vec![output("h", 1, h), output("map", columns.len(), rows.concat())];
+        Function::new("centroidal_momentum", g, inputs, outputs)
+    }
 }
 
 /// All links together.

@@ -19,92 +19,93 @@ use crate::kinematics::implicit::reduced;
 use crate::kinematics::links::{MotionInput, joint_variable};
 use crate::kinematics::vector::{NULL, Vector, add, cross, dot, plus_dot};
 
-/// Inputs `q`, `dq`, `x`; output `p` (n), kg m^2/s (kg m/s).
-pub(crate) fn momentum(derivation: &mut Derivation, x: &ParameterInputs) -> Function {
-    let Derivation { robot, graph: g, motion, links, implicit, .. } = derivation;
-    let w: Vec<Vector> = links.iter().map(|link| link.w).collect();
-    let v = velocities(g, robot, links, &w, &motion.dq);
-    let mut p = vec![Expr::ZERO; robot.n_variables()];
-    // h = M v + w x MS and L = J w + MS x v of each link.
-    let mut momenta: Vec<[Vector; 2]> = robot
-        .link_ids()
-        .map(|j| {
-            let (body, w, v) = (Body::new(x.body(j)), links[j.0].w, v[j.0]);
-            let (moved, turned) = (v.map(|v| g.mul(body.mass, v)), cross(g, w, body.first_moment));
-            let (own, lever) = (body.times(g, w), cross(g, body.first_moment, v));
-            [add(g, moved, turned), add(g, own, lever)]
-        })
-        .collect();
-    // From the tips inward: each link's momentum along its axis, then added to what carries it.
-    for j in robot.link_ids().rev() {
-        let link = robot.link(j);
-        let [h, L] = momenta[j.0];
-        let along = match link.joint.kind {
-            JointKind::Revolute => L[2],
-            JointKind::Prismatic => h[2],
-            JointKind::Fixed => Expr::ZERO,
-        };
-        let rate = joint_variable(g, link, &motion.dq);
-        let rotor = g.mul(x.get(j, Inertial::Ia), rate);
-        let along = g.add(along, rotor);
-        for &(k, c) in &link.joint.variable.terms {
-            let c = g.constant(c);
-            let term = g.mul(c, along);
-            p[k.0] = g.add(p[k.0], term);
-        }
-        if let Some(i) = link.antecedent {
-            let placement = &links[j.0].placement;
-            let (h, L) = (placement.to_antecedent(g, h), placement.to_antecedent(g, L));
-            let lever = cross(g, placement.p, h);
-            let L = add(g, L, lever);
-            momenta[i.0] = [add(g, momenta[i.0][0], h), add(g, momenta[i.0][1], L)];
-        }
-    }
-    // Passive coordinates follow from the others: their momenta join those through G.
-    let p = match implicit {
-        None => p,
-        Some(implicit) => reduced(g, &implicit.G, &p.into_iter().map(|x| vec![x]).collect::<Vec<_>>()).concat(),
-    };
-    let mut inputs = motion.configuration();
-    inputs.extend([motion.input(MotionInput::Dq), x.input()]);
-    let output = Output { name: "p".into(), rows: p.len(), columns: 1, entries: p };
-    Function::new("momentum", g, inputs, vec![output])
-}
-
-/// Inputs `q`, `dq`; output `y` (n x p of the base parameters): p = y X.
-pub(crate) fn momentum_regressor(derivation: &mut Derivation, base: &BaseParameters) -> Function {
-    let Derivation { robot, graph: g, motion, links, implicit, .. } = derivation;
-    let w: Vec<Vector> = links.iter().map(|link| link.w).collect();
-    let v = velocities(g, robot, links, &w, &motion.dq);
-    let parameters: Vec<StandardParameter> = base.base.iter().map(|b| base.standard[b.column]).collect();
-    let mut rows = vec![vec![Expr::ZERO; parameters.len()]; robot.n_variables()];
-    for (c, parameter) in parameters.iter().enumerate() {
-        // A column: IA of a rotor, or h and L per unit of the parameter.
-        let (link, at) = (robot.link(parameter.link), &links[parameter.link.0]);
-        if parameter.inertial == Inertial::Ia {
+impl Derivation<'_> {
+    /// The generalised momentum A dq: inputs `q`, `dq`, `x` (X_base), output `p` (n), kg m^2/s (kg m/s).
+    pub fn momentum(&mut self, base: &BaseParameters) -> Function {
+        let x = &ParameterInputs::base(self, base);
+        let Derivation { robot, graph: g, motion, links, implicit, .. } = self;
+        let w: Vec<Vector> = links.iter().map(|link| link.w).collect();
+        let v = velocities(g, robot, links, &w, &motion.dq);
+        let mut p = vec![Expr::ZERO; robot.n_variables()];
+        // h = M v + w x MS and L = J w + MS x v of each link.
+        let mut momenta: Vec<[Vector; 2]> = robot
+            .link_ids()
+            .map(|j| {
+                let (body, w, v) = (Body::new(x.body(j)), links[j.0].w, v[j.0]);
+                let (moved, turned) = (v.map(|v| g.mul(body.mass, v)), cross(g, w, body.first_moment));
+                let (own, lever) = (body.times(g, w), cross(g, body.first_moment, v));
+                [add(g, moved, turned), add(g, own, lever)]
+            })
+            .collect();
+        // From the tips inward: each link's momentum along its axis, then added to what carries it.
+        for j in robot.link_ids().rev() {
+            let link = robot.link(j);
+            let [h, L] = momenta[j.0];
+            let along = match link.joint.kind {
+                JointKind::Revolute => L[2],
+                JointKind::Prismatic => h[2],
+                JointKind::Fixed => Expr::ZERO,
+            };
             let rate = joint_variable(g, link, &motion.dq);
-            for &(k, coefficient) in &link.joint.variable.terms {
-                let coefficient = g.constant(coefficient);
-                rows[k.0][c] = g.mul(coefficient, rate);
+            let rotor = g.mul(x.get(j, Inertial::Ia), rate);
+            let along = g.add(along, rotor);
+            for &(k, c) in &link.joint.variable.terms {
+                let c = g.constant(c);
+                let term = g.mul(c, along);
+                p[k.0] = g.add(p[k.0], term);
             }
-            continue;
-        }
-        let [h, L] = unit_momentum(g, at.w, v[parameter.link.0], parameter.inertial);
-        // z_jk . L + d_jk . h, for each coordinate that moves the link.
-        for (row, twist) in rows.iter_mut().zip(&at.jacobian) {
-            if let Some(twist) = twist {
-                let angular = dot(g, twist.z, L);
-                row[c] = plus_dot(g, angular, twist.d, h);
+            if let Some(i) = link.antecedent {
+                let placement = &links[j.0].placement;
+                let (h, L) = (placement.to_antecedent(g, h), placement.to_antecedent(g, L));
+                let lever = cross(g, placement.p, h);
+                let L = add(g, L, lever);
+                momenta[i.0] = [add(g, momenta[i.0][0], h), add(g, momenta[i.0][1], L)];
             }
         }
+        // Passive coordinates follow from the others: their momenta join those through G.
+        let p = match implicit {
+            None => p,
+            Some(implicit) => reduced(g, &implicit.G, &p.into_iter().map(|x| vec![x]).collect::<Vec<_>>()).concat(),
+        };
+        let inputs = [motion.configuration(), vec![motion.input(MotionInput::Dq), x.input()]].concat();
+        let output = Output { name: "p".into(), rows: p.len(), columns: 1, entries: p };
+        Function::new("momentum", g, inputs, vec![output])
     }
-    if let Some(implicit) = implicit {
-        rows = reduced(g, &implicit.G, &rows);
+
+    /// A dq per unit of each base parameter: inputs `q`, `dq`, output `y` (n x p).
+    pub fn momentum_regressor(&mut self, base: &BaseParameters) -> Function {
+        let Derivation { robot, graph: g, motion, links, implicit, .. } = self;
+        let w: Vec<Vector> = links.iter().map(|link| link.w).collect();
+        let v = velocities(g, robot, links, &w, &motion.dq);
+        let parameters: Vec<StandardParameter> = base.base.iter().map(|b| base.standard[b.column]).collect();
+        let mut rows = vec![vec![Expr::ZERO; parameters.len()]; robot.n_variables()];
+        for (c, parameter) in parameters.iter().enumerate() {
+            // A column: IA of a rotor, or h and L per unit of the parameter.
+            let (link, at) = (robot.link(parameter.link), &links[parameter.link.0]);
+            if parameter.inertial == Inertial::Ia {
+                let rate = joint_variable(g, link, &motion.dq);
+                for &(k, coefficient) in &link.joint.variable.terms {
+                    let coefficient = g.constant(coefficient);
+                    rows[k.0][c] = g.mul(coefficient, rate);
+                }
+                continue;
+            }
+            let [h, L] = unit_momentum(g, at.w, v[parameter.link.0], parameter.inertial);
+            // z_jk . L + d_jk . h, for each coordinate that moves the link.
+            for (row, twist) in rows.iter_mut().zip(&at.jacobian) {
+                if let Some(twist) = twist {
+                    let angular = dot(g, twist.z, L);
+                    row[c] = plus_dot(g, angular, twist.d, h);
+                }
+            }
+        }
+        if let Some(implicit) = implicit {
+            rows = reduced(g, &implicit.G, &rows);
+        }
+        let inputs = [motion.configuration(), vec![motion.input(MotionInput::Dq)]].concat();
+        let output = Output { name: "y".into(), rows: rows.len(), columns: parameters.len(), entries: rows.concat() };
+        Function::new("momentum_regressor", g, inputs, vec![output])
     }
-    let mut inputs = motion.configuration();
-    inputs.push(motion.input(MotionInput::Dq));
-    let output = Output { name: "y".into(), rows: rows.len(), columns: parameters.len(), entries: rows.concat() };
-    Function::new("momentum_regressor", g, inputs, vec![output])
 }
 
 /// h and L per unit of one inertial parameter.

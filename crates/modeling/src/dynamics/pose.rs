@@ -16,89 +16,103 @@ use crate::kinematics::implicit::reduced;
 use crate::kinematics::links::Twist;
 use crate::kinematics::vector::{NULL, Vector, add, cross, plus_dot};
 
-/// Input `q`; output `t`, 3 x 4: orientation and position of a frame in the base frame.
-pub(crate) fn pose(derivation: &mut Derivation, frame: &LinkFrame) -> Function {
-    let Derivation { robot, graph: g, motion, links, .. } = derivation;
-    let (R, p) = (&frame.pose.rotation, &frame.pose.position);
-    let mut columns = [0, 1, 2].map(|c| [0, 1, 2].map(|r| g.constant(R[r][c]))).to_vec();
-    columns.push(p.map(|x| g.constant(x)));
-    let mut columns: [Vector; 4] = std::array::from_fn(|c| columns[c]);
-    let mut at = Some(frame.link);
-    while let Some(k) = at {
-        let placement = &links[k.0].placement;
-        columns = columns.map(|v| placement.to_antecedent(g, v));
-        columns[3] = add(g, columns[3], placement.p);
-        at = robot.link(k).antecedent;
+impl Derivation<'_> {
+    /// Pose of a link or of a frame fixed to it: input `q`, output `t` (3 x 4): R_0j and p_0j.
+    pub fn pose(&mut self, frame: impl Into<LinkFrame>) -> Function {
+        let frame = &frame.into();
+        let Derivation { robot, graph: g, motion, links, .. } = self;
+        let (R, p) = (&frame.pose.rotation, &frame.pose.position);
+        let mut columns = [0, 1, 2].map(|c| [0, 1, 2].map(|r| g.constant(R[r][c]))).to_vec();
+        columns.push(p.map(|x| g.constant(x)));
+        let mut columns: [Vector; 4] = std::array::from_fn(|c| columns[c]);
+        let mut at = Some(frame.link);
+        while let Some(k) = at {
+            let placement = &links[k.0].placement;
+            columns = columns.map(|v| placement.to_antecedent(g, v));
+            columns[3] = add(g, columns[3], placement.p);
+            at = robot.link(k).antecedent;
+        }
+        let entries = (0..3).flat_map(|r| columns.map(|c| c[r])).collect();
+        let output = Output { name: "t".into(), rows: 3, columns: 4, entries };
+        Function::new(&frame.function("pose"), g, motion.configuration(), vec![output])
     }
-    let entries = (0..3).flat_map(|r| columns.map(|c| c[r])).collect();
-    let output = Output { name: "t".into(), rows: 3, columns: 4, entries };
-    Function::new(&frame.function("pose"), g, motion.configuration(), vec![output])
-}
 
-/// Input `q`; output `t`, 3 x 4: orientation and position of a frame in another.
-pub(crate) fn pose_in(derivation: &mut Derivation, frame: &LinkFrame, reference: &ReferenceFrame) -> Function {
-    let Derivation { robot, graph: g, motion, links, .. } = derivation;
-    let axes = transposed(&frame.pose.rotation).map(|axis| constants(g, axis));
-    let p = constants(g, frame.pose.position);
-    let axes = axes.map(|axis| in_axes_of(g, robot, links, axis, frame.link, reference));
-    let p = at_place_of(g, robot, links, p, frame.link, reference);
-    let columns = [axes[0], axes[1], axes[2], p];
-    let entries = (0..3).flat_map(|r| columns.map(|c| c[r])).collect();
-    let output = Output { name: "t".into(), rows: 3, columns: 4, entries };
-    let name = frame.function("pose") + &suffix(Some(reference));
-    Function::new(&name, g, motion.configuration(), vec![output])
+    /// Pose of a frame in another: input `q`, output `t` (3 x 4).
+    pub fn pose_in(&mut self, frame: impl Into<LinkFrame>, reference: &ReferenceFrame) -> Function {
+        let frame = &frame.into();
+        let Derivation { robot, graph: g, motion, links, .. } = self;
+        let axes = transposed(&frame.pose.rotation).map(|axis| constants(g, axis));
+        let p = constants(g, frame.pose.position);
+        let axes = axes.map(|axis| in_axes_of(g, robot, links, axis, frame.link, reference));
+        let p = at_place_of(g, robot, links, p, frame.link, reference);
+        let columns = [axes[0], axes[1], axes[2], p];
+        let entries = (0..3).flat_map(|r| columns.map(|c| c[r])).collect();
+        let output = Output { name: "t".into(), rows: 3, columns: 4, entries };
+        let name = frame.function("pose") + &suffix(Some(reference));
+        Function::new(&name, g, motion.configuration(), vec![output])
+    }
+
+    /// Jacobian of a link or of a frame fixed to it: input `q`, output `j` (6 x n): velocity of O_j, then angular velocity, in
+    /// that frame, per unit of each coordinate's rate.
+    pub fn jacobian(&mut self, frame: impl Into<LinkFrame>) -> Function {
+        jacobian(self, &frame.into(), None)
+    }
+
+    /// Jacobian of a frame in the axes of another: input `q`, output `j` (6 x n).
+    pub fn jacobian_in(&mut self, frame: impl Into<LinkFrame>, reference: &ReferenceFrame) -> Function {
+        jacobian(self, &frame.into(), Some(reference))
+    }
+
+    /// Jacobian of a point fixed to a frame, in its axes or those of another: inputs `q`, `point` (3, m, in the frame),
+    /// output `j` (6 x n).
+    pub fn point_jacobian(&mut self, frame: impl Into<LinkFrame>, reference: Option<&ReferenceFrame>) -> Function {
+        let frame = &frame.into();
+        let g = &mut self.graph;
+        let point = ["px", "py", "pz"].map(|name| g.symbol(name, SymbolKind::Input));
+        let p = [0, 1, 2].map(|r| {
+            let (row, origin) = (frame.pose.rotation[r].map(|x| g.constant(x)), g.constant(frame.pose.position[r]));
+            plus_dot(g, origin, row, point)
+        });
+        let rows = jacobian_rows(self, frame, reference, p);
+        let n = self.robot.n_coordinates();
+        let output = Output { name: "j".into(), rows: 6, columns: n, entries: rows.concat() };
+        let inputs =
+            [self.motion.configuration(), vec![Input { name: "point".into(), entries: point.to_vec() }]].concat();
+        let name = frame.function("point_jacobian") + &suffix(reference);
+        Function::new(&name, &self.graph, inputs, vec![output])
+    }
+
+    /// Torques of a wrench: inputs `q`, `wrench` (force, then moment at O_j, that the link exerts on
+    /// the environment, in its frame), output `tau`.
+    pub fn external_torque(&mut self, frame: impl Into<LinkFrame>) -> Function {
+        let frame = &frame.into();
+        let p = constants(&mut self.graph, frame.pose.position);
+        let rows = jacobian_rows(self, frame, None, p);
+        let n = self.robot.n_coordinates();
+        let g = &mut self.graph;
+        let wrench: Vec<Expr> =
+            ["fx", "fy", "fz", "nx", "ny", "nz"].map(|name| g.symbol(name, SymbolKind::Input)).to_vec();
+        let mut tau = vec![Expr::ZERO; n];
+        for (k, tau) in tau.iter_mut().enumerate() {
+            for (row, &component) in rows.iter().zip(&wrench) {
+                let term = g.mul(row[k], component);
+                *tau = g.add(*tau, term);
+            }
+        }
+        let inputs = [self.motion.configuration(), vec![Input { name: "wrench".into(), entries: wrench }]].concat();
+        let output = Output { name: "tau".into(), rows: n, columns: 1, entries: tau };
+        Function::new(&frame.function("external_torque"), &self.graph, inputs, vec![output])
+    }
 }
 
 /// Input `q`; output `j`, 6 x n.
-pub(crate) fn jacobian(derivation: &mut Derivation, frame: &LinkFrame, reference: Option<&ReferenceFrame>) -> Function {
+fn jacobian(derivation: &mut Derivation, frame: &LinkFrame, reference: Option<&ReferenceFrame>) -> Function {
     let p = constants(&mut derivation.graph, frame.pose.position);
     let rows = jacobian_rows(derivation, frame, reference, p);
     let n = derivation.robot.n_coordinates();
     let output = Output { name: "j".into(), rows: 6, columns: n, entries: rows.concat() };
     let name = frame.function("jacobian") + &suffix(reference);
     Function::new(&name, &derivation.graph, derivation.motion.configuration(), vec![output])
-}
-
-/// Inputs `q`, `point` (3, m, in the frame); output `j`, 6 x n: velocity of the point that is fixed to the frame there.
-pub(crate) fn point_jacobian(
-    derivation: &mut Derivation,
-    frame: &LinkFrame,
-    reference: Option<&ReferenceFrame>,
-) -> Function {
-    let g = &mut derivation.graph;
-    let point = ["px", "py", "pz"].map(|name| g.symbol(name, SymbolKind::Input));
-    let p = [0, 1, 2].map(|r| {
-        let (row, origin) = (frame.pose.rotation[r].map(|x| g.constant(x)), g.constant(frame.pose.position[r]));
-        plus_dot(g, origin, row, point)
-    });
-    let rows = jacobian_rows(derivation, frame, reference, p);
-    let n = derivation.robot.n_coordinates();
-    let output = Output { name: "j".into(), rows: 6, columns: n, entries: rows.concat() };
-    let mut inputs = derivation.motion.configuration();
-    inputs.push(Input { name: "point".into(), entries: point.to_vec() });
-    let name = frame.function("point_jacobian") + &suffix(reference);
-    Function::new(&name, &derivation.graph, inputs, vec![output])
-}
-
-/// Inputs `q`, `wrench` (6); output `tau` (n): what to add to the torques when the link exerts the wrench,
-/// which is given in the frame and about its origin.
-pub(crate) fn external_torque(derivation: &mut Derivation, frame: &LinkFrame) -> Function {
-    let p = constants(&mut derivation.graph, frame.pose.position);
-    let rows = jacobian_rows(derivation, frame, None, p);
-    let n = derivation.robot.n_coordinates();
-    let g = &mut derivation.graph;
-    let wrench: Vec<Expr> = ["fx", "fy", "fz", "nx", "ny", "nz"].map(|name| g.symbol(name, SymbolKind::Input)).to_vec();
-    let mut tau = vec![Expr::ZERO; n];
-    for (k, tau) in tau.iter_mut().enumerate() {
-        for (row, &component) in rows.iter().zip(&wrench) {
-            let term = g.mul(row[k], component);
-            *tau = g.add(*tau, term);
-        }
-    }
-    let mut inputs = derivation.motion.configuration();
-    inputs.push(Input { name: "wrench".into(), entries: wrench });
-    let output = Output { name: "tau".into(), rows: n, columns: 1, entries: tau };
-    Function::new(&frame.function("external_torque"), &derivation.graph, inputs, vec![output])
 }
 
 /// Velocity of the point p of the link, given in the link's frame, and angular velocity: in the axes of the frame, or of

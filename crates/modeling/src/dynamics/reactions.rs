@@ -13,13 +13,16 @@ use crate::derivation::Derivation;
 use crate::dynamics::parameter_inputs::ParameterInputs;
 use crate::dynamics::torque::wrenches;
 
-/// Inputs `q`, `dq`, `ddq`, `x` (the standard parameters); output `f` (6 x links), one column per link.
-pub(crate) fn joint_reactions(derivation: &mut Derivation, x: &ParameterInputs) -> Function {
-    let Derivation { robot, graph: g, motion, links, .. } = derivation;
-    let columns: Vec<Vec<Expr>> = wrenches(g, robot, links, x).into_iter().map(|(f, n)| [f, n].concat()).collect();
-    let entries = (0..6).flat_map(|row| columns.iter().map(move |column| column[row])).collect();
-    let output = Output { name: "f".into(), rows: 6, columns: columns.len(), entries };
-    let mut inputs = motion.inputs();
-    inputs.push(x.input());
-    Function::new("joint_reactions", g, inputs, vec![output])
+impl Derivation<'_> {
+    /// Force and moment through each joint: inputs `q`, `dq`, `ddq`, `x` (the standard parameters), output `f` (6 x links):
+    /// force, then moment at O_j, with which the link before moves link j, in frame j. Of a robot without loops.
+    pub fn joint_reactions(&mut self) -> Function {
+        let x = &ParameterInputs::standard(self);
+        let Derivation { robot, graph: g, motion, links, .. } = self;
+        let columns: Vec<Vec<Expr>> = wrenches(g, robot, links, x).into_iter().map(|(f, n)| [f, n].concat()).collect();
+        let entries = (0..6).flat_map(|row| columns.iter().map(move |column| column[row])).collect();
+        let output = Output { name: "f".into(), rows: 6, columns: columns.len(), entries };
+        let inputs = [motion.inputs(), vec![x.input()]].concat();
+        Function::new("joint_reactions", g, inputs, vec![output])
+    }
 }

@@ -19,31 +19,33 @@ use crate::kinematics::links::LinkMotion;
 use crate::kinematics::spin::Spin;
 use crate::kinematics::vector::{NULL, Vector, cross, dot};
 
-/// D(q, dq, ddq), n x p: one row per coordinate, one column per parameter of
-/// [`StandardParameter::all`]. Inputs `q`, `dq`, `ddq`; output `y`.
-pub(crate) fn regressor(derivation: &mut Derivation) -> Function {
-    let entries = entries(derivation);
-    let rows = derivation.robot.n_coordinates();
-    let columns = entries.len().checked_div(rows).unwrap_or(0);
-    let output = Output { name: "y".into(), rows, columns, entries };
-    Function::new("regressor", &derivation.graph, derivation.motion.inputs(), vec![output])
-}
-
-/// dq^T D, 1 x p: the power of the joints per unit of each parameter, the derivative of the energy
-/// [Gautier 1997]. Inputs `q`, `dq`, `ddq`; output `power`.
-pub(crate) fn power_regressor(derivation: &mut Derivation) -> Function {
-    let entries = entries(derivation);
-    let Derivation { robot, graph: g, motion, .. } = derivation;
-    let columns = entries.len().checked_div(robot.n_coordinates()).unwrap_or(0);
-    let mut power = vec![Expr::ZERO; columns];
-    for (row, &rate) in entries.chunks(columns.max(1)).zip(&motion.dq) {
-        for (sum, &entry) in power.iter_mut().zip(row) {
-            let term = g.mul(rate, entry);
-            *sum = g.add(*sum, term);
-        }
+impl Derivation<'_> {
+    /// The regressor of the standard parameters, tau = D X: inputs `q`, `dq`, `ddq` (n each), output
+    /// `y` (n x p, columns as [`robot::StandardParameter::all`]).
+    pub fn regressor(&mut self) -> Function {
+        let entries = entries(self);
+        let rows = self.robot.n_coordinates();
+        let columns = entries.len().checked_div(rows).unwrap_or(0);
+        let output = Output { name: "y".into(), rows, columns, entries };
+        Function::new("regressor", &self.graph, self.motion.inputs(), vec![output])
     }
-    let output = Output { name: "power".into(), rows: 1, columns, entries: power };
-    Function::new("power_regressor", g, motion.inputs(), vec![output])
+
+    /// dq^T D: the power of the joints per unit of each standard parameter, the derivative of the energy [Gautier 1997].
+    /// Inputs `q`, `dq`, `ddq`, output `power` (1 x p), W.
+    pub(crate) fn power_regressor(&mut self) -> Function {
+        let entries = entries(self);
+        let Derivation { robot, graph: g, motion, .. } = self;
+        let columns = entries.len().checked_div(robot.n_coordinates()).unwrap_or(0);
+        let mut power = vec![Expr::ZERO; columns];
+        for (row, &rate) in entries.chunks(columns.max(1)).zip(&motion.dq) {
+            for (sum, &entry) in power.iter_mut().zip(row) {
+                let term = g.mul(rate, entry);
+                *sum = g.add(*sum, term);
+            }
+        }
+        let output = Output { name: "power".into(), rows: 1, columns, entries: power };
+        Function::new("power_regressor", g, motion.inputs(), vec![output])
+    }
 }
 
 fn entries(derivation: &mut Derivation) -> Vec<Expr> {

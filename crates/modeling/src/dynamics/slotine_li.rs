@@ -13,33 +13,36 @@ use crate::kinematics::links::{Motion, MotionInput, link_motions};
 use crate::kinematics::names::coordinate_labels;
 use crate::kinematics::polar::polarised;
 
-/// Inputs `q`, `dq`, `dq_r`, `ddq_r`; output `y` (n x p of the base parameters).
-pub(crate) fn slotine_li_regressor(derivation: &mut Derivation, base: &BaseParameters) -> Function {
-    let n = derivation.robot.n_coordinates();
-    let labels = coordinate_labels(derivation.robot);
-    let g = &mut derivation.graph;
-    let mut symbols = |letters: &str| -> Vec<Expr> {
-        labels.iter().map(|label| g.symbol(&format!("{letters}{label}"), SymbolKind::Input)).collect()
-    };
-    let (dq_r, ddq_r) = (symbols("dqr"), symbols("ddqr"));
-    let half = g.constant(0.5);
-    let halves: Vec<Expr> = dq_r.iter().map(|&rate| g.mul(half, rate)).collect();
-    let entries = if derivation.implicit.is_some() {
-        by_differentiation(derivation, &halves, &ddq_r)
-    } else {
-        let Derivation { robot, graph: g, constants, motion, links, .. } = derivation;
-        let reference = Motion { dq: halves, ddq: ddq_r.clone(), ..motion.clone() };
-        let polar = polarised(g, robot, constants, links, &reference, motion);
-        entries_of(derivation, &polar)
-    };
-    let p = entries.len().checked_div(n).unwrap_or(0);
-    let kept = (0..n).flat_map(|r| base.base.iter().map(move |b| r * p + b.column));
-    let output = Output { name: "y".into(), rows: n, columns: base.len(), entries: kept.map(|k| entries[k]).collect() };
-    let motion = &derivation.motion;
-    let mut inputs = motion.configuration();
-    let input = |name: &str, entries: Vec<Expr>| Input { name: name.into(), entries };
-    inputs.extend([motion.input(MotionInput::Dq), input("dq_r", dq_r), input("ddq_r", ddq_r)]);
-    Function::new("slotine_li_regressor", &derivation.graph, inputs, vec![output])
+impl Derivation<'_> {
+    /// A ddq_r + C dq_r + g per unit of each base parameter: inputs `q`, `dq`, `dq_r`, `ddq_r`, output `y` (n x p).
+    pub fn slotine_li_regressor(&mut self, base: &BaseParameters) -> Function {
+        let n = self.robot.n_coordinates();
+        let labels = coordinate_labels(self.robot);
+        let g = &mut self.graph;
+        let mut symbols = |letters: &str| -> Vec<Expr> {
+            labels.iter().map(|label| g.symbol(&format!("{letters}{label}"), SymbolKind::Input)).collect()
+        };
+        let (dq_r, ddq_r) = (symbols("dqr"), symbols("ddqr"));
+        let half = g.constant(0.5);
+        let halves: Vec<Expr> = dq_r.iter().map(|&rate| g.mul(half, rate)).collect();
+        let entries = if self.implicit.is_some() {
+            by_differentiation(self, &halves, &ddq_r)
+        } else {
+            let Derivation { robot, graph: g, constants, motion, links, .. } = self;
+            let reference = Motion { dq: halves, ddq: ddq_r.clone(), ..motion.clone() };
+            let polar = polarised(g, robot, constants, links, &reference, motion);
+            entries_of(self, &polar)
+        };
+        let p = entries.len().checked_div(n).unwrap_or(0);
+        let kept = (0..n).flat_map(|r| base.base.iter().map(move |b| r * p + b.column));
+        let output =
+            Output { name: "y".into(), rows: n, columns: base.len(), entries: kept.map(|k| entries[k]).collect() };
+        let motion = &self.motion;
+        let mut inputs = motion.configuration();
+        let input = |name: &str, entries: Vec<Expr>| Input { name: name.into(), entries };
+        inputs.extend([motion.input(MotionInput::Dq), input("dq_r", dq_r), input("ddq_r", ddq_r)]);
+        Function::new("slotine_li_regressor", &self.graph, inputs, vec![output])
+    }
 }
 
 /// D(q, 0, ddq_r), and the derivative of D(q, dq, 0) by dq along half of dq_r.

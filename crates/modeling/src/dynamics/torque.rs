@@ -12,6 +12,7 @@
 use expr::{Expr, Function, Graph, Output};
 use robot::{Inertial, JointKind, Robot};
 
+use crate::base::base_parameters::BaseParameters;
 use crate::derivation::Derivation;
 use crate::dynamics::parameter_inputs::ParameterInputs;
 use crate::kinematics::implicit::reduced;
@@ -19,13 +20,38 @@ use crate::kinematics::links::LinkMotion;
 use crate::kinematics::spin::Spin;
 use crate::kinematics::vector::{NULL, Vector, add, cross, dot, name_vector, sum};
 
+impl Derivation<'_> {
+    /// The joint torques: inputs `q`, `dq`, `ddq` (n each) and `x` (p, the standard parameters),
+    /// output `tau` (n), N m (N).
+    pub fn torque(&mut self) -> Function {
+        let x = ParameterInputs::standard(self);
+        torque(self, "torque", &x)
+    }
+
+    /// The joint torques from the base parameters: as [`Derivation::torque`] with `x` the entries of
+    /// X_base, and fewer operations.
+    pub fn inverse_dynamics(&mut self, base: &BaseParameters) -> Function {
+        let x = ParameterInputs::base(self, base);
+        torque(self, "inverse_dynamics", &x)
+    }
+
+    /// Coriolis, centrifugal and gravity torques: inputs `q`, `dq`, `x` (X_base), output `tau`.
+    pub fn bias(&mut self, base: &BaseParameters) -> Function {
+        self.inverse_dynamics(base).without("bias", "ddq")
+    }
+
+    /// Gravity torques: inputs `q`, `x` (X_base), output `tau`.
+    pub fn gravity(&mut self, base: &BaseParameters) -> Function {
+        self.bias(base).without("gravity", "dq")
+    }
+}
+
 /// tau(q, dq, ddq, x).
-pub(crate) fn torque(derivation: &mut Derivation, name: &str, x: &ParameterInputs) -> Function {
+fn torque(derivation: &mut Derivation, name: &str, x: &ParameterInputs) -> Function {
     let links = std::mem::take(&mut derivation.links);
     let tau = entries(derivation, &links, x);
     derivation.links = links;
-    let mut inputs = derivation.motion.inputs();
-    inputs.push(x.input());
+    let inputs = [derivation.motion.inputs(), vec![x.input()]].concat();
     let output = Output { name: "tau".into(), rows: tau.len(), columns: 1, entries: tau };
     Function::new(name, &derivation.graph, inputs, vec![output])
 }

@@ -81,17 +81,7 @@ pub(crate) const ORDERS: [(&str, &[&str]); 19] = [
     ),
     (
         "crates/modeling",
-        &[
-            "kinematics",
-            "derivation",
-            "base",
-            "dynamics",
-            "functions",
-            "robot_function",
-            "robot_module",
-            "robot_formulas",
-            "size",
-        ],
+        &["kinematics", "derivation", "base", "dynamics", "robot_function", "robot_module", "robot_formulas", "size"],
     ),
     (
         "crates/codegen",
