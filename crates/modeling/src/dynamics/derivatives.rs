@@ -30,7 +30,7 @@ use crate::dynamics::momenta::Momenta;
 use crate::dynamics::parameter_inputs::ParameterInputs;
 use crate::dynamics::run_axes::{InRun, Whole, in_runs, wholes};
 use crate::dynamics::torque;
-use crate::kinematics::links::{LinkMotion, Motion, MotionInput, link_motions};
+use crate::kinematics::links::{LinkMotion, Motion, MotionInput, along_axis, link_motions};
 use crate::kinematics::names::coordinate_labels;
 use crate::kinematics::vector::{NULL, Vector, add, cross, dot, plus_dot};
 
@@ -158,11 +158,7 @@ fn derivatives(derivation: &mut Derivation, links: &[LinkMotion], x: &ParameterI
         let mut of_momenta = along;
         let mut at = j;
         loop {
-            let own = |wrench: [Vector; 2]| match robot.link(at).joint.kind {
-                JointKind::Revolute => wrench[1][2],
-                JointKind::Prismatic => wrench[0][2],
-                JointKind::Fixed => Expr::ZERO,
-            };
+            let own = |wrench: [Vector; 2]| along_axis(robot.link(at).joint.kind, wrench);
             for (sum, entry) in [(&mut found.by_q, own(by_q)), (&mut found.by_dq, own(by_dq))] {
                 accumulate(g, robot, sum, (at, j), entry);
             }

@@ -12,7 +12,7 @@ use robot::{Inertial, StandardParameter};
 use crate::base::base_parameters::BaseParameters;
 use crate::derivation::Derivation;
 use crate::dynamics::parameter_inputs::ParameterInputs;
-use crate::kinematics::links::{LinkMotion, MotionInput};
+use crate::kinematics::links::{LinkMotion, MotionInput, joint_variable};
 use crate::kinematics::vector::{NULL, Vector, add, cross, dot, sum};
 
 impl Derivation<'_> {
@@ -57,12 +57,7 @@ fn energy_entries(derivation: &mut Derivation) -> [Vec<Expr>; 2] {
         // 1/2 IA dq_j^2 of rotors, with dq_j of the joint's own variable.
         kinetic.push(match p.inertial {
             Inertial::Ia => {
-                let mut rate = Expr::ZERO;
-                for &(k, c) in &robot.link(p.link).joint.variable.terms {
-                    let c = g.constant(c);
-                    let term = g.mul(c, motion.dq[k.0]);
-                    rate = g.add(rate, term);
-                }
+                let rate = joint_variable(g, robot.link(p.link), &motion.dq);
                 half_square(g, rate)
             }
             body => kinetic_column(g, link, &motion.dq, body),

@@ -16,7 +16,8 @@ use crate::derivation::Derivation;
 use crate::dynamics::composite::{Body, composites};
 use crate::dynamics::parameter_inputs::ParameterInputs;
 use crate::kinematics::implicit::reduced;
-use crate::kinematics::vector::{NULL, Vector, add, cross};
+use crate::kinematics::links::along_axis;
+use crate::kinematics::vector::{NULL, Vector};
 
 impl Derivation<'_> {
     /// The inertia matrix: inputs `q` and `x` (X_base), output `a` (n x n), kg m^2.
@@ -44,19 +45,12 @@ pub(crate) fn entries(derivation: &mut Derivation, x: &ParameterInputs) -> Vec<E
         let mut k = Some(j);
         while let Some(at) = k {
             let link = robot.link(at);
-            let mut along = match link.joint.kind {
-                JointKind::Revolute => moment[2],
-                JointKind::Prismatic => f[2],
-                JointKind::Fixed => Expr::ZERO,
-            };
+            let mut along = along_axis(link.joint.kind, [f, moment]);
             if at == j {
                 along = g.add(along, rotor);
             }
             accumulate(g, robot, &mut a, (at, j), along);
-            let placement = &links[at.0].placement;
-            (f, moment) = (placement.to_antecedent(g, f), placement.to_antecedent(g, moment));
-            let lever = cross(g, placement.p, f);
-            moment = add(g, moment, lever);
+            [f, moment] = links[at.0].placement.wrench_to_antecedent(g, [f, moment]);
             k = link.antecedent;
         }
     }

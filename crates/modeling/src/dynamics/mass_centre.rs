@@ -85,10 +85,7 @@ fn whole(derivation: &mut Derivation, x: &ParameterInputs) -> Whole {
         let (mut f, mut n) = unit_wrench(g, bodies[j.0], link.joint.kind);
         let mut at = Some(j);
         while let Some(k) = at {
-            let placement = &links[k.0].placement;
-            (f, n) = (placement.to_antecedent(g, f), placement.to_antecedent(g, n));
-            let lever = cross(g, placement.p, f);
-            n = add(g, n, lever);
+            [f, n] = links[k.0].placement.wrench_to_antecedent(g, [f, n]);
             at = robot.link(k).antecedent;
         }
         for &(k, c) in &link.joint.variable.terms {

@@ -8,7 +8,7 @@
 //! coordinates, as in [`crate::dynamics::regressor`].
 
 use expr::{Expr, Function, Graph, Output};
-use robot::{Inertial, JointKind, StandardParameter};
+use robot::{Inertial, StandardParameter};
 
 use crate::base::base_parameters::BaseParameters;
 use crate::derivation::Derivation;
@@ -16,7 +16,7 @@ use crate::dynamics::composite::Body;
 use crate::dynamics::momenta::velocities;
 use crate::dynamics::parameter_inputs::ParameterInputs;
 use crate::kinematics::implicit::reduced;
-use crate::kinematics::links::{MotionInput, joint_variable};
+use crate::kinematics::links::{MotionInput, add_to_coordinates, along_axis, joint_variable};
 use crate::kinematics::vector::{NULL, Vector, add, cross, dot, plus_dot};
 
 impl Derivation<'_> {
@@ -41,24 +41,13 @@ impl Derivation<'_> {
         for j in robot.link_ids().rev() {
             let link = robot.link(j);
             let [h, L] = momenta[j.0];
-            let along = match link.joint.kind {
-                JointKind::Revolute => L[2],
-                JointKind::Prismatic => h[2],
-                JointKind::Fixed => Expr::ZERO,
-            };
+            let along = along_axis(link.joint.kind, [h, L]);
             let rate = joint_variable(g, link, &motion.dq);
             let rotor = g.mul(x.get(j, Inertial::Ia), rate);
             let along = g.add(along, rotor);
-            for &(k, c) in &link.joint.variable.terms {
-                let c = g.constant(c);
-                let term = g.mul(c, along);
-                p[k.0] = g.add(p[k.0], term);
-            }
+            add_to_coordinates(g, link, along, &mut p);
             if let Some(i) = link.antecedent {
-                let placement = &links[j.0].placement;
-                let (h, L) = (placement.to_antecedent(g, h), placement.to_antecedent(g, L));
-                let lever = cross(g, placement.p, h);
-                let L = add(g, L, lever);
+                let [h, L] = links[j.0].placement.wrench_to_antecedent(g, [h, L]);
                 momenta[i.0] = [add(g, momenta[i.0][0], h), add(g, momenta[i.0][1], L)];
             }
         }

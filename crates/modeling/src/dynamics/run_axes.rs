@@ -72,16 +72,9 @@ impl Whole {
         Whole {
             body: self.body.carried(g, placement),
             momenta: self.momenta.carried(g, placement),
-            wrench: carried(g, placement, self.wrench),
+            wrench: placement.wrench_to_antecedent(g, self.wrench),
         }
     }
-}
-
-/// Force and moment at O_i from those at O_j, in frame i.
-pub(crate) fn carried(g: &mut Graph, placement: &Placement, [f, n]: [Vector; 2]) -> [Vector; 2] {
-    let (f, n) = (placement.to_antecedent(g, f), placement.to_antecedent(g, n));
-    let lever = cross(g, placement.p, f);
-    [f, add(g, n, lever)]
 }
 
 impl InRun {
@@ -93,7 +86,7 @@ impl InRun {
 
     /// Force and moment about the origin of the link before, in the axes of its run.
     pub(crate) fn inward_wrench(&self, g: &mut Graph, before: &InRun, wrench: [Vector; 2]) -> [Vector; 2] {
-        let wrench = carried(g, &self.placement, wrench);
+        let wrench = self.placement.wrench_to_antecedent(g, wrench);
         if self.begins { wrench.map(|v| before.psi.unturned(g, v)) } else { wrench }
     }
 }

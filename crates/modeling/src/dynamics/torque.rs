@@ -10,13 +10,13 @@
 //! share the link motions and nothing else.
 
 use expr::{Expr, Function, Graph, Output};
-use robot::{Inertial, JointKind, Robot};
+use robot::{Inertial, Robot};
 
 use crate::base::base_parameters::BaseParameters;
 use crate::derivation::Derivation;
 use crate::dynamics::parameter_inputs::ParameterInputs;
 use crate::kinematics::implicit::reduced;
-use crate::kinematics::links::LinkMotion;
+use crate::kinematics::links::{LinkMotion, add_to_coordinates, along_axis};
 use crate::kinematics::spin::Spin;
 use crate::kinematics::vector::{NULL, Vector, add, cross, dot, name_vector, sum};
 
@@ -64,18 +64,10 @@ pub(crate) fn entries(derivation: &mut Derivation, links: &[LinkMotion], x: &Par
     for j in robot.link_ids().rev() {
         let link = robot.link(j);
         let (f, n) = wrenches[j.0];
-        let along = match link.joint.kind {
-            JointKind::Revolute => n[2],
-            JointKind::Prismatic => f[2],
-            JointKind::Fixed => Expr::ZERO,
-        };
+        let along = along_axis(link.joint.kind, [f, n]);
         let rotor = g.mul(x.get(j, Inertial::Ia), links[j.0].joint_acceleration);
         let along = g.add(along, rotor);
-        for &(k, c) in &link.joint.variable.terms {
-            let c = g.constant(c);
-            let term = g.mul(c, along);
-            tau[k.0] = g.add(tau[k.0], term);
-        }
+        add_to_coordinates(g, link, along, &mut tau);
     }
     match implicit {
         None => tau,
@@ -100,10 +92,7 @@ pub(crate) fn wrenches(
         name_vector(g, n, || format!("n{}", link.label));
         wrenches[j.0] = (f, n);
         if let Some(i) = link.antecedent {
-            let placement = &links[j.0].placement;
-            let (f, n) = (placement.to_antecedent(g, f), placement.to_antecedent(g, n));
-            let lever = cross(g, placement.p, f);
-            let n = add(g, n, lever);
+            let [f, n] = links[j.0].placement.wrench_to_antecedent(g, [f, n]);
             let (sum_f, sum_n) = wrenches[i.0];
             wrenches[i.0] = (add(g, sum_f, f), add(g, sum_n, n));
         }

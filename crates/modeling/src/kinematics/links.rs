@@ -22,7 +22,7 @@ use crate::kinematics::angle::Angle;
 use crate::kinematics::constants::Constants;
 pub(crate) use crate::kinematics::motion::{Motion, MotionInput};
 use crate::kinematics::names::{name_motion, name_twists};
-pub(crate) use crate::kinematics::placement::{Placement, Twist};
+pub(crate) use crate::kinematics::placement::{Placement, Twist, along_axis};
 use crate::kinematics::poles::Poles;
 use crate::kinematics::spin::{Bend, Spin};
 use crate::kinematics::vector::{NULL, Turn, Vector, plus_cross, plus_dot};
@@ -326,6 +326,15 @@ fn jacobian(
 fn spin(g: &mut Graph, run: &Parallel, turn: Turn, w: Vector) -> Spin {
     let (bend, dw_z) = (run.bend.turned(g, turn), g.add(run.dw_z, run.acceleration));
     Spin::new(g, bend, dw_z, |g, i, k| g.mul(w[i], w[k]))
+}
+
+/// Adds what acts along a joint to what acts along its coordinates: c_k of it to that of coordinate k.
+pub(crate) fn add_to_coordinates(g: &mut Graph, link: &Link, along: Expr, sums: &mut [Expr]) {
+    for &(k, c) in &link.joint.variable.terms {
+        let c = g.constant(c);
+        let term = g.mul(c, along);
+        sums[k.0] = g.add(sums[k.0], term);
+    }
 }
 
 /// q_j, or its rate or acceleration: sum_k c_k x_k.

@@ -1,9 +1,10 @@
 //! Where a link stands in the frame of the link before, and the twist of a frame.
 
 use expr::{Expr, Graph};
+use robot::JointKind;
 
 use crate::kinematics::spin::Bend;
-use crate::kinematics::vector::{Turn, Vector};
+use crate::kinematics::vector::{Turn, Vector, add, cross};
 
 /// Where a link stands in its antecedent's frame.
 #[derive(Clone, Debug)]
@@ -43,6 +44,22 @@ impl Placement {
         let v = self.theta.unturned(g, v);
         let v = self.alpha.unturned_about_x(g, v);
         self.gamma.unturned(g, v)
+    }
+
+    /// Force and moment at O_i from those at O_j, in frame i; so too momentum and angular momentum.
+    pub(crate) fn wrench_to_antecedent(&self, g: &mut Graph, [f, n]: [Vector; 2]) -> [Vector; 2] {
+        let (f, n) = (self.to_antecedent(g, f), self.to_antecedent(g, n));
+        let lever = cross(g, self.p, f);
+        [f, add(g, n, lever)]
+    }
+}
+
+/// The component along the axis of a joint, z, of the force and the moment (momentum and angular momentum) at its link.
+pub(crate) fn along_axis(kind: JointKind, [f, n]: [Vector; 2]) -> Expr {
+    match kind {
+        JointKind::Revolute => n[2],
+        JointKind::Prismatic => f[2],
+        JointKind::Fixed => Expr::ZERO,
     }
 }
 
