@@ -18,7 +18,10 @@ use crate::work::alone;
 const STATES_PER_PASS: usize = 1 << 14;
 
 /// An argument that may be absent.
-pub type Argument<'a, 'py> = Option<&'a Bound<'py, PyAny>>;
+pub type Argument<'a, 'py> = Option<&'a Array<'py>>;
+
+/// An argument that is read as numbers: an array, or what NumPy makes one of.
+pub type Array<'py> = Bound<'py, PyAny>;
 
 /// What was evaluated of a model, by the name of the function.
 #[derive(Default)]
@@ -42,28 +45,28 @@ impl Evaluations {
 
 impl Model {
     /// The one output of a function.
-    pub fn one<'py>(
+    pub fn one(
         &self,
         function: &str,
-        states: [Argument<'_, 'py>; 3],
-        parameters: Argument<'_, 'py>,
-        others: &[(&str, &Bound<'py, PyAny>)],
-    ) -> PyResult<Bound<'py, PyAny>> {
+        states: [Argument; 3],
+        parameters: Argument,
+        others: &[(&str, &Array)],
+    ) -> PyResult<Py<PyAny>> {
         let Some(q) = states[0] else { return Err(error("q is missing")) };
-        Ok(evaluate(q.py(), self, function, states, parameters, others)?.remove(0).1)
+        Ok(evaluate(q.py(), self, function, states, parameters, others)?.remove(0).1.unbind())
     }
 
     /// All outputs of a function.
-    pub fn several<'py>(
+    pub fn several(
         &self,
         function: &str,
-        states: [Argument<'_, 'py>; 3],
-        parameters: Argument<'_, 'py>,
-        others: &[(&str, &Bound<'py, PyAny>)],
-    ) -> PyResult<Bound<'py, PyTuple>> {
+        states: [Argument; 3],
+        parameters: Argument,
+        others: &[(&str, &Array)],
+    ) -> PyResult<Py<PyTuple>> {
         let Some(q) = states[0] else { return Err(error("q is missing")) };
         let found = evaluate(q.py(), self, function, states, parameters, others)?;
-        PyTuple::new(q.py(), found.into_iter().map(|(_, x)| x))
+        Ok(PyTuple::new(q.py(), found.into_iter().map(|(_, x)| x))?.unbind())
     }
 
     /// The parameters that a function takes: those of an estimate, given ones, or those of the description.

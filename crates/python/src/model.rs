@@ -17,7 +17,7 @@ use crate::base_parameters::{BaseParameters, standard_names};
 use crate::call::{Call, object};
 use crate::error::{OrError, error, for_python};
 use crate::estimate::Estimate;
-use crate::evaluate::{Argument, Evaluations, by_keyword, evaluate, of_link};
+use crate::evaluate::{Argument, Array, Evaluations, by_keyword, evaluate, of_link};
 use crate::html;
 use crate::work::alone;
 
@@ -267,12 +267,7 @@ impl Model {
 
     /// Y(q, dq, ddq) of the standard parameters, tau = Y X: shape (N, n, p_s), N m (N) per unit of the parameter.
     #[pyo3(signature = (q, dq=None, ddq=None))]
-    fn regressor<'py>(
-        &self,
-        q: &Bound<'py, PyAny>,
-        dq: Argument<'_, 'py>,
-        ddq: Argument<'_, 'py>,
-    ) -> PyResult<Bound<'py, PyAny>> {
+    fn regressor(&self, q: &Array, dq: Argument, ddq: Argument) -> PyResult<Py<PyAny>> {
         self.one("regressor", [Some(q), dq, ddq], None, &[])
     }
 
@@ -280,12 +275,7 @@ impl Model {
     ///
     /// reshape(-1, p) makes the observation matrix of it without a copy.
     #[pyo3(signature = (q, dq=None, ddq=None))]
-    fn base_regressor<'py>(
-        &self,
-        q: &Bound<'py, PyAny>,
-        dq: Argument<'_, 'py>,
-        ddq: Argument<'_, 'py>,
-    ) -> PyResult<Bound<'py, PyAny>> {
+    fn base_regressor(&self, q: &Array, dq: Argument, ddq: Argument) -> PyResult<Py<PyAny>> {
         self.one("base-regressor", [Some(q), dq, ddq], None, &[])
     }
 
@@ -293,97 +283,75 @@ impl Model {
     ///
     /// parameters: p base or p_s standard ones, or an Estimate; without them those of the description.
     #[pyo3(signature = (q, dq=None, ddq=None, parameters=None))]
-    fn torque<'py>(
-        &self,
-        q: &Bound<'py, PyAny>,
-        dq: Argument<'_, 'py>,
-        ddq: Argument<'_, 'py>,
-        parameters: Argument<'_, 'py>,
-    ) -> PyResult<Bound<'py, PyAny>> {
+    fn torque(&self, q: &Array, dq: Argument, ddq: Argument, parameters: Argument) -> PyResult<Py<PyAny>> {
         self.one("inverse-dynamics", [Some(q), dq, ddq], parameters, &[])
     }
 
     /// The inertia matrix A(q), shape (N, n, n), kg m^2; parameters as of `torque`.
     #[pyo3(signature = (q, parameters=None))]
-    fn inertia_matrix<'py>(&self, q: &Bound<'py, PyAny>, parameters: Argument<'_, 'py>) -> PyResult<Bound<'py, PyAny>> {
+    fn inertia_matrix(&self, q: &Array, parameters: Argument) -> PyResult<Py<PyAny>> {
         self.one("inertia-matrix", [Some(q), None, None], parameters, &[])
     }
 
     /// Coriolis, centrifugal and gravity torques, shape (N, n), N m (N); parameters as of `torque`.
     #[pyo3(signature = (q, dq=None, parameters=None))]
-    fn bias<'py>(
-        &self,
-        q: &Bound<'py, PyAny>,
-        dq: Argument<'_, 'py>,
-        parameters: Argument<'_, 'py>,
-    ) -> PyResult<Bound<'py, PyAny>> {
+    fn bias(&self, q: &Array, dq: Argument, parameters: Argument) -> PyResult<Py<PyAny>> {
         self.one("bias", [Some(q), dq, None], parameters, &[])
     }
 
     /// Gravity torques, shape (N, n), N m (N); parameters as of `torque`.
     #[pyo3(signature = (q, parameters=None))]
-    fn gravity<'py>(&self, q: &Bound<'py, PyAny>, parameters: Argument<'_, 'py>) -> PyResult<Bound<'py, PyAny>> {
+    fn gravity(&self, q: &Array, parameters: Argument) -> PyResult<Py<PyAny>> {
         self.one("gravity", [Some(q), None, None], parameters, &[])
     }
 
     /// Kinetic and potential energy, shape (N, 2), J; parameters as of `torque`. With base parameters the potential one is
     /// determined up to a constant.
     #[pyo3(signature = (q, dq=None, parameters=None))]
-    fn energy<'py>(
-        &self,
-        q: &Bound<'py, PyAny>,
-        dq: Argument<'_, 'py>,
-        parameters: Argument<'_, 'py>,
-    ) -> PyResult<Bound<'py, PyAny>> {
+    fn energy(&self, q: &Array, dq: Argument, parameters: Argument) -> PyResult<Py<PyAny>> {
         self.one("energies", [Some(q), dq, None], parameters, &[])
     }
 
     /// The accelerations that torques give, without friction, shape (N, n), rad/s^2 (m/s^2); parameters as of `torque`.
     #[pyo3(signature = (q, dq, tau, parameters=None))]
-    fn forward_dynamics<'py>(
-        &self,
-        q: &Bound<'py, PyAny>,
-        dq: Argument<'_, 'py>,
-        tau: &Bound<'py, PyAny>,
-        parameters: Argument<'_, 'py>,
-    ) -> PyResult<Bound<'py, PyAny>> {
+    fn forward_dynamics(&self, q: &Array, dq: Argument, tau: &Array, parameters: Argument) -> PyResult<Py<PyAny>> {
         self.one("forward-dynamics", [Some(q), dq, None], parameters, &[("tau", tau)])
     }
 
     /// Derivatives of the torques by q and dq, each (N, n, n), N m per rad and per rad/s; that by ddq is the inertia matrix.
     #[pyo3(signature = (q, dq=None, ddq=None, parameters=None))]
-    fn torque_derivatives<'py>(
+    fn torque_derivatives(
         &self,
-        q: &Bound<'py, PyAny>,
-        dq: Argument<'_, 'py>,
-        ddq: Argument<'_, 'py>,
-        parameters: Argument<'_, 'py>,
-    ) -> PyResult<Bound<'py, PyTuple>> {
+        q: &Array,
+        dq: Argument,
+        ddq: Argument,
+        parameters: Argument,
+    ) -> PyResult<Py<PyTuple>> {
         self.several("inverse-dynamics-derivatives", [Some(q), dq, ddq], parameters, &[])
     }
 
     /// Derivatives of the accelerations by q, dq and tau, each (N, n, n).
     #[pyo3(signature = (q, dq, tau, parameters=None))]
-    fn forward_dynamics_derivatives<'py>(
+    fn forward_dynamics_derivatives(
         &self,
-        q: &Bound<'py, PyAny>,
-        dq: Argument<'_, 'py>,
-        tau: &Bound<'py, PyAny>,
-        parameters: Argument<'_, 'py>,
-    ) -> PyResult<Bound<'py, PyTuple>> {
+        q: &Array,
+        dq: Argument,
+        tau: &Array,
+        parameters: Argument,
+    ) -> PyResult<Py<PyTuple>> {
         self.several("forward-dynamics-derivatives", [Some(q), dq, None], parameters, &[("tau", tau)])
     }
 
     /// Orientation and position of a link, (N, 3, 4), in the base frame or in that of another link.
     #[pyo3(signature = (link, q, frame=None))]
-    fn pose<'py>(&self, link: &str, q: &Bound<'py, PyAny>, frame: Option<&str>) -> PyResult<Bound<'py, PyAny>> {
+    fn pose(&self, link: &str, q: &Array, frame: Option<&str>) -> PyResult<Py<PyAny>> {
         self.one(&of_link("pose", link, frame), [Some(q), None, None], None, &[])
     }
 
     /// Jacobian of a link, (N, 6, n): velocity of its origin, then angular velocity, in its own axes, or in those of another
     /// link or of "base".
     #[pyo3(signature = (link, q, frame=None))]
-    fn jacobian<'py>(&self, link: &str, q: &Bound<'py, PyAny>, frame: Option<&str>) -> PyResult<Bound<'py, PyAny>> {
+    fn jacobian(&self, link: &str, q: &Array, frame: Option<&str>) -> PyResult<Py<PyAny>> {
         self.one(&of_link("jacobian", link, frame), [Some(q), None, None], None, &[])
     }
 
