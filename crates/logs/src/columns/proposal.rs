@@ -48,47 +48,13 @@ const WORDS: [(Quantity, &[&str]); 4] = [
     (Quantity::Torque, &["torque", "effort", "moment", "drehmoment", "tau", "trq", "load", "force", "kraft"]),
     (Quantity::Current, &["current", "strom", "amp", "curr"]),
 ];
-/// Words of what is not measured, or is another quantity.
-const OTHERS: [&str; 20] = [
-    "command",
-    "commanded",
-    "cmd",
-    "target",
-    "desired",
-    "des",
-    "ref",
-    "reference",
-    "soll",
-    "setpoint",
-    "goal",
-    "external",
-    "ext",
-    "error",
-    "temp",
-    "temperature",
-    "acc",
-    "voltage",
-    "stiffness",
-    "model",
-];
+/// Words, a blank between them, of what is not measured, or is another quantity.
+const OTHERS: &str = "command commanded cmd target desired des ref reference soll setpoint goal external ext error \
+    temp temperature acc voltage stiffness model";
 /// Words of what a position servo is told.
-const GOALS: [&str; 13] = [
-    "goal",
-    "action",
-    "target",
-    "command",
-    "commanded",
-    "cmd",
-    "setpoint",
-    "desired",
-    "des",
-    "ref",
-    "reference",
-    "soll",
-    "leader",
-];
+const GOALS: &str = "goal action target command commanded cmd setpoint desired des ref reference soll leader";
 /// Words of clocks.
-const CLOCKS: [&str; 8] = ["time", "zeit", "stamp", "timestamp", "clock", "temps", "tiempo", "sec"];
+const CLOCKS: &str = "time zeit stamp timestamp clock temps tiempo sec";
 
 /// Looks at a table for the coordinates of a robot.
 pub fn propose(table: &Table, coordinates: &[String]) -> Proposal {
@@ -182,7 +148,7 @@ fn goals(
         |word: &String| WORDS[1..].iter().any(|(_, words)| words.contains(&word.as_str())) || word == "error";
     let score = |pattern: &str| {
         let own = words(&pattern.replace("{joint}", " "));
-        let rank = GOALS.iter().position(|word| own.iter().any(|own| own == word))?;
+        let rank = GOALS.split_whitespace().position(|word| own.iter().any(|own| own == word))?;
         (!own.iter().any(of_others)).then_some((rank, pattern.len()))
     };
     let best = patterns.iter().filter(|(p, _)| score(p).is_some()).min_by_key(|(p, _)| score(p));
@@ -257,7 +223,7 @@ fn words(header: &str) -> Vec<String> {
 /// How well a pattern fits some words, the best first; `None`: not at all.
 fn score(pattern: &str, wanted: &[&str]) -> Option<(usize, usize)> {
     let own = words(&pattern.replace("{joint}", " "));
-    if own.iter().any(|word| OTHERS.contains(&word.as_str())) {
+    if own.iter().any(|word| OTHERS.split_whitespace().any(|other| other == word)) {
         return None;
     }
     let rank = wanted.iter().position(|word| own.iter().any(|own| own == word))?;
@@ -320,7 +286,9 @@ fn clock(table: &Table, proposal: &mut Proposal, names: &mut ColumnNames) -> Opt
             x.windows(2).fold((0, 0), |(up, back), w| (up + usize::from(w[1] > w[0]), back + usize::from(w[1] < w[0])));
         up > 0 && back * 100 <= up
     };
-    let is_named = |column: &usize| words(&table.header[*column]).iter().any(|w| CLOCKS.contains(&w.as_str()));
+    let is_named = |column: &usize| {
+        words(&table.header[*column]).iter().any(|w| CLOCKS.split_whitespace().any(|clock| clock == w))
+    };
     if let Some((seconds, (fraction, ..))) = clocks::pairs(table).first() {
         let reason = format!("seconds, and `{}` beside them counts their fractions", table.header[*fraction]);
         proposal.columns.push(Proposed { key: "time", value: quoted(&table.header[*seconds]), reason });

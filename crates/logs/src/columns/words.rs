@@ -31,7 +31,7 @@ use Quantity::*;
 /// A unit as headers write it, and its factor to SI.
 pub(crate) type Unit = (&'static str, f64);
 
-type Words = (Quantity, &'static [&'static str], &'static [Unit]);
+type Words = (Quantity, &'static str, &'static [Unit]);
 
 /// What positions are measured in.
 const POSITION_UNITS: &[Unit] = &[
@@ -45,49 +45,19 @@ const POSITION_UNITS: &[Unit] = &[
     ("mm", 1e-3),
 ];
 
-/// Stems, then units with the factor to SI. The first unit is the one of a header that names none.
+/// Stems, a blank between them, then units with the factor to SI. The first unit is the one of a header that names none.
 const QUANTITY_WORDS: [Words; 7] = [
     (
         Time,
-        &["t", "time", "timestamp", "stamp", "clock", "timestamps", "times", "sec", "secs", "seconds", "zeit"],
+        "t time timestamp stamp clock timestamps times sec secs seconds zeit",
         &[("s", 1.0), ("sec", 1.0), ("ms", 1e-3), ("us", 1e-6), ("ns", 1e-9)],
     ),
-    (
-        Position,
-        &[
-            "q",
-            "pos",
-            "position",
-            "positions",
-            "angle",
-            "actual_q",
-            "joint_position",
-            "joint_pos",
-            "joint_angle",
-            "qm",
-            "theta",
-        ],
-        POSITION_UNITS,
-    ),
+    (Position, "q pos position positions angle actual_q joint_position joint_pos joint_angle qm theta", POSITION_UNITS),
     // A set point counts where the user names it, and no header stands for one.
-    (Goal, &[], POSITION_UNITS),
+    (Goal, "", POSITION_UNITS),
     (
         Velocity,
-        &[
-            "dq",
-            "qd",
-            "v",
-            "vel",
-            "velocity",
-            "velocities",
-            "qdot",
-            "q_dot",
-            "actual_qd",
-            "joint_velocity",
-            "joint_vel",
-            "dqm",
-            "speed",
-        ],
+        "dq qd v vel velocity velocities qdot q_dot actual_qd joint_velocity joint_vel dqm speed",
         &[
             ("rad_s", 1.0),
             ("radps", 1.0),
@@ -104,7 +74,7 @@ const QUANTITY_WORDS: [Words; 7] = [
     ),
     (
         Acceleration,
-        &["ddq", "qdd", "a", "acc", "acceleration", "accelerations", "qddot", "q_ddot", "actual_qdd"],
+        "ddq qdd a acc acceleration accelerations qddot q_ddot actual_qdd",
         &[
             ("rad_s2", 1.0),
             ("radps2", 1.0),
@@ -117,19 +87,7 @@ const QUANTITY_WORDS: [Words; 7] = [
     ),
     (
         Torque,
-        &[
-            "tau",
-            "torque",
-            "torques",
-            "effort",
-            "efforts",
-            "trq",
-            "joint_torque",
-            "joint_effort",
-            "actual_torque",
-            "taum",
-            "tauj",
-        ],
+        "tau torque torques effort efforts trq joint_torque joint_effort actual_torque taum tauj",
         &[
             ("nm", 1.0),
             ("n_m", 1.0),
@@ -149,7 +107,7 @@ const QUANTITY_WORDS: [Words; 7] = [
     ),
     (
         Current,
-        &["i", "current", "currents", "cur", "actual_current", "motor_current", "joint_current", "iq"],
+        "i current currents cur actual_current motor_current joint_current iq",
         &[("a", 1.0), ("ma", 1e-3), ("permille", 1.0), ("percent", 1.0)],
     ),
 ];
@@ -248,26 +206,13 @@ pub(crate) fn readings(table: &Table, coordinates: &[String]) -> Result<Vec<Read
 }
 
 /// Words that mark a quantity as measured, or name what it is part of.
-const QUALIFIER_WORDS: [&str; 13] = [
-    "actual",
-    "act",
-    "meas",
-    "measured",
-    "msr",
-    "real",
-    "present",
-    "sensor",
-    "robot",
-    "field",
-    "jointstate",
-    "joint_states",
-    "joint_state",
-];
+const QUALIFIER_WORDS: &str = "actual act meas measured msr real present sensor robot field jointstate joint_states \
+    joint_state";
 
 /// A header in lower case without its qualifiers: `joint_states.elbow.position`, `actual_joint_pos_1`, `q_meas_1`.
 fn unqualified(header: &str) -> String {
     let mut header = header.trim_start_matches(['%', '#', '/', '_', ' ']).to_string();
-    for word in QUALIFIER_WORDS {
+    for word in QUALIFIER_WORDS.split_whitespace() {
         if let Some(at) = header.find(word) {
             let (before, after) = (&header[..at], &header[at + word.len()..]);
             let apart = |c: Option<char>| c.is_none_or(|c| !c.is_ascii_alphanumeric());
@@ -306,7 +251,7 @@ fn parse(header: &str, coordinates: &[String]) -> Vec<(Quantity, Designator, Uni
     let mut out = Vec::new();
     for (quantity, stems, units) in QUANTITY_WORDS {
         for (rest, unit) in without_unit(header, units) {
-            for stem in stems {
+            for stem in stems.split_whitespace() {
                 if let Some(joint) = joint_beside(rest, stem, quantity, units, coordinates) {
                     out.push((quantity, joint.0, joint.1.unwrap_or(unit)));
                 }
