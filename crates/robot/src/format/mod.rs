@@ -18,6 +18,7 @@ mod reframe;
 mod shown;
 mod typed;
 mod urdf;
+mod written;
 mod xacro;
 mod xml;
 mod yaml;

@@ -107,14 +107,7 @@ pub(in crate::format) fn frames(links: &[Given]) -> Vec<Framed> {
                 )
             }
         };
-        let geometry = ModifiedDh {
-            gamma: computed_angle(normal.gamma),
-            b: computed_length(normal.b),
-            alpha: computed_angle(normal.alpha),
-            d: computed_length(normal.d),
-            theta: computed_angle(theta),
-            r: computed_length(r),
-        };
+        let geometry = normal.placement(theta, r);
         let frame = geometry.pose(&[], 0.0, 0.0).inverse().compose(&joint);
         let position = frame.position.map(|x| computed_length(x).number(&[]));
         framed.push(Framed { geometry, file_frame: Pose { rotation: exact(&frame.rotation), position } });
@@ -151,6 +144,18 @@ struct Normal {
 }
 
 impl Normal {
+    /// The way along the normal, then theta and r about and along the other axis.
+    fn placement(&self, theta: f64, r: f64) -> ModifiedDh {
+        ModifiedDh {
+            gamma: computed_angle(self.gamma),
+            b: computed_length(self.b),
+            alpha: computed_angle(self.alpha),
+            d: computed_length(self.d),
+            theta: computed_angle(theta),
+            r: computed_length(r),
+        }
+    }
+
     fn from_z(point: Vector3, axis: Vector3) -> Normal {
         let [ax, ay, az] = axis;
         let sine = ax.hypot(ay);
@@ -234,12 +239,5 @@ pub(in crate::format) fn placement(frame: &Pose) -> ModifiedDh {
     let [x, z] = [0, 2].map(|k| frame.rotation.map(|row| row[k]));
     let normal = Normal::from_z(frame.position, z);
     let theta = dot(cross(normal.direction, x), z).atan2(dot(normal.direction, x));
-    ModifiedDh {
-        gamma: computed_angle(normal.gamma),
-        b: computed_length(normal.b),
-        alpha: computed_angle(normal.alpha),
-        d: computed_length(normal.d),
-        theta: computed_angle(theta),
-        r: computed_length(dot(minus(frame.position, normal.foot), z)),
-    }
+    normal.placement(theta, dot(minus(frame.position, normal.foot), z))
 }

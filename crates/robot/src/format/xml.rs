@@ -1,6 +1,6 @@
 //! An XML text within bounds: what every reader of XML begins with.
 
-use roxmltree::{Document, ParsingOptions};
+use roxmltree::{Document, Node, ParsingOptions};
 
 use crate::error::Error;
 use crate::format::node::Source;
@@ -30,6 +30,11 @@ pub(in crate::format) fn document<'a>(source: Source, text: &'a str, kind: &str)
         let message = if text.trim().is_empty() { "the file is empty".into() } else { message };
         source.error(at.row as usize, at.col as usize, format!("not valid XML: {message}"))
     })
+}
+
+/// The first child with this tag.
+pub(in crate::format) fn child<'a, 'i>(node: Node<'a, 'i>, tag: &str) -> Option<Node<'a, 'i>> {
+    node.children().find(|n| n.has_tag_name(tag))
 }
 
 /// The tag of the first element of a text, without its prefix; empty where none begins.

@@ -25,26 +25,14 @@ const MAIN: &str = "main";
 
 /// Elements that share the defaults of one kind.
 fn kind(tag: &str) -> Option<&'static str> {
-    const ACTUATORS: [&str; 11] = [
-        "general",
-        "motor",
-        "position",
-        "velocity",
-        "intvelocity",
-        "pid",
-        "damper",
-        "cylinder",
-        "muscle",
-        "adhesion",
-        "dcmotor",
-    ];
+    const ACTUATORS: &str = "general motor position velocity intvelocity pid damper cylinder muscle adhesion dcmotor";
     match tag {
         "joint" => Some("joint"),
         "geom" => Some("geom"),
         "mesh" => Some("mesh"),
         "site" => Some("site"),
         "equality" | "connect" | "weld" => Some("equality"),
-        _ => ACTUATORS.contains(&tag).then_some("actuator"),
+        _ => ACTUATORS.split_whitespace().any(|known| known == tag).then_some("actuator"),
     }
 }
 

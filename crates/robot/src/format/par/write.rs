@@ -5,15 +5,14 @@
 
 use std::fmt::Write;
 
-use crate::format::expression::is_name;
-use crate::inertial::Pose;
+use crate::format::written::{WrittenNames, tell_of_file};
 use crate::parameter::Inertial;
 use crate::robot::{Drive, JointKind, Limits, Link, LinkId, LoopFrame, ModifiedDh, Note, Robot, RotorInertia};
-use crate::value::{Affine, CoordinateId, Symbol, Value};
+use crate::value::{Affine, Value};
 
 /// The text of a .par file, and what it could not carry.
 pub fn write_par(robot: &Robot) -> (String, Vec<Note>) {
-    let names = Names::new(robot);
+    let names = WrittenNames::new(robot, |name| allowed(name, ""), |_| false);
     let mut text = String::new();
     head(robot, &names, &mut text);
     geometric_parameters(robot, &names, &mut text);
@@ -30,7 +29,7 @@ macro_rules! line {
 }
 
 /// Name, source, sizes, and the values of the symbols.
-fn head(robot: &Robot, names: &Names, text: &mut String) {
+fn head(robot: &Robot, names: &WrittenNames, text: &mut String) {
     let (nl, nj) = (robot.links.len(), robot.links.len() + robot.loops.len());
     let is_simple = robot.links.iter().enumerate().all(|(j, l)| l.antecedent == j.checked_sub(1).map(LinkId));
     let kind = if nj > nl { 2 } else { usize::from(!is_simple) };
@@ -47,7 +46,7 @@ fn head(robot: &Robot, names: &Names, text: &mut String) {
 }
 
 /// The table: one list per parameter, one entry per frame, links before cuts before twins.
-fn geometric_parameters(robot: &Robot, names: &Names, text: &mut String) {
+fn geometric_parameters(robot: &Robot, names: &WrittenNames, text: &mut String) {
     let cuts = robot.loops.iter().map(|l| Frame::of_loop(&l.cut));
     let twins = robot.loops.iter().map(|l| Frame::of_loop(&l.twin));
     let frames: Vec<Frame> = robot.links.iter().map(Frame::of_link).chain(cuts).chain(twins).collect();
@@ -59,7 +58,7 @@ fn geometric_parameters(robot: &Robot, names: &Names, text: &mut String) {
     let constant = |v: &Value| names.value(v);
     let moved = |f: &Frame, v: &Value, kind: JointKind| match f.sigma() {
         2 => constant(v),
-        _ if f.kind == kind => f.variable.text(v, &names.renamed, &|k| names.coordinates[k.0].clone()),
+        _ if f.kind == kind => names.variable(f.variable, v),
         _ => constant(v),
     };
     line!(text, "gamma = {{{}}}", row(&|f| constant(&f.geometry.gamma)));
@@ -97,7 +96,7 @@ fn dynamic_parameters(robot: &Robot, text: &mut String) {
 }
 
 /// Rates, torques, the motion of the base, gravity: what those programs expect to find.
-fn symbolic_vectors(robot: &Robot, names: &Names, text: &mut String) {
+fn symbolic_vectors(robot: &Robot, names: &WrittenNames, text: &mut String) {
     line!(text, "\n(* Joint parameters *)");
     for letters in ["QP", "QDP", "GAM"] {
         let joints = 1..=robot.links.len() + robot.loops.len();
@@ -151,39 +150,6 @@ impl<'a> Frame<'a> {
     }
 }
 
-/// Names as the format takes them: letters, digits and _.
-struct Names {
-    symbols: Vec<String>,
-    coordinates: Vec<String>,
-    renamed: Vec<Symbol>,
-}
-
-impl Names {
-    fn new(robot: &Robot) -> Names {
-        let mut taken: Vec<String> = Vec::new();
-        let mut unique = |name: &str| {
-            let mut name = allowed(name, "");
-            if !is_name(&name) {
-                name.insert(0, 'q');
-            }
-            while taken.contains(&name) {
-                name.push('_');
-            }
-            taken.push(name.clone());
-            name
-        };
-        let symbols: Vec<String> = robot.symbols.iter().map(|s| unique(&s.name)).collect();
-        let coordinates = (0..robot.n_variables()).map(|k| unique(robot.coordinate_name(CoordinateId(k)))).collect();
-        let rename = |(s, name): (&Symbol, &String)| Symbol { name: name.clone(), ..s.clone() };
-        let renamed = robot.symbols.iter().zip(&symbols).map(rename).collect();
-        Names { symbols, coordinates, renamed }
-    }
-
-    fn value(&self, value: &Value) -> String {
-        value.text(&self.renamed, &|k| self.coordinates[k.0].clone())
-    }
-}
-
 fn robot_name(robot: &Robot) -> String {
     allowed(robot.name.trim(), " -")
 }
@@ -194,7 +160,7 @@ fn allowed(name: &str, also: &str) -> String {
 }
 
 /// What the format has no word for.
-fn tell(robot: &Robot, names: &Names, notes: &mut Vec<Note>) {
+fn tell(robot: &Robot, names: &WrittenNames, notes: &mut Vec<Note>) {
     let mut note = |subject: &str, text: String| notes.push(Note { subject: subject.into(), text });
     if robot_name(robot) != robot.name {
         note("name", format!("the robot is called {} in the file", robot_name(robot)));
@@ -213,12 +179,7 @@ fn tell(robot: &Robot, names: &Names, notes: &mut Vec<Note>) {
         if joint.drive_gain.is_some() {
             note(&link.name, "its drive gain is not carried".into());
         }
-        if link.parts.len() > 1 {
-            note(&link.name, format!("its {} parts are written as one link", link.parts.len()));
-        }
-        if link.file_frame != Pose::IDENTITY {
-            note(&link.name, "the frame its own file gave it is not carried: parameters are in Khalil's frame".into());
-        }
+        tell_of_file(link, &mut note);
     }
     for (k, coordinate) in robot.coordinates.iter().enumerate() {
         if coordinate.limits != Limits::default() {

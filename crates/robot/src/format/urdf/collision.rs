@@ -9,6 +9,7 @@ use crate::angle_snap;
 use crate::collision::{Collision, CollisionShape};
 use crate::format::expression::LARGEST_NUMBER;
 use crate::format::shown::shown;
+use crate::format::xml::child;
 use crate::inertial::Pose;
 use crate::value::Value;
 
@@ -24,10 +25,6 @@ pub(super) fn collisions(link: Node) -> Vec<Collision> {
         Collision { link: name.to_string(), pose, shape }
     };
     own.map(read).collect()
-}
-
-fn child<'a, 'i>(node: Node<'a, 'i>, tag: &str) -> Option<Node<'a, 'i>> {
-    node.children().find(|n| n.has_tag_name(tag))
 }
 
 fn placed(collision: Node) -> Result<(Pose, CollisionShape), String> {

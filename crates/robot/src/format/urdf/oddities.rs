@@ -10,6 +10,7 @@ use roxmltree::Node;
 
 use crate::finding::{Finding, Mistake};
 use crate::format::shown::shown;
+use crate::format::xml::child;
 use crate::robot::Note;
 
 /// A turn, rounded up by a writer of four digits, rad.
@@ -52,10 +53,6 @@ pub(super) fn stated_loops(root: Node) -> Vec<Note> {
         Note { subject: name, text }
     };
     root.descendants().filter(Node::is_element).filter(is_loop).map(note).collect()
-}
-
-fn child<'a, 'i>(node: Node<'a, 'i>, tag: &str) -> Option<Node<'a, 'i>> {
-    node.children().find(|n| n.has_tag_name(tag))
 }
 
 fn number(node: Node, attribute: &str) -> Option<f64> {

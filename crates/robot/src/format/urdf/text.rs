@@ -67,17 +67,8 @@ const KNOWN_ELEMENTS: [Element; 14] = [
 ];
 
 /// Elements of a URDF that nothing here needs.
-const UNUSED_ELEMENTS: [&str; 9] = [
-    "visual",
-    "collision",
-    "contact",
-    "self_collision_checking",
-    "calibration",
-    "material",
-    "transmission",
-    "gazebo",
-    "sensor",
-];
+const UNUSED_ELEMENTS: &str = "visual collision contact self_collision_checking calibration material transmission gazebo \
+    sensor";
 
 /// Required children: the element, and its child.
 const REQUIRED_CHILDREN: [(&str, &str); 4] =
@@ -253,8 +244,11 @@ impl<'a, 'i> Reader<'a, 'i> {
             if !children.contains(&name) {
                 // Elements for other programs are skipped, but a misspelt name of an element that is read here is
                 // refused.
-                let meant =
-                    if UNUSED_ELEMENTS.contains(&name) { None } else { nearest(name, children.iter().copied()) };
+                let meant = if UNUSED_ELEMENTS.split_whitespace().any(|unused| unused == name) {
+                    None
+                } else {
+                    nearest(name, children.iter().copied())
+                };
                 if let Some(meant) = meant {
                     let message = format!("unknown element <{}> of {named}: did you mean <{meant}>?", shown(name));
                     return Err(self.error(child, message));

@@ -5,11 +5,10 @@
 
 use std::fmt::Write;
 
-use crate::format::expression::is_name;
-use crate::inertial::Pose;
+use crate::format::written::{WrittenNames, tell_of_file};
 use crate::parameter::Inertial;
 use crate::robot::{Drive, JointKind, Limits, LinkId, LoopFrame, ModifiedDh, Note, Robot, RotorInertia};
-use crate::value::{Affine, CoordinateId, Symbol, Value};
+use crate::value::{Affine, Value};
 
 /// The text, and what it could not carry.
 pub fn write_yaml(robot: &Robot) -> (String, Vec<Note>) {
@@ -23,18 +22,18 @@ pub fn write_yaml(robot: &Robot) -> (String, Vec<Note>) {
     if let Some(source) = &robot.source {
         line!("source: {}", named(source));
     }
-    let constant = |v: &Value| names.value(v);
+    let constant = |v: &Value| names.others.value(v);
     let [x, y, z] = robot.gravity.each_ref().map(constant);
     // A comma within a list ends the entry.
     line!("gravity: [{}, {}, {}]", quoted(&x), quoted(&y), quoted(&z));
     if !robot.symbols.is_empty() {
         line!("symbols:");
-        for (symbol, name) in robot.symbols.iter().zip(&names.symbols) {
+        for (symbol, name) in robot.symbols.iter().zip(&names.others.symbols) {
             let told = if symbol.generic { "   # generic: the description gave no value" } else { "" };
             line!("  {name}: {}{told}", constant(&symbol.value));
         }
     }
-    line!("coordinates: [{}]", names.coordinates[..robot.n_coordinates()].join(", "));
+    line!("coordinates: [{}]", names.others.coordinates[..robot.n_coordinates()].join(", "));
     line!("rotor_inertia: none\nlinks:");
     for j in robot.link_ids() {
         line!("  - {{{}}}", link_items(robot, &names, j).join(", "));
@@ -129,7 +128,7 @@ fn placement(robot: &Robot, names: &Names, geometry: &ModifiedDh, kind: JointKin
     for (key, value) in keys.into_iter().zip(values) {
         if key != moving {
             if *value != Value::ZERO {
-                items.push(format!("{key}: {}", quoted(&names.value(value))));
+                items.push(format!("{key}: {}", quoted(&names.others.value(value))));
             }
             continue;
         }
@@ -143,10 +142,7 @@ fn placement(robot: &Robot, names: &Names, geometry: &ModifiedDh, kind: JointKin
                 }
             }
             terms if terms.iter().any(|(k, _)| k.0 >= n) => {}
-            _ => items.push(format!(
-                "{key}: {}",
-                quoted(&variable.text(value, &names.renamed, &|k| names.coordinates[k.0].clone()))
-            )),
+            _ => items.push(format!("{key}: {}", quoted(&names.others.variable(variable, value)))),
         }
     }
     items
@@ -212,9 +208,7 @@ fn named(text: &str) -> String {
 
 struct Names {
     labels: Vec<String>,
-    symbols: Vec<String>,
-    coordinates: Vec<String>,
-    renamed: Vec<Symbol>,
+    others: WrittenNames,
 }
 
 impl Names {
@@ -227,21 +221,7 @@ impl Names {
         let word = |text: &str| -> String {
             text.chars().map(|c| if c.is_alphanumeric() || c == '_' { c } else { '_' }).collect()
         };
-        let mut taken: Vec<String> = Vec::new();
-        let mut unique = |name: &str| {
-            let mut name = word(name);
-            if !is_name(&name) {
-                name.insert(0, 'q');
-            }
-            // A name begins with a letter, so one more character never makes it another reserved word.
-            while taken.contains(&name) || is_no_word(&name) {
-                name.push('_');
-            }
-            taken.push(name.clone());
-            name
-        };
-        let symbols: Vec<String> = robot.symbols.iter().map(|s| unique(&s.name)).collect();
-        let coordinates = (0..robot.n_variables()).map(|k| unique(robot.coordinate_name(CoordinateId(k)))).collect();
+        let others = WrittenNames::new(robot, word, is_no_word);
         let mut labels: Vec<String> = Vec::new();
         for link in &robot.links {
             let mut label = word(&link.label);
@@ -254,13 +234,7 @@ impl Names {
             }
             labels.push(label);
         }
-        let rename = |(s, name): (&Symbol, &String)| Symbol { name: name.clone(), ..s.clone() };
-        let renamed = robot.symbols.iter().zip(&symbols).map(rename).collect();
-        Names { labels, symbols, coordinates, renamed }
-    }
-
-    fn value(&self, value: &Value) -> String {
-        value.text(&self.renamed, &|k| self.coordinates[k.0].clone())
+        Names { labels, others }
     }
 }
 
@@ -274,16 +248,11 @@ fn told(robot: &Robot, names: &Names) -> Vec<Note> {
         if link.joint.name != link.label {
             note(&link.name, format!("the name `{}` of its joint is not carried", link.joint.name));
         }
-        if link.parts.len() > 1 {
-            note(&link.name, format!("its {} parts are written as one link", link.parts.len()));
-        }
-        if link.file_frame != Pose::IDENTITY {
-            note(&link.name, "the frame its own file gave it is not carried: parameters are in Khalil's frame".into());
-        }
+        tell_of_file(link, &mut note);
     }
     for (k, coordinate) in robot.coordinates.iter().enumerate() {
-        if coordinate.name != names.coordinates[k] {
-            note(&coordinate.name, format!("the coordinate is called {} in the file", names.coordinates[k]));
+        if coordinate.name != names.others.coordinates[k] {
+            note(&coordinate.name, format!("the coordinate is called {} in the file", names.others.coordinates[k]));
         }
     }
     for symbol in robot.symbols.iter().filter(|s| s.generic) {

@@ -1,0 +1,61 @@
+//! What the writers of descriptions share: names as a format takes them, and notes of what no format carries.
+
+use crate::format::expression::is_name;
+use crate::inertial::Pose;
+use crate::robot::{Link, Robot};
+use crate::value::{Affine, CoordinateId, Symbol, Value};
+
+/// The names of symbols and coordinates in the file, each once.
+pub(super) struct WrittenNames {
+    pub symbols: Vec<String>,
+    pub coordinates: Vec<String>,
+    renamed: Vec<Symbol>,
+}
+
+impl WrittenNames {
+    /// `allowed`: a name in the characters of the format; `is_reserved`: whether the format reads a name as something else.
+    pub(super) fn new(
+        robot: &Robot,
+        allowed: impl Fn(&str) -> String,
+        is_reserved: impl Fn(&str) -> bool,
+    ) -> WrittenNames {
+        let mut taken: Vec<String> = Vec::new();
+        let mut unique = |name: &str| {
+            let mut name = allowed(name);
+            if !is_name(&name) {
+                name.insert(0, 'q');
+            }
+            // A name begins with a letter, so one more character never makes it another reserved word.
+            while taken.contains(&name) || is_reserved(&name) {
+                name.push('_');
+            }
+            taken.push(name.clone());
+            name
+        };
+        let symbols: Vec<String> = robot.symbols.iter().map(|s| unique(&s.name)).collect();
+        let coordinates = (0..robot.n_variables()).map(|k| unique(robot.coordinate_name(CoordinateId(k)))).collect();
+        let rename = |(s, name): (&Symbol, &String)| Symbol { name: name.clone(), ..s.clone() };
+        let renamed = robot.symbols.iter().zip(&symbols).map(rename).collect();
+        WrittenNames { symbols, coordinates, renamed }
+    }
+
+    /// A value in these names.
+    pub(super) fn value(&self, value: &Value) -> String {
+        value.text(&self.renamed, &|k| self.coordinates[k.0].clone())
+    }
+
+    /// A joint variable with its constant part.
+    pub(super) fn variable(&self, variable: &Affine, constant: &Value) -> String {
+        variable.text(constant, &self.renamed, &|k| self.coordinates[k.0].clone())
+    }
+}
+
+/// Notes what only the file of the link said.
+pub(super) fn tell_of_file(link: &Link, mut note: impl FnMut(&str, String)) {
+    if link.parts.len() > 1 {
+        note(&link.name, format!("its {} parts are written as one link", link.parts.len()));
+    }
+    if link.file_frame != Pose::IDENTITY {
+        note(&link.name, "the frame its own file gave it is not carried: parameters are in Khalil's frame".into());
+    }
+}
