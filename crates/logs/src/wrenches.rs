@@ -12,7 +12,7 @@ use crate::table::Table;
 use crate::wrench_options::{Corrections, WrenchOptions, matrix, roll_pitch_yaw};
 
 /// A log of a force-torque sensor.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct Wrenches {
     /// The file, as the user named it.
     pub name: String,
@@ -56,15 +56,7 @@ impl Wrenches {
             found => Some(found?),
         };
         let (turned, is_vector) = names.orientation(options)?;
-        let mut log = Wrenches {
-            name: table.file.clone(),
-            t: Vec::new(),
-            force: Vec::new(),
-            torque: Vec::new(),
-            position: Vec::new(),
-            rotation: Vec::new(),
-            left_out: 0,
-        };
+        let mut log = Wrenches { name: table.file.clone(), ..Wrenches::default() };
         for r in 0..table.rows() {
             let three = |columns: &[Column]| [0, 1, 2].map(|i| columns[i].at(table, r));
             let (f, n) = (three(&force), three(&torque));

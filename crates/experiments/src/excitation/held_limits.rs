@@ -49,16 +49,6 @@ pub struct HeldLimit {
     pub origin: Origin,
 }
 
-/// Kinds that a coordinate has.
-const KINDS_OF_A_COORDINATE: [LimitKind; 6] = [
-    LimitKind::Position,
-    LimitKind::Velocity,
-    LimitKind::Acceleration,
-    LimitKind::Jerk,
-    LimitKind::Effort,
-    LimitKind::Power,
-];
-
 /// The tightest of the limits that a motion was made with, of the description, and of a limits file; with their origins.
 ///
 /// `asked`: what file and description give ([`crate::excitation::limits::given`]), where there is a file.
@@ -108,14 +98,14 @@ pub fn held(
         let bounds = limits.bounds(kind)?;
         Some(HeldLimit { coordinate: coordinate.into(), limit: kind, bounds, origin: origin(kind, bounds) })
     };
-    let rows = KINDS_OF_A_COORDINATE.into_iter().filter_map(row).collect();
+    let rows = LimitKind::OF_A_COORDINATE.into_iter().filter_map(row).collect();
     Ok((limits, rows))
 }
 
 /// Where the limits stand, kind by kind, with the coordinates where that differs.
 pub fn origins_text(rows: &[HeldLimit]) -> String {
     let mut text = String::new();
-    for kind in KINDS_OF_A_COORDINATE {
+    for kind in LimitKind::OF_A_COORDINATE {
         let own: Vec<&HeldLimit> = rows.iter().filter(|row| row.limit == kind).collect();
         let mut origins: Vec<(Origin, Vec<&str>)> = Vec::new();
         for row in &own {
@@ -139,7 +129,7 @@ pub fn origins_text(rows: &[HeldLimit]) -> String {
 /// The kinds of limits that stand in the motion's own file alone, in words.
 pub fn kinds_of_motion_alone(rows: &[HeldLimit]) -> Vec<String> {
     let is_own = |kind: &LimitKind| rows.iter().any(|row| row.limit == *kind && row.origin == Origin::MotionAlone);
-    KINDS_OF_A_COORDINATE.into_iter().filter(is_own).map(|kind| kind.to_string()).collect()
+    LimitKind::OF_A_COORDINATE.into_iter().filter(is_own).map(|kind| kind.to_string()).collect()
 }
 
 #[cfg(test)]

@@ -21,15 +21,7 @@ use crate::excitation::limits::LimitKind;
 use crate::excitation::proof::{CertificateRow, Kept};
 use claims::{LeftOut, Matter, Why};
 
-const POSITION: Topic = Topic("position");
-const VELOCITY: Topic = Topic("velocity");
-const ACCELERATION: Topic = Topic("acceleration");
-const JERK: Topic = Topic("jerk");
-const EFFORT: Topic = Topic("effort");
-const POWER: Topic = Topic("power");
-const DISTANCE: Topic = Topic("distance");
 const FLOOR: Topic = Topic("floor");
-const REGION: Topic = Topic("region");
 const LIMIT: Topic = Topic("limit");
 const APPROACH: Topic = Topic("approach and return");
 const MARGIN: Topic = Topic("margins");
@@ -119,15 +111,8 @@ fn at(topic: Topic, subject: &str) -> &str {
 
 fn topic_of(limit: LimitKind, subject: &str) -> Topic {
     match limit {
-        LimitKind::Position => POSITION,
-        LimitKind::Velocity => VELOCITY,
-        LimitKind::Acceleration => ACCELERATION,
-        LimitKind::Jerk => JERK,
-        LimitKind::Effort => EFFORT,
-        LimitKind::Power => POWER,
-        LimitKind::Distance => DISTANCE,
         LimitKind::Region if is_of_floor(subject) => FLOOR,
-        LimitKind::Region => REGION,
+        limit => Topic(limit.word()),
     }
 }
 
@@ -159,11 +144,11 @@ fn claim_of_row(row: &CertificateRow) -> Claim {
 fn subject_of_left_out(out: &LeftOut) -> Subject {
     let topic = match out.matter {
         Matter::Limit => LIMIT,
-        Matter::Effort => EFFORT,
-        Matter::Power => POWER,
-        Matter::Distance => DISTANCE,
+        Matter::Effort => Topic(LimitKind::Effort.word()),
+        Matter::Power => Topic(LimitKind::Power.word()),
+        Matter::Distance => Topic(LimitKind::Distance.word()),
         Matter::Floor => FLOOR,
-        Matter::Region => REGION,
+        Matter::Region => Topic(LimitKind::Region.word()),
         Matter::Approach => APPROACH,
         Matter::Margin => MARGIN,
     };

@@ -2,6 +2,7 @@
 
 use std::fmt;
 
+use LimitKind::*;
 use serde::{Deserialize, Serialize};
 
 /// A kind of limit.
@@ -28,20 +29,27 @@ pub enum LimitKind {
 
 impl LimitKind {
     /// Those of the motion alone, in the order of its derivatives.
-    pub const KINEMATIC: [LimitKind; 4] =
-        [LimitKind::Position, LimitKind::Velocity, LimitKind::Acceleration, LimitKind::Jerk];
+    pub const KINEMATIC: [LimitKind; 4] = [Position, Velocity, Acceleration, Jerk];
+
+    /// Those that a coordinate has.
+    pub const OF_A_COORDINATE: [LimitKind; 6] = [Position, Velocity, Acceleration, Jerk, Effort, Power];
 
     /// All, in the order of a certificate.
-    pub const ALL: [LimitKind; 8] = [
-        LimitKind::Position,
-        LimitKind::Velocity,
-        LimitKind::Acceleration,
-        LimitKind::Jerk,
-        LimitKind::Distance,
-        LimitKind::Region,
-        LimitKind::Effort,
-        LimitKind::Power,
-    ];
+    pub const ALL: [LimitKind; 8] = [Position, Velocity, Acceleration, Jerk, Distance, Region, Effort, Power];
+
+    /// What it is called.
+    pub fn word(self) -> &'static str {
+        match self {
+            Position => "position",
+            Velocity => "velocity",
+            Acceleration => "acceleration",
+            Jerk => "jerk",
+            Effort => "effort",
+            Power => "power",
+            Distance => "distance",
+            Region => "region",
+        }
+    }
 
     /// The unit; both where nobody says whether the joint slides: `rad (m)`.
     pub fn unit_of(self, is_prismatic: Option<bool>) -> String {
@@ -56,33 +64,24 @@ impl LimitKind {
     /// The unit at a joint that turns, or slides.
     pub fn unit(self, is_prismatic: bool) -> &'static str {
         match (self, is_prismatic) {
-            (LimitKind::Position, false) => "rad",
-            (LimitKind::Velocity, false) => "rad/s",
-            (LimitKind::Acceleration, false) => "rad/s^2",
-            (LimitKind::Jerk, false) => "rad/s^3",
-            (LimitKind::Effort, false) => "N m",
-            (LimitKind::Position, true) => "m",
-            (LimitKind::Velocity, true) => "m/s",
-            (LimitKind::Acceleration, true) => "m/s^2",
-            (LimitKind::Jerk, true) => "m/s^3",
-            (LimitKind::Effort, true) => "N",
-            (LimitKind::Power, _) => "W",
-            (LimitKind::Distance | LimitKind::Region, _) => "m",
+            (Position, false) => "rad",
+            (Velocity, false) => "rad/s",
+            (Acceleration, false) => "rad/s^2",
+            (Jerk, false) => "rad/s^3",
+            (Effort, false) => "N m",
+            (Position, true) => "m",
+            (Velocity, true) => "m/s",
+            (Acceleration, true) => "m/s^2",
+            (Jerk, true) => "m/s^3",
+            (Effort, true) => "N",
+            (Power, _) => "W",
+            (Distance | Region, _) => "m",
         }
     }
 }
 
 impl fmt::Display for LimitKind {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.pad(match self {
-            LimitKind::Position => "position",
-            LimitKind::Velocity => "velocity",
-            LimitKind::Acceleration => "acceleration",
-            LimitKind::Jerk => "jerk",
-            LimitKind::Effort => "effort",
-            LimitKind::Power => "power",
-            LimitKind::Distance => "distance",
-            LimitKind::Region => "region",
-        })
+        f.pad(self.word())
     }
 }

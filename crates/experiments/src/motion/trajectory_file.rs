@@ -93,13 +93,18 @@ fn list(x: &[f64]) -> String {
     x.iter().map(|x| format!("{x:?}")).collect::<Vec<_>>().join(", ")
 }
 
-fn csv(points: &[Point], coordinates: &[String]) -> String {
+/// The line of the headers: the time, and `prefix_coordinate` of each prefix.
+pub(crate) fn csv_header(prefixes: &[&str], coordinates: &[String]) -> String {
     let mut text = String::from("t");
-    for prefix in ["q", "dq", "ddq"] {
+    for prefix in prefixes {
         let cell = |c: &String| format!(",{}", csv_cell(&format!("{prefix}_{c}")));
         coordinates.iter().for_each(|c| text.push_str(&cell(c)));
     }
-    text.push('\n');
+    text + "\n"
+}
+
+fn csv(points: &[Point], coordinates: &[String]) -> String {
+    let mut text = csv_header(&["q", "dq", "ddq"], coordinates);
     let list = |x: &[f64]| list(x).replace(", ", ",");
     for p in points {
         // A String never fails to grow.

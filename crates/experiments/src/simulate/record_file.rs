@@ -5,10 +5,10 @@
 
 use std::fmt::Write;
 
-use gate::shown::csv_cell;
 use logs::{Effort, Error, Log, LogReport};
 
 use crate::motion::record::Record;
+use crate::motion::trajectory_file::csv_header;
 
 impl Record {
     /// The text of the log.
@@ -17,12 +17,7 @@ impl Record {
             Effort::Current | Effort::PositionError => "i",
             Effort::Torque => "tau",
         };
-        let mut text = String::from("t");
-        for prefix in ["q", letter] {
-            let cell = |c: &String| format!(",{}", csv_cell(&format!("{prefix}_{c}")));
-            coordinates.iter().for_each(|c| text.push_str(&cell(c)));
-        }
-        text.push('\n');
+        let mut text = csv_header(&["q", letter], coordinates);
         for i in 0..self.q.first().map_or(0, Vec::len) {
             // A String never fails to grow; 1e-7 rad and A are below every sensor.
             let _ = write!(text, "{:.6}", i as f64 * self.sample_time);
