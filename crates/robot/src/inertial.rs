@@ -70,8 +70,7 @@ impl Part {
         let centre = [0, 1, 2].map(|i| parameters[6 + i] / mass);
         let pose = Pose { rotation, position: centre };
         let about_centre = transform_inertial(parameters, &pose.inverse());
-        let mut inertia = [0.0; 6];
-        inertia.copy_from_slice(&about_centre[..6]);
+        let inertia: [f64; 6] = std::array::from_fn(|k| about_centre[k]);
         Some(Part { name, pose, mass, inertia })
     }
 }

@@ -69,8 +69,7 @@ fn about_origin(name: &str, x: &[f64; 10], findings: &mut Vec<Finding>) {
         Part::from_parameters(String::new(), &changed, Pose::IDENTITY.rotation).is_some_and(|p| possible(&p.inertia))
     };
     swaps(&x[..6], |six| again(with_inertia(x, six)), &mut find);
-    let mut given = [0.0; 6];
-    given.copy_from_slice(&x[..6]);
+    let given: [f64; 6] = std::array::from_fn(|k| x[k]);
     if possible(&given) {
         let text = "taken about the centre of mass, the same six numbers are possible: were they never moved to the \
                     origin of the frame (I_O = I_C + m (c.c E - c c^T))?";
@@ -102,8 +101,7 @@ fn about_centre(part: &Part, file_frame: &Pose, findings: &mut Vec<Finding>) {
     x[..6].copy_from_slice(&part.inertia);
     x[9] = part.mass;
     let moved = transform_inertial(&x, &Pose { position: c, ..Pose::IDENTITY });
-    let mut six = [0.0; 6];
-    six.copy_from_slice(&moved[..6]);
+    let six: [f64; 6] = std::array::from_fn(|k| moved[k]);
     if c != [0.0; 3] && possible(&six) {
         let text = "with m (c.c E - c c^T) added, the six numbers are possible: was that taken off once too often on \
                     the way to the centre of mass?";

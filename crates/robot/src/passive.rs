@@ -362,14 +362,7 @@ fn exact_constants(robot: &Robot, steps: &[Step], relations: &[Relation]) -> Vec
 }
 
 fn is_number(value: &Value) -> bool {
-    match value {
-        Value::Number(_) | Value::Pi => true,
-        Value::Symbol(_) | Value::Coordinate(_) => false,
-        Value::Neg(a) | Value::Sqrt(a) | Value::Sin(a) | Value::Cos(a) => is_number(a),
-        Value::Add(a, b) | Value::Sub(a, b) | Value::Mul(a, b) | Value::Div(a, b) | Value::Atan2(a, b) => {
-            is_number(a) && is_number(b)
-        }
-    }
+    !matches!(value, Value::Symbol(_) | Value::Coordinate(_)) && value.operands().all(is_number)
 }
 
 fn rotated([x, y]: [f64; 2], angle: f64) -> [f64; 2] {

@@ -103,9 +103,10 @@ impl<'a> Constants<'a> {
         }
         let symbol = &self.robot.symbols[s.0];
         let x = symbol.value.number(&self.robot.symbols);
+        // A symbol defined by other symbols is its definition; one defined by a number is a name.
         let e = if x == 0.0 {
             Expr::ZERO
-        } else if names_a_symbol(&symbol.value) {
+        } else if symbol.value.has_symbol() {
             self.expression(g, &symbol.value)
         } else {
             g.symbol(&symbol.name, SymbolKind::Constant(x))
@@ -167,7 +168,7 @@ impl<'a> Constants<'a> {
             Value::Sub(a, b) => self.angle(g, a, place).plus(&self.angle(g, b, place).negated()),
             Value::Mul(a, b) if integer(a).is_some() => self.angle(g, b, place).times(integer(a).unwrap_or(0)),
             Value::Mul(a, b) if integer(b).is_some() => self.angle(g, a, place).times(integer(b).unwrap_or(0)),
-            Value::Symbol(s) if names_a_symbol(&self.robot.symbols[s.0].value) => {
+            Value::Symbol(s) if self.robot.symbols[s.0].value.has_symbol() => {
                 self.angle(g, &self.robot.symbols[s.0].value.clone(), place)
             }
             Value::Symbol(s) => {
@@ -188,17 +189,5 @@ fn integer(value: &Value) -> Option<i64> {
     match value {
         Value::Number(x) if x.fract() == 0.0 && x.abs() < 64.0 => Some(*x as i64),
         _ => None,
-    }
-}
-
-/// A symbol defined by other symbols is its definition; one defined by a number is a name.
-fn names_a_symbol(value: &Value) -> bool {
-    match value {
-        Value::Number(_) | Value::Pi | Value::Coordinate(_) => false,
-        Value::Symbol(_) => true,
-        Value::Neg(a) | Value::Sqrt(a) | Value::Sin(a) | Value::Cos(a) => names_a_symbol(a),
-        Value::Add(a, b) | Value::Sub(a, b) | Value::Mul(a, b) | Value::Div(a, b) | Value::Atan2(a, b) => {
-            names_a_symbol(a) || names_a_symbol(b)
-        }
     }
 }

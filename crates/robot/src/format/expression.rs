@@ -142,13 +142,8 @@ impl Names {
     }
 
     fn cost(&self, value: &Value) -> usize {
-        let two = |a: &Value, b: &Value| 1 + self.cost(a) + self.cost(b);
-        match value {
-            Value::Number(_) | Value::Pi | Value::Coordinate(_) => 1,
-            Value::Symbol(s) => 1 + self.costs[s.0],
-            Value::Neg(a) | Value::Sqrt(a) | Value::Sin(a) | Value::Cos(a) => 1 + self.cost(a),
-            Value::Add(a, b) | Value::Sub(a, b) | Value::Mul(a, b) | Value::Div(a, b) | Value::Atan2(a, b) => two(a, b),
-        }
+        let of_symbol = if let Value::Symbol(s) = value { self.costs[s.0] } else { 0 };
+        1 + of_symbol + value.operands().map(|operand| self.cost(operand)).sum::<usize>()
     }
 }
 

@@ -78,15 +78,21 @@ impl Value {
         (angle.abs() > 2.0 * PI && !self.has_symbol()).then_some(angle)
     }
 
-    fn has_symbol(&self) -> bool {
-        match self {
-            Value::Symbol(_) => true,
-            Value::Number(_) | Value::Pi | Value::Coordinate(_) => false,
-            Value::Neg(a) | Value::Sqrt(a) | Value::Sin(a) | Value::Cos(a) => a.has_symbol(),
+    /// What an operation is done with: one value or two; none of a number or a name.
+    pub(crate) fn operands(&self) -> impl Iterator<Item = &Value> {
+        let (a, b) = match self {
+            Value::Number(_) | Value::Pi | Value::Symbol(_) | Value::Coordinate(_) => (None, None),
+            Value::Neg(a) | Value::Sqrt(a) | Value::Sin(a) | Value::Cos(a) => (Some(a), None),
             Value::Add(a, b) | Value::Sub(a, b) | Value::Mul(a, b) | Value::Div(a, b) | Value::Atan2(a, b) => {
-                a.has_symbol() || b.has_symbol()
+                (Some(a), Some(b))
             }
-        }
+        };
+        a.into_iter().chain(b).map(Box::as_ref)
+    }
+
+    /// Whether a symbol stands in it.
+    pub fn has_symbol(&self) -> bool {
+        matches!(self, Value::Symbol(_)) || self.operands().any(Value::has_symbol)
     }
 
     /// The f64 of the value; coordinates count as zero.

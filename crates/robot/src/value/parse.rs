@@ -22,14 +22,7 @@ const MAX_EXPONENT: f64 = 4.0;
 const MAX_POWER_OPERATIONS: f64 = 1000.0;
 
 fn operations(value: &Value) -> usize {
-    let f = operations;
-    match value {
-        Value::Number(_) | Value::Pi | Value::Symbol(_) | Value::Coordinate(_) => 1,
-        Value::Neg(a) | Value::Sqrt(a) | Value::Sin(a) | Value::Cos(a) => 1 + f(a),
-        Value::Add(a, b) | Value::Sub(a, b) | Value::Mul(a, b) | Value::Div(a, b) | Value::Atan2(a, b) => {
-            1 + f(a) + f(b)
-        }
-    }
+    1 + value.operands().map(operations).sum::<usize>()
 }
 
 struct Parser<'a> {

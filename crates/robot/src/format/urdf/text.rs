@@ -244,12 +244,8 @@ impl<'a, 'i> Reader<'a, 'i> {
             if !children.contains(&name) {
                 // Elements for other programs are skipped, but a misspelt name of an element that is read here is
                 // refused.
-                let meant = if UNUSED_ELEMENTS.split_whitespace().any(|unused| unused == name) {
-                    None
-                } else {
-                    nearest(name, children.iter().copied())
-                };
-                if let Some(meant) = meant {
+                let is_unused = UNUSED_ELEMENTS.split_whitespace().any(|unused| unused == name);
+                if let Some(meant) = nearest(name, children.iter().copied()).filter(|_| !is_unused) {
                     let message = format!("unknown element <{}> of {named}: did you mean <{meant}>?", shown(name));
                     return Err(self.error(child, message));
                 }
