@@ -226,32 +226,43 @@ pub enum FrictionParameter {
 }
 
 impl FrictionParameter {
-    /// All with the letters of their names, in the order of their declaration.
-    const ALL: [(FrictionParameter, &str); 16] = {
+    /// All with the letters of their names and what they are, in the order of their declaration.
+    const ALL: [(FrictionParameter, &str, &str); 16] = {
         use FrictionParameter::*;
         [
-            (Viscous, "FV"),
-            (Coulomb, "FS"),
-            (Offset, "OFF"),
-            (ViscousForward, "FVP"),
-            (CoulombForward, "FSP"),
-            (ViscousBackward, "FVN"),
-            (CoulombBackward, "FSN"),
-            (Stribeck, "FT"),
-            (StribeckForward, "FTP"),
-            (StribeckBackward, "FTN"),
-            (Load, "FL"),
-            (LoadForward, "FLP"),
-            (LoadBackward, "FLN"),
-            (Rotor, "IA"),
-            (ViscousAsymmetry, "FVA"),
-            (Root, "FR"),
+            (Viscous, "FV", "viscous friction: grows with the speed"),
+            (Coulomb, "FS", "Coulomb friction: turns with the direction"),
+            (Offset, "OFF", "offset of the torque: sensor, or friction that differs by direction"),
+            (ViscousForward, "FVP", "viscous friction forward"),
+            (CoulombForward, "FSP", "Coulomb friction forward"),
+            (ViscousBackward, "FVN", "viscous friction backward"),
+            (CoulombBackward, "FSN", "Coulomb friction backward"),
+            (Stribeck, "FT", "friction near rest beyond Coulomb's"),
+            (StribeckForward, "FTP", "friction near rest beyond Coulomb's"),
+            (StribeckBackward, "FTN", "friction near rest beyond Coulomb's"),
+            (Load, "FL", "Coulomb friction per unit of torque"),
+            (LoadForward, "FLP", "Coulomb friction per unit of torque"),
+            (LoadBackward, "FLN", "Coulomb friction per unit of torque"),
+            (Rotor, "IA", "rotor inertia of the motor"),
+            (ViscousAsymmetry, "FVA", "viscous friction that differs by direction: half of the difference"),
+            (Root, "FR", "friction that grows with the root of the speed"),
         ]
     };
 
     /// The letters of its name.
     pub fn letters(self) -> &'static str {
         Self::ALL[self as usize].1
+    }
+
+    /// What it is, in words.
+    pub fn meaning(self) -> &'static str {
+        Self::ALL[self as usize].2
+    }
+
+    /// Whether it is friction that is neither viscous nor Coulomb's.
+    pub fn is_other_friction(self) -> bool {
+        let is_coulomb = matches!(self, Self::Coulomb | Self::CoulombForward | Self::CoulombBackward);
+        !self.is_viscous() && !is_coulomb && !matches!(self, Self::Offset | Self::Rotor)
     }
 
     /// Whether it multiplies a speed, so that a negative value drives the joint.

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use identification::estimate::artefact::Estimate;
 use identification::estimate::identified::{INTERVAL, Identified, Status};
 use linear_model::coupling_parameter::CouplingParameter;
-use linear_model::parameter::{BaseName, FrictionParameter, ParameterId};
+use linear_model::parameter::{BaseName, ParameterId};
 use modeling::BaseParameters;
 use robot::value::CoordinateId;
 use robot::{Inertial, Robot};
@@ -178,7 +178,6 @@ fn of_base(name: &BaseName) -> String {
 
 /// The meaning of a parameter that has no rule.
 fn meaning(id: &ParameterId) -> String {
-    use FrictionParameter::*;
     let text = match id {
         ParameterId::Base(name) => return of_base(name),
         ParameterId::DriveGain(_) => "torque per unit of current",
@@ -192,20 +191,7 @@ fn meaning(id: &ParameterId) -> String {
         ParameterId::Coupling(CouplingParameter::Sine, _) => "torque of an element with the sine of its position",
         ParameterId::Coupling(CouplingParameter::Cosine, _) => "torque of an element with the cosine of its position",
         ParameterId::Coupling(CouplingParameter::Offset, _) => "constant torque of an element between joints",
-        ParameterId::Friction(friction, _) => match friction {
-            Viscous => "viscous friction: grows with the speed",
-            Coulomb => "Coulomb friction: turns with the direction",
-            Offset => "offset of the torque: sensor, or friction that differs by direction",
-            ViscousForward => "viscous friction forward",
-            CoulombForward => "Coulomb friction forward",
-            ViscousBackward => "viscous friction backward",
-            CoulombBackward => "Coulomb friction backward",
-            Stribeck | StribeckForward | StribeckBackward => "friction near rest beyond Coulomb's",
-            Load | LoadForward | LoadBackward => "Coulomb friction per unit of torque",
-            Rotor => "rotor inertia of the motor",
-            ViscousAsymmetry => "viscous friction that differs by direction: half of the difference",
-            Root => "friction that grows with the root of the speed",
-        },
+        ParameterId::Friction(friction, _) => friction.meaning(),
     };
     text.into()
 }

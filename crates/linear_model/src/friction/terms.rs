@@ -49,6 +49,16 @@ impl JointTerm {
         }
     }
 
+    /// What it says of a joint of this name.
+    pub fn sentence(self, joint: &str) -> String {
+        match self {
+            JointTerm::Load => format!("friction of {joint} grows with its load"),
+            JointTerm::Stribeck(_) => format!("friction of {joint} is larger at low speed"),
+            JointTerm::ViscousAsymmetry => format!("viscous friction of {joint} differs by direction"),
+            JointTerm::Root => format!("friction of {joint} grows with the root of its speed"),
+        }
+    }
+
     /// Its column, with the torque `load` that an earlier fit predicts for the bodies.
     #[inline]
     fn column(self, dq: f64, load: f64, direction: f64) -> f64 {

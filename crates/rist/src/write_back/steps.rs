@@ -105,7 +105,7 @@ fn missing_in_a_urdf(model: &Model, bodies: &Bodies, estimate: &Estimate) -> Vec
 
 /// A sentence on friction that is neither viscous nor Coulomb, where there is some.
 fn other_friction(estimate: &Estimate, format: &str) -> Option<String> {
-    let is_other = |id: &ParameterId| matches!(id, ParameterId::Friction(Stribeck | Load | ViscousAsymmetry | Root, _));
+    let is_other = |id: &ParameterId| matches!(id, ParameterId::Friction(friction, _) if friction.is_other_friction());
     let ids = estimate.parameters.iter().map(|p| &p.id).filter(|id| is_other(id));
     let names: Vec<String> = ids.map(ParameterId::to_string).collect();
     (!names.is_empty()).then(|| {

@@ -149,7 +149,7 @@ fn zeros(passport: &Passport, turned: Option<&Turned>) -> Vec<Claim> {
     let open_already = |name: &String| unexplained(passport, vec![name.clone()]).is_empty();
     for (_, joint) in passport.joints.iter().enumerate().filter(|(k, j)| !is_turned(*k) && !open_already(&j.coordinate))
     {
-        let Some(angle) = joint.zero_power else { continue };
+        let Some(angle) = shown_zero(joint) else { continue };
         match zeros.iter_mut().find(|(of, _)| *of == angle) {
             Some((_, names)) => names.push(joint.coordinate.clone()),
             None => zeros.push((angle, vec![joint.coordinate.clone()])),
@@ -158,9 +158,14 @@ fn zeros(passport: &Passport, turned: Option<&Turned>) -> Vec<Claim> {
     zeros.sort_by(|a, b| a.0.total_cmp(&b.0));
     let told =
         zeros.iter().filter_map(|(angle, names)| agrees(ZERO, names, Figure::new(angle.to_degrees().round(), "deg")));
-    let open = unexplained(passport, split(passport, |j| j.zero_power.is_some())[1].clone());
+    let open = unexplained(passport, split(passport, |j| shown_zero(j).is_some())[1].clone());
     let (why, would_tell) = ("these joints carry too little gravity", "a heavier load, or the encoder's own reference");
     told.chain(untold(ZERO, &open, why, would_tell).filter(|_| passport.has_description())).collect()
+}
+
+/// The least offset of a joint that would have been found, rad; `None` where it is so large that it tells nobody anything.
+fn shown_zero(joint: &JointPassport) -> Option<f64> {
+    joint.zero_power.filter(|angle| *angle < Hypothesis::Zero(0).kind().useless)
 }
 
 /// The description asks for another zero, and other bodies explain the log as well.

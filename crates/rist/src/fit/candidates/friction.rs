@@ -93,13 +93,9 @@ pub(crate) fn joint_friction(tried: &mut Tried<'_>) -> Result<Option<Proposal>, 
 
 /// A term of a single joint, for a sentence.
 fn in_words(term: &FrictionTerm, coordinates: &[String]) -> String {
-    let FrictionTerm::At(number, term) = term else { return format!("friction {term}") };
-    let joint = &coordinates[number - 1];
     match term {
-        JointTerm::Load => format!("friction of {joint} grows with its load"),
-        JointTerm::Stribeck(_) => format!("friction of {joint} is larger at low speed"),
-        JointTerm::ViscousAsymmetry => format!("viscous friction of {joint} differs by direction"),
-        JointTerm::Root => format!("friction of {joint} grows with the root of its speed"),
+        FrictionTerm::At(number, term) => term.sentence(&coordinates[number - 1]),
+        term => format!("friction {term}"),
     }
 }
 
