@@ -93,7 +93,9 @@ impl FromStr for ParameterId {
                 return Ok(ParameterId::Coupling(parameter, label));
             }
         }
-        for (parameter, letters) in FrictionParameter::ALL.into_iter().filter(|(p, _)| *p != FrictionParameter::Rotor) {
+        for (parameter, letters, _) in
+            FrictionParameter::ALL.into_iter().filter(|(p, ..)| *p != FrictionParameter::Rotor)
+        {
             if let Some(label) = behind(letters) {
                 return Ok(ParameterId::Friction(parameter, label));
             }

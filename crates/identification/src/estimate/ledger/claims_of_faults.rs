@@ -191,7 +191,7 @@ mod tests {
             (&spring, little, 0.031, open),
             (&zero, little, 1.0, refused),
         ] {
-            let found = claims(Tested { held_out, torque_share, ..tested(of.clone(), 0.5, 0.1, Vec::new()) });
+            let found = claims(Tested { held_out, torque_share, ..tested(*of, 0.5, 0.1, Vec::new()) });
             assert!(found[0].standing() == standing, "{}", found[0]);
             assert!(lowers(found));
         }

@@ -61,7 +61,7 @@ pub struct Tested {
 impl Tested {
     /// One that nothing tells.
     fn untold(of: &Hypothesis) -> Tested {
-        let (none, of, torque_share) = (f64::INFINITY, of.clone(), 1.0);
+        let (none, of, torque_share) = (f64::INFINITY, *of, 1.0);
         let (effect, within) = (Vec::new(), Vec::new());
         Tested { of, value: 0.0, deviation: none, power: none, held_out: None, torque_share, effect, within }
     }

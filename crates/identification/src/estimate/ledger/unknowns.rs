@@ -111,7 +111,7 @@ fn solved(parts: &[Triangle], x: &[f64], wanted: &[Hypothesis], ids: &[Parameter
     let all_rows = rows(None, Some(&prior));
     let one = |(e, of): (usize, &Hypothesis)| {
         if !is_told[e] {
-            return Step { of: of.clone(), told: None, is_prior: false, effect: Vec::new() };
+            return Step { of: *of, told: None, is_prior: false, effect: Vec::new() };
         }
         // W X + h u = tau: X changes by -R^-1 of the column.
         let made_of = coefficients(&all_rows, p, p + e);
@@ -120,7 +120,7 @@ fn solved(parts: &[Triangle], x: &[f64], wanted: &[Hypothesis], ids: &[Parameter
         let prior = if is_zero { ZERO_PRIOR_RAD } else { f64::INFINITY };
         // Parts left out do not show how unsure the prior is.
         let deviation = deviations[e].max((alone[e].powi(-2) + prior.powi(-2)).powf(-0.5));
-        Step { of: of.clone(), told: Some((values[e], deviation)), is_prior: alone[e] > 0.5 * prior, effect }
+        Step { of: *of, told: Some((values[e], deviation)), is_prior: alone[e] > 0.5 * prior, effect }
     };
     wanted.iter().enumerate().map(one).collect()
 }
