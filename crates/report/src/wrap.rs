@@ -38,12 +38,6 @@ fn words(text: &str) -> impl Iterator<Item = &str> {
     .chain(text.rsplit(' ').next().filter(|last| !last.is_empty()))
 }
 
-/// A column of a table.
-pub struct Column {
-    /// Above it.
-    pub head: &'static str,
-}
-
 /// Indent of a last column that stands below its row.
 const INDENT_BELOW_ROW: usize = 6;
 

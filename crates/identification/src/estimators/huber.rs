@@ -30,8 +30,6 @@ pub struct Reweighted {
     pub observation: Observation,
     /// Share of the rows of each joint beyond the bound of the loss.
     pub outliers: Vec<f64>,
-    /// Passes over the rows.
-    pub iterations: usize,
     /// What each row counts.
     pub rows: Robust,
     /// mean w / mean psi'. In the scores of the solution a residual e counts slope w e.
@@ -87,7 +85,7 @@ pub fn reweighted<R: Records + ?Sized>(
             solution.variance *= means.variance();
             let slope = means.slope();
             let rows = Robust { loss, scales };
-            return Ok(Reweighted { solution, weights, observation, outliers, iterations, rows, slope });
+            return Ok(Reweighted { solution, weights, observation, outliers, rows, slope });
         }
         x = solution.x;
     }

@@ -4,11 +4,11 @@
 //! torque of the loaded log is W (X + B_L phi_L), where B_L are the ten columns of B that belong to the link. Both logs
 //! are solved together for X, friction and phi_L [Khalil, Gautier, Lemoine 2007], weighted by joint.
 
-use linear_model::pseudo_inertia::{Ten, smallest_eigenvalue};
+use linear_model::pseudo_inertia::Ten;
 use linear_model::standard_map::StandardMap;
 use logs::Error;
 use nalgebra::DMatrix;
-use numerics::least_squares::{Solution, solve};
+use numerics::least_squares::solve;
 use numerics::triangle::{Triangle, TriangleBuilder};
 
 /// A load and how well it is known.
@@ -25,10 +25,6 @@ pub struct Payload {
     pub by_scale: Vec<Ten>,
     /// Whether the data determine each of them.
     pub determined: [bool; 10],
-    /// Smallest eigenvalue of its pseudo-inertia: negative for what cannot be a body.
-    pub smallest_eigenvalue: f64,
-    /// The solution of the whole problem: parameters, then the load.
-    pub solution: Solution,
 }
 
 /// Finds the load on body `link` of the map.
@@ -89,8 +85,6 @@ pub fn payload(
         sigma: std::array::from_fn(|k| (solution.variance * solution.inverse[(at(k), at(k))]).sqrt()),
         covariance: solution.inverse.view((p, p), (10, 10)) * solution.variance,
         determined: std::array::from_fn(|k| solution.determined[at(k)]),
-        smallest_eigenvalue: smallest_eigenvalue(&parameters),
-        solution,
     })
 }
 

@@ -61,12 +61,62 @@ impl Inspection {
     }
 
     fn sheet(&self) -> Sheet {
-        sheet_of(&self.model, &self.rules, &self.tilted)
+        let Inspection { model: derived, rules, tilted } = self;
+        let described = described(derived);
+        let operations = [
+            ("regressor", derived.standard_regressor.count()),
+            ("base regressor", derived.base_regressor.count()),
+            ("torque", derived.torque.count()),
+        ];
+        let closed_at: Vec<f64> = derived.assembly.iter().map(|(_, x)| *x).collect();
+        let mut sheet = Sheet::new(&Source {
+            robot: &derived.robot,
+            parameters: &derived.parameters,
+            rules,
+            described: described.as_deref(),
+            closed_at: &closed_at,
+            operations: &operations,
+        });
+        if derived.is_compiled() {
+            sheet.evidence.push("the base regressor is compiled into this program".into());
+        }
+        sheet.evidence.extend(assembly(derived));
+        sheet.evidence.extend(tilted.sentence());
+        sheet
     }
 
     /// All of it as values.
     pub fn to_json(&self) -> Value {
-        as_json(&self.model, &self.rules, &self.tilted)
+        let Inspection { model: derived, rules, tilted } = self;
+        let (robot, parameters) = (&derived.robot, &derived.parameters);
+        let name = |c: usize| parameters.standard[c].display(robot).to_string();
+        let names = |columns: &[usize]| columns.iter().map(|&c| name(c)).collect::<Vec<_>>();
+        let described = described(derived);
+        let count = |c: Count| json!({"mul": c.mul, "add": c.add, "sin_cos": c.sin_cos});
+        let added = |(name, share): &(String, f64)| json!({"parameter": name, "share": share});
+        json!({
+            "robot": robot.name,
+            "source": robot.source,
+            "coordinates": robot.coordinates.iter().map(|c| &c.name).collect::<Vec<_>>(),
+            "symbols": (0..robot.symbols.len()).map(|i| symbol(robot, i)).collect::<Vec<_>>(),
+            "links": robot.links.iter().map(|l| link(robot, l)).collect::<Vec<_>>(),
+            "constants": parameters.constants.iter().map(|(name, x)| (name.clone(), json!(x))).collect::<serde_json::Map<_, _>>(),
+            "standard": (0..parameters.standard.len()).map(name).collect::<Vec<_>>(),
+            "base": (0..parameters.len()).map(|k| base(derived, rules, described.as_deref(), k)).collect::<Vec<_>>(),
+            "regrouped": rules.regrouped,
+            "assembly": derived.assembly.iter().map(|(name, x)| (name.clone(), json!(x))).collect::<serde_json::Map<_, _>>(),
+            "as_given": tilted.appear.iter().flatten().map(added).collect::<Vec<_>>(),
+            "as_given_refused": tilted.appear.as_ref().err(),
+            "no_effect": names(&parameters.no_effect),
+            "rank": rank(robot, parameters),
+            "ops": {
+                "regressor": count(derived.standard_regressor.count()),
+                "base_regressor": count(derived.base_regressor.count()),
+                "torque": count(derived.torque.count()),
+            },
+            "compiled": derived.is_compiled(),
+            "notes": robot.notes.iter().chain(&robot.snapped).map(|n| json!({"subject": n.subject, "text": n.text})).collect::<Vec<_>>(),
+        })
     }
 }
 
@@ -130,31 +180,6 @@ impl Tilted {
             names.join(" ")
         ))
     }
-}
-
-/// The sheet of a model.
-fn sheet_of(derived: &Model, rules: &Rules, tilted: &Tilted) -> Sheet {
-    let described = described(derived);
-    let operations = [
-        ("regressor", derived.standard_regressor.count()),
-        ("base regressor", derived.base_regressor.count()),
-        ("torque", derived.torque.count()),
-    ];
-    let closed_at: Vec<f64> = derived.assembly.iter().map(|(_, x)| *x).collect();
-    let mut sheet = Sheet::new(&Source {
-        robot: &derived.robot,
-        parameters: &derived.parameters,
-        rules,
-        described: described.as_deref(),
-        closed_at: &closed_at,
-        operations: &operations,
-    });
-    if derived.is_compiled() {
-        sheet.evidence.push("the base regressor is compiled into this program".into());
-    }
-    sheet.evidence.extend(assembly(derived));
-    sheet.evidence.extend(tilted.sentence());
-    sheet
 }
 
 /// Where the loops were found closed; `None` without loops that are solved numerically.
@@ -248,37 +273,5 @@ fn rank(robot: &Robot, parameters: &BaseParameters) -> Value {
         "exact_relations": rank.exact_relations,
         "general_relations": rank.general_relations,
         "numeric_relations": rank.numeric_relations,
-    })
-}
-
-fn as_json(derived: &Model, rules: &Rules, tilted: &Tilted) -> Value {
-    let (robot, parameters) = (&derived.robot, &derived.parameters);
-    let name = |c: usize| parameters.standard[c].display(robot).to_string();
-    let names = |columns: &[usize]| columns.iter().map(|&c| name(c)).collect::<Vec<_>>();
-    let described = described(derived);
-    let count = |c: Count| json!({"mul": c.mul, "add": c.add, "sin_cos": c.sin_cos});
-    let added = |(name, share): &(String, f64)| json!({"parameter": name, "share": share});
-    json!({
-        "robot": robot.name,
-        "source": robot.source,
-        "coordinates": robot.coordinates.iter().map(|c| &c.name).collect::<Vec<_>>(),
-        "symbols": (0..robot.symbols.len()).map(|i| symbol(robot, i)).collect::<Vec<_>>(),
-        "links": robot.links.iter().map(|l| link(robot, l)).collect::<Vec<_>>(),
-        "constants": parameters.constants.iter().map(|(name, x)| (name.clone(), json!(x))).collect::<serde_json::Map<_, _>>(),
-        "standard": (0..parameters.standard.len()).map(name).collect::<Vec<_>>(),
-        "base": (0..parameters.len()).map(|k| base(derived, rules, described.as_deref(), k)).collect::<Vec<_>>(),
-        "regrouped": rules.regrouped,
-        "assembly": derived.assembly.iter().map(|(name, x)| (name.clone(), json!(x))).collect::<serde_json::Map<_, _>>(),
-        "as_given": tilted.appear.iter().flatten().map(added).collect::<Vec<_>>(),
-        "as_given_refused": tilted.appear.as_ref().err(),
-        "no_effect": names(&parameters.no_effect),
-        "rank": rank(robot, parameters),
-        "ops": {
-            "regressor": count(derived.standard_regressor.count()),
-            "base_regressor": count(derived.base_regressor.count()),
-            "torque": count(derived.torque.count()),
-        },
-        "compiled": derived.is_compiled(),
-        "notes": robot.notes.iter().chain(&robot.snapped).map(|n| json!({"subject": n.subject, "text": n.text})).collect::<Vec<_>>(),
     })
 }

@@ -67,10 +67,6 @@ pub struct DriveGains {
     pub noise: Vec<f64>,
     /// Gauss-Newton steps; `None`: it did not converge.
     pub steps: Option<usize>,
-    /// Sum of squares of the residuals over their noise.
-    pub chi_square: f64,
-    /// Equations less the unknowns estimated from them.
-    pub freedom: f64,
     /// Condition number of the linearised equations, columns scaled.
     pub condition_number: f64,
 }
@@ -120,11 +116,7 @@ pub fn drive_gains(joints: &[JointEquations], known: &[Gain]) -> Result<DriveGai
         (Some(a), Some(b)) => last.inverse[(p + a, p + b)] / (g[i] * g[j]),
         _ => 0.0,
     });
-    let of_joint = |e: &JointEquations, g, s: f64| (e.scatter.map_or(0.0, |s| s.left) + e.squares(&x, g)) / (s * s);
-    let equations = |e: &JointEquations| e.scatter.map_or(e.rows.len() as f64, |s| s.equations);
     Ok(DriveGains {
-        chi_square: joints.iter().zip(g.iter().zip(&noise)).map(|(e, (&g, &s))| of_joint(e, g, s)).sum(),
-        freedom: (joints.iter().map(equations).sum::<f64>() - last.rank as f64).max(0.0),
         gain,
         gain_deviation,
         gain_covariance,

@@ -85,7 +85,7 @@ impl HarmonicData<'_> {
         let all = [&options.effects, effects].concat();
         let options = HarmonicOptions { effects: all, ..options.clone() };
         let mut data = self.clone();
-        let (with, _) = data.fitted(&options)?;
+        let with = data.fitted(&options)?;
         let misfit = data.squares_left(&with);
         let columns: usize = effects.iter().map(|e| e.columns()).sum();
         let f = (left.chi_square - misfit.chi_square) / columns as f64 / misfit.total;

@@ -58,7 +58,7 @@ impl HarmonicData<'_> {
             }
             // Friction, drift and weights from the gains at hand, then the gains from those rows.
             self.gain = found.gains.gain.clone();
-            let Some((fit, criteria)) = self.fitted(options) else { break };
+            let Some(fit) = self.fitted(options) else { break };
             let equations = fit.current_equations(self);
             let mut gains = drive_gains(&equations, known)?;
             fit.deviations_by_frequency(self, known, &mut gains);
@@ -66,7 +66,7 @@ impl HarmonicData<'_> {
             let moved = |j: usize| (gains.gain[j] - found.gains.gain[j]).abs() > 0.01 * gains.gain_deviation[j];
             let is_same = found.friction.is_some_and(|f| f.shape == fit.shape);
             let is_settled = is_same && !(0..self.n).any(moved);
-            let mut friction = self.finished(&fit, criteria, known);
+            let mut friction = self.finished(&fit, known);
             if is_settled || round + 1 == MAX_FRICTION_CHOICES {
                 self.explain(&mut friction, &fit, options);
             }

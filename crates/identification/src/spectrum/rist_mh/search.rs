@@ -49,25 +49,14 @@ pub struct HarmonicEstimate {
     pub left_out: Vec<Vec<f64>>,
     /// The friction columns that fit best.
     pub shape: FrictionShape,
-    /// (experiment, joint, u).
-    pub drift: Vec<(usize, usize, f64)>,
     /// The spread s of the drift.
     pub drift_spread: f64,
     /// The effects that were estimated, the last of the unknowns.
     pub effects: Vec<EffectSize>,
-    /// The two unknowns of each spectrum for a motion that ends otherwise than it began; empty where they are not
-    /// estimated.
-    pub ends: Vec<[f64; 2]>,
-    /// Sum of squares of the weighted residuals.
-    pub chi_square: f64,
-    /// Rows less the rank of the unknowns.
-    pub freedom: usize,
     /// The misfit against the noise that was measured, whatever the weights are.
     pub misfit: Misfit,
     /// What the model most likely lacks, where it lacks something and one effect explains it.
     pub cause: Option<Cause>,
-    /// Each shape tried, with chi^2 + k ln(rows).
-    pub criteria: Vec<(FrictionShape, f64)>,
 }
 
 impl HarmonicEstimate {
@@ -93,11 +82,6 @@ impl HarmonicEstimate {
     pub fn lacked(&self, i: usize) -> f64 {
         let by_experiment = self.misfit.by_experiment.get(i).copied().unwrap_or(0.0);
         by_experiment.hypot(self.cause.as_ref().and_then(|cause| cause.shift.get(i).copied()).unwrap_or(0.0))
-    }
-
-    /// Friction coefficients of a joint, in the order of the shape's columns.
-    pub fn friction(&self, joint: usize) -> &[f64] {
-        &self.solution.x[self.layout.friction(joint)]
     }
 }
 
@@ -150,8 +134,8 @@ impl<'a> HarmonicData<'a> {
     /// first choice of friction the sizes of springs and gaps are iterated until they settle. Then friction is chosen
     /// again, and the sizes are iterated again.
     pub fn estimate(&mut self, options: &HarmonicOptions) -> Option<HarmonicEstimate> {
-        let (best, criteria) = self.fitted(options)?;
-        let mut found = self.finished(&best, criteria, &[]);
+        let best = self.fitted(options)?;
+        let mut found = self.finished(&best, &[]);
         self.explain(&mut found, &best, options);
         Some(found)
     }
@@ -163,18 +147,18 @@ impl<'a> HarmonicData<'a> {
         }
     }
 
-    pub(crate) fn fitted(&mut self, options: &HarmonicOptions) -> Option<(Fit, Vec<(FrictionShape, f64)>)> {
+    pub(crate) fn fitted(&mut self, options: &HarmonicOptions) -> Option<Fit> {
         self.lay(&options.effects);
-        let (mut best, mut criteria) = self.best_fit(options)?;
+        let mut best = self.best_fit(options)?;
         if self.has_yielding() {
             for again in [true, false] {
                 self.settle(&mut best, options);
                 if again {
-                    (best, criteria) = self.best_fit(options)?;
+                    best = self.best_fit(options)?;
                 }
             }
         }
-        Some((best, criteria))
+        Some(best)
     }
 
     /// Follows springs and gaps until the fit no longer changes them.
@@ -192,8 +176,8 @@ impl<'a> HarmonicData<'a> {
         }
     }
 
-    /// The fit with the best of the shapes, its weights calibrated, and the criterion of each shape that was tried.
-    pub(crate) fn best_fit(&self, options: &HarmonicOptions) -> Option<(Fit, Vec<(FrictionShape, f64)>)> {
+    /// The fit with the best of the shapes, its weights calibrated.
+    pub(crate) fn best_fit(&self, options: &HarmonicOptions) -> Option<Fit> {
         let shape = |rest_velocity, load, stribeck| FrictionShape { rest_velocity, load, stribeck };
         let first = options.rest_velocities.first().copied().unwrap_or(FrictionShape::ASYMMETRIC.rest_velocity);
         let start = Fit::new(self, &shape(first, false, None), options, self.deviations(None));
@@ -233,35 +217,26 @@ impl<'a> HarmonicData<'a> {
         if best.load || best.stribeck.is_some() {
             best = try_all(rests(best.load, best.stribeck), &mut tried)?;
         }
-        let criteria = tried.iter().map(|f| (f.shape, f.criterion())).collect();
         let at = tried.iter().position(|f| f.shape == best)?;
         let mut best = tried.swap_remove(at);
         if options.weights {
             best.deviation = best.calibrated(self);
             best.solve(self);
         }
-        Some((best, criteria))
+        Some(best)
     }
 
-    pub(crate) fn finished(&self, best: &Fit, criteria: Vec<(FrictionShape, f64)>, gains: &[Gain]) -> HarmonicEstimate {
+    pub(crate) fn finished(&self, best: &Fit, gains: &[Gain]) -> HarmonicEstimate {
         let solution = solve(&best.triangle(self));
         let at = best.layout_of(self);
-        let drift = |(s, i): (&JointSpectrum, usize)| (s.experiment, s.joint, solution.x[i]);
-        let ends = |i: usize| at.ends(i).map(|i| solution.x[i]).collect::<Vec<_>>();
-        let ends = |i: usize| ends(i).try_into().unwrap_or_default();
         HarmonicEstimate {
-            ends: (0..at.ended_spectra).map(ends).collect(),
             layout: at,
             shape: best.shape,
-            drift: self.spectra.iter().zip(at.drifts()).map(drift).collect(),
             drift_spread: best.drift_spread(),
             effects: self.sizes(&solution, at.effects().start),
             left_out: self.left_out(best, &solution.x),
             misfit: self.misfit(best, gains),
             cause: None,
-            chi_square: best.chi_square,
-            freedom: best.rows.saturating_sub(solution.rank),
-            criteria,
             solution,
         }
     }
