@@ -11,7 +11,7 @@ pub struct LinkId(pub usize);
 
 /// A robot: a tree of links, each placed from one that stands before it, with loops closed by
 /// pairs of cut frames.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub struct Robot {
     /// Name in the file, or the file's own name.
     pub name: String,

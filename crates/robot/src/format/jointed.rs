@@ -116,20 +116,16 @@ pub(in crate::format) fn robot(
     let loops = loops(&file_loops, &links, leaders.len(), &mut passive);
     let mut robot = Robot {
         name,
-        source: None,
-        symbols: Vec::new(),
         coordinates,
         passive,
         links,
         base,
-        massless: 0,
         loops,
         gravity,
-        file_gravity: None,
         notes,
         snapped,
-        oddities: Vec::new(),
         format: Format::Mjcf,
+        ..Robot::default()
     };
     check_frames(source, &robot, &given, &follows, &places)?;
     if angles == Angles::Meant {

@@ -68,6 +68,12 @@ pub enum Name {
     Coordinate(CoordinateId),
 }
 
+impl Default for Value {
+    fn default() -> Value {
+        Value::ZERO
+    }
+}
+
 impl Value {
     /// The number 0.
     pub const ZERO: Value = Value::Number(0.0);

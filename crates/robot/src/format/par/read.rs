@@ -30,8 +30,8 @@ use crate::format::node::{Content, Node, Source};
 use crate::format::options::ReadOptions;
 use crate::passive;
 use crate::robot::{
-    Base, Coordinate, Drive, Format, Joint, JointKind, Limits, Link, LinkId, Loop, LoopFrame, ModifiedDh, Note,
-    PassiveCoordinate, Robot,
+    Coordinate, Drive, Joint, JointKind, Limits, Link, LinkId, Loop, LoopFrame, ModifiedDh, Note, PassiveCoordinate,
+    Robot,
 };
 use crate::value::Affine;
 use crate::value::Value;
@@ -51,8 +51,8 @@ pub(in crate::format) fn read_par_with(text: &str, file: &str, options: ReadOpti
     // The frames, and their order with antecedents first.
     let entries = scan(source, text)?;
     let table = Table::new(source, &entries, &mut notes)?;
-    let frames = Frames::new(source, &table)?;
-    let order = frames.order(source, &table)?;
+    let frames = Frames::new(&table)?;
+    let order = frames.order(&table)?;
 
     // Symbols with their values; those without one get generic values, which a note lists.
     let mut names = valued_symbols(source, &entries)?;
@@ -83,7 +83,6 @@ pub(in crate::format) fn read_par_with(text: &str, file: &str, options: ReadOpti
     let stem = std::path::Path::new(file).file_stem().and_then(|s| s.to_str()).unwrap_or("robot");
     let mut robot = Robot {
         name: entries.name.clone().unwrap_or(stem.into()),
-        source: None,
         symbols: names.symbols,
         coordinates: owners
             .coordinates
@@ -92,15 +91,10 @@ pub(in crate::format) fn read_par_with(text: &str, file: &str, options: ReadOpti
             .collect(),
         passive: owners.passive.into_iter().map(|name| PassiveCoordinate { name, start: 0.0 }).collect(),
         links,
-        base: Base::default(),
-        massless: 0,
         loops,
         gravity,
-        file_gravity: None,
         notes,
-        snapped: Vec::new(),
-        oddities: Vec::new(),
-        format: Format::Complete,
+        ..Robot::default()
     };
     // Last what needs the whole robot: passive joints, and whether the loops close.
     passive_by_its_joint(&mut robot);
@@ -174,12 +168,12 @@ struct Owners {
 }
 
 impl Frames {
-    fn new(source: Source, table: &Table) -> Result<Frames, Error> {
+    fn new(table: &Table) -> Result<Frames, Error> {
         // A frame stands on a link, on the base, or on the frame of a loop; by default on the frame before it.
         let antecedent = table.integers("ant", 0, table.nf, |j| (j - 1).min(table.nl))?;
         let Carriers { link: antecedent, through } = carriers(&antecedent, table.nl, table.nj).map_err(|j| {
             let message = format!("the antecedents of frame {} run in a circle and never reach a link", j + 1);
-            table.list("ant").map_or(table.at("ant", message.clone()), |l| source.at(&l[j], message))
+            table.at_item("ant", j, message)
         })?;
         // Twins are fixed by default and must be, for the cut moves in their stead.
         let twin = |j: usize| j > table.nj;
@@ -191,7 +185,7 @@ impl Frames {
                 j + 1,
                 sigma[j]
             );
-            return Err(table.list("sigma").map_or(table.at("sigma", message.clone()), |l| source.at(&l[j], message)));
+            return Err(table.at_item("sigma", j, message));
         }
         // Left out: theta of a revolute frame is its own variable `th3`, all else is 0.
         let node = |key: &str, j: usize| match table.list(key) {
@@ -211,7 +205,7 @@ impl Frames {
     }
 
     /// The links, antecedents first, otherwise as they are numbered.
-    fn order(&self, source: Source, table: &Table) -> Result<Vec<usize>, Error> {
+    fn order(&self, table: &Table) -> Result<Vec<usize>, Error> {
         let mut order: Vec<usize> = Vec::with_capacity(self.n_links);
         let mut placed = vec![false; self.n_links];
         while order.len() < self.n_links {
@@ -219,9 +213,7 @@ impl Frames {
             let Some(j) = (0..self.n_links).find(|&j| !placed[j] && stands(&placed, j)) else {
                 let stuck = (0..self.n_links).find(|&j| !placed[j]).unwrap_or_default();
                 let message = format!("the antecedents of link {} run in a circle and never reach the base", stuck + 1);
-                return Err(table
-                    .list("ant")
-                    .map_or(table.at("ant", message.clone()), |l| source.at(&l[stuck], message)));
+                return Err(table.at_item("ant", stuck, message));
             };
             placed[j] = true;
             order.push(j);

@@ -16,51 +16,19 @@ enum Per {
     Sixteen,
 }
 
-/// The lists of a description, and what each has an entry for.
-const LIST_KEYS: [(&str, Per); 39] = {
-    use Per::*;
-    [
-        ("ant", Frame),
-        ("sigma", Frame),
-        ("mu", Frame),
-        ("gamma", Frame),
-        ("b", Frame),
-        ("alpha", Frame),
-        ("d", Frame),
-        ("theta", Frame),
-        ("r", Frame),
-        ("XX", Link),
-        ("XY", Link),
-        ("XZ", Link),
-        ("YY", Link),
-        ("YZ", Link),
-        ("ZZ", Link),
-        ("MX", Link),
-        ("MY", Link),
-        ("MZ", Link),
-        ("M", Link),
-        ("IA", Link),
-        ("FV", Link),
-        ("FS", Link),
-        ("FX", Link),
-        ("FY", Link),
-        ("FZ", Link),
-        ("CX", Link),
-        ("CY", Link),
-        ("CZ", Link),
-        ("eta", Joint),
-        ("k", Joint),
-        ("QP", Joint),
-        ("QDP", Joint),
-        ("GAM", Joint),
-        ("W0", Axis),
-        ("WP0", Axis),
-        ("V0", Axis),
-        ("VP0", Axis),
-        ("G", Axis),
-        ("Z", Sixteen),
-    ]
-};
+/// The lists of a description, by what each has an entry for.
+const LIST_KEYS: [(Per, &str); 5] = [
+    (Per::Frame, "ant sigma mu gamma b alpha d theta r"),
+    (Per::Link, "XX XY XZ YY YZ ZZ MX MY MZ M IA FV FS FX FY FZ CX CY CZ"),
+    (Per::Joint, "eta k QP QDP GAM"),
+    (Per::Axis, "W0 WP0 V0 VP0 G"),
+    (Per::Sixteen, "Z"),
+];
+
+/// The keys of lists, each with what it has an entry for.
+fn list_keys() -> impl Iterator<Item = (&'static str, Per)> {
+    LIST_KEYS.into_iter().flat_map(|(per, keys)| keys.split_whitespace().map(move |key| (key, per)))
+}
 
 /// The keys with one value.
 const SCALAR_KEYS: [&str; 6] = ["NL", "NJ", "NF", "Type", "is_floating", "is_mobile"];
@@ -134,6 +102,14 @@ impl<'a> Table<'a> {
         self.source.place(place, message)
     }
 
+    /// A refusal at an item of a list; at the key where the list is left out.
+    pub(super) fn at_item(&self, key: &str, item: usize, message: String) -> Error {
+        match self.list(key) {
+            Some(items) => self.source.at(&items[item], message),
+            None => self.at(key, message),
+        }
+    }
+
     /// The items of a list; `None` when the file has no such list.
     pub(super) fn list(&self, key: &str) -> Option<&'a [Node]> {
         self.entry(key).map(|e| &e.items[..])
@@ -170,9 +146,9 @@ impl<'a> Table<'a> {
     }
 
     fn check_keys(&self, notes: &mut Vec<Note>) -> Result<(), Error> {
-        let known = || LIST_KEYS.iter().map(|l| l.0).chain(SCALAR_KEYS);
+        let known = || list_keys().map(|l| l.0).chain(SCALAR_KEYS);
         for entry in self.entries {
-            let listed = LIST_KEYS.iter().any(|l| l.0 == entry.key);
+            let listed = list_keys().any(|l| l.0 == entry.key);
             if listed != entry.is_list && known().any(|k| k == entry.key) {
                 let wanted = if listed { "a list `{..}`" } else { "one value" };
                 return Err(self.at(&entry.key, format!("`{}` is {wanted}", entry.key)));
@@ -188,7 +164,7 @@ impl<'a> Table<'a> {
 
     fn check_lengths(&self) -> Result<(), Error> {
         for entry in self.entries.iter().filter(|e| e.is_list) {
-            let Some((_, per)) = LIST_KEYS.iter().find(|l| l.0 == entry.key) else { continue };
+            let Some((_, per)) = list_keys().find(|l| l.0 == entry.key) else { continue };
             let (wanted, of) = match per {
                 Per::Frame => (self.nf, "frames (2 NJ - NL)"),
                 Per::Link => (self.nl, "links (NL)"),

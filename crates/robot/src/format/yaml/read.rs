@@ -21,9 +21,7 @@ use crate::format::expression::{Names, identifiers, is_name};
 use crate::format::node::{Content, Fields, Node, Source};
 use crate::format::options::ReadOptions;
 use crate::passive;
-use crate::robot::{
-    Base, Coordinate, Drive, Format, Joint, JointKind, Limits, Link, PassiveCoordinate, Robot, RotorInertia,
-};
+use crate::robot::{Coordinate, Drive, Joint, JointKind, Limits, Link, PassiveCoordinate, Robot, RotorInertia};
 use crate::value::{CoordinateId, Value};
 use gate::suggestion::did_you_mean;
 
@@ -96,15 +94,9 @@ pub(in crate::format) fn read_yaml_with(text: &str, file: &str, options: ReadOpt
         coordinates,
         passive,
         links,
-        base: Base::default(),
-        massless: 0,
         loops: loops.unwrap_or_default(),
         gravity,
-        file_gravity: None,
-        notes: vec![],
-        snapped: vec![],
-        oddities: Vec::new(),
-        format: Format::Complete,
+        ..Robot::default()
     };
     let places = convention.to_near_ends(&mut robot, options.angles);
     if let Some(node) = fields.get("standard_parameters") {
