@@ -373,7 +373,7 @@ mod tests {
 
     #[test]
     fn each_friction_parameter_stands_at_its_number() {
-        for (k, (parameter, _)) in FrictionParameter::ALL.into_iter().enumerate() {
+        for (k, (parameter, ..)) in FrictionParameter::ALL.into_iter().enumerate() {
             assert_eq!(parameter as usize, k, "{parameter:?}");
         }
     }

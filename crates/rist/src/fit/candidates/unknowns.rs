@@ -101,7 +101,7 @@ impl Guess {
         };
         let least = steps.iter().min_by(|a, b| sigmas(a).total_cmp(&sigmas(b)));
         let Some(step) = least.filter(|step| sigmas(step) < FOUND_FAULT_SIGMAS) else { return false };
-        self.no_springs.push((step.of.clone(), shown(model, self, step)));
+        self.no_springs.push((step.of, shown(model, self, step)));
         step.of.joint().into_iter().for_each(|k| self.springs[k] = 0.0);
         true
     }
