@@ -160,7 +160,8 @@ impl Hypothesis {
             CrossTalk(..) => of(RESIDUAL, Counts::InDeviations),
             MotionSign(_) | TorqueSign(_) | Reversed(_) => of(SIGN, Counts::AsLog),
             GravityCompensated => of(MOUNT, Counts::AsLog),
-            _ => of(LOG, Counts::AsLog),
+            Degrees | SwappedJoints(..) | SwappedMotions(..) | SwappedPositions(..) => of(LOG, Counts::AsLog),
+            SwappedVelocities(..) | SwappedTorques(..) => of(LOG, Counts::AsLog),
         }
     }
 
