@@ -103,6 +103,21 @@ impl UnsureTorques {
         gains.into_iter().for_each(|found| widen(estimate, found));
         let with_gains = noise.deviations(estimate);
         widen_by_faults(estimate, faults);
+        let unsure = UnsureTorques::of(noise, [&of_noise, &with_gains], faults, model, options, estimate);
+        widen_by_what_may_be_there(estimate, faults);
+        estimate.torque_errors = unsure.errors(model, options, estimate);
+        unsure
+    }
+
+    /// The deviations `of_noise`, and `with_gains` beside it; the estimate has those of the `faults` too.
+    fn of(
+        noise: Noise,
+        [of_noise, with_gains]: [&[f64]; 2],
+        faults: &[Tested],
+        model: &Model,
+        options: &Options,
+        estimate: &Estimate,
+    ) -> UnsureTorques {
         let is_open = estimate.parameters.iter().any(|p| p.status == Status::NotIdentifiable);
         let opens_in_any_motion = is_open && is_all_that_shows(model, options, estimate, &noise.seen);
         let variance = |(with, of_noise): (&f64, &f64)| (with * with - of_noise * of_noise).max(0.0);
@@ -111,17 +126,18 @@ impl UnsureTorques {
         let covariance = Covariance {
             of_noise: with_deviations(&noise.inverse, &within_logs),
             of_logs: noise.moved_by_logs.clone(),
-            of_gains: with_gains.iter().zip(&of_noise).map(variance).collect(),
+            of_gains: with_gains.iter().zip(of_noise).map(variance).collect(),
             of_faults: effects_of_faults(estimate, faults),
             whole: with_deviations(&noise.inverse, &noise.deviations(estimate)),
         };
         let is_open = is_open && !opens_in_any_motion;
         let open = if is_open { noise.open } else { Vec::new() };
-        let Noise { seen, discount, .. } = noise;
-        let unsure = UnsureTorques { opens_in_any_motion, seen, discount, covariance, open, is_open };
-        widen_by_what_may_be_there(estimate, faults);
-        estimate.torque_errors = unsure.errors_by(&unsure.covariance.of_noise, model, options, estimate);
-        unsure
+        UnsureTorques { opens_in_any_motion, seen: noise.seen, discount: noise.discount, covariance, open, is_open }
+    }
+
+    /// By use.
+    fn errors(&self, model: &Model, options: &Options, estimate: &Estimate) -> Vec<TorqueError> {
+        self.errors_by(&self.covariance.of_noise, model, options, estimate)
     }
 
     /// The covariance of the parameters; `None` where one is open that some motion tells.

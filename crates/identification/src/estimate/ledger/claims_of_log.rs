@@ -219,6 +219,23 @@ fn finding(finding: &Finding) -> Claim {
 mod tests {
     use super::*;
 
+    /// A zero that 30 degrees would have shown agrees; one that only 60 would have shown is open.
+    #[test]
+    fn a_zero_that_only_a_large_turn_shows_is_open() {
+        let joint = |degrees: f64| JointPassport {
+            coordinate: format!("by {degrees}"),
+            slope: Some(1.0),
+            zero_power: Some(degrees.to_radians()),
+            ..JointPassport::default()
+        };
+        let passport = Passport { joints: vec![joint(30.0), joint(60.0)], ..Passport::default() };
+        let claims = zeros(&passport, None);
+        let of = |claim: &Claim| claim.subject().of.clone();
+        assert!(matches!(claims[0].outcome(), Outcome::Agrees { smallest } if smallest.value == 30.0), "{claims:?}");
+        assert!(matches!(claims[1].outcome(), Outcome::CannotTell { .. }) && claims.len() == 2, "{claims:?}");
+        assert_eq!(claims.iter().map(of).collect::<Vec<_>>(), [["by 30"], ["by 60"]]);
+    }
+
     /// Slopes that agree tell a small factor, slopes that scatter a large one; one alone tells little, and so do two.
     #[test]
     fn the_factor_that_would_be_found_follows_the_scatter() {

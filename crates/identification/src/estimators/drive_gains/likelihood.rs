@@ -83,27 +83,28 @@ pub fn drive_gains(joints: &[JointEquations], known: &[Gain]) -> Result<DriveGai
     let n = joints.len();
     let p = joints.iter().find_map(|e| e.rows.first()).map_or(0, Vec::len);
     let unknown: Vec<usize> = (0..n).filter(|&j| known[j].is_unknown()).collect();
-    let (x, mut gain) = least_squares(joints, known);
-    let g = gain.iter().map(|k| 1.0 / k).collect();
-    let mut now = Iterate { joints, known, unknown: &unknown, x, g, noise: Vec::new() };
-    now.noise = now.noises(&vec![0.0; n]);
+    let (mut x, mut gain) = least_squares(joints, known);
+    let mut g: Vec<f64> = gain.iter().map(|k| 1.0 / k).collect();
+    let noises = |x: &[f64], g: &[f64], used: &dyn Fn(usize) -> f64| -> Vec<f64> {
+        (0..n).map(|j| joints[j].noise(x, g[j], used(j))).collect()
+    };
+    let mut noise = noises(&x, &g, &|_| 0.0);
     let (mut steps, mut last) = (None, solve(&Triangle::new(p + unknown.len())));
     for step in 0..MAX_STEPS {
-        last = now.step();
-        let used = now.used(&last);
+        last = gauss_newton(joints, known, &unknown, &x, &g, &noise);
+        let used = used(joints, &unknown, &x, &g, &noise, &last);
         // A gain changes by at most half in one step, so it keeps its sign.
-        let change = unknown.iter().enumerate().map(|(i, &j)| (last.x[p + i] / now.g[j]).abs()).fold(0.0, f64::max);
+        let change = unknown.iter().enumerate().map(|(i, &j)| (last.x[p + i] / g[j]).abs()).fold(0.0, f64::max);
         let length = if change > 0.5 { 0.5 / change } else { 1.0 };
-        now.x.iter_mut().zip(&last.x).for_each(|(x, d)| *x += length * d);
-        unknown.iter().enumerate().for_each(|(i, &j)| now.g[j] += length * last.x[p + i]);
-        now.noise = now.noises(&used);
+        x.iter_mut().zip(&last.x).for_each(|(x, d)| *x += length * d);
+        unknown.iter().enumerate().for_each(|(i, &j)| g[j] += length * last.x[p + i]);
+        noise = noises(&x, &g, &|j| used[j]);
         // A step of a millionth of every standard deviation changes nothing; without noise, 1e-10 is rounding.
         if in_sigmas(&last) < 1e-6 || change < 1e-10 {
             steps = Some(step + 1);
             break;
         }
     }
-    let Iterate { x, g, noise, .. } = now;
     let deviation = |c: usize| last.inverse[(c, c)].max(0.0).sqrt();
     let (mut gain_deviation, mut gain_determined) = (vec![0.0; n], vec![true; n]);
     for (i, &j) in unknown.iter().enumerate() {
@@ -131,59 +132,20 @@ pub fn drive_gains(joints: &[JointEquations], known: &[Gain]) -> Result<DriveGai
     })
 }
 
-/// The search at one of its steps.
-struct Iterate<'a> {
-    joints: &'a [JointEquations],
-    known: &'a [Gain],
-    /// The joints whose gain is estimated.
-    unknown: &'a [usize],
-    x: Vec<f64>,
-    /// One over the gain of each joint.
-    g: Vec<f64>,
-    /// Of the currents of each joint.
-    noise: Vec<f64>,
-}
-
-impl Iterate<'_> {
-    /// The noise of the currents of each joint, whose rows take up so many of the unknowns.
-    fn noises(&self, used: &[f64]) -> Vec<f64> {
-        self.joints.iter().zip(&self.g).zip(used).map(|((e, g), used)| e.noise(&self.x, *g, *used)).collect()
-    }
-
-    /// tr J_j C J_j' of the rows of each joint j: its share of the unknowns. The shares add up to the number of unknowns.
-    fn used(&self, step: &Solution) -> Vec<f64> {
-        let of_joint = |j: usize| self.linearised(j).iter().map(|(row, _)| variance(row, step)).sum();
-        (0..self.joints.len()).map(of_joint).collect()
-    }
-
-    /// The step of (X, g) and its covariance.
-    fn step(&self) -> Solution {
-        let (p, width) = (self.x.len(), self.x.len() + self.unknown.len());
-        let mut block = TriangleBuilder::new(width);
-        for (row, y) in (0..self.joints.len()).flat_map(|j| self.linearised(j)) {
-            block.push(&row, y);
-        }
-        for (at, &j) in self.unknown.iter().enumerate() {
-            if let Gain::Expected(value, deviation) = self.known[j] {
-                let (mut row, g) = (vec![0.0; width], self.g[j]);
-                row[p + at] = -1.0 / (g * g * deviation);
-                block.push(&row, (value - 1.0 / g) / deviation);
-            }
-        }
-        solve(&block.finish())
-    }
-
-    /// Rows of joint j for the step of (X, g), over its noise.
-    fn linearised(&self, j: usize) -> Vec<(Vec<f64>, f64)> {
-        let (w, g) = (1.0 / self.noise[j], self.g[j]);
-        let row = |(d, t, i): (&Vec<f64>, f64, f64)| {
-            let torque = dot(d, &self.x) + t;
-            let mut row: Vec<f64> = d.iter().map(|d| w * g * d).collect();
-            row.extend(self.unknown.iter().map(|&u| if u == j { w * torque } else { 0.0 }));
-            (row, w * (i - g * torque))
-        };
-        self.joints[j].each().map(row).collect()
-    }
+/// tr J_j C J_j' of the rows of each joint j: its share of the unknowns. The shares add up to the number of unknowns.
+fn used(
+    joints: &[JointEquations],
+    unknown: &[usize],
+    x: &[f64],
+    g: &[f64],
+    noise: &[f64],
+    step: &Solution,
+) -> Vec<f64> {
+    let of_joint = |j: usize| {
+        let rows = linearised(&joints[j], j, unknown, x, g[j], noise[j]);
+        rows.iter().map(|(row, _)| variance(row, step)).sum()
+    };
+    (0..joints.len()).map(of_joint).collect()
 }
 
 /// The largest |step_c| / sqrt(C_cc) of what the equations determine.
@@ -244,6 +206,52 @@ pub(crate) fn least_squares(joints: &[JointEquations], known: &[Gain]) -> (Vec<f
     let mut gain: Vec<f64> = held.iter().map(|k| k.unwrap_or(1.0) / unit).collect();
     free.iter().enumerate().filter(|(at, _)| x[p + at] != 0.0).for_each(|(at, &j)| gain[j] = x[p + at]);
     (x[..p].to_vec(), gain)
+}
+
+/// The step of (X, g) and its covariance.
+fn gauss_newton(
+    joints: &[JointEquations],
+    known: &[Gain],
+    unknown: &[usize],
+    x: &[f64],
+    g: &[f64],
+    noise: &[f64],
+) -> Solution {
+    let width = x.len() + unknown.len();
+    let mut block = TriangleBuilder::new(width);
+    let mut push = |row: &[f64], y: f64| {
+        block.push(row, y);
+    };
+    for (j, equations) in joints.iter().enumerate() {
+        linearised(equations, j, unknown, x, g[j], noise[j]).iter().for_each(|(row, y)| push(row, *y));
+    }
+    for (at, &j) in unknown.iter().enumerate() {
+        if let Gain::Expected(value, deviation) = known[j] {
+            let mut row = vec![0.0; width];
+            row[x.len() + at] = -1.0 / (g[j] * g[j] * deviation);
+            push(&row, (value - 1.0 / g[j]) / deviation);
+        }
+    }
+    solve(&block.finish())
+}
+
+/// Rows of joint j for the step of (X, g), over its noise.
+fn linearised(
+    equations: &JointEquations,
+    j: usize,
+    unknown: &[usize],
+    x: &[f64],
+    g: f64,
+    noise: f64,
+) -> Vec<(Vec<f64>, f64)> {
+    let w = 1.0 / noise;
+    let row = |(d, t, i): (&Vec<f64>, f64, f64)| {
+        let torque = dot(d, x) + t;
+        let mut row: Vec<f64> = d.iter().map(|d| w * g * d).collect();
+        row.extend(unknown.iter().map(|&u| if u == j { w * torque } else { 0.0 }));
+        (row, w * (i - g * torque))
+    };
+    equations.each().map(row).collect()
 }
 
 /// Variance of a row's prediction.
