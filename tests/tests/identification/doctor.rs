@@ -128,7 +128,14 @@ fn signs_of_all_torques_change_nothing_else() {
             findings.map(|f| (f.fault, f.evidence.split("; slopes").next().unwrap_or_default().into())).collect()
         };
         let (plain, mut signed) = (found(&single), found(&opposite));
-        assert!(matches!(plain.as_slice(), [(Fault::Of(TorqueSign(2), _), _)]), "{plain:?}");
+        assert!(matches!(plain.first(), Some((Fault::Of(TorqueSign(2), _), _))), "{plain:?}");
+        // With that undone, what all torques share is seen.
+        let shared: Vec<&Fault> = plain.iter().skip(1).map(|(fault, _)| fault).collect();
+        match shared.as_slice() {
+            [] => assert_eq!(factor, 1.0, "{plain:?}"),
+            [Fault::Factor(found)] => assert!((found / factor - 1.0).abs() < 0.05, "{factor}: {found}"),
+            _ => panic!("{factor}: {plain:?}"),
+        }
         assert_eq!(signed.extract_if(.., |f| f.0 == Fault::TorqueSigns).count(), 1, "{factor}: {signed:?}");
         assert_eq!(signed, plain, "{factor}");
     }

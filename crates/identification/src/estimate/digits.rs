@@ -16,7 +16,7 @@ pub fn significant(x: f64) -> String {
 /// `0.53 %`, with digits that count.
 pub fn percent(x: f64) -> String {
     let x = 100.0 * x;
-    if x >= 10.0 { format!("{x:.1} %") } else { format!("{x:.2} %") }
+    if x.abs() >= 10.0 { format!("{x:.1} %") } else { format!("{x:.2} %") }
 }
 
 #[cfg(test)]
@@ -26,5 +26,6 @@ mod tests {
     #[test]
     fn digits_that_count() {
         assert_eq!((percent(0.00532), percent(0.145)), ("0.53 %".into(), "14.5 %".into()));
+        assert_eq!(percent(-0.6), "-60.0 %");
     }
 }

@@ -24,7 +24,7 @@ use crate::estimators::huber::Robust;
 use Hypothesis::*;
 
 /// Where an option that has no field stands.
-const OF_OPTIONS: &str = "in the file of [options]:";
+pub(super) const OF_OPTIONS: &str = "in the file of [options]:";
 
 /// Step of the derivative by a position, rad (m).
 const POSITION_STEP: f64 = 1e-4;
@@ -201,7 +201,7 @@ impl Hypothesis {
     /// is. `is_sure`: the description itself, without a free number, leaves nearly nothing with it undone.
     pub(super) fn may_be_bodies(self, brakes: impl Fn(usize) -> bool, is_sure: bool) -> bool {
         match self {
-            Zero(_) => true,
+            Zero(_) | Scale(_) => true,
             Reversed(_) => !is_sure,
             TorqueSign(k) | MotionSign(k) => !is_sure && brakes(k),
             _ => !is_sure && self.exchanges().is_some(),
@@ -266,29 +266,6 @@ impl Hypothesis {
         }
     }
 
-    /// What mends one that a change of the log undoes. `list`: the sizes of all such in the log, by coordinate, with a number
-    /// for the others.
-    pub(super) fn undoing(&self, list: impl Fn(f64) -> String) -> String {
-        let (position, velocity, torque) = ("position: [..]", "velocity: [..]", "torque: [..]");
-        let ordered =
-            |columns: &[&str]| format!("{OF_OPTIONS} columns: {{{}}} in the order of the joints", columns.join(", "));
-        match self {
-            Zero(_) => format!("{OF_OPTIONS} transmission: {{offsets: {}}}", list(0.0)),
-            TorqueSign(_) => {
-                format!("{OF_OPTIONS} transmission: {{ratios: {}, joint_side_positions: true}}", list(1.0))
-            }
-            Reversed(_) => format!("{OF_OPTIONS} transmission: {{ratios: {}}}", list(1.0)),
-            MotionSign(_) => "change the sign of its position and velocity columns".into(),
-            SwappedJoints(..) => ordered(&[position, velocity, torque]),
-            SwappedMotions(..) | SwappedPositions(..) => ordered(&[position, velocity]),
-            SwappedVelocities(..) => ordered(&[velocity]),
-            SwappedTorques(..) => ordered(&[torque]),
-            GravityCompensated => "log the torques before gravity is taken out of them".into(),
-            Degrees => "say the unit in the headers (q1_deg, dq1_deg_s)".into(),
-            _ => String::new(),
-        }
-    }
-
     /// Undoes it in the motion of one instant. `size`: by how much the position is larger, rad.
     pub(super) fn undo_motion(self, size: f64, is_angle: &[bool], q: &mut [f64], dq: &mut [f64], ddq: &mut [f64]) {
         match self {
@@ -315,9 +292,19 @@ impl Hypothesis {
         }
     }
 
-    /// The coordinate whose torque in the log is that of joint j, and its sign.
-    pub(super) fn torque_of(self, j: usize) -> (usize, f64) {
+    /// The coordinate whose position in the log is that of joint j.
+    pub(super) fn position_of(self, j: usize) -> usize {
         match self {
+            SwappedMotions(k, l) | SwappedJoints(k, l) | SwappedPositions(k, l) if k == j => l,
+            SwappedMotions(k, l) | SwappedJoints(k, l) | SwappedPositions(k, l) if l == j => k,
+            _ => j,
+        }
+    }
+
+    /// The coordinate whose torque in the log is that of joint j, and the factor of it, where the fault has this size.
+    pub(super) fn torque_of(self, size: f64, j: usize) -> (usize, f64) {
+        match self {
+            Scale(k) if k == j => (j, 1.0 / (1.0 + size)),
             TorqueSign(k) | Reversed(k) if k == j => (j, -1.0),
             SwappedTorques(k, l) | SwappedJoints(k, l) if k == j => (l, 1.0),
             SwappedTorques(k, l) | SwappedJoints(k, l) if l == j => (k, 1.0),

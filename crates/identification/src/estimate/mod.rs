@@ -30,6 +30,7 @@ pub mod selection;
 pub mod standing_torque;
 pub mod topics;
 pub mod torque_error;
+pub mod undone;
 pub mod validation;
 pub mod verdict;
 pub mod wrench_verdict;

@@ -9,6 +9,7 @@ use crate::cleaning::refresh::Refresh;
 use crate::cleaning::rest::Rest;
 use crate::cleaning::suspects::Suspect;
 use crate::cleaning::undriven::Undriven;
+use crate::columns::names::ColumnNames;
 
 /// The account of the cleaning of a log.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -19,6 +20,8 @@ pub struct LogReport {
     pub kept: usize,
     /// Rows that are not.
     pub left_out: LeftOutRows,
+    /// The columns that it was read from.
+    pub names: ColumnNames,
     /// One per coordinate: why there is no torque; `None`: there is one.
     pub undriven: Vec<Option<Undriven>>,
     /// One per coordinate, where position servos are told goals: what the goals are.

@@ -293,7 +293,12 @@ impl<'a> Finder<'a> {
         header.iter().position(|h| h == name).or_else(|| header.iter().position(|h| bracketed(h).is_some()))
     }
 
+    /// The column of a name; a `-` before it changes the sign of its numbers.
     pub(crate) fn named(&self, quantity: Quantity, name: &str) -> Result<Source, Error> {
+        if let Some(name) = name.strip_prefix('-').filter(|_| self.column(name).is_none()) {
+            let source = self.named(quantity, name)?;
+            return Ok(Source { factor: -source.factor, ..source });
+        }
         let column = self.column(name).ok_or_else(|| {
             let meant = did_you_mean(name, self.table.header.iter().map(String::as_str));
             self.error(format!("there is no column `{name}`{meant}"))

@@ -164,6 +164,24 @@ impl Columns {
         Ok(columns)
     }
 
+    /// The names that choose these columns. Coordinates without a torque have none there.
+    pub fn names(&self) -> ColumnNames {
+        let each = |all: &[Source]| {
+            let named = all.iter().filter(|source| source.header != NO_COLUMN).map(Source::name);
+            Some(Names::Each(named.collect()))
+        };
+        let effort = |quantity: Quantity| each(&self.effort).filter(|_| self.effort_is == quantity);
+        ColumnNames {
+            position: each(&self.position),
+            velocity: self.velocity.as_deref().and_then(each),
+            acceleration: self.acceleration.as_deref().and_then(each),
+            torque: effort(Torque),
+            current: effort(Current),
+            goal: effort(Goal),
+            ..ColumnNames::default()
+        }
+    }
+
     /// Where the columns in use stand in the table.
     pub(crate) fn places(&self) -> Vec<usize> {
         self.sources().chain(&self.time_fraction).chain(&self.episode).map(|source| source.column).collect()

@@ -39,9 +39,17 @@ impl Source {
     }
 }
 
+impl Source {
+    /// The name by which options choose it: the header, behind a `-` where its sign is changed.
+    pub(crate) fn name(&self) -> String {
+        format!("{}{}", if self.factor < 0.0 { "-" } else { "" }, self.header)
+    }
+}
+
 impl fmt::Display for Source {
     /// The header and the unit, which is not said twice.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(if self.factor < 0.0 { "-" } else { "" })?;
         let unit = written(&self.unit);
         let said = [format!("[{unit}]"), format!("({unit})")];
         let said = said.iter().any(|said| self.header.to_lowercase().ends_with(&said.to_lowercase()));

@@ -1,7 +1,8 @@
 //! Checks whether logs belong to the robot of a description, before anything is fitted.
 
 use identification::estimate::options::Options;
-use identification::estimate::passport::{Measured, passport};
+use identification::estimate::passport::finding::Finding;
+use identification::estimate::passport::{Change, Measured, passport};
 use identification::signals::records::{Records, SourceRecords};
 use identification::signals::signal_options::Velocity;
 use logs::{Effort, LogSource, Names};
@@ -66,6 +67,35 @@ impl DoctorRequest {
     }
 }
 
+/// Says what undoes the findings: one request for all that were undone together, and one for each that other bodies explain
+/// as well.
+fn say_remedies(passport: &mut Passport, logs: &[LogSource], options: &Options, model: &Model) {
+    let Some(columns) = logs.first().map(|log| &log.report().names) else { return };
+    let are_alike = logs.iter().all(|log| log.report().names == *columns);
+    let regressor = model.regressor();
+    let n = regressor.coordinates().len();
+    let slides = (0..n).any(|k| regressor.is_prismatic(k));
+    let say = |changes: &[Change]| {
+        let undone = options.undoing(changes, columns, n, slides).filter(|_| are_alike)?;
+        Some(format!("in the file of [options]: {}", undone.beside(options)?))
+    };
+    let explanations = passport.findings.iter().map(|f| f.instead + 1).max().unwrap_or(0);
+    for number in 0..explanations {
+        let is_of = |f: &&Finding| f.instead == number && !f.undo.is_empty();
+        let together = passport.findings.iter().filter(is_of).flat_map(|f| f.undo.iter().copied());
+        let together = say(&together.collect::<Vec<Change>>());
+        for finding in passport.findings.iter_mut().filter(|f| f.instead == number && !f.undo.is_empty()) {
+            finding.remedy = together.clone().unwrap_or_else(|| BY_HAND.into());
+        }
+    }
+    for explained in &mut passport.explained {
+        explained.finding.remedy = say(&explained.finding.undo).unwrap_or_else(|| BY_HAND.into());
+    }
+}
+
+/// What to do where no option says it.
+const BY_HAND: &str = "write the log anew, with its columns in the order, sign and unit of the joints";
+
 /// The passport of logs and their records. `gains`: the drive gains by which currents became torques, where they are
 /// known. `options`: how the records were made.
 pub(crate) fn passport_of<R: Records + ?Sized>(
@@ -83,6 +113,7 @@ pub(crate) fn passport_of<R: Records + ?Sized>(
     };
     let mut found: Passport = look(model)?;
     look_for_mount(model, records, &mut found, look)?;
+    say_remedies(&mut found, logs, options, model);
     let [velocity, acceleration] = logs.iter().fold([false; 2], |[v, a], log| {
         let [has_velocity, has_acceleration] = log.has_rates();
         [v || has_velocity, a || has_acceleration]

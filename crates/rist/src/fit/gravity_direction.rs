@@ -10,8 +10,8 @@
 //! where the passport of the robot so turned has no gross finding left, or fewer, which are said beside it.
 
 use identification::estimate::hypothesis::Hypothesis;
+use identification::estimate::passport::Passport;
 use identification::estimate::passport::finding::{Fault, Finding};
-use identification::estimate::passport::{JointPassport, Passport};
 use identification::signals::records::Records;
 use linear_model::states::States;
 use nalgebra::{DMatrix, DVector, Rotation3, Vector3, Vector4};
@@ -25,8 +25,8 @@ use crate::fit::mount::{Tilt, axes};
 const SAMPLES: usize = 400;
 /// What is left of the torques, over that as the base is described, below which a mount is found.
 const WORTHWHILE_RATIO: f64 = 0.5;
-/// A change explains a log as well where it leaves at most so many times as much.
-const AS_WELL_RATIO: f64 = 1.25;
+/// A change explains a log as well where it leaves at most so many times as much, in squares.
+const AS_WELL_RATIO: f64 = 1.5;
 /// A joint of fewer samples says nothing beside its own four columns.
 const LEAST_SAMPLES: usize = 9;
 /// A joint's torque is explained where less than this is left of it, in squares.
@@ -88,7 +88,8 @@ pub(crate) fn look_for_mount<R: Records + ?Sized>(
     passport: &mut Passport,
     again: impl FnOnce(&Model) -> Result<Passport, Error>,
 ) -> Result<(), Error> {
-    if !passport.findings.iter().any(|finding| may_be_mount(finding.fault)) && unexplained(passport) < WORTH_A_LOOK {
+    let has_cause = passport.findings.iter().any(|finding| may_be_mount(finding.fault));
+    if !has_cause && passport.unexplained() < WORTH_A_LOOK {
         return Ok(());
     }
     let Some(look) = Look::of(model, records)? else { return Ok(()) };
@@ -100,31 +101,30 @@ pub(crate) fn look_for_mount<R: Records + ?Sized>(
     let Ok(turned) = model.changed(|robot| turn_base(robot, rpy), |description| description.base = Some(rpy)) else {
         return Ok(());
     };
-    let gross = |passport: &Passport| passport.findings.iter().filter(|finding| finding.fault.is_gross()).count();
     let turned = again(&turned)?;
-    if gross(&turned) > 0 && gross(&turned) >= gross(passport) {
+    // A base under which something is wrong still is not the cause.
+    if turned.findings.iter().any(|f| f.fault.is_gross() && f.tried.is_none()) {
         return Ok(());
     }
-    // What else was found stays where it explains the log as well.
-    let of = |finding: &Finding| match finding.fault {
-        Fault::Of(Hypothesis::Zero(joint), angle) => {
-            Some(look.moved(model, joint, angle)?.left(described, &gravity.joints))
+    let shares =
+        [passport.unexplained(), turned.findings.iter().find_map(|f| f.tried).map_or(turned.unexplained(), |t| t[1])];
+    let mount = Finding { tried: Some(shares), ..gravity.finding(described, rpy) };
+    // What else mends the log stays, where it leaves as little.
+    let others = passport.findings.iter().filter_map(|f| f.tried).map(|tried| tried[1]).reduce(f64::max);
+    // Nor is it where fewer faults do.
+    let own = passport.findings.iter().filter(|f| f.tried.is_some() && f.instead == 0).count();
+    match others {
+        Some(left) if left <= shares[1] / AS_WELL_RATIO || own <= turned.findings.len() => {}
+        Some(left) if left <= shares[1] * AS_WELL_RATIO => {
+            passport.findings.iter_mut().for_each(|finding| finding.instead += 1);
+            let mounted = std::iter::once(mount).chain(turned.findings);
+            passport.findings = mounted.chain(std::mem::take(&mut passport.findings)).collect();
         }
-        _ => None,
-    };
-    let others: Vec<f64> = passport.findings.iter().map(|f| of(f).unwrap_or(f64::INFINITY)).collect();
-    let same = |a: &Finding, b: &Finding| a.fault == b.fault && a.joints == b.joints;
-    let mut lefts = others.iter();
-    passport.findings.retain(|finding| {
-        let explains_as_well = lefts.next().is_some_and(|left| *left <= AS_WELL_RATIO * gravity.left);
-        explains_as_well || !may_be_mount(finding.fault) && turned.findings.iter().any(|f| same(f, finding))
-    });
-    let is_new = |finding: &Finding| !passport.findings.iter().any(|known| same(known, finding));
-    let left_over: Vec<Finding> = turned.findings.into_iter().filter(is_new).collect();
-    passport.findings.extend(left_over);
-    passport.explained = turned.explained;
-    let place = if others.iter().any(|left| *left < gravity.left) { passport.findings.len() } else { 0 };
-    passport.findings.insert(place, gravity.finding(described, rpy));
+        _ => {
+            passport.findings = std::iter::once(mount).chain(turned.findings).collect();
+            passport.explained = turned.explained;
+        }
+    }
     Ok(())
 }
 
@@ -132,21 +132,18 @@ impl Gravity {
     /// That the base is mounted as `rpy` says, and not as described.
     fn finding(&self, described: Vector3<f64>, rpy: [f64; 3]) -> Finding {
         let along = |v: Vector3<f64>| v.normalize().iter().map(|x| format!("{x:.2}")).collect::<Vec<_>>().join(", ");
-        Finding {
-            fault: Fault::Mount(self.vector.angle(&described)),
-            joints: Vec::new(),
-            evidence: format!(
-                "gravity along ({}) of the base leaves {:.1} % of the torques that it explains (joints alike), along ({}) as described {:.0} %",
-                along(self.vector),
-                100.0 * self.left,
-                along(described),
-                100.0 * self.before
-            ),
-            remedy: format!(
-                "{}; as near as the bodies are described: [unknowns=mount] finds it with its deviation",
-                mounted(rpy)
-            ),
-        }
+        let evidence = format!(
+            "gravity along ({}) of the base leaves {:.1} % of the torques that it explains (joints alike), along ({}) as described {:.0} %",
+            along(self.vector),
+            100.0 * self.left,
+            along(described),
+            100.0 * self.before
+        );
+        let remedy = format!(
+            "{}; as near as the bodies are described: [unknowns=mount] finds it with its deviation",
+            mounted(rpy)
+        );
+        Finding::of(Fault::Mount(self.vector.angle(&described)), Vec::new(), evidence, remedy)
     }
 }
 
@@ -158,18 +155,12 @@ pub(crate) fn mounted([roll, pitch, yaw]: [f64; 3]) -> String {
     )
 }
 
-/// The share of the torques, joints alike and in squares, that the description does not explain with its own sign.
-fn unexplained(passport: &Passport) -> f64 {
-    let of_joint = |j: &JointPassport| Some(if j.slope? > 0.0 { 1.0 - j.share? } else { 1.0 });
-    let all: Vec<f64> = passport.joints.iter().filter_map(of_joint).collect();
-    all.iter().sum::<f64>() / all.len().max(1) as f64
-}
-
 /// Whether another mount could be the cause.
 fn may_be_mount(fault: Fault) -> bool {
     matches!(
         fault,
         Fault::OtherRobot
+            | Fault::Unidentified
             | Fault::TorqueSigns
             | Fault::Of(
                 Hypothesis::Zero(_) | Hypothesis::TorqueSign(_) | Hypothesis::MotionSign(_) | Hypothesis::Reversed(_),
@@ -208,13 +199,6 @@ impl Look {
         }
         let joints = (0..n).map(|j| Joint::of(&states, &columns, j)).collect();
         Some(Look { states, joints })
-    }
-
-    /// The same with the zero of a joint moved.
-    fn moved(&self, model: &Model, k: usize, angle: f64) -> Option<Look> {
-        let mut states = self.states.clone();
-        states.q.iter_mut().skip(k).step_by(states.n).for_each(|q| *q += angle);
-        Look::of_states(model, states)
     }
 
     /// What gravity leaves of each joint's torque, in squares; `None` of a joint without torque.

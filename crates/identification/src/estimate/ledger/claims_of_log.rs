@@ -3,7 +3,7 @@
 //! Each finding of the passport contradicts, or leaves open, what it is about. Without one, sign, scale and zero agree at
 //! the joints where a mistake would have been found, with the least mistake that would; at the others they cannot be told.
 
-use claims::{Claim, Figure, Outcome, Remedy, Subject, Topic};
+use claims::{Claim, Figure, Outcome, Remedy, Subject, Topic, Trial};
 use numerics::student;
 
 use crate::estimate::digits::{percent, significant};
@@ -212,7 +212,14 @@ fn finding(finding: &Finding) -> Claim {
         return cannot_tell(subject, why, &finding.remedy);
     }
     let remedy = Remedy::new("identify", &finding.remedy);
-    contradicted(subject, finding.statement(), remedy, &finding.evidence)
+    let fault = format!("{}{}", if finding.instead > 0 { "or else " } else { "" }, finding.statement());
+    let Some([before, after]) = finding.tried else {
+        return contradicted(subject, fault, remedy, &finding.evidence);
+    };
+    let share = |x: f64| Figure::new(100.0 * x, "%");
+    let quantity = "share of the squared torques that the description leaves, joints alike,".into();
+    let trial = Trial::Tried { quantity, before: share(before), after: share(after) };
+    Claim::new(subject, Outcome::Contradicted { fault, remedy, trial })
 }
 
 #[cfg(test)]

@@ -14,21 +14,29 @@ use crate::estimate::passport::regression::Partial;
 
 /// One change of a log: a fault that is undone, and its size where it has one.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Change {
+pub struct Change {
+    /// The fault.
     pub of: Hypothesis,
-    /// By how much the position of a coordinate is larger, rad; 0 of all others.
+    /// By how much a zero makes the position larger, rad; the torque of a wrong scale over the right one, less one; else 0.
     pub size: f64,
 }
 
 impl Change {
     /// Of a fault without a size.
-    pub(super) fn of(of: Hypothesis) -> Change {
+    pub(crate) fn of(of: Hypothesis) -> Change {
         Change { of, size: 0.0 }
     }
 
     /// The position of coordinate k is larger by this angle, rad.
     pub(super) fn turned(k: usize, angle: f64) -> Change {
         Change { of: Hypothesis::Zero(k), size: angle }
+    }
+
+    /// Positions of all coordinates with these changes done.
+    pub(super) fn move_positions(changes: &[Change], q: &mut [f64], regressor: &dyn Regressor) {
+        let is_angle: Vec<bool> = (0..q.len()).map(|k| !regressor.is_prismatic(k)).collect();
+        let (mut dq, mut ddq) = (vec![0.0; q.len()], vec![0.0; q.len()]);
+        changes.iter().for_each(|change| change.of.undo_motion(change.size, &is_angle, q, &mut dq, &mut ddq));
     }
 
     /// A log at the instants `rows` with these changes done.
@@ -42,12 +50,15 @@ impl Change {
             changes.iter().for_each(|change| change.of.undo_motion(change.size, &is_angle, &mut q, &mut dq, &mut ddq));
             done.t.push(log.t[r]);
             [(&mut done.q, q), (&mut done.dq, dq), (&mut done.ddq, ddq)].into_iter().for_each(|(all, x)| all.extend(x));
+            // Directions are exchanged and signed as velocities are; they have no unit.
+            let (mut direction, mut still) = (of(&log.direction), [vec![0.0; n], vec![0.0; n]]);
+            let [q, ddq] = &mut still;
+            changes.iter().for_each(|change| change.of.undo_motion(0.0, &vec![false; n], q, &mut direction, ddq));
+            done.direction.extend(direction);
             for j in 0..n {
-                let (moves, (of, sign)) = (motion_of(changes, j), torque_of(changes, j));
-                done.tau.push(sign * log.tau[r * n + of]);
-                // The sign of a column of friction changes nothing that it explains.
-                done.direction.push(log.direction[r * n + moves]);
-                done.used.push(log.used[r * n + moves]);
+                let (of, factor) = torque_of(changes, j);
+                done.tau.push(factor * log.tau[r * n + of]);
+                done.used.push(log.used[r * n + motion_of(changes, j)]);
             }
         }
         done
@@ -152,10 +163,15 @@ pub(super) fn motion_of(changes: &[Change], j: usize) -> usize {
     changes.iter().rev().fold(j, |j, change| change.of.motion_of(j))
 }
 
-/// Which column of the log is the torque of joint j, and its sign.
+/// The joint whose position in the log is that of joint j.
+pub(super) fn position_of(changes: &[Change], j: usize) -> usize {
+    changes.iter().rev().fold(j, |j, change| change.of.position_of(j))
+}
+
+/// Which column of the log is the torque of joint j, and the factor of it.
 pub(super) fn torque_of(changes: &[Change], j: usize) -> (usize, f64) {
     changes.iter().rev().fold((j, 1.0), |(of, sign), change| {
-        let (next, s) = change.of.torque_of(of);
+        let (next, s) = change.of.torque_of(change.size, of);
         (next, sign * s)
     })
 }

@@ -13,15 +13,12 @@ impl Look<'_> {
         let of = |word: fn(&Suspect) -> Option<RawWord>, what: &str| {
             let raw: Vec<(&Suspect, RawWord)> = self.suspects.iter().filter_map(|s| Some((s, word(s)?))).collect();
             let (_, first) = raw.first()?;
-            Some(Finding {
-                fault: Fault::RawWords,
-                joints: names(raw.iter().map(|(s, _)| *s)),
-                evidence: format!(
-                    "the {what} is never negative, and jumps by nearly the whole word where it changes its sign; as a signed \
-                     number it does not jump"
-                ),
-                remedy: format!("{first}; do the same with the {what} of the other joints of this kind"),
-            })
+            let evidence = format!(
+                "the {what} is never negative, and jumps by nearly the whole word where it changes its sign; as a signed \
+                 number it does not jump"
+            );
+            let remedy = format!("{first}; do the same with the {what} of the other joints of this kind");
+            Some(Finding::of(Fault::RawWords, names(raw.iter().map(|(s, _)| *s)), evidence, remedy))
         };
         let mut found: Vec<Finding> = self.two_sources().into_iter().collect();
         found.extend(of(|s| s.raw_effort, "torque"));

@@ -9,15 +9,17 @@ use linear_model::regressor::Regressor;
 use logs::Suspect;
 
 use crate::estimate::digits::significant;
-use crate::estimate::hypothesis::Hypothesis::{Degrees, Late, SwappedPositions, SwappedVelocities};
-use crate::estimate::passport::change::Description;
+use crate::estimate::hypothesis::Hypothesis::{
+    Degrees, GravityCompensated, Late, Scale, SwappedPositions, SwappedVelocities,
+};
+use crate::estimate::passport::change::{Change, Description};
 use crate::estimate::passport::delay::{Lag, common_lag};
-use crate::estimate::passport::finding::{COMMON_FACTORS, Fault, Finding, NOMINAL_INERTIAL_SLOPES, OTHER_TORQUE_SIGN};
+use crate::estimate::passport::finding::{COMMON_FACTORS, Fault, Finding, NOMINAL_INERTIAL_SLOPES};
 use crate::estimate::passport::free_bodies::FreeBodies;
 use crate::estimate::passport::regression::Partial;
 use crate::estimate::passport::report::{COUNTED_SLOPE_SHARE, Explained, Passport};
 use crate::estimate::passport::samples::Samples;
-use crate::estimate::passport::search::{LIKELY_MISFIT_SHARE, Search, Suspicion, counts};
+use crate::estimate::passport::search::{Explanation, LIKELY_MISFIT_SHARE, Search, Suspicion, counts};
 use crate::estimate::passport::trials::Trials;
 
 /// What a diagnosis looks at.
@@ -32,6 +34,9 @@ pub(super) struct Look<'a> {
 
 /// |tau - T| / |tau| without friction below which torques are computed, because no machine moves without friction.
 const COMPUTED_TORQUE_RESIDUAL: f64 = 2e-3;
+
+/// What to do about torques without gravity.
+const TORQUES_WITH_GRAVITY: &str = "log the torques before gravity is taken out of them";
 
 /// Slopes within this share of their median are alike.
 const ALIKE_SLOPES: f64 = 0.15;
@@ -48,27 +53,22 @@ impl Look<'_> {
         }
         let mut findings = self.dead_and_saturated();
         let is_dead = findings.iter().any(|f| matches!(f.fault, Fault::DeadTorque | Fault::Nothing(_)));
-        findings.extend(self.short());
+        // So little of a motion says nothing of columns and units.
+        let short = self.short();
+        let is_dead = is_dead || short.is_some();
+        findings.extend(short);
         findings.extend(self.degrees());
         let velocities = self.velocities();
-        let wrong_velocities = !velocities.is_empty();
-        let found = slopes.filter(|_| !is_dead).map(|slopes| self.described(slopes, &velocities, passport));
-        let found = found.unwrap_or_default();
+        let explanations = slopes.filter(|_| !is_dead).map(|slopes| self.described(slopes, &velocities, passport));
         if slopes.is_none() {
             let why =
                 "the description has no inertials: units, zeros, swapped columns and another robot cannot be told";
             passport.untold.push(why.into());
         }
-        // Columns that are exchanged are no slopes of their own positions.
-        let is_exchange = |f: &Finding| matches!(f.fault, Fault::Of(SwappedPositions(..) | SwappedVelocities(..), _));
-        if !found.iter().any(is_exchange) {
-            findings.extend(velocities.into_iter().map(|v| v.2));
-        }
-        findings.extend(found);
-        let motion = |f: &Finding| !matches!(f.fault, Fault::Saturated(_) | Fault::Of(Late(_), _));
-        if !wrong_velocities && !findings.iter().any(|f| motion(f) && f.joints.is_empty()) {
-            findings.extend(self.friction(passport, &findings));
-        }
+        let explanations = explanations.unwrap_or_else(|| vec![Vec::new()]).into_iter();
+        let mut all: Vec<Vec<Finding>> =
+            explanations.map(|found| self.together(&findings, &velocities, found, passport)).collect();
+        let mut findings = if all.is_empty() { findings } else { all.remove(0) };
         let is_foreign = matches!(findings.as_slice(), [f] if f.fault == Fault::OtherRobot);
         if findings.is_empty() || is_foreign {
             // Torques that come very late fit their motion as little as those of another robot do.
@@ -79,6 +79,29 @@ impl Look<'_> {
         }
         findings.sort_by_key(|f| !f.fault.is_gross());
         passport.findings = findings;
+        passport.others = all;
+    }
+
+    /// The findings of the signals, and those of one explanation of the torques.
+    fn together(
+        &self,
+        signals: &[Finding],
+        velocities: &[(usize, Option<usize>, Finding)],
+        found: Vec<Finding>,
+        passport: &Passport,
+    ) -> Vec<Finding> {
+        let mut findings = signals.to_vec();
+        // Columns that are exchanged are no slopes of their own positions.
+        let is_exchange = |f: &Finding| matches!(f.fault, Fault::Of(SwappedPositions(..) | SwappedVelocities(..), _));
+        if !found.iter().any(is_exchange) {
+            findings.extend(velocities.iter().map(|v| v.2.clone()));
+        }
+        findings.extend(found);
+        let motion = |f: &Finding| !matches!(f.fault, Fault::Saturated(_) | Fault::Of(Late(_), _));
+        if velocities.is_empty() && !findings.iter().any(|f| motion(f) && f.joints.is_empty()) {
+            findings.extend(self.friction(passport, &findings));
+        }
+        findings
     }
 
     /// The name of a coordinate.
@@ -96,63 +119,83 @@ impl Look<'_> {
         self.samples.range[k].1 - self.samples.range[k].0
     }
 
-    /// What the slopes of the description say.
+    /// What the slopes of the description say: explanations, of which one is so.
     fn described(
         &self,
         slopes: &[Partial],
         velocities: &[(usize, Option<usize>, Finding)],
         passport: &mut Passport,
-    ) -> Vec<Finding> {
+    ) -> Vec<Vec<Finding>> {
         let Some(description) = self.description else { return Vec::new() };
         if let Some(finding) = self.computed(description) {
-            return vec![finding];
+            return vec![vec![finding]];
         }
         // Only joints whose torque the description explains have a slope that says something.
         let telling: Vec<f64> = slopes.iter().filter(|p| p.share() > COUNTED_SLOPE_SHARE).map(Partial::slope).collect();
-        let mut found = Vec::new();
+        let mut common = Vec::new();
         let negative = telling.iter().filter(|s| **s < 0.0).count();
         let all_signs = telling.len() >= 2 && 4 * negative >= 3 * telling.len();
         let scale = self.common_scale(&telling);
-        let list = || {
-            let text = |p: &Partial| if p.share() > COUNTED_SLOPE_SHARE { significant(p.slope()) } else { "-".into() };
-            let texts: Vec<String> = slopes.iter().map(text).collect();
-            format!("slopes of the description {}", texts.join(" "))
-        };
-        // The median slope tells a unit; three quarters of negative slopes tell signs.
-        if !NOMINAL_INERTIAL_SLOPES.contains(&scale) {
-            found.push(self.unit(scale, slopes, list()));
+        let text = |p: &Partial| if p.share() > COUNTED_SLOPE_SHARE { significant(p.slope()) } else { "-".into() };
+        let list = format!("slopes of the description {}", slopes.iter().map(text).collect::<Vec<_>>().join(" "));
+        // The median slope tells a unit; three quarters of negative slopes tell signs, or the zero of a joint before them.
+        let is_nominal = NOMINAL_INERTIAL_SLOPES.contains(&scale);
+        if !is_nominal {
+            common.push(self.unit(scale, slopes, list.clone()));
         }
-        if all_signs {
-            found.push(Finding::of_all(Fault::TorqueSigns, list(), OTHER_TORQUE_SIGN));
-        }
-        // The search for single mistakes begins where those of all joints are undone. A description is as nominal with
-        // the signs of all torques changed as without.
-        let size = if NOMINAL_INERTIAL_SLOPES.contains(&scale) { 1.0 } else { scale };
-        let scale = if all_signs { -size } else { size };
         let trials = Trials::new(description, &self.samples.kept, self.rows);
-        let search = Search {
-            samples: self.samples,
-            rows: self.rows,
-            trials: &trials,
-            description,
-            scale,
-            velocities: &suspicions(velocities),
-        };
-        let (changes, misfits) = search.best(slopes);
-        found.extend(self.judged(&changes, &list(), passport));
-        if changes.is_empty() {
-            let exchanged: Vec<Suspicion> = search.exchanged(slopes, &passport.hidden_exchanges).into_iter().collect();
-            found.extend(self.judged(&exchanged, &list(), passport));
+        let size = if is_nominal { 1.0 } else { scale };
+        let velocities = &suspicions(velocities);
+        let signs: &[f64] = if all_signs { &[-1.0, 1.0] } else { &[1.0] };
+        let mut all = Vec::new();
+        for sign in signs {
+            let scale = sign * size;
+            let mut common = common.clone();
+            if *sign < 0.0 {
+                common.push(self.all_signs(list.clone()));
+            }
+            // The search for single mistakes begins where those of all joints are undone.
+            let (samples, rows, trials) = (self.samples, self.rows, &trials);
+            let search = Search { samples, rows, trials, description, scale, velocities };
+            let explanations = search.best(slopes);
+            all.extend(
+                explanations.into_iter().map(|one| self.explained(&search, one, slopes, &common, &list, passport)),
+            );
         }
-        // What nothing explains: another robot, a common factor, or nothing that can be told.
-        if changes.is_empty() {
-            found.extend(self.other_robot(&misfits, slopes, scale, passport, list()));
+        // Where bodies explain what the description asks for most, nothing is wrong. Else the fewest mistakes come first.
+        match all.first().is_some_and(Vec::is_empty) {
+            true => all.truncate(1),
+            false => all.retain(|found| !found.is_empty()),
         }
-        if found.is_empty() {
-            found.extend(self.common_factor(&telling, list()));
-        }
-        if telling.is_empty() && found.is_empty() {
+        all.sort_by_key(Vec::len);
+        if telling.is_empty() && all.iter().all(Vec::is_empty) {
             passport.untold.push("no joint's torque follows the description: units and signs cannot be told".into());
+        }
+        if all.iter().all(Vec::is_empty) {
+            all = vec![self.common_factor(&telling, list).into_iter().collect()];
+        }
+        all
+    }
+
+    /// The findings of one explanation, behind those that all joints share.
+    fn explained(
+        &self,
+        search: &Search,
+        (mut changes, misfits): Explanation,
+        slopes: &[Partial],
+        common: &[Finding],
+        list: &str,
+        passport: &mut Passport,
+    ) -> Vec<Finding> {
+        let mut found = common.to_vec();
+        let is_plain = changes.is_empty();
+        changes.extend(search.scaled(&changes, slopes));
+        found.extend(self.judged(&changes, list, passport));
+        if is_plain {
+            let exchanged: Vec<Suspicion> = search.exchanged(slopes, &passport.hidden_exchanges).into_iter().collect();
+            found.extend(self.judged(&exchanged, list, passport));
+            // What nothing explains: another robot, a common factor, or nothing that can be told.
+            found.extend(self.other_robot(&misfits, slopes, search.scale, passport, list.into()));
         }
         found
     }
@@ -166,13 +209,14 @@ impl Look<'_> {
             all.map(|(change, _)| change.clone()).collect()
         };
         let [needed, explained] = [of(true), of(false)];
-        let explained = explained.iter().map(|change| Explained {
-            finding: self.changed(change, &explained, slopes),
-            is_likely: change.after < LIKELY_MISFIT_SHARE * change.before,
-        });
-        passport.explained.extend(explained);
+        for change in explained {
+            let finding = self.changed(&change, slopes);
+            let is_new = passport.explained.iter().all(|known| known.finding.joints != finding.joints);
+            let is_likely = change.after < LIKELY_MISFIT_SHARE * change.before;
+            passport.explained.extend(is_new.then_some(Explained { finding, is_likely }));
+        }
         let is_new = |change: &&Suspicion| change.fault() != Fault::Of(Degrees, 0.0) || self.degrees().is_none();
-        needed.iter().filter(is_new).map(|change| self.changed(change, &needed, slopes)).collect()
+        needed.iter().filter(is_new).map(|change| self.changed(change, slopes)).collect()
     }
 
     /// A factor that all slopes share.
@@ -188,7 +232,7 @@ impl Look<'_> {
             significant(middle)
         );
         (telling.len() >= 2 && is_off && alike && NOMINAL_INERTIAL_SLOPES.contains(&middle))
-            .then(|| Finding::of_all(Fault::Factor(middle), evidence, remedy))
+            .then(|| self.all_scaled(Finding::of_all(Fault::Factor(middle), evidence, remedy), middle))
     }
 
     /// The median size of the slopes that tell; 1 where there are too few, because one joint of several may be wrong by
@@ -222,7 +266,8 @@ impl Look<'_> {
                 -3 => "name the columns tau1_kNm, ..".into(),
                 power => format!("divide the torque columns by 1e{power}"),
             };
-            return Finding::of_all(Fault::TorqueUnit(power as i32), evidence, word);
+            let finding = Finding::of_all(Fault::TorqueUnit(power as i32), evidence, word);
+            return self.all_scaled(finding, 10f64.powf(power));
         }
         let telling = slopes.iter().enumerate().filter(|(_, p)| p.share() > COUNTED_SLOPE_SHARE);
         let gains = telling.map(|(k, p)| format!("{}={}", self.name(k), significant(1.0 / p.slope().abs())));
@@ -234,7 +279,13 @@ impl Look<'_> {
         Finding::of_all(Fault::NoTorque, evidence, remedy)
     }
 
-    fn changed(&self, found: &Suspicion, all: &[Suspicion], slopes: &str) -> Finding {
+    /// The same of a finding that all torques are so many times too large.
+    fn all_scaled(&self, finding: Finding, factor: f64) -> Finding {
+        let change = |k: usize| Change { of: Scale(k), size: factor - 1.0 };
+        finding.undone_by((0..self.n()).map(change).collect())
+    }
+
+    fn changed(&self, found: &Suspicion, slopes: &str) -> Finding {
         let evidence = format!(
             "with that undone the description leaves {:.0} % of the torques (joints alike), as it is {:.0} %; {slopes}",
             100.0 * found.after,
@@ -252,8 +303,10 @@ impl Look<'_> {
         if found.fault() == Fault::Of(Degrees, 0.0) {
             joints.push("all joints".into());
         }
-        let remedy = found.remedy(self.n(), all);
-        Finding { fault: found.fault(), joints, evidence, remedy }
+        let finding = Finding::of(found.fault(), joints, evidence, TORQUES_WITH_GRAVITY);
+        // No column of a log has the torque of gravity.
+        let is_in_log = found.changes.iter().all(|change| change.of != GravityCompensated);
+        if is_in_log { finding.undone_by(found.changes.clone()) } else { finding }
     }
 
     fn other_robot(

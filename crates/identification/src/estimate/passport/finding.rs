@@ -2,9 +2,10 @@
 
 use std::fmt;
 
-use crate::estimate::digits::significant;
+use crate::estimate::digits::{percent, significant};
 pub use crate::estimate::hypothesis::Columns;
 use crate::estimate::hypothesis::Hypothesis;
+use crate::estimate::passport::change::Change;
 
 /// What is wrong with a log, or with a log and a description together.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -31,6 +32,8 @@ pub enum Fault {
     Velocity,
     /// Nothing tried makes the description predict the torques.
     OtherRobot,
+    /// Something is wrong, and nothing that was tried mends it.
+    Unidentified,
     /// Torques computed from the description, not measured.
     Computed,
     /// A torque that never changes.
@@ -74,12 +77,30 @@ pub struct Finding {
     pub evidence: String,
     /// The option, the header or the file that mends it.
     pub remedy: String,
+    /// The changes of the log that undo it; none where the log alone does not mend it.
+    pub undo: Vec<Change>,
+    /// Share of the torques that the description leaves, joints alike and in squares, without the remedy and with it: it was
+    /// applied, and nothing is contradicted any more.
+    pub tried: Option<[f64; 2]>,
+    /// 0, or the number of another explanation, which mends the log in place of the findings of 0: the log does not tell
+    /// which it is.
+    pub instead: usize,
 }
 
 impl Finding {
     /// One of all joints.
     pub(crate) fn of_all(fault: Fault, evidence: String, remedy: impl Into<String>) -> Finding {
-        Finding { fault, joints: Vec::new(), evidence, remedy: remedy.into() }
+        Finding::of(fault, Vec::new(), evidence, remedy)
+    }
+
+    /// One of some joints, that no change of the log undoes.
+    pub fn of(fault: Fault, joints: Vec<String>, evidence: String, remedy: impl Into<String>) -> Finding {
+        Finding { fault, joints, evidence, remedy: remedy.into(), undo: Vec::new(), tried: None, instead: 0 }
+    }
+
+    /// The same with the changes of the log that undo it.
+    pub(super) fn undone_by(self, undo: Vec<Change>) -> Finding {
+        Finding { undo, ..self }
     }
 
     /// Whether it is about the unit of all efforts.
@@ -94,6 +115,7 @@ impl Finding {
             Fault::Of(hypothesis, size) => {
                 let off = match hypothesis {
                     Hypothesis::Late(_) => format!("{:.0} ms", 1e3 * size),
+                    Hypothesis::Scale(_) => percent(size),
                     _ => format!("{:.0} degrees", size.to_degrees()),
                 };
                 hypothesis.statement(&off, &self.joints.iter().map(String::as_str).collect::<Vec<_>>())
@@ -126,6 +148,7 @@ impl Finding {
             }
             Fault::Velocity => format!("the velocity of {of} is not the slope of its position"),
             Fault::OtherRobot => "this log is not of this robot as it is described".into(),
+            Fault::Unidentified => format!("something is wrong at {of}; its cause is not identified"),
             Fault::Computed => "the torques are computed from this description, not measured".into(),
             Fault::DeadTorque => format!("the torque of {of} is not measured: it never changes"),
             Fault::Nothing(largest) => format!("the torque of {of} is nothing: {largest:.1e} at most"),
@@ -143,7 +166,8 @@ impl Finding {
 
 impl fmt::Display for Finding {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{}: {}; {}", self.statement(), self.evidence, self.remedy)
+        let instead = if self.instead > 0 { "or else " } else { "" };
+        write!(f, "{instead}{}: {}; {}", self.statement(), self.evidence, self.remedy)
     }
 }
 

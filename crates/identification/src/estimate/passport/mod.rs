@@ -27,11 +27,13 @@ mod report;
 mod samples;
 mod search;
 mod signals;
+mod trial;
 mod trials;
 pub mod visited;
 
 use logs::{Error, Suspect};
 
+pub use crate::estimate::passport::change::Change;
 use crate::estimate::passport::change::{Description, MIN_SAMPLES_PER_JOINT, column, used};
 pub(crate) use crate::estimate::passport::finding::COMMON_FACTORS;
 use crate::estimate::passport::friction::own_friction;
@@ -47,6 +49,7 @@ use crate::estimate::passport::visited::Visited;
 use linear_model::regressor::Regressor;
 
 use crate::estimate::passport::samples::Samples;
+use crate::estimate::passport::trial::tried;
 use crate::estimate::passport::trials::Trials;
 use crate::signals::records::Records;
 
@@ -69,8 +72,14 @@ pub fn passport<R: Records + ?Sized>(
     suspects: &[Suspect],
     described: Option<&[f64]>,
 ) -> Result<Passport, Error> {
+    let samples = Samples::of(records, regressor.coordinates().len())?;
+    let look = |samples: &Samples| look_at(regressor, samples, suspects, described);
+    Ok(tried(look(&samples), |changes| look(&samples.changed(changes, regressor))))
+}
+
+/// The passport of samples; nothing that is found is tried.
+fn look_at(regressor: &dyn Regressor, samples: &Samples, suspects: &[Suspect], described: Option<&[f64]>) -> Passport {
     let n = regressor.coordinates().len();
-    let samples = Samples::of(records, n)?;
     // The slopes s_j from many samples.
     let rows = samples.every(samples.kept.len() / MIN_TRIED_SAMPLES);
     let description = described.map(|parameters| Description { regressor, parameters });
@@ -87,14 +96,14 @@ pub fn passport<R: Records + ?Sized>(
     let turned = few.as_ref().and_then(|trials| turned(trials, angles));
     let hidden = few.as_ref().zip(rough.as_ref()).map(|(trials, rough)| hidden_exchanges(trials, rough));
     let hidden_exchanges = hidden.unwrap_or_default();
-    let mut passport = Passport { visited: Visited::of(&samples), turned, hidden_exchanges, ..Passport::default() };
+    let mut passport = Passport { visited: Visited::of(samples), turned, hidden_exchanges, ..Passport::default() };
     for (j, coordinate) in regressor.coordinates().iter().enumerate() {
         let partial = slopes.as_ref().map(|s| s[j]).filter(|p| p.yy > 0.0);
         passport.joints.push(JointPassport {
             coordinate: coordinate.clone(),
             slope: partial.map(|p| p.slope()),
             share: partial.map(|p| p.share()),
-            explained: partial.and_then(|p| explained(&samples, &rows, j, &p)),
+            explained: partial.and_then(|p| explained(samples, &rows, j, &p)),
             friction: own_friction(regressor, &samples.kept, &rows, j),
             range: samples.range[j].1 - samples.range[j].0,
             velocity_lag: samples.velocity_lag(j),
@@ -108,7 +117,7 @@ pub fn passport<R: Records + ?Sized>(
     let look =
         diagnosis::Look { samples: &samples, rows: &rows, suspects, regressor, description: description.as_ref() };
     look.diagnose(slopes.as_deref(), &mut passport);
-    Ok(passport)
+    passport
 }
 
 /// The share of the torque's variance that the description and the joint's own columns explain together.

@@ -63,6 +63,8 @@ pub struct Passport {
     pub joints: Vec<JointPassport>,
     /// The worst first.
     pub findings: Vec<Finding>,
+    /// Other explanations of the log than the findings; none once they are tried.
+    pub others: Vec<Vec<Finding>>,
     /// What was found with the bodies of the description, and other bodies explain as well.
     pub explained: Vec<Explained>,
     /// What could not be looked at, in sentences.

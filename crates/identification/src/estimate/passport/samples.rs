@@ -4,9 +4,11 @@
 //! many. What thinning would lose is summed over all samples: the path of each joint, and how each measured velocity
 //! agrees with the slope of each position.
 
+use linear_model::regressor::Regressor;
 use linear_model::states::States;
 use logs::Error;
 
+use crate::estimate::passport::change::{Change, position_of};
 use crate::signals::records::Records;
 
 /// Least number of torque entries that are kept, over all joints: a few thousand samples of an arm.
@@ -101,6 +103,43 @@ impl Samples {
             all.kept.cutoff = states.cutoff;
         })?;
         Ok(all)
+    }
+
+    /// The same samples with changes done.
+    pub(crate) fn changed(&self, changes: &[Change], regressor: &dyn Regressor) -> Samples {
+        let (n, rows) = (self.kept.n, self.every(1));
+        let done = |part: &States| Change::all_done(changes, part, &rows, regressor);
+        let [mut low, mut high] = [0, 1].map(|end| {
+            let of = |range: &(f64, f64)| if end == 0 { range.0 } else { range.1 };
+            self.range.iter().map(of).collect::<Vec<f64>>()
+        });
+        for ends in [&mut low, &mut high] {
+            Change::move_positions(changes, ends, regressor);
+        }
+        let mut all = Samples {
+            kept: done(&self.kept),
+            before: done(&self.before),
+            after: done(&self.after),
+            span: self.span.clone(),
+            log: self.log.clone(),
+            velocity: vec![0.0; n],
+            slope: vec![0.0; n],
+            together: vec![0.0; n * n],
+            rates: vec![RateSums::default(); n],
+            path: vec![0.0; n],
+            range: vec![(0.0, 0.0); n],
+            ..Samples::default()
+        };
+        all.kept.cutoff = self.kept.cutoff;
+        for r in rows {
+            let three = [&all.before, &all.kept, &all.after].map(|part| Change::all_done(&[], part, &[r], regressor));
+            all.sum(&States::joined(&three), 1);
+        }
+        all.range = low.into_iter().zip(high).map(|(a, b)| (a.min(b), a.max(b))).collect();
+        // The ways of thinned samples are shorter, and as many periods as before are gone.
+        let periods = (0..n).map(|k| 2.0 * self.periods(position_of(changes, k)));
+        all.path = periods.zip(&all.range).map(|(periods, (a, b))| periods * (b - a)).collect();
+        all
     }
 
     fn sum(&mut self, states: &States, r: usize) {

@@ -7,10 +7,11 @@
 use std::f64::consts::{FRAC_PI_2, PI};
 
 use crate::estimate::hypothesis::Columns;
-use crate::estimate::hypothesis::Hypothesis::{self, *};
+use crate::estimate::hypothesis::Hypothesis::*;
 use crate::estimate::passport::change::{Change, Description, misfits, motion_of, torque_of};
-use crate::estimate::passport::finding::Fault;
+use crate::estimate::passport::finding::{COMMON_FACTORS, Fault};
 use crate::estimate::passport::regression::Partial;
+use crate::estimate::passport::report::COUNTED_SLOPE_SHARE;
 use crate::estimate::passport::samples::Samples;
 use crate::estimate::passport::trials::Trials;
 
@@ -36,8 +37,14 @@ pub(super) struct Suspicion {
     pub after: f64,
 }
 
+/// Mistakes, and the misfits of the joints with them undone.
+pub(super) type Explanation = (Vec<Suspicion>, Vec<f64>);
+
 /// More mistakes than this are another robot.
-const MAX_MISTAKES: usize = 3;
+pub(super) const MAX_MISTAKES: usize = 3;
+/// Changes beside the best one from which a search begins, in robots of at most so many joints.
+const FIRST_STEPS: usize = 4;
+const MAX_JOINTS_FOR_ALL_FIRSTS: usize = 12;
 
 /// All changes together must leave less than this share of the misfits.
 const LARGEST_MISFIT_SHARE_LEFT: f64 = 0.6;
@@ -84,51 +91,83 @@ const QUARTER_TURN_TOLERANCE_RAD: f64 = PI / 36.0;
 pub(super) type Sum<'a> = &'a (dyn Fn(&[f64]) -> f64 + Sync);
 
 impl Search<'_> {
-    /// The mistakes found, and the misfits of the joints with them undone.
-    pub(super) fn best(&self, as_it_is: &[Partial]) -> (Vec<Suspicion>, Vec<f64>) {
+    /// Sets of mistakes that explain the log, each with the misfits of the joints with it undone: that of the best first step,
+    /// then those of the next best. One without a mistake where none explains it.
+    pub(super) fn best(&self, as_it_is: &[Partial]) -> Vec<Explanation> {
         let counted: Vec<bool> = as_it_is.iter().map(|p| counts(p, self.scale, COUNTED_JOINT_SHARE)).collect();
-        let n = counted.iter().filter(|c| **c).count().max(1) as f64;
         let sum = |misfits: &[f64]| misfits.iter().zip(&counted).filter(|(_, c)| **c).map(|(m, _)| m).sum::<f64>();
         let unchanged = misfits(as_it_is, as_it_is, &[], self.scale);
-        let (mut found, mut undone, mut current) = (Vec::new(), Vec::new(), unchanged.clone());
-        while found.len() < MAX_MISTAKES {
-            let before = sum(&current);
-            // That velocities belong to other positions is known, so only the wrong columns are asked for.
-            let known = found.is_empty() && !self.velocities.is_empty();
-            if before < SMALLEST_MISFIT_GAIN && !known {
-                break;
+        let n = counted.iter().filter(|c| **c).count().max(1) as f64;
+        // That velocities belong to other positions is known, so only the wrong columns are asked for.
+        let (firsts, gain) = match self.velocities.is_empty() {
+            true => (self.firsts(as_it_is, &sum), SMALLEST_MISFIT_GAIN),
+            false => {
+                let known = self.least(&self.pairs(), &[], as_it_is, &sum);
+                (known.into_iter().collect(), KNOWN_SWAP_GAIN_SHARE * sum(&unchanged))
             }
-            let next = match known {
-                true => self.least(&self.pairs(), &undone, as_it_is, &sum),
-                false => self.next(&undone, as_it_is, &sum),
-            };
-            let Some((change, misfits)) = next else { break };
-            let after = sum(&misfits);
-            let gain = if known { KNOWN_SWAP_GAIN_SHARE * before } else { SMALLEST_MISFIT_GAIN };
-            if before - after < gain {
-                break;
-            }
-            found.push(Suspicion { changes: vec![change], before: before / n, after: after / n });
-            undone.push(change);
-            current = misfits;
-        }
-        let (whole, left) = (sum(&unchanged), sum(&current));
+        };
+        let begun = firsts.into_iter().filter(|(_, misfits)| sum(&unchanged) - sum(misfits) >= gain);
+        let mut found: Vec<Explanation> = begun.map(|first| self.from(first, &unchanged, n, as_it_is, &sum)).collect();
+        let whole = sum(&unchanged);
+        let left = found.first().map_or(whole, |(_, misfits)| sum(misfits));
         // A single mistake that explains the log well needs no order, unless it is part of one.
         let is_part = |one: &Suspicion| one.changes.iter().any(|change| change.of.exchanges().is_some());
-        let is_single = found.len() == 1 && !found.iter().any(is_part);
+        let is_single = found.first().is_some_and(|(set, _)| set.len() == 1 && !set.iter().any(is_part));
         if whole >= SMALLEST_MISFIT_GAIN && (!is_single || left > EXPLAINED_BY_ORDER_MISFIT * n) {
             let ordered = self
                 .order(as_it_is, &sum)
                 .filter(|(_, m)| sum(m) < (EXPLAINED_BY_ORDER_MISFIT * n).min(LARGEST_SHARE_LEFT_BY_ZERO * left));
             if let Some((changes, misfits)) = ordered {
-                return (vec![Suspicion { changes, before: whole / n, after: sum(&misfits) / n }], misfits);
+                return vec![(vec![Suspicion { changes, before: whole / n, after: sum(&misfits) / n }], misfits)];
             }
         }
         // A first mistake of two may explain little by itself; all together must explain most.
-        if left > LARGEST_MISFIT_SHARE_LEFT * whole {
-            return (Vec::new(), unchanged);
+        found.retain(|(_, misfits)| sum(misfits) <= LARGEST_MISFIT_SHARE_LEFT * whole);
+        match found.is_empty() {
+            true => vec![(Vec::new(), unchanged)],
+            false => found.into_iter().map(|(set, misfits)| (merged(set), misfits)).collect(),
         }
-        (merged(found), current)
+    }
+
+    /// The changes that leave least, the best first.
+    fn firsts(&self, as_it_is: &[Partial], sum: Sum) -> Vec<(Change, Vec<f64>)> {
+        let n = as_it_is.len();
+        if sum(&misfits(as_it_is, as_it_is, &[], self.scale)) < SMALLEST_MISFIT_GAIN {
+            return Vec::new();
+        }
+        let best = self.next(&[], as_it_is, sum);
+        let most = if n > MAX_JOINTS_FOR_ALL_FIRSTS { 0 } else { FIRST_STEPS };
+        let plain = self.plain(n).into_iter().map(|change| (change, self.all_tried(&[change], as_it_is)));
+        let mut others: Vec<(Change, Vec<f64>)> = plain.collect();
+        others.sort_by(|a, b| sum(&a.1).total_cmp(&sum(&b.1)));
+        let is_other = |one: &(Change, Vec<f64>)| best.as_ref().is_none_or(|best| best.0 != one.0);
+        let others: Vec<_> = others.into_iter().take(most).filter(is_other).collect();
+        best.into_iter().chain(others).collect()
+    }
+
+    /// The mistakes that follow a first one, as long as each explains much.
+    fn from(
+        &self,
+        first: (Change, Vec<f64>),
+        unchanged: &[f64],
+        n: f64,
+        as_it_is: &[Partial],
+        sum: Sum,
+    ) -> Explanation {
+        let (mut found, mut undone, mut current) = (Vec::new(), Vec::new(), unchanged.to_vec());
+        let mut next = Some(first);
+        while let Some((change, misfits)) = next {
+            let (before, after) = (sum(&current), sum(&misfits));
+            if !found.is_empty() && before - after < SMALLEST_MISFIT_GAIN {
+                break;
+            }
+            found.push(Suspicion { changes: vec![change], before: before / n, after: after / n });
+            undone.push(change);
+            current = misfits;
+            let goes_on = found.len() < MAX_MISTAKES && after >= SMALLEST_MISFIT_GAIN;
+            next = if goes_on { self.next(&undone, as_it_is, sum) } else { None };
+        }
+        (found, current)
     }
 
     /// The change that leaves least beside those undone.
@@ -212,6 +251,37 @@ impl Search<'_> {
     }
 }
 
+/// Joints whose slopes tell, beside which that of another is judged.
+const JOINTS_BESIDE: usize = 2;
+
+impl Search<'_> {
+    /// The joints whose torque has another scale than those of the others, with `found` undone: their slopes are beyond what
+    /// bodies of a description are off by.
+    pub(super) fn scaled(&self, found: &[Suspicion], as_it_is: &[Partial]) -> Vec<Suspicion> {
+        let undone: Vec<Change> = found.iter().flat_map(|one| one.changes.iter().copied()).collect();
+        let partials = self.trials.partials(&undone);
+        let tells = |p: &Partial| p.share() > COUNTED_SLOPE_SHARE && p.slope() * self.scale > 0.0;
+        let mut sizes: Vec<f64> = partials.iter().filter(|p| tells(p)).map(|p| p.slope() / self.scale).collect();
+        if sizes.len() <= JOINTS_BESIDE {
+            return Vec::new();
+        }
+        sizes.sort_by(f64::total_cmp);
+        let middle = sizes[sizes.len() / 2];
+        let n = as_it_is.len() as f64;
+        let one = |(k, p): (usize, &Partial)| {
+            let factor = p.slope() / self.scale / middle;
+            let is_off = tells(p) && !COMMON_FACTORS.contains(&factor);
+            let share = |slope: f64| p.left(slope) / n;
+            is_off.then(|| Suspicion {
+                changes: vec![Change { of: Scale(k), size: factor - 1.0 }],
+                before: share(middle * self.scale),
+                after: share(p.slope()),
+            })
+        };
+        partials.iter().enumerate().filter_map(one).collect()
+    }
+}
+
 /// Merges exchanges of one kind into one order.
 fn merged(found: Vec<Suspicion>) -> Vec<Suspicion> {
     let all: Vec<Change> = found.iter().flat_map(|f| f.changes.iter().copied()).collect();
@@ -250,24 +320,5 @@ impl Suspicion {
             return Fault::Permuted(first.of.exchanges().unwrap_or(Columns::All));
         }
         Fault::Of(first.of, first.size)
-    }
-
-    /// What undoes it, for a robot of n joints.
-    ///
-    /// Where that is an option with a list over the joints, the list serves all suspicions together.
-    pub(super) fn remedy(&self, n: usize, all: &[Suspicion]) -> String {
-        let Some(&Change { of: kind, .. }) = self.changes.first() else { return String::new() };
-        let is_alike = |of: &Hypothesis| std::mem::discriminant(of) == std::mem::discriminant(&kind);
-        let alike: Vec<Change> =
-            all.iter().flat_map(|s| s.changes.iter().copied()).filter(|change| is_alike(&change.of)).collect();
-        let size = |change: &Change| match change.of {
-            Zero(_) => (1e4 * change.size).round() / 1e4,
-            _ => -1.0,
-        };
-        let of_joint = |j: usize| alike.iter().find(|change| change.of.joint() == Some(j)).map(size);
-        kind.undoing(|others| {
-            let list: Vec<String> = (0..n).map(|j| of_joint(j).unwrap_or(others).to_string()).collect();
-            format!("[{}]", list.join(", "))
-        })
     }
 }

@@ -4,6 +4,7 @@
 use logs::Suspect;
 
 use crate::estimate::hypothesis::Hypothesis;
+use crate::estimate::passport::change::Change;
 use crate::estimate::passport::diagnosis::Look;
 use crate::estimate::passport::finding::{Fault, Finding, OTHER_TORQUE_SIGN};
 use crate::estimate::passport::friction::OwnFriction;
@@ -26,6 +27,9 @@ const NO_SLOPE_CORRELATION: f64 = 0.5;
 /// No machine gives a torque this small, N m (N): a motor of a watch gives 1e-6.
 const SMALLEST_TORQUE: f64 = 1e-30;
 
+/// What to do about torques that are not there.
+const NAME_TORQUES: &str = "log the measured torques or currents, or name their columns ([options.columns.torque])";
+
 /// Share of the rows at a limit above which a torque is saturated. Quantised currents reach 1 % by chance.
 const SATURATED_ROWS_SHARE: f64 = 0.05;
 
@@ -36,12 +40,9 @@ impl Look<'_> {
         let dead: Vec<&Suspect> = self.suspects.iter().filter(|s| s.constant.is_some()).collect();
         if !dead.is_empty() {
             let value = |s: &&Suspect| format!("{} in every row", s.constant.unwrap_or(0.0));
-            found.push(Finding {
-                fault: Fault::DeadTorque,
-                joints: dead.iter().map(|s| s.coordinate.clone()).collect(),
-                evidence: dead.first().map(value).unwrap_or_default(),
-                remedy: "log the measured torques or currents, or name their columns ([options.columns.torque])".into(),
-            });
+            let joints = dead.iter().map(|s| s.coordinate.clone()).collect();
+            let evidence = dead.first().map(value).unwrap_or_default();
+            found.push(Finding::of(Fault::DeadTorque, joints, evidence, NAME_TORQUES));
         }
         let (n, tau) = (self.n(), &self.samples.kept.tau);
         let largest = |k: usize| tau.iter().skip(k).step_by(n).fold(0.0, |m: f64, x| m.max(x.abs()));
@@ -51,21 +52,16 @@ impl Look<'_> {
         };
         let nothing: Vec<usize> = (0..n).filter(|k| largest(*k) < SMALLEST_TORQUE && !is_told(k)).collect();
         if !tau.is_empty() && !nothing.is_empty() {
-            found.push(Finding {
-                fault: Fault::Nothing(nothing.iter().map(|&k| largest(k)).fold(0.0, f64::max)),
-                evidence: "memory that a driver never wrote looks so".into(),
-                joints: nothing.into_iter().map(|k| self.name(k)).collect(),
-                remedy: "log the measured torques or currents, or name their columns ([options.columns.torque])".into(),
-            });
+            let fault = Fault::Nothing(nothing.iter().map(|&k| largest(k)).fold(0.0, f64::max));
+            let joints = nothing.into_iter().map(|k| self.name(k)).collect();
+            let evidence = "memory that a driver never wrote looks so".into();
+            found.push(Finding::of(fault, joints, evidence, NAME_TORQUES));
         }
         for suspect in self.suspects {
             let Some(share) = suspect.saturated.filter(|share| *share > SATURATED_ROWS_SHARE) else { continue };
-            found.push(Finding {
-                fault: Fault::Saturated(share),
-                joints: vec![suspect.coordinate.clone()],
-                evidence: "its largest and smallest values come again and again".into(),
-                remedy: "move more slowly or with less load, or leave that part out (signal: window)".into(),
-            });
+            let evidence = "its largest and smallest values come again and again".into();
+            let remedy = "move more slowly or with less load, or leave that part out (signal: window)";
+            found.push(Finding::of(Fault::Saturated(share), vec![suspect.coordinate.clone()], evidence, remedy));
         }
         found
     }
@@ -89,11 +85,12 @@ impl Look<'_> {
         let joints: Vec<usize> = (0..self.n()).filter(far).collect();
         let farthest = joints.iter().map(|&k| self.samples.range[k].1.abs().max(self.samples.range[k].0.abs()));
         let farthest = farthest.fold(0.0, f64::max);
-        (!joints.is_empty()).then(|| Finding {
-            fault: Fault::Of(Hypothesis::Degrees, 0.0),
-            evidence: format!("positions reach {farthest:.1} rad, more than two turns"),
-            remedy: format!("say the unit in the header ({}_deg)", self.name(joints[0])),
-            joints: joints.into_iter().map(|k| self.name(k)).collect(),
+        (!joints.is_empty()).then(|| {
+            let evidence = format!("positions reach {farthest:.1} rad, more than two turns");
+            let remedy = format!("say the unit in the header ({}_deg)", self.name(joints[0]));
+            let names = joints.into_iter().map(|k| self.name(k)).collect();
+            let undo = vec![Change::of(Hypothesis::Degrees)];
+            Finding::of(Fault::Of(Hypothesis::Degrees, 0.0), names, evidence, remedy).undone_by(undo)
         })
     }
 
@@ -107,24 +104,29 @@ impl Look<'_> {
             }
             let other = (0..self.n()).filter(|&l| l != k).map(|l| (l, self.samples.alike(k, l)));
             let other = other.filter(|(_, alike)| *alike > SLOPE_CORRELATION).max_by(|a, b| a.1.total_cmp(&b.1));
-            let (evidence, remedy) = match other {
+            let (evidence, remedy): (String, &str) = match other {
                 Some((l, alike)) => (
                     format!(
                         "it agrees with the slope of its own position to {own:.2}, with that of {} to {alike:.2}",
                         self.name(l)
                     ),
-                    "exchange the columns ([options.columns]: velocity, position)".into(),
+                    "exchange the columns ([options.columns]: velocity, position)",
                 ),
                 None => (
                     format!("it agrees with the slope of its position to {own:.2} only"),
-                    "name the columns ([options.columns]), or use positions alone (signal: velocity: differentiated)"
-                        .into(),
+                    "name the columns ([options.columns]), or use positions alone (signal: velocity: differentiated)",
                 ),
             };
-            let finding = Finding { fault: Fault::Velocity, joints: vec![self.name(k)], evidence, remedy };
+            let finding = Finding::of(Fault::Velocity, vec![self.name(k)], evidence, remedy);
             found.push((k, other.map(|o| o.0), finding));
         }
         found
+    }
+
+    /// That all torques have the wrong sign.
+    pub(super) fn all_signs(&self, evidence: String) -> Finding {
+        let undo = (0..self.n()).map(|k| Change::of(Hypothesis::TorqueSign(k))).collect();
+        Finding::of_all(Fault::TorqueSigns, evidence, OTHER_TORQUE_SIGN).undone_by(undo)
     }
 
     /// Friction that drives, in joints of which nothing else is known.
@@ -139,15 +141,15 @@ impl Look<'_> {
         if drives.len() >= 2 && 3 * drives.len() >= 2 * judged.len() {
             let mean = drives.iter().map(|d| d.1.brakes).sum::<f64>() / drives.len() as f64;
             let evidence = format!("friction drives {} of {} joints: {}", drives.len(), judged.len(), evidence(mean));
-            return vec![Finding::of_all(Fault::TorqueSigns, evidence, OTHER_TORQUE_SIGN)];
+            return vec![self.all_signs(evidence)];
         }
-        let finding = |(j, friction): &&(&JointPassport, OwnFriction)| Finding {
-            fault: Fault::FrictionSign,
-            joints: vec![j.coordinate.clone()],
-            evidence: evidence(friction.brakes),
-            remedy: "change the sign of that column, or, where motor and joint turn in opposite ways, give a negative \
-                     ratio ([options.transmission.ratios])"
-                .into(),
+        let remedy = "change the sign of that column, or, where motor and joint turn in opposite ways, give a negative ratio \
+                      ([options.transmission.ratios])";
+        let finding = |(j, friction): &&(&JointPassport, OwnFriction)| {
+            let undo = (0..self.n()).filter(|k| self.name(*k) == j.coordinate).map(Hypothesis::TorqueSign);
+            let joints = vec![j.coordinate.clone()];
+            Finding::of(Fault::FrictionSign, joints, evidence(friction.brakes), remedy)
+                .undone_by(undo.map(Change::of).collect())
         };
         drives.iter().map(finding).collect()
     }

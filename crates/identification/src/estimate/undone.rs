@@ -1,0 +1,218 @@
+//! The options under which a log is read as if faults were undone, and how they are said.
+//!
+//! ```text
+//! q = R^-1 q_m + q_0        tau = R' tau_m / s
+//! ```
+//! A zero adds to q_0, a wrong scale multiplies s; signs and exchanges are a matter of which column is which signal. They act
+//! one after the other, as `passport::change` does them: a sign that changes behind a zero changes that too.
+
+use logs::{ColumnNames, Names};
+
+use crate::estimate::hypothesis::Hypothesis::{self, *};
+use crate::estimate::options::Options;
+use crate::estimate::passport::Change;
+
+/// Decimals of an angle in an option, as a power of ten: a hundredth of a degree.
+const ANGLE_DECIMALS: f64 = 1e4;
+
+impl Options {
+    /// These options, under which each change is undone. `columns`: those that the log was read from, of n coordinates.
+    ///
+    /// `None` where no option undoes one of them.
+    pub fn undoing(&self, changes: &[Change], columns: &ColumnNames, n: usize, slides: bool) -> Option<Options> {
+        let mut options = self.clone();
+        changes.iter().all(|change| options.undo(change, columns, n, slides)).then_some(options)
+    }
+
+    fn undo(&mut self, change: &Change, columns: &ColumnNames, n: usize, slides: bool) -> bool {
+        let Change { of, size } = *change;
+        let (motion, effort) = signals(of);
+        if motion.contains(&true) || effort {
+            let named = &mut self.columns;
+            let motions = [
+                (&mut named.position, &columns.position),
+                (&mut named.velocity, &columns.velocity),
+                (&mut named.acceleration, &columns.acceleration),
+            ];
+            let moved = motions.into_iter().zip(motion).filter(|(_, moves)| *moves).map(|(names, _)| names);
+            let efforts = [
+                (&mut named.torque, &columns.torque),
+                (&mut named.current, &columns.current),
+                (&mut named.goal, &columns.goal),
+            ];
+            let all: Vec<_> = moved.chain(efforts.into_iter().filter(|_| effort)).collect();
+            for (given, read) in all {
+                let Some(Names::Each(read)) = read else { continue };
+                if read.len() != n {
+                    return false;
+                }
+                if !matches!(given, Some(Names::Each(_))) {
+                    *given = Some(Names::Each(read.clone()));
+                }
+                if let Some(Names::Each(names)) = given {
+                    change_names(of, names);
+                }
+            }
+        }
+        let transmission = &mut self.transmission;
+        match of {
+            Zero(k) => transmission.offsets.get_or_insert_with(|| vec![0.0; n])[k] += size,
+            MotionSign(k) | Reversed(k) => transmission.offsets.iter_mut().for_each(|all| all[k] = -all[k]),
+            SwappedMotions(k, l) | SwappedPositions(k, l) | SwappedJoints(k, l) => {
+                transmission.offsets.iter_mut().for_each(|all| all.swap(k, l))
+            }
+            Scale(k) => transmission.scales.get_or_insert_with(|| vec![1.0; n])[k] *= 1.0 + size,
+            Degrees if slides => return false,
+            Degrees => {
+                let units = &mut self.columns.units;
+                units.position = Some("deg".into());
+                units.velocity = columns.velocity.as_ref().map(|_| "deg/s".into());
+                units.acceleration = columns.acceleration.as_ref().map(|_| "deg/s^2".into());
+            }
+            TorqueSign(_) | SwappedVelocities(..) | SwappedTorques(..) => {}
+            _ => return false,
+        }
+        true
+    }
+
+    /// What these say beside others, as the lines of a file of options; none where they say the same.
+    pub fn beside(&self, others: &Options) -> Option<String> {
+        let (columns, transmission) = (&self.columns, &self.transmission);
+        let (of_columns, of_transmission) = (&others.columns, &others.transmission);
+        let list = |key: &str, numbers: &Option<Vec<f64>>, other: &Option<Vec<f64>>| {
+            let rounded = |x: &f64| ((x * ANGLE_DECIMALS).round() / ANGLE_DECIMALS).to_string();
+            let numbers = numbers.as_ref().filter(|_| numbers != other)?;
+            Some(format!("{key}: [{}]", numbers.iter().map(rounded).collect::<Vec<_>>().join(", ")))
+        };
+        let names = |key: &str, names: &Option<Names>, other: &Option<Names>| match names {
+            Some(Names::Each(each)) if names != other => {
+                Some(format!("{key}: [{}]", each.iter().map(|name| scalar(name)).collect::<Vec<_>>().join(", ")))
+            }
+            _ => None,
+        };
+        let unit = |key: &str, unit: &Option<String>, other: &Option<String>| {
+            unit.as_ref().filter(|_| unit != other).map(|unit| format!("{key}: {}", scalar(unit)))
+        };
+        let groups = [
+            (
+                "columns",
+                vec![
+                    names("position", &columns.position, &of_columns.position),
+                    names("velocity", &columns.velocity, &of_columns.velocity),
+                    names("acceleration", &columns.acceleration, &of_columns.acceleration),
+                    names("torque", &columns.torque, &of_columns.torque),
+                    names("current", &columns.current, &of_columns.current),
+                    names("goal", &columns.goal, &of_columns.goal),
+                ],
+            ),
+            (
+                "units",
+                vec![
+                    unit("position", &columns.units.position, &of_columns.units.position),
+                    unit("velocity", &columns.units.velocity, &of_columns.units.velocity),
+                    unit("acceleration", &columns.units.acceleration, &of_columns.units.acceleration),
+                ],
+            ),
+            (
+                "transmission",
+                vec![
+                    list("offsets", &transmission.offsets, &of_transmission.offsets),
+                    list("scales", &transmission.scales, &of_transmission.scales),
+                ],
+            ),
+        ];
+        let said = groups.into_iter().map(|(key, parts)| (key, parts.into_iter().flatten().collect::<Vec<_>>()));
+        let said = said.filter(|(_, parts)| !parts.is_empty());
+        let said: Vec<String> = said.map(|(key, parts)| format!("{key}: {{{}}}", parts.join(", "))).collect();
+        match said.as_slice() {
+            [] => None,
+            [one] => Some(one.clone()),
+            _ => Some(format!("{{{}}}", said.join(", "))),
+        }
+    }
+}
+
+/// Which columns a fault is in: position, velocity and acceleration; and the torque.
+fn signals(of: Hypothesis) -> ([bool; 3], bool) {
+    match of {
+        MotionSign(_) | SwappedMotions(..) => ([true; 3], false),
+        Reversed(_) | SwappedJoints(..) => ([true; 3], true),
+        SwappedPositions(..) => ([true, false, false], false),
+        SwappedVelocities(..) => ([false, true, true], false),
+        TorqueSign(_) | SwappedTorques(..) => ([false; 3], true),
+        _ => ([false; 3], false),
+    }
+}
+
+/// Exchanges the names of columns, or the sign of one.
+fn change_names(of: Hypothesis, names: &mut [String]) {
+    match of.joints().as_slice() {
+        &[k] => names[k] = names[k].strip_prefix('-').map_or_else(|| format!("-{}", names[k]), str::to_string),
+        &[k, l] => names.swap(k, l),
+        _ => {}
+    }
+}
+
+/// A text as YAML has it within a list.
+fn scalar(text: &str) -> String {
+    let is_plain = |c: char| c.is_alphanumeric() || "_./- ^".contains(c);
+    let begins = text.trim_start_matches('-').starts_with(|c: char| c.is_alphabetic() || c == '_');
+    match begins && !text.starts_with("--") && text.chars().all(is_plain) && text.trim() == text {
+        true => text.into(),
+        false => format!("'{}'", text.replace('\'', "''")),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn columns() -> ColumnNames {
+        let each = |stem: &str| Some(Names::Each((1..=3).map(|k| format!("{stem}{k}")).collect()));
+        ColumnNames { position: each("q"), velocity: each("dq"), torque: each("tau"), ..ColumnNames::default() }
+    }
+
+    fn said(options: &Options, changes: &[Change]) -> Option<String> {
+        options.undoing(changes, &columns(), 3, false)?.beside(options)
+    }
+
+    /// Each is what a user writes into the file, and is read again as the options that were meant.
+    #[test]
+    fn what_undoes_a_fault_is_said_as_options() {
+        let (of, sized) = (Change::of, |of: Hypothesis, size: f64| Change { of, size });
+        for (changes, wanted) in [
+            (vec![sized(Zero(1), 0.5)], "transmission: {offsets: [0, 0.5, 0]}"),
+            (vec![of(TorqueSign(2))], "columns: {torque: [tau1, tau2, -tau3]}"),
+            (vec![of(MotionSign(0))], "columns: {position: [-q1, q2, q3], velocity: [-dq1, dq2, dq3]}"),
+            (vec![of(SwappedVelocities(0, 1))], "columns: {velocity: [dq2, dq1, dq3]}"),
+            (vec![sized(Scale(0), -0.75)], "transmission: {scales: [0.25, 1, 1]}"),
+            (vec![of(Degrees)], "units: {position: deg, velocity: deg/s}"),
+            (
+                vec![sized(Zero(1), 0.5), of(Reversed(1))],
+                "{columns: {position: [q1, -q2, q3], velocity: [dq1, -dq2, dq3], torque: [tau1, -tau2, tau3]}, \
+                 transmission: {offsets: [0, -0.5, 0]}}",
+            ),
+            (vec![of(SwappedTorques(0, 1)), of(TorqueSign(0))], "columns: {torque: [-tau2, tau1, tau3]}"),
+        ] {
+            let text = said(&Options::default(), &changes).unwrap();
+            assert_eq!(text, wanted);
+            let meant = Options::default().undoing(&changes, &columns(), 3, false).unwrap();
+            assert_eq!(Options::parse("o.yaml", &text).unwrap(), meant, "{text}");
+        }
+    }
+
+    /// What is there already is added to, a sign twice is none, and what no option undoes is said by none.
+    #[test]
+    fn options_that_are_there_are_changed_and_not_replaced() {
+        let options = Options::parse("o.yaml", "transmission: {offsets: [0.1, 0, 0.3]}").unwrap();
+        let turned = [Change { of: Zero(0), size: -0.25 }];
+        assert_eq!(said(&options, &turned).unwrap(), "transmission: {offsets: [-0.15, 0, 0.3]}");
+        let twice = [Change::of(TorqueSign(1)), Change::of(TorqueSign(1))];
+        assert_eq!(said(&Options::default(), &twice).unwrap(), "columns: {torque: [tau1, tau2, tau3]}");
+        assert_eq!(said(&options, &[Change::of(GravityCompensated)]), None);
+        assert!(Options::default().undoing(&[Change::of(Degrees)], &columns(), 3, true).is_none());
+        assert_eq!(scalar("A1 [Nm]"), "'A1 [Nm]'");
+        assert_eq!(scalar("-q_1"), "-q_1");
+        assert_eq!(scalar("1"), "'1'");
+    }
+}
