@@ -81,10 +81,13 @@ impl Machine<'_> {
 }
 
 impl JointLog {
-    /// Writes it as CSV: t, then q, dq and tau of each name.
+    /// Writes it as CSV: t, then q, dq and tau of each name; no dq where it has none.
     pub fn write(&self, path: &Path, names: &[String]) {
-        let header = |quantity: &str| names.iter().map(|name| format!("{quantity}_{name}")).collect::<Vec<_>>();
-        let header = [vec!["t".into()], header("q"), header("dq"), header("tau")].concat().join(",");
+        let header = |quantity: &str, series: &[Vec<f64>]| {
+            names.iter().zip(series).map(|(name, _)| format!("{quantity}_{name}")).collect::<Vec<_>>()
+        };
+        let signals = [header("q", &self.q), header("dq", &self.dq), header("tau", &self.tau)].concat();
+        let header = [vec!["t".into()], signals].concat().join(",");
         let series: Vec<&Vec<f64>> = std::iter::once(&self.t).chain(&self.q).chain(&self.dq).chain(&self.tau).collect();
         let row = |r: usize| series.iter().map(|x| format!("{:?}", x[r])).collect::<Vec<_>>().join(",");
         let rows: Vec<String> = (0..self.t.len()).map(row).collect();

@@ -27,6 +27,7 @@ pub mod random;
 pub mod random_situations;
 pub mod random_structures;
 pub mod recursion;
+pub mod remedies;
 pub mod rules;
 pub mod running_error;
 pub mod snapshot;

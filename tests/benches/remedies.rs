@@ -1,0 +1,97 @@
+//! Whether the cause that `rist doctor` names is the true one, and whether what it tells a reader to do mends the log: random
+//! robots, each log with one mistake.
+//!
+//! `cargo bench --profile dev -p tests --bench remedies -- [COUNT] [from SEED] [each] [doctor]`: counts; `each` prints every one;
+//! `doctor` leaves `rist identify` out.
+//! `cargo bench --profile dev -p tests --bench remedies -- seed SEED`: one, with all that the program prints.
+//! `cargo bench --profile dev -p tests --bench remedies -- clean [COUNT] [from SEED]`: logs without a mistake, and those that
+//! are accused.
+//!
+//! The robots are those of `../shared/findings/inputs/statistics2`, and those of the folder that `RIST_ARMS` names. Which robot
+//! a seed takes depends on how many there are.
+//!
+//! | column | is |
+//! |---|---|
+//! | above | the mistake is larger than what doctor says of the right log that it would have shown; where it says nothing: gross |
+//! | right, among several, wrong | all findings name the true cause, some do, none does |
+//! | cannot tell, silent | no finding: a line says that this cannot be told, or nothing does |
+//! | obeyed | a remedy that a machine can obey as it is printed (`obedience` says which words) |
+//! | accepted | of these, the program takes it |
+//! | claim gone, new claim | of these, the obeyed findings are gone; others came up |
+//! | by a person | findings that only a person can obey |
+//! | yes, and wrong | `rist identify` trusts an estimate that is more than 5 % wrong |
+
+use tests::program::folder;
+use tests::remedies::Situation;
+use tests::remedies::arms::{Arm, arms};
+use tests::remedies::judge::Outcome;
+use tests::remedies::tally::{Tally, line, share};
+
+fn main() {
+    let words: Vec<String> = std::env::args().skip(1).filter(|w| w != "--bench").collect();
+    let behind = |word: &str| {
+        let place = words.iter().position(|w| w == word)?;
+        let number = words.get(place + 1).and_then(|w| w.parse::<u64>().ok());
+        Some(number.unwrap_or_else(|| panic!("`{word}` has no number behind it; `{word} 123` is expected")))
+    };
+    let has = |word: &str| words.iter().any(|w| w == word);
+    let arms = arms();
+    if arms.is_empty() {
+        println!("no robots: nothing is tried");
+        return;
+    }
+    let place = usize::from(has("clean"));
+    let count: u64 = words.get(place).and_then(|w| w.parse().ok()).unwrap_or(200);
+    let first = behind("from").unwrap_or(1);
+    if has("clean") {
+        clean(&arms, behind("seed").unwrap_or(first), if has("seed") { 1 } else { count });
+    } else if let Some(seed) = behind("seed") {
+        let situation = Situation::of(seed, &arms);
+        show(&situation, &situation.outcome(!has("doctor")));
+    } else {
+        let mut tally = Tally::default();
+        for seed in first..first + count {
+            let start = std::time::Instant::now();
+            let situation = Situation::of(seed, &arms);
+            let outcome = situation.outcome(!has("doctor"));
+            if has("each") {
+                println!("{}", line(&situation, &outcome));
+            }
+            eprintln!("{seed}: {:.1} s", start.elapsed().as_secs_f64());
+            tally.add(&situation, &outcome);
+        }
+        println!("{tally}");
+    }
+    std::fs::remove_dir_all(folder("remedies")).ok();
+}
+
+/// Logs without a mistake: prints those that are accused, and counts them.
+fn clean(arms: &[Arm], first: u64, count: u64) {
+    let mut accused = 0;
+    for seed in first..first + count {
+        let situation = Situation::clean(seed, arms);
+        let outcome = situation.outcome(false);
+        if outcome.said.code == Some(0) {
+            continue;
+        }
+        accused += 1;
+        println!("{situation}, {}", situation.motion.said);
+        let said = &outcome.said;
+        let lines = if said.findings.is_empty() { vec![said.error.trim().to_string()] } else { said.findings.clone() };
+        lines.iter().for_each(|line| println!("    {line}"));
+    }
+    println!("accused without a mistake: {}", share(accused, count as usize));
+}
+
+/// One situation, with all that is printed.
+fn show(situation: &Situation, outcome: &Outcome) {
+    println!("{situation}\n{}: {}\n", situation.description().display(), situation.motion.said);
+    println!("{}", outcome.said.whole);
+    if let Some(clean) = &outcome.clean {
+        println!("--- the same without the mistake\n{}", clean.whole);
+    }
+    if !outcome.again.is_empty() {
+        println!("--- obeyed: {}", outcome.again);
+    }
+    println!("{}", line(situation, outcome));
+}

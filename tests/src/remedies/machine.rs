@@ -1,0 +1,154 @@
+//! A machine that is nearly as its description says, and its sensors.
+
+use robot::{Inertial, LinkId, Robot, StandardParameter};
+
+use super::arms::Arm;
+use super::motion::Motion;
+use crate::by_link;
+use crate::joint_log::described;
+use crate::random::State;
+use crate::random_situations::draw::Draw;
+use crate::recursion;
+
+/// Samples of a motion from which the sizes of torques and inertias follow.
+const LOOKS: usize = 200;
+/// The bodies differ from the description by up to this share, their centres by up to this length, m.
+const BODIES: f64 = 0.15;
+const CENTRES: f64 = 0.01;
+
+/// XX XY XZ YY YZ ZZ MX MY MZ M of a body about the origin of its link.
+type Body = [f64; 10];
+
+/// A machine.
+pub struct Machine {
+    /// Standard parameters of its bodies and rotors, in the order of [`StandardParameter::all`].
+    pub parameters: Vec<f64>,
+    /// The same with a load at the last link.
+    pub loaded: Vec<f64>,
+    /// The mass of that load, kg.
+    pub load: f64,
+    /// N m s/rad and N m (N s/m and N), of each joint.
+    pub viscous: Vec<f64>,
+    pub coulomb: Vec<f64>,
+    /// N m (N), by which the torque of each joint is measured too large.
+    pub offset: Vec<f64>,
+    /// Root of the mean square of the torque of bodies and rotors, of each joint, N m (N).
+    pub size: Vec<f64>,
+    /// The sensors.
+    pub sensors: Sensors,
+}
+
+/// The sensors of a machine.
+pub struct Sensors {
+    /// Deviation of the noise of the torques, of their size.
+    pub noise: f64,
+    /// Bits a turn; of a sliding joint a turn is 0.1 m.
+    pub bits: i32,
+    /// Whether velocities are logged.
+    pub speeds: bool,
+}
+
+impl Machine {
+    /// The machine of a seed, of a size that is measured on this motion.
+    pub fn of(arm: &Arm, motion: &Motion, draw: &mut Draw) -> Machine {
+        let robot = &arm.robot;
+        let n = robot.n_coordinates();
+        let mut bodies: Vec<Body> = by_link(robot, &described(robot)).iter().map(|(body, _)| *body).collect();
+        bodies.iter_mut().for_each(|body| *body = unlike(body, draw));
+        let states: Vec<State> = (0..LOOKS).map(|i| motion.at(motion.duration * i as f64 / LOOKS as f64)).collect();
+        let mut rotors = vec![0.0; robot.links.len()];
+        let inertias = mean_inertias(robot, &parameters(robot, &bodies, &rotors), &states);
+        for (link, rotor) in robot.links.iter().zip(&mut rotors) {
+            if let Some((k, _)) = link.joint.variable.terms.first() {
+                *rotor = 0.1 * draw.uniform(0.5, 3.0) * inertias[k.0];
+            }
+        }
+        let x = parameters(robot, &bodies, &rotors);
+        let (load, loaded) = loaded(robot, &mut bodies, &rotors, draw);
+        let size = sizes(n, states.iter().map(|state| recursion::torque(robot, state, &x)));
+        let speed = sizes(n, states.iter().map(|state| state.dq.clone()));
+        let mut share = || draw.uniform(0.05, 0.2);
+        let viscous = (0..n).map(|k| share() * size[k] / speed[k]).collect();
+        let coulomb = (0..n).map(|k| share() * size[k]).collect();
+        let offset = (0..n).map(|k| draw.uniform(-0.01, 0.01) * size[k]).collect();
+        let (noise, bits, speeds) = (draw.uniform(0.002, 0.01), 16 + draw.below(5) as i32, draw.chance(0.6));
+        let sensors = Sensors { noise, bits, speeds };
+        Machine { parameters: x, loaded, load, viscous, coulomb, offset, size, sensors }
+    }
+
+    /// What the motors give at a state, with the parameters of the bodies as they are then, N m (N).
+    pub fn torque(&self, robot: &Robot, state: &State, x: &[f64]) -> Vec<f64> {
+        let mut tau = recursion::torque(robot, state, x);
+        for (k, tau) in tau.iter_mut().enumerate() {
+            let sign = if state.dq[k] == 0.0 { 0.0 } else { state.dq[k].signum() };
+            *tau += self.viscous[k] * state.dq[k] + self.coulomb[k] * sign;
+        }
+        tau
+    }
+}
+
+/// A body that differs: one factor of mass, first moments and inertia, then another centre. It can exist where the first can.
+fn unlike(body: &Body, draw: &mut Draw) -> Body {
+    let factor = 1.0 + draw.uniform(-BODIES, BODIES);
+    let shift = [0, 1, 2].map(|_: usize| draw.uniform(-CENTRES, CENTRES) / 3f64.sqrt());
+    let m = factor * body[9];
+    if m <= 0.0 {
+        return *body;
+    }
+    let centre = [6, 7, 8].map(|i: usize| body[i] / body[9]);
+    let moved = [0, 1, 2].map(|i: usize| centre[i] + shift[i]);
+    let (before, behind) = (of_point(m, centre), of_point(m, moved));
+    std::array::from_fn(|i| factor * body[i] - before[i] + behind[i])
+}
+
+/// The body of a point of mass m at c.
+fn of_point(m: f64, [x, y, z]: [f64; 3]) -> Body {
+    [y * y + z * z, -x * y, -x * z, x * x + z * z, -y * z, x * x + y * y, x, y, z, 1.0].map(|a| m * a)
+}
+
+/// The parameters with a load of a half of the last link's mass up to 2 kg, 5 to 15 cm from the last frame; and its mass, kg.
+fn loaded(robot: &Robot, bodies: &mut [Body], rotors: &[f64], draw: &mut Draw) -> (f64, Vec<f64>) {
+    let last = bodies.iter().rposition(|body| body[9] > 0.0).unwrap_or(0);
+    let least = (0.5 * bodies[last][9]).clamp(0.05, 1.9);
+    let mass = draw.uniform(least, 2.0);
+    let place = [0, 1, 2].map(|_: usize| draw.sign() * draw.uniform(0.03, 0.09));
+    let load = of_point(mass, place);
+    bodies[last].iter_mut().zip(load).for_each(|(x, more)| *x += more);
+    (mass, parameters(robot, bodies, rotors))
+}
+
+/// The vector of standard parameters of bodies and rotors.
+fn parameters(robot: &Robot, bodies: &[Body], rotors: &[f64]) -> Vec<f64> {
+    let value = |parameter: &StandardParameter| {
+        let LinkId(j) = parameter.link;
+        match parameter.inertial {
+            Inertial::Ia => rotors[j],
+            inertial => bodies[j][inertial as usize],
+        }
+    };
+    StandardParameter::all(robot).iter().map(value).collect()
+}
+
+/// The mean of each diagonal entry of the inertia matrix.
+fn mean_inertias(robot: &Robot, x: &[f64], states: &[State]) -> Vec<f64> {
+    let n = robot.n_coordinates();
+    let few: Vec<&State> = states.iter().step_by(20).collect();
+    let at = |state: &State, k: usize| {
+        let still = |ddq: Vec<f64>| State { q: state.q.clone(), dq: vec![0.0; n], ddq };
+        let unit = (0..n).map(|i| if i == k { 1.0 } else { 0.0 }).collect();
+        recursion::torque(robot, &still(unit), x)[k] - recursion::torque(robot, &still(vec![0.0; n]), x)[k]
+    };
+    (0..n).map(|k| few.iter().map(|state| at(state, k)).sum::<f64>() / few.len() as f64).collect()
+}
+
+/// The root of the mean square of each joint; none is smaller than a thousandth of the largest.
+fn sizes(n: usize, series: impl Iterator<Item = Vec<f64>>) -> Vec<f64> {
+    let (mut sums, mut count) = (vec![0.0; n], 0);
+    for values in series {
+        sums.iter_mut().zip(values).for_each(|(sum, x)| *sum += x * x);
+        count += 1;
+    }
+    let sizes: Vec<f64> = sums.iter().map(|sum| (sum / f64::from(count.max(1))).sqrt()).collect();
+    let largest = sizes.iter().fold(f64::MIN_POSITIVE, |m, x| m.max(*x));
+    sizes.into_iter().map(|x| x.max(1e-3 * largest)).collect()
+}

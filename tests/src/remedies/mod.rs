@@ -1,0 +1,144 @@
+//! Random robots with one mistake each in their logs: whether `rist doctor` names the true cause, whether what it tells a
+//! reader to do can be done as it is printed, and whether that mends the log.
+//!
+//! The machine is simulated by mechanics of its own ([`crate::recursion`]), with bodies, rotors, friction and sensors that
+//! the description does not know. Robot, motion, mistake and noise follow from the seed and the list of robots alone.
+
+pub mod arms;
+pub mod judge;
+pub mod kinds;
+pub mod machine;
+pub mod motion;
+pub mod obedience;
+pub mod said;
+pub mod simulation;
+pub mod tally;
+pub mod wrong_columns;
+
+use std::fmt;
+use std::path::{Path, PathBuf};
+
+use crate::program::folder;
+use crate::random_situations::draw::Draw;
+use arms::Arm;
+use kinds::{Entry, KINDS, Kind};
+use machine::Machine;
+use motion::Motion;
+use simulation::{Mistake, Simulation};
+
+/// s of a log, where nothing else is asked for.
+const DURATION: f64 = 20.0;
+/// s of logs without a mistake.
+const DURATIONS: [f64; 6] = [1.0, 2.0, 3.0, 5.0, 10.0, 30.0];
+
+/// A robot, its machine, what it did, and what is wrong with the log.
+pub struct Situation<'a> {
+    /// All else follows from it.
+    pub seed: u64,
+    /// The robot.
+    pub arm: &'a Arm,
+    /// The robot whose log it is: the same, but for [`Kind::OtherRobot`].
+    pub logged: &'a Arm,
+    /// The machine that is logged.
+    pub machine: Machine,
+    /// What it did.
+    pub motion: Motion,
+    /// What is wrong; `None`: nothing.
+    pub entry: Option<&'static Entry>,
+    /// The same, with its joints.
+    pub mistake: Option<Mistake>,
+}
+
+impl<'a> Situation<'a> {
+    /// The situation of a seed: kinds in turn, robots that the kind can be of by chance.
+    pub fn of(seed: u64, arms: &'a [Arm]) -> Situation<'a> {
+        let entry = &KINDS[(seed % KINDS.len() as u64) as usize];
+        let draw = &mut Draw::of(seed, 1);
+        let able: Vec<&Arm> =
+            arms.iter().filter(|arm| entry.kind != Kind::OtherRobot || !others(arm, arms).is_empty()).collect();
+        let arm = able[draw.below(able.len())];
+        let logged = if entry.kind == Kind::OtherRobot { others(arm, arms)[0] } else { arm };
+        let motion = Motion::harmonics(logged, DURATION, &mut Draw::of(seed, 2));
+        let machine = Machine::of(logged, &motion, &mut Draw::of(seed, 3));
+        let mistake = Some(mistake(arm, entry.kind, &mut Draw::of(seed, 4)));
+        Situation { seed, arm, logged, machine, motion, entry: Some(entry), mistake }
+    }
+
+    /// The log without a mistake of a seed: of 1 s to 30 s, a third from point to point.
+    pub fn clean(seed: u64, arms: &'a [Arm]) -> Situation<'a> {
+        let draw = &mut Draw::of(seed, 1);
+        let arm = &arms[draw.below(arms.len())];
+        let (duration, stops) = (DURATIONS[draw.below(DURATIONS.len())], draw.chance(1.0 / 3.0));
+        let draw = &mut Draw::of(seed, 2);
+        let motion = if stops { Motion::points(arm, duration, draw) } else { Motion::harmonics(arm, duration, draw) };
+        let machine = Machine::of(arm, &motion, &mut Draw::of(seed, 3));
+        Situation { seed, arm, logged: arm, machine, motion, entry: None, mistake: None }
+    }
+
+    /// Writes the log, wrong or right, and says where.
+    pub fn write(&self, is_wrong: bool) -> PathBuf {
+        let simulation = self.simulation(is_wrong);
+        let log = simulation.log(&mut Draw::of(self.seed, 5));
+        let path = folder("remedies").join(if is_wrong { "wrong.csv" } else { "right.csv" });
+        log.write(&path, &self.arm.names());
+        path
+    }
+
+    /// The size of the mistake in the unit of the claims about it, where it has one.
+    pub fn size(&self) -> Option<f64> {
+        let entry = self.entry?;
+        match entry.kind {
+            Kind::Spring => {
+                let simulation = self.simulation(true);
+                simulation.stiffness(&simulation.log(&mut Draw::of(self.seed, 5)))
+            }
+            _ => entry.size,
+        }
+    }
+
+    /// The names of the joints of the mistake: none, one or two.
+    pub fn joints(&self) -> Vec<&str> {
+        let Some(mistake) = &self.mistake else { return Vec::new() };
+        let all: &[usize] = match mistake.kind {
+            Kind::Zero(_) | Kind::MotionSign | Kind::TorqueSign | Kind::Reversed | Kind::Scaled(_) => &[mistake.a],
+            Kind::Spring | Kind::DeadTorque | Kind::Saturated | Kind::Contact | Kind::Drift => &[mistake.a],
+            Kind::SwappedMotions | Kind::SwappedVelocities | Kind::SwappedTorques => &[mistake.a, mistake.b],
+            Kind::SwappedColumns | Kind::TwoScaled => &[mistake.a, mistake.b],
+            _ => &[],
+        };
+        all.iter().map(|&k| self.arm.robot.coordinates[k].name.as_str()).collect()
+    }
+
+    /// The file of the robot.
+    pub fn description(&self) -> &Path {
+        &self.arm.path
+    }
+
+    fn simulation(&self, is_wrong: bool) -> Simulation<'_> {
+        let mistake = self.mistake.filter(|_| is_wrong);
+        Simulation { arm: self.logged, machine: &self.machine, motion: &self.motion, mistake }
+    }
+}
+
+impl fmt::Display for Situation<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let what = self.entry.map_or("no mistake", |entry| entry.name);
+        write!(f, "seed {} {}: {what}", self.seed, self.arm.name)?;
+        let joints = self.joints();
+        if joints.is_empty() { Ok(()) } else { write!(f, " of {}", joints.join(" and ")) }
+    }
+}
+
+/// The other robots with as many joints.
+fn others<'a>(arm: &Arm, arms: &'a [Arm]) -> Vec<&'a Arm> {
+    arms.iter().filter(|other| other.name != arm.name && other.n() == arm.n()).collect()
+}
+
+/// A mistake of this kind at joints that can have it: a zero is that of a joint that turns.
+fn mistake(arm: &Arm, kind: Kind, draw: &mut Draw) -> Mistake {
+    let able: Vec<usize> = (0..arm.n()).filter(|&k| !matches!(kind, Kind::Zero(_)) || !arm.slides(k)).collect();
+    let a = able[draw.below(able.len())];
+    let rest: Vec<usize> = (0..arm.n()).filter(|&k| k != a).collect();
+    let b = rest[draw.below(rest.len())];
+    Mistake { kind, a, b, more: draw.uniform(0.0, 1.0) }
+}

@@ -1,0 +1,183 @@
+//! What a machine does that obeys a finding to the letter.
+//!
+//! It takes the first clause of the remedy in which it finds one of these, and all of them in that clause:
+//!
+//! | words | what is done |
+//! |---|---|
+//! | `in the file of --options: YAML` | the YAML is merged into a file of options |
+//! | `--base x`, `--gain x`, and so on | the flag is given |
+//! | `name the columns as currents`, `name the columns tau1_mNm` | the headers of the torques are changed |
+//! | `say the unit in the header` | `_deg` and `_deg_s` are added to the headers of angles |
+//!
+//! Other words need a person, and so does a list that the program leaves open (`[..]`).
+
+use serde_json::{Map, Value};
+
+/// Flags that a machine finds in a remedy; those of the description and of `rist doctor` first.
+const FLAGS: [&str; 9] = ["base", "gain", "lock", "rotor-inertia", "delay", "unknowns", "friction", "cutoff", "spring"];
+/// So many of them are flags of `rist doctor`.
+const OF_DOCTOR: usize = 4;
+
+/// What stands before options in YAML.
+const OPTIONS: &str = "in the file of --options:";
+
+/// One thing that a machine does.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Step {
+    /// Options for the file, as they are printed.
+    Options(String),
+    /// A flag and its value.
+    Flag(String, String),
+    /// The torques are named as currents.
+    Currents,
+    /// A unit is added to the names of the torques.
+    TorqueUnit(String),
+    /// Units are added to the names of the angles.
+    Degrees,
+}
+
+/// What a machine does for a finding; nothing: it needs a person.
+pub fn steps(finding: &str) -> Vec<Step> {
+    let of_clause = |clause: &str| {
+        if let Some((_, yaml)) = clause.split_once(OPTIONS) {
+            let is_open = yaml.contains("[..]");
+            return if is_open { Vec::new() } else { vec![Step::Options(yaml.trim().to_string())] };
+        }
+        // Behind ", or" stands another way.
+        let clause = clause.split(", or ").next().unwrap_or(clause);
+        let mut found = Vec::new();
+        if clause.contains("name the columns as currents") {
+            found.push(Step::Currents);
+        } else if let Some((_, unit)) = clause.split_once("name the columns tau1_") {
+            found.push(Step::TorqueUnit(unit.chars().take_while(|c| c.is_alphanumeric()).collect()));
+        }
+        if clause.contains("say the unit in the header") {
+            found.push(Step::Degrees);
+        }
+        found.extend(flags(clause));
+        found
+    };
+    clauses(finding).into_iter().map(of_clause).find(|steps| !steps.is_empty()).unwrap_or_default()
+}
+
+/// Whether `rist doctor` has the flag of a step, or the step is none of a flag.
+pub fn is_of_doctor(step: &Step) -> bool {
+    !matches!(step, Step::Flag(name, _) if !FLAGS[..OF_DOCTOR].contains(&name.as_str()))
+}
+
+/// The known flags of a clause, with what stands behind each.
+fn flags(clause: &str) -> Vec<Step> {
+    let mut words = clause.split_whitespace();
+    let mut found = Vec::new();
+    while let Some(word) = words.next() {
+        let Some(name) = word.strip_prefix("--").filter(|name| FLAGS.contains(name)) else { continue };
+        let value = words.next().unwrap_or_default().trim_end_matches([',', ';', '.', ')', ':']);
+        found.push(Step::Flag(name.to_string(), value.to_string()));
+    }
+    found
+}
+
+/// A text between its `;` that stand in no bracket.
+fn clauses(text: &str) -> Vec<&str> {
+    let (mut depth, mut begin, mut found) = (0, 0, Vec::new());
+    for (place, c) in text.char_indices() {
+        match c {
+            '[' | '{' => depth += 1,
+            ']' | '}' => depth -= 1,
+            ';' if depth <= 0 => {
+                found.push(&text[begin..place]);
+                begin = place + 1;
+            }
+            _ => {}
+        }
+    }
+    found.push(&text[begin..]);
+    found
+}
+
+/// The file of options of these steps, one merged into the other; `None` where there are none.
+///
+/// Fails with what is printed where that is no YAML.
+pub fn options(steps: &[Step]) -> Result<Option<String>, String> {
+    let mut all = Value::Null;
+    for step in steps {
+        let Step::Options(yaml) = step else { continue };
+        let value = serde_yaml::from_str::<Value>(yaml).ok().filter(Value::is_object);
+        merge(&mut all, value.ok_or_else(|| format!("`{yaml}` is no file of options"))?);
+    }
+    // JSON is YAML.
+    Ok((!all.is_null()).then(|| all.to_string()))
+}
+
+/// Merges maps key by key; what is no map is replaced.
+fn merge(all: &mut Value, more: Value) {
+    match more {
+        Value::Object(more) => {
+            if !all.is_object() {
+                *all = Value::Object(Map::new());
+            }
+            let Value::Object(all) = all else { return };
+            for (key, value) in more {
+                merge(all.entry(key).or_insert(Value::Null), value);
+            }
+        }
+        other => *all = other,
+    }
+}
+
+/// The header of a log with its columns named as the steps say. `slides`: the names of the joints that slide.
+pub fn renamed(header: &str, steps: &[Step], slides: &[String]) -> String {
+    let one = |column: &str| {
+        let mut column = column.to_string();
+        for step in steps {
+            let Some((signal, joint)) = column.split_once('_').map(|(s, j)| (s.to_string(), j.to_string())) else {
+                break;
+            };
+            match (step, signal.as_str()) {
+                (Step::Currents, "tau") => column = format!("i_{joint}"),
+                (Step::TorqueUnit(unit), "tau") => column = format!("tau_{joint}_{unit}"),
+                (Step::Degrees, "q") if !slides.contains(&joint) => column = format!("q_{joint}_deg"),
+                (Step::Degrees, "dq") if !slides.contains(&joint) => column = format!("dq_{joint}_deg_s"),
+                _ => {}
+            }
+        }
+        column
+    };
+    header.split(',').map(one).collect::<Vec<_>>().join(",")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_first_clause_with_a_step_is_obeyed() {
+        let zero =
+            "the zero of j2 is off: 4 %; slopes 1 -; in the file of --options: transmission: {offsets: [0, -0.5]}";
+        assert_eq!(steps(zero), [Step::Options("transmission: {offsets: [0, -0.5]}".into())]);
+        let mount =
+            "turned: 1 %; --base 1.5,-0.4,-0.4, or in a URDF <joint name=\"mount\"/>; near: --unknowns mount finds it";
+        assert_eq!(steps(mount), [Step::Flag("base".into(), "1.5,-0.4,-0.4".into())]);
+        let current =
+            "no torques: 1; name the columns as currents (i1, ..) and give about --gain j1=2,j2=3; or the ratios";
+        assert_eq!(steps(current), [Step::Currents, Step::Flag("gain".into(), "j1=2,j2=3".into())]);
+        let open = "swapped: 1; in the file of --options: columns: {torque: [..]} in the order of the joints";
+        assert_eq!(steps(open), []);
+        assert_eq!(steps("signs: 1; change the sign of the torque columns"), []);
+    }
+
+    #[test]
+    fn options_are_merged_key_by_key() {
+        let of = |yaml: &str| Step::Options(yaml.into());
+        let both = [of("transmission: {offsets: [0, 1]}"), of("transmission: {ratios: [1, -1]}")];
+        let tree: Value = serde_json::from_str(&options(&both).unwrap().unwrap()).unwrap();
+        assert!(tree["transmission"]["offsets"].is_array() && tree["transmission"]["ratios"].is_array());
+        assert!(options(&[of("in the order")]).is_err());
+    }
+
+    #[test]
+    fn headers_are_changed_as_they_are_told() {
+        let steps = [Step::TorqueUnit("mNm".into()), Step::Degrees];
+        assert_eq!(renamed("t,q_a,q_b,dq_a,tau_a", &steps, &["b".into()]), "t,q_a_deg,q_b,dq_a_deg_s,tau_a_mNm");
+    }
+}

@@ -1,0 +1,102 @@
+//! What the program prints of a log, taken apart.
+
+use crate::program::Run;
+
+/// What `rist doctor` prints.
+#[derive(Clone, Debug, Default)]
+pub struct Said {
+    /// Its exit code: 1 with findings, 2 where the log or an option is refused.
+    pub code: Option<i32>,
+    /// The findings, a line each.
+    pub findings: Vec<String>,
+    /// The lines on what agrees, and on what cannot be told.
+    pub agrees: Vec<String>,
+    pub untold: Vec<String>,
+    /// All of it, errors too.
+    pub whole: String,
+    /// The errors alone.
+    pub error: String,
+}
+
+impl Said {
+    /// Takes a run of `rist doctor` apart. Findings stand behind the table of the joints, before what agrees; the error says
+    /// how many there are.
+    pub fn of(run: &Run) -> Said {
+        let is_table = |line: &&str| !(line.starts_with("joint ") && line.contains("slope"));
+        let behind = run.out.lines().skip_while(is_table).skip_while(|line| !line.trim().is_empty());
+        let lines: Vec<&str> = behind.filter(|line| !line.trim().is_empty()).collect();
+        let starting = |word: &str| -> Vec<String> {
+            lines.iter().filter(|line| line.starts_with(word)).map(|line| line.to_string()).collect()
+        };
+        let counted = run.err.lines().find_map(|line| line.strip_prefix("rist: ")?.split_once(" finding"));
+        let count = counted.and_then(|(number, _)| number.parse::<usize>().ok()).unwrap_or(0);
+        Said {
+            code: run.code,
+            findings: lines.iter().take(count).map(|line| line.to_string()).collect(),
+            agrees: starting("agrees: "),
+            untold: starting("cannot tell: "),
+            whole: format!("{}{}", run.out, run.err),
+            error: run.err.clone(),
+        }
+    }
+
+    /// Whether the program looked at the log to its end.
+    pub fn is_accepted(&self) -> bool {
+        matches!(self.code, Some(0 | 1))
+    }
+
+    /// The least size of a topic's fault at a joint, of the lines on what agrees (`agrees: zero of j2; 20 deg would have shown`).
+    /// No joint: that of the line on the topic which says the least.
+    pub fn least_size(&self, topic: &str, joint: Option<&str>) -> Option<f64> {
+        let of_line = |line: &String| {
+            let (subject, shown) = line.strip_prefix("agrees: ")?.split_once("; ")?;
+            let is_of = subject.starts_with(topic) && joint.is_none_or(|joint| names(subject, joint));
+            let number = shown.split_whitespace().next()?.parse::<f64>().ok()?;
+            is_of.then_some(number.abs())
+        };
+        self.agrees.iter().filter_map(of_line).min_by(f64::total_cmp)
+    }
+
+    /// The lines on what of a topic cannot be told, of a joint where one is given.
+    pub fn is_untold(&self, topic: &str, joints: &[&str]) -> bool {
+        let is_of = |line: &String| {
+            let subject = line.strip_prefix("cannot tell: ").unwrap_or_default();
+            subject.starts_with(topic) && (joints.is_empty() || joints.iter().any(|joint| names(subject, joint)))
+        };
+        self.untold.iter().any(is_of)
+    }
+}
+
+/// Whether a text names a joint, as a word of its own.
+pub fn names(text: &str, joint: &str) -> bool {
+    let is_part = |c: char| c.is_alphanumeric() || c == '_';
+    text.match_indices(joint).any(|(place, _)| {
+        let before = text[..place].chars().next_back().is_some_and(is_part);
+        let behind = text[place + joint.len()..].chars().next().is_some_and(is_part);
+        !before && !behind
+    })
+}
+
+/// What a finding is about, without its numbers: two findings of one fault at one joint are alike in it.
+pub fn claim(finding: &str) -> String {
+    let statement = finding.split_once(": ").map_or(finding, |(statement, _)| statement);
+    let words = statement.split_whitespace().filter(|word| word.parse::<f64>().is_err());
+    words.collect::<Vec<_>>().join(" ")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_run_is_taken_apart() {
+        let out = "log\njoint  slope\nj1  1.0\nj12  1.0\n\nthe zero of j1 is off by 30 degrees: 3 %; in a file\n\
+                   cannot tell: zero of j12: little gravity\nagrees: sign of j1, j12; -1 times the torque would have shown\n";
+        let said = Said::of(&Run { code: Some(1), out: out.into(), err: "rist: 1 finding\n".into() });
+        assert_eq!(said.findings.len(), 1);
+        assert_eq!(claim(&said.findings[0]), "the zero of j1 is off by degrees");
+        assert_eq!(said.least_size("sign", Some("j1")), Some(1.0));
+        assert_eq!(said.least_size("sign", Some("j2")), None);
+        assert!(said.is_untold("zero", &["j12"]) && !said.is_untold("zero", &["j1"]));
+    }
+}

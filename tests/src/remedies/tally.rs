@@ -1,0 +1,143 @@
+//! Counts of outcomes, by kind of mistake.
+
+use std::collections::BTreeMap;
+use std::fmt;
+
+use super::Situation;
+use super::judge::{Cause, Outcome};
+use super::kinds::KINDS;
+
+/// Counts of one kind.
+#[derive(Clone, Debug, Default)]
+pub struct Counts {
+    /// Situations, and those above the least size that is said to show.
+    pub n: usize,
+    pub above: usize,
+    /// What the findings say of the cause, in the order of [`Cause`].
+    pub causes: [usize; 5],
+    /// Of those above: the cause is among the findings.
+    pub above_right: usize,
+    /// Something of the remedy can be obeyed without a person, is taken, and mends it.
+    pub obeyed: usize,
+    pub accepted: usize,
+    pub gone: usize,
+    /// Of those accepted: another claim comes up.
+    pub new: usize,
+    /// Of those accepted: the claim is gone and no other comes up.
+    pub mended: usize,
+    /// Findings that a person has to obey.
+    pub person: usize,
+    /// Trusted, and wrong.
+    pub silent_yes: usize,
+}
+
+impl Counts {
+    fn add(&mut self, situation: &Situation, outcome: &Outcome) {
+        let is_right = matches!(outcome.cause, Cause::Right | Cause::Among);
+        self.n += 1;
+        self.above += usize::from(outcome.is_above);
+        self.causes[outcome.cause as usize] += 1;
+        self.above_right += usize::from(outcome.is_above && is_right);
+        self.person += outcome.needs_person;
+        self.silent_yes += usize::from(outcome.is_silent_yes(situation));
+        let Some(obeyed) = outcome.obeyed else { return };
+        self.obeyed += 1;
+        self.accepted += usize::from(obeyed.accepted);
+        self.gone += usize::from(obeyed.accepted && obeyed.gone);
+        self.new += usize::from(obeyed.accepted && !obeyed.nothing_new);
+        self.mended += usize::from(outcome.is_mended() == Some(true));
+    }
+}
+
+/// Counts of all and of each kind, and the lines of what went wrong.
+#[derive(Default)]
+pub struct Tally {
+    all: Counts,
+    kinds: BTreeMap<usize, Counts>,
+    wrong: Vec<String>,
+    unmended: Vec<String>,
+    accused: Vec<String>,
+}
+
+impl Tally {
+    /// Adds one.
+    pub fn add(&mut self, situation: &Situation, outcome: &Outcome) {
+        let place = KINDS.iter().position(|kind| situation.entry.is_some_and(|entry| entry.name == kind.name));
+        self.all.add(situation, outcome);
+        self.kinds.entry(place.unwrap_or(KINDS.len())).or_default().add(situation, outcome);
+        let said = line(situation, outcome);
+        if outcome.cause == Cause::Wrong || outcome.is_silent_yes(situation) {
+            self.wrong.push(said.clone());
+        } else if outcome.is_above && matches!(outcome.cause, Cause::Untold | Cause::Silent) {
+            self.wrong.push(format!("above its power: {said}"));
+        }
+        if outcome.obeyed.is_some() && outcome.is_mended() != Some(true) {
+            self.unmended.push(said);
+        }
+        if let Some(clean) = outcome.clean.as_ref().filter(|clean| clean.code != Some(0)) {
+            let what =
+                if clean.findings.is_empty() { clean.error.trim().to_string() } else { clean.findings.join(" | ") };
+            self.accused.push(format!("seed {} {}: {what}", situation.seed, situation.arm.name));
+        }
+    }
+}
+
+/// One situation in one line.
+pub fn line(situation: &Situation, outcome: &Outcome) -> String {
+    let what = match outcome.cause {
+        Cause::Untold => "it cannot be told".to_string(),
+        _ if !outcome.said.is_accepted() => outcome.said.error.trim().replace('\n', " "),
+        _ if outcome.said.findings.is_empty() => "nothing".to_string(),
+        _ => outcome.said.findings.join(" | "),
+    };
+    let above = if outcome.is_above { "above" } else { "below" };
+    let obeyed = outcome.obeyed.map_or(String::new(), |o| {
+        let told = outcome.again.lines().next().unwrap_or_default();
+        let word = |is: bool, yes: &str, no: &str| if is { yes.to_string() } else { no.to_string() };
+        let [accepted, gone, new] = [
+            word(o.accepted, "accepted", "REFUSED"),
+            word(o.gone, "gone", "STILL THERE"),
+            word(o.nothing_new, "nothing new", "NEW CLAIM"),
+        ];
+        format!(" [obeyed: {accepted}, {gone}, {new}: {told}]")
+    });
+    let trust = outcome.trust.as_ref().map_or(String::new(), |trust| format!(" [trust: {trust}]"));
+    format!("{situation} ({above}): {:?}: {what}{obeyed}{trust}", outcome.cause)
+}
+
+/// A share in words.
+pub fn share(k: usize, of: usize) -> String {
+    if of == 0 { "-".into() } else { format!("{k} of {of} ({:.1} %)", 100.0 * k as f64 / of as f64) }
+}
+
+impl fmt::Display for Tally {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        writeln!(
+            f,
+            "| kind | n | above | right | among several | wrong | cannot tell | silent | obeyed | accepted | claim gone | \
+             new claim | by a person | yes, and wrong |"
+        )?;
+        writeln!(f, "|---{}|", "|---".repeat(13))?;
+        let named =
+            self.kinds.iter().map(|(place, counts)| (KINDS.get(*place).map_or("none", |kind| kind.name), counts));
+        for (name, c) in named.chain([("all", &self.all)]) {
+            let [right, among, wrong, untold, silent] = c.causes;
+            writeln!(
+                f,
+                "| {name} | {} | {} | {right} | {among} | {wrong} | {untold} | {silent} | {} | {} | {} | {} | {} | {} |",
+                c.n, c.above, c.obeyed, c.accepted, c.gone, c.new, c.person, c.silent_yes
+            )?;
+        }
+        let c = &self.all;
+        writeln!(f, "\nabove the power that is printed: right cause {}", share(c.above_right, c.above))?;
+        writeln!(f, "obeyed: accepted {}", share(c.accepted, c.obeyed))?;
+        writeln!(f, "accepted: claim gone and nothing new {}", share(c.mended, c.accepted))?;
+        writeln!(f, "trusted, and wrong: {}", share(c.silent_yes, c.n))?;
+        let lists = [("wrong, or silent above the power", &self.wrong), ("obeyed in vain", &self.unmended)];
+        for (title, lines) in lists.into_iter().chain([("without the mistake, and accused", &self.accused)]) {
+            writeln!(f, "\n{title} ({}):", lines.len())?;
+            lines.iter().try_for_each(|line| writeln!(f, "{line}"))?;
+        }
+        Ok(())
+    }
+}
