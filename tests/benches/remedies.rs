@@ -13,7 +13,7 @@
 //! | column | is |
 //! |---|---|
 //! | above | the mistake is larger than what doctor says of the right log that it would have shown; where it says nothing: gross |
-//! | right, among several, wrong | all findings name the true cause, some do, none does |
+//! | right, among several, wrong | all findings name the true cause, or the program says that it has undone it; some do; none does |
 //! | cannot tell, silent | no finding: a line says that this cannot be told, or nothing does |
 //! | obeyed | a remedy that a machine can obey as it is printed (`obedience` says which words) |
 //! | accepted | of these, the program takes it |
@@ -65,22 +65,28 @@ fn main() {
     std::fs::remove_dir_all(folder("remedies")).ok();
 }
 
-/// Logs without a mistake: prints those that are accused, and counts them.
+/// Logs without a mistake: prints those that are accused, and counts them; those that are only too short are counted apart.
 fn clean(arms: &[Arm], first: u64, count: u64) {
-    let mut accused = 0;
+    let (mut accused, mut short) = (0, 0);
     for seed in first..first + count {
         let situation = Situation::clean(seed, arms);
         let outcome = situation.outcome(false);
         if outcome.said.code == Some(0) {
             continue;
         }
+        let said = &outcome.said;
+        // Of a log of a second or two this is so.
+        if !said.findings.is_empty() && said.findings.iter().all(|f| f.starts_with("the log is too short")) {
+            short += 1;
+            continue;
+        }
         accused += 1;
         println!("{situation}, {}", situation.motion.said);
-        let said = &outcome.said;
         let lines = if said.findings.is_empty() { vec![said.error.trim().to_string()] } else { said.findings.clone() };
         lines.iter().for_each(|line| println!("    {line}"));
     }
     println!("accused without a mistake: {}", share(accused, count as usize));
+    println!("too short, and nothing else: {}", share(short, count as usize));
 }
 
 /// One situation, with all that is printed.

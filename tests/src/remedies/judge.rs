@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use super::Situation;
+use super::kinds::Kind;
 use super::obedience::{Step, is_of_doctor, options, renamed, steps};
 use super::said::{Said, claim};
 use crate::program::{Run, folder, rist};
@@ -10,7 +11,7 @@ use crate::program::{Run, folder, rist};
 /// What the findings say of the cause.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Cause {
-    /// All findings name it.
+    /// All findings name it, or none is needed: the program says that it has undone it.
     Right,
     /// Some do.
     Among,
@@ -70,9 +71,12 @@ impl Situation<'_> {
     pub fn outcome(&self, identifies: bool) -> Outcome {
         let log = self.write(self.mistake.is_some());
         let said = self.doctor(&log, &[]);
-        let clean = self.mistake.map(|_| self.doctor(&self.write(false), &[]));
+        // The right log of another robot is another motion.
+        let is_own = self.mistake.is_some_and(|m| m.kind != Kind::OtherRobot);
+        let clean = is_own.then(|| self.doctor(&self.write(false), &[]));
         let cause = self.cause(&said);
-        let is_above = clean.as_ref().is_some_and(|clean| self.is_above(clean));
+        let is_gross = self.entry.is_some_and(|entry| entry.is_gross);
+        let is_above = clean.as_ref().map_or(is_gross, |clean| self.is_above(clean));
         let (obeyed, needs_person, again) = self.obey(&log, &said);
         let trust = if identifies { self.trust(&log) } else { None };
         Outcome { said, clean, cause, is_above, obeyed, needs_person, again, trust }
@@ -110,6 +114,7 @@ impl Situation<'_> {
             _ if !said.is_accepted() && self.is_right(&said.error) => Cause::Right,
             _ if !said.is_accepted() => Cause::Wrong,
             0 if !said.findings.is_empty() => Cause::Wrong,
+            0 if said.notes.iter().any(|line| self.is_right(line)) => Cause::Right,
             0 if said.is_untold(topic, &self.joints()) => Cause::Untold,
             0 if said.untold.iter().any(|line| self.is_right(line)) => Cause::Untold,
             0 => Cause::Silent,
@@ -150,20 +155,20 @@ impl Situation<'_> {
             Err(why) => return (Some(refused), needs_person, why),
         };
         let log = self.renamed(log, &all);
-        let told = flags.join(" ");
+        let told = all.iter().map(ToString::to_string).collect::<Vec<_>>().join(", ");
         if all.iter().all(is_of_doctor) {
             let again = self.doctor(&log, &flags);
             let now: Vec<String> = again.findings.iter().map(|finding| claim(finding)).collect();
             let gone = !claims.iter().any(|claim| now.contains(claim));
             let nothing_new = now.iter().all(|claim| known.contains(claim));
             let obeyed = Obeyed { accepted: again.is_accepted(), gone, nothing_new };
-            return (Some(obeyed), needs_person, format!("doctor {told}\n{}", again.whole));
+            return (Some(obeyed), needs_person, format!("{told}\n{}", again.whole));
         }
         let run = self.run("identify", &log, &flags);
         let reasons: Vec<String> = run.out.lines().filter_map(|line| line.strip_prefix("  - ")).map(claim).collect();
         let gone = !claims.iter().any(|claim| reasons.contains(claim));
         let obeyed = Obeyed { accepted: matches!(run.code, Some(0 | 1)), gone, nothing_new: true };
-        (Some(obeyed), needs_person, format!("identify {told}\n{}{}", run.out, run.err))
+        (Some(obeyed), needs_person, format!("{told}, by identify\n{}{}", run.out, run.err))
     }
 
     /// The flags of steps; options stand in a file.

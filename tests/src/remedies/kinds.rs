@@ -123,7 +123,7 @@ const VELOCITIES: &[&str] = &[
     "the velocity of {b} is not the slope",
 ];
 const COLUMNS: &[&str] = &["the columns of {a} and {b} are swapped (position, velocity and torque)"];
-const FILTERED: &[&str] = &["the velocity of", "velocities lag"];
+const FILTERED: &[&str] = &["the velocity of", "the columns lag"];
 const NORMALISED: &[&str] = &["-100", "normalis", "per cent of the range", "share of the range"];
 
 /// All kinds. A seed takes one by its place, so a new one stands at the end.

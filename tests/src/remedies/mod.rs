@@ -28,7 +28,7 @@ use simulation::{Mistake, Simulation};
 
 /// s of a log, where nothing else is asked for.
 const DURATION: f64 = 20.0;
-/// s of logs without a mistake.
+/// s of logs that are asked for without a mistake.
 const DURATIONS: [f64; 6] = [1.0, 2.0, 3.0, 5.0, 10.0, 30.0];
 
 /// A robot, its machine, what it did, and what is wrong with the log.

@@ -11,6 +11,8 @@
 //!
 //! Other words need a person, and so does a list that the program leaves open (`[..]`).
 
+use std::fmt;
+
 use serde_json::{Map, Value};
 
 /// Flags that a machine finds in a remedy; those of the description and of `rist doctor` first.
@@ -34,6 +36,18 @@ pub enum Step {
     TorqueUnit(String),
     /// Units are added to the names of the angles.
     Degrees,
+}
+
+impl fmt::Display for Step {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Step::Options(yaml) => write!(f, "--options with {yaml}"),
+            Step::Flag(name, value) => write!(f, "--{name} {value}"),
+            Step::Currents => write!(f, "tau_ named i_"),
+            Step::TorqueUnit(unit) => write!(f, "tau_ named tau_.._{unit}"),
+            Step::Degrees => write!(f, "q_ named q_.._deg"),
+        }
+    }
 }
 
 /// What a machine does for a finding; nothing: it needs a person.

@@ -12,6 +12,8 @@ pub struct Said {
     /// The lines on what agrees, and on what cannot be told.
     pub agrees: Vec<String>,
     pub untold: Vec<String>,
+    /// Other lines: what the program takes for granted or undoes by itself.
+    pub notes: Vec<String>,
     /// All of it, errors too.
     pub whole: String,
     /// The errors alone.
@@ -30,11 +32,15 @@ impl Said {
         };
         let counted = run.err.lines().find_map(|line| line.strip_prefix("rist: ")?.split_once(" finding"));
         let count = counted.and_then(|(number, _)| number.parse::<usize>().ok()).unwrap_or(0);
+        let (agrees, untold) = (starting("agrees: "), starting("cannot tell: "));
+        let behind = lines.iter().skip(count).map(|line| line.to_string());
+        let notes = behind.filter(|line| !agrees.contains(line) && !untold.contains(line)).collect();
         Said {
             code: run.code,
             findings: lines.iter().take(count).map(|line| line.to_string()).collect(),
-            agrees: starting("agrees: "),
-            untold: starting("cannot tell: "),
+            agrees,
+            untold,
+            notes,
             whole: format!("{}{}", run.out, run.err),
             error: run.err.clone(),
         }
