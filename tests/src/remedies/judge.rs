@@ -140,7 +140,9 @@ impl Situation<'_> {
 
     /// Does what the findings say, all at once, and looks again.
     fn obey(&self, log: &Path, said: &Said) -> (Option<Obeyed>, usize, String) {
-        let each: Vec<(&String, Vec<Step>)> = said.findings.iter().map(|finding| (finding, steps(finding))).collect();
+        // What mends the log in place of the first is not done with it.
+        let first = said.findings.iter().filter(|finding| !finding.starts_with("or else "));
+        let each: Vec<(&String, Vec<Step>)> = first.map(|finding| (finding, steps(finding))).collect();
         let needs_person = each.iter().filter(|(_, steps)| steps.is_empty()).count();
         let all: Vec<Step> = each.iter().flat_map(|(_, steps)| steps.clone()).collect();
         if all.is_empty() {

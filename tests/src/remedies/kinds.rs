@@ -109,7 +109,7 @@ const TORQUE_SIGN: &[&str] = &[OF_SIGN[0], OF_SIGN[2]];
 const SCALE: &[&str] = &["the torque of {a} is off by", "the torque of {a} is about"];
 const TWO_SCALES: &[&str] =
     &["the torque of {a} is off by", "the torque of {b} is off by", "of {a} is about", "of {b} is about"];
-const FACTOR: &[&str] = &["the torques are about", "the efforts are no torques"];
+const FACTOR: &[&str] = &["the torques are about", "the efforts are no torques", "times those of the description"];
 const CURRENTS: &[&str] = &["the efforts are no torques"];
 const LATE: &[&str] = &["later than the positions", "is late by"];
 const MOUNT: &[&str] = &["the base is mounted otherwise", "gravity is tilted by"];

@@ -80,7 +80,8 @@ impl Options {
         let (columns, transmission) = (&self.columns, &self.transmission);
         let (of_columns, of_transmission) = (&others.columns, &others.transmission);
         let list = |key: &str, numbers: &Option<Vec<f64>>, other: &Option<Vec<f64>>| {
-            let rounded = |x: &f64| ((x * ANGLE_DECIMALS).round() / ANGLE_DECIMALS).to_string();
+            // Plus zero: -0 is 0.
+            let rounded = |x: &f64| ((x * ANGLE_DECIMALS).round() / ANGLE_DECIMALS + 0.0).to_string();
             let numbers = numbers.as_ref().filter(|_| numbers != other)?;
             Some(format!("{key}: [{}]", numbers.iter().map(rounded).collect::<Vec<_>>().join(", ")))
         };

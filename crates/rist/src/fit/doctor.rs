@@ -1,7 +1,7 @@
 //! Checks whether logs belong to the robot of a description, before anything is fitted.
 
 use identification::estimate::options::Options;
-use identification::estimate::passport::finding::Finding;
+use identification::estimate::passport::finding::{Fault, Finding};
 use identification::estimate::passport::{Change, Measured, passport};
 use identification::signals::records::{Records, SourceRecords};
 use identification::signals::signal_options::Velocity;
@@ -84,7 +84,9 @@ fn say_remedies(passport: &mut Passport, logs: &[LogSource], options: &Options, 
         let is_of = |f: &&Finding| f.instead == number && !f.undo.is_empty();
         let together = passport.findings.iter().filter(is_of).flat_map(|f| f.undo.iter().copied());
         let together = say(&together.collect::<Vec<Change>>());
-        for finding in passport.findings.iter_mut().filter(|f| f.instead == number && !f.undo.is_empty()) {
+        // Gains are those of a data sheet; the description tells them roughly.
+        let is_said = |f: &&mut Finding| f.instead == number && !f.undo.is_empty() && f.fault != Fault::NoTorque;
+        for finding in passport.findings.iter_mut().filter(is_said) {
             finding.remedy = together.clone().unwrap_or_else(|| BY_HAND.into());
         }
     }

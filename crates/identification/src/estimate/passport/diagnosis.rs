@@ -20,6 +20,7 @@ use crate::estimate::passport::regression::Partial;
 use crate::estimate::passport::report::{COUNTED_SLOPE_SHARE, Explained, Passport};
 use crate::estimate::passport::samples::Samples;
 use crate::estimate::passport::search::{Explanation, LIKELY_MISFIT_SHARE, Search, Suspicion, counts};
+use crate::estimate::passport::trial::{FOREIGN_ROBOT_MISFIT, OTHER_ROBOT};
 use crate::estimate::passport::trials::Trials;
 
 /// What a diagnosis looks at.
@@ -225,7 +226,8 @@ impl Look<'_> {
         // A load, or other bodies, move some joints and not all of them to one side.
         let is_off =
             telling.iter().all(|s| *s > COMMON_FACTORS.end) || telling.iter().all(|s| *s < COMMON_FACTORS.start);
-        let alike = telling.iter().all(|s| (s / middle - 1.0).abs() < ALIKE_SLOPES);
+        let is_alike = |s: &&f64| (*s / middle - 1.0).abs() < ALIKE_SLOPES;
+        let alike = 4 * telling.iter().filter(is_alike).count() >= 3 * telling.len();
         let remedy = format!(
             "the unit, the gains or the gear ratios of the torques are wrong, or all masses of the description are; if \
              the torques are: divide their columns by {}",
@@ -236,12 +238,14 @@ impl Look<'_> {
     }
 
     /// The median size of the slopes that tell; 1 where there are too few, because one joint of several may be wrong by
-    /// itself.
+    /// itself, and where most are of other sizes.
     fn common_scale(&self, telling: &[f64]) -> f64 {
         let mut sizes: Vec<f64> = telling.iter().map(|s| s.abs()).collect();
         sizes.sort_by(f64::total_cmp);
         let are_enough = sizes.len() >= self.n().min(2);
-        sizes.get(sizes.len() / 2).filter(|_| are_enough).copied().unwrap_or(1.0)
+        let middle = sizes.get(sizes.len() / 2).filter(|_| are_enough).copied().unwrap_or(1.0);
+        let is_near = |s: &&f64| NOMINAL_INERTIAL_SLOPES.contains(&(*s / middle));
+        if 3 * sizes.iter().filter(is_near).count() >= 2 * sizes.len() { middle } else { 1.0 }
     }
 
     /// Torques that are the description's to rounding, with no friction at all.
@@ -276,7 +280,9 @@ impl Look<'_> {
              or the ratios of the gears ([options.transmission.ratios])",
             gains.collect::<Vec<_>>().join(",")
         );
-        Finding::of_all(Fault::NoTorque, evidence, remedy)
+        let scaled = slopes.iter().enumerate().filter(|(_, p)| p.share() > COUNTED_SLOPE_SHARE);
+        let undo = scaled.map(|(k, p)| Change { of: Scale(k), size: p.slope().abs() - 1.0 }).collect();
+        Finding::of_all(Fault::NoTorque, evidence, remedy).undone_by(undo)
     }
 
     /// The same of a finding that all torques are so many times too large.
@@ -327,10 +333,8 @@ impl Look<'_> {
             "the description leaves {:.0} % of the torques of the joints where it should explain most; {list}",
             100.0 * mean
         );
-        let remedy = "no single sign, zero, unit or exchange of columns mends it: look for another model, another tool or \
-                      mounting (gravity), or several mistakes at once";
         (heavy.len() >= 2 && clear && mean > FOREIGN_ROBOT_MISFIT)
-            .then(|| Finding::of_all(Fault::OtherRobot, evidence, remedy))
+            .then(|| Finding::of_all(Fault::OtherRobot, evidence, OTHER_ROBOT))
     }
 
     /// A delay on which the joints agree.
@@ -355,9 +359,6 @@ fn suspicions(velocities: &[(usize, Option<usize>, Finding)]) -> Vec<(usize, usi
 /// Another robot is judged by joints where the description's torque is more than this share of the measured one, in
 /// squares.
 const HEAVY_JOINT_SHARE: f64 = 0.2;
-
-/// Mean misfit of these joints from which on the robot is another.
-const FOREIGN_ROBOT_MISFIT: f64 = 0.6;
 
 /// |residual| / |torque| of the joint's own row above which its torque is noise.
 const NOISY_TORQUE_RESIDUAL: f64 = 0.5;

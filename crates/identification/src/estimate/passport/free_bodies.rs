@@ -33,6 +33,8 @@ const FITTED_SAMPLES: usize = 1000;
 const PARTS: usize = 20;
 /// Error of a joint with the change undone, over that of the log as it is, below which bodies do not explain the log as well.
 const NEEDED_ERROR_RATIO: f64 = 0.8;
+/// The same of a wrong scale, of which some number takes up a part of any other fault.
+const NEEDED_SCALE_ERROR_RATIO: f64 = 0.5;
 
 /// Misfit that a mistake leaves, of that of the log as it is, in squares, below which other bodies would have to be those of
 /// the description at other places by chance. Of a zero, which is a number, some angle may suit them.
@@ -65,7 +67,8 @@ impl FreeBodies<'_> {
         for k in open {
             needed[k] = false;
             let without = self.errors(&all(&needed));
-            if is_lower(&with, &without) {
+            let is_scale = suspicions[k].changes.iter().any(|change| matches!(change.of, Hypothesis::Scale(_)));
+            if is_lower(&with, &without, if is_scale { NEEDED_SCALE_ERROR_RATIO } else { NEEDED_ERROR_RATIO }) {
                 needed[k] = true;
             } else {
                 with = without;
@@ -101,9 +104,9 @@ impl FreeBodies<'_> {
     }
 }
 
-/// Whether the first errors are lower than the second by far.
-fn is_lower(with: &[f64], without: &[f64]) -> bool {
+/// Whether the first errors are lower than the second by far: that of one joint at least by this ratio.
+fn is_lower(with: &[f64], without: &[f64], needed: f64) -> bool {
     let ratios = with.iter().zip(without).filter(|(_, without)| **without > 0.0).map(|(with, without)| with / without);
     let ratios: Vec<f64> = ratios.collect();
-    ratios.iter().any(|ratio| *ratio < NEEDED_ERROR_RATIO) && ratios.iter().map(|ratio| ratio.ln()).sum::<f64>() < 0.0
+    ratios.iter().any(|ratio| *ratio < needed) && ratios.iter().map(|ratio| ratio.ln()).sum::<f64>() < 0.0
 }

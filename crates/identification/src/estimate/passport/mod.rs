@@ -39,7 +39,7 @@ pub(crate) use crate::estimate::passport::finding::COMMON_FACTORS;
 use crate::estimate::passport::friction::own_friction;
 use crate::estimate::passport::order::hidden_exchanges;
 pub use crate::estimate::passport::power::Turned;
-use crate::estimate::passport::power::{turned, zero_power};
+use crate::estimate::passport::power::{carries_none, turned, zero_power};
 use crate::estimate::passport::regression::Partial;
 pub(crate) use crate::estimate::passport::regression::{Basis, square};
 pub(crate) use crate::estimate::passport::report::COUNTED_SLOPE_SHARE;
@@ -90,7 +90,7 @@ fn look_at(regressor: &dyn Regressor, samples: &Samples, suspects: &[Suspect], d
     let rough = few.as_ref().map(|trials| trials.partials(&[]));
     let power = |j: usize| {
         let (trials, rough) = (few.as_ref()?, rough.as_ref()?);
-        if regressor.is_prismatic(j) { None } else { zero_power(trials, rough, j) }
+        if regressor.is_prismatic(j) || carries_none(regressor, j) { None } else { zero_power(trials, rough, j) }
     };
     let angles = (0..n).filter(|&j| !regressor.is_prismatic(j));
     let turned = few.as_ref().and_then(|trials| turned(trials, angles));

@@ -9,6 +9,8 @@
 
 use std::f64::consts::PI;
 
+use linear_model::regressor::Regressor;
+
 use crate::estimate::passport::change::Change;
 use crate::estimate::passport::regression::Partial;
 use crate::estimate::passport::search::{COUNTED_JOINT_SHARE, SMALLEST_MISFIT_GAIN, counts};
@@ -27,6 +29,19 @@ pub(super) fn shows(trials: &Trials, slopes: &[Partial], changes: &[Change]) -> 
         counted.map(|(left, _)| left).sum::<f64>()
     };
     sum(changes, &trials.partials(changes)) - sum(&[], slopes) >= SMALLEST_MISFIT_GAIN
+}
+
+/// Whether joint k carries no other joint: another zero is then a turn of its body, and bodies explain it always. What such a
+/// joint feels, each joint that carries it feels too.
+pub(super) fn carries_none(regressor: &dyn Regressor, k: usize) -> bool {
+    let n = regressor.coordinates().len();
+    let felt =
+        |j: usize| regressor.non_zeros().iter().filter(move |(row, _)| *row == j).map(|(_, c)| *c).collect::<Vec<_>>();
+    let own = felt(k);
+    (0..n).filter(|j| *j != k).all(|j| {
+        let other = felt(j);
+        other.is_empty() || other.iter().any(|c| !own.contains(c))
+    })
 }
 
 /// rad; `None` where no offset of joint k would have been found.

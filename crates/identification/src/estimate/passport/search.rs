@@ -9,7 +9,7 @@ use std::f64::consts::{FRAC_PI_2, PI};
 use crate::estimate::hypothesis::Columns;
 use crate::estimate::hypothesis::Hypothesis::*;
 use crate::estimate::passport::change::{Change, Description, misfits, motion_of, torque_of};
-use crate::estimate::passport::finding::{COMMON_FACTORS, Fault};
+use crate::estimate::passport::finding::Fault;
 use crate::estimate::passport::regression::Partial;
 use crate::estimate::passport::report::COUNTED_SLOPE_SHARE;
 use crate::estimate::passport::samples::Samples;
@@ -42,8 +42,10 @@ pub(super) type Explanation = (Vec<Suspicion>, Vec<f64>);
 
 /// More mistakes than this are another robot.
 pub(super) const MAX_MISTAKES: usize = 3;
-/// Changes beside the best one from which a search begins, in robots of at most so many joints.
-const FIRST_STEPS: usize = 4;
+/// Changes beside the best one from which a search begins, in robots of at most so many joints; they leave at most so many
+/// times what that leaves.
+const FIRST_STEPS: usize = 6;
+const FIRST_STEP_RATIO: f64 = 2.0;
 const MAX_JOINTS_FOR_ALL_FIRSTS: usize = 12;
 
 /// All changes together must leave less than this share of the misfits.
@@ -141,7 +143,9 @@ impl Search<'_> {
         let mut others: Vec<(Change, Vec<f64>)> = plain.collect();
         others.sort_by(|a, b| sum(&a.1).total_cmp(&sum(&b.1)));
         let is_other = |one: &(Change, Vec<f64>)| best.as_ref().is_none_or(|best| best.0 != one.0);
-        let others: Vec<_> = others.into_iter().take(most).filter(is_other).collect();
+        let least = best.as_ref().map_or(0.0, |best| sum(&best.1));
+        others.retain(|one| is_other(one) && sum(&one.1) <= FIRST_STEP_RATIO * least);
+        others.truncate(most);
         best.into_iter().chain(others).collect()
     }
 
@@ -251,6 +255,9 @@ impl Search<'_> {
     }
 }
 
+/// Slopes of one joint beside those of the others within these may be errors of nominal inertials.
+const JOINT_FACTORS: std::ops::Range<f64> = 0.6..1.67;
+
 /// Joints whose slopes tell, beside which that of another is judged.
 const JOINTS_BESIDE: usize = 2;
 
@@ -269,8 +276,10 @@ impl Search<'_> {
         let middle = sizes[sizes.len() / 2];
         let n = as_it_is.len() as f64;
         let one = |(k, p): (usize, &Partial)| {
-            let factor = p.slope() / self.scale / middle;
-            let is_off = tells(p) && !COMMON_FACTORS.contains(&factor);
+            // Beside the others, and beside the description: half of the joints may be wrong.
+            let slope = p.slope() / self.scale;
+            let factor = slope / middle;
+            let is_off = tells(p) && !JOINT_FACTORS.contains(&factor) && !JOINT_FACTORS.contains(&slope);
             let share = |slope: f64| p.left(slope) / n;
             is_off.then(|| Suspicion {
                 changes: vec![Change { of: Scale(k), size: factor - 1.0 }],

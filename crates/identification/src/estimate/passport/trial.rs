@@ -15,6 +15,12 @@ const LOOKS: usize = 3;
 /// A joint is wrong where the description leaves more than this of its torque, in squares, with the slope of a right joint.
 const WRONG_JOINT_MISFIT: f64 = 0.5;
 
+/// Share of the torques that the description leaves, in squares, from which on the robot is another.
+pub(super) const FOREIGN_ROBOT_MISFIT: f64 = 0.6;
+/// What to do about a log of another robot.
+pub(super) const OTHER_ROBOT: &str = "no single sign, zero, unit or exchange of columns mends it: look for another model, another \
+                                      tool or mounting (gravity), or several mistakes at once";
+
 /// Slopes of joints that are described: bodies may be wrong by a factor of two.
 const SLOPES: (f64, f64) = (0.5, 2.0);
 
@@ -113,6 +119,13 @@ impl Passport {
             percent(self.unexplained()),
             candidates.join("; ")
         );
+        if self.findings.iter().any(|f| f.fault == Fault::OtherRobot) {
+            return;
+        }
+        if self.unexplained() > FOREIGN_ROBOT_MISFIT {
+            self.findings.insert(0, Finding::of_all(Fault::OtherRobot, evidence, OTHER_ROBOT));
+            return;
+        }
         let remedy =
             "log these joints one at a time, slowly and through their range: that tells zeros, signs and columns";
         self.findings.insert(0, Finding::of(Fault::Unidentified, joints, evidence, remedy));
