@@ -117,6 +117,7 @@ impl Options {
             (
                 "transmission",
                 vec![
+                    list("ratios", &transmission.ratios, &of_transmission.ratios),
                     list("offsets", &transmission.offsets, &of_transmission.offsets),
                     list("scales", &transmission.scales, &of_transmission.scales),
                 ],

@@ -16,6 +16,7 @@ use crate::describe::model::Model;
 use crate::error::Error;
 use crate::fit::drive_gains::OWN_SCALE;
 use crate::fit::gravity_direction::look_for_mount;
+use crate::fit::normalised::look_for_shares;
 use crate::fit::signal_sources::sources;
 
 /// Looks at logs as an identification with these options would read them.
@@ -116,6 +117,11 @@ pub(crate) fn passport_of<R: Records + ?Sized>(
     let mut found: Passport = look(model)?;
     look_for_mount(model, records, &mut found, look)?;
     say_remedies(&mut found, logs, options, model);
+    look_for_shares(model, options, &mut found, |options| {
+        let (records, described) =
+            (SourceRecords::new(model.regressor(), logs, &options.preparation())?, model.described_parameters());
+        Ok(passport(model.regressor(), &records, &suspects, described.as_deref())?)
+    })?;
     let [velocity, acceleration] = logs.iter().fold([false; 2], |[v, a], log| {
         let [has_velocity, has_acceleration] = log.has_rates();
         [v || has_velocity, a || has_acceleration]

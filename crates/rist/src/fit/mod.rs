@@ -14,6 +14,7 @@ pub mod load;
 pub(crate) mod looked;
 pub(crate) mod motion_range;
 pub(crate) mod mount;
+mod normalised;
 pub mod postures;
 pub mod samples;
 pub(crate) mod search;

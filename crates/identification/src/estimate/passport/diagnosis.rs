@@ -216,6 +216,7 @@ impl Look<'_> {
             let is_likely = change.after < LIKELY_MISFIT_SHARE * change.before;
             passport.explained.extend(is_new.then_some(Explained { finding, is_likely }));
         }
+        let needed = free.with_scales(needed);
         let is_new = |change: &&Suspicion| change.fault() != Fault::Of(Degrees, 0.0) || self.degrees().is_none();
         needed.iter().filter(is_new).map(|change| self.changed(change, slopes)).collect()
     }

@@ -32,6 +32,8 @@ pub enum Fault {
     Velocity,
     /// Nothing tried makes the description predict the torques.
     OtherRobot,
+    /// Positions are shares of the range of each joint, -100 to 100.
+    Normalised,
     /// Something is wrong, and nothing that was tried mends it.
     Unidentified,
     /// Torques computed from the description, not measured.
@@ -149,6 +151,7 @@ impl Finding {
             Fault::Velocity => format!("the velocity of {of} is not the slope of its position"),
             Fault::OtherRobot => "this log is not of this robot as it is described".into(),
             Fault::Unidentified => format!("something is wrong at {of}; its cause is not identified"),
+            Fault::Normalised => "the positions are normalised: -100 to 100 of the range of each joint".into(),
             Fault::Computed => "the torques are computed from this description, not measured".into(),
             Fault::DeadTorque => format!("the torque of {of} is not measured: it never changes"),
             Fault::Nothing(largest) => format!("the torque of {of} is nothing: {largest:.1e} at most"),

@@ -36,6 +36,12 @@ const NEEDED_ERROR_RATIO: f64 = 0.8;
 /// The same of a wrong scale, of which some number takes up a part of any other fault.
 const NEEDED_SCALE_ERROR_RATIO: f64 = 0.5;
 
+/// A scale by the description is right within a factor of 1.5, and a hundredth is what it is worth.
+const SCALE_REACH: f64 = 0.4;
+const SCALE_TOLERANCE: f64 = 0.01;
+/// (sqrt(5) - 1) / 2.
+const GOLDEN: f64 = 0.618_033_988_749_894_9;
+
 /// Misfit that a mistake leaves, of that of the log as it is, in squares, below which other bodies would have to be those of
 /// the description at other places by chance. Of a zero, which is a number, some angle may suit them.
 const SURE_MISFIT_SHARE: f64 = 0.04;
@@ -81,6 +87,40 @@ impl FreeBodies<'_> {
             needed.iter_mut().zip(are_quarters).for_each(|(needed, quarter)| *needed |= quarter);
         }
         needed
+    }
+
+    /// The suspicions with their wrong scales as the log has them whatever the bodies: those of least error on parts left out,
+    /// by golden sections of the logarithm. The description tells a scale as far as its bodies are right.
+    pub(super) fn with_scales(&self, mut suspicions: Vec<Suspicion>) -> Vec<Suspicion> {
+        let places: Vec<(usize, usize)> = (0..suspicions.len())
+            .flat_map(|i| (0..suspicions[i].changes.len()).map(move |c| (i, c)))
+            .filter(|&(i, c)| matches!(suspicions[i].changes[c].of, Hypothesis::Scale(_)))
+            .collect();
+        for (i, c) in places {
+            let described = suspicions[i].changes[c].size.ln_1p();
+            let error = |suspicions: &mut Vec<Suspicion>, scale: f64| {
+                suspicions[i].changes[c].size = scale.exp_m1();
+                let all: Vec<Change> = suspicions.iter().flat_map(|one| one.changes.iter().copied()).collect();
+                self.errors(&all).iter().filter(|error| **error > 0.0).map(|error| error.ln()).sum::<f64>()
+            };
+            let (mut low, mut high) = (described - SCALE_REACH, described + SCALE_REACH);
+            let inner = |low: f64, high: f64| [high - GOLDEN * (high - low), low + GOLDEN * (high - low)];
+            let [mut a, mut b] = inner(low, high);
+            let (mut at_a, mut at_b) = (error(&mut suspicions, a), error(&mut suspicions, b));
+            while high - low > SCALE_TOLERANCE {
+                if at_a < at_b {
+                    (high, b, at_b) = (b, a, at_a);
+                    a = inner(low, high)[0];
+                    at_a = error(&mut suspicions, a);
+                } else {
+                    (low, a, at_a) = (a, b, at_b);
+                    b = inner(low, high)[1];
+                    at_b = error(&mut suspicions, b);
+                }
+            }
+            suspicions[i].changes[c].size = (0.5 * (low + high)).exp_m1();
+        }
+        suspicions
     }
 
     /// Whether bodies that can exist may do without a mistake.
