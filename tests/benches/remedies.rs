@@ -67,7 +67,7 @@ fn main() {
 
 /// Logs without a mistake: prints those that are accused, and counts them; those that are only too short are counted apart.
 fn clean(arms: &[Arm], first: u64, count: u64) {
-    let (mut accused, mut short) = (0, 0);
+    let (mut accused, mut short, mut refused) = (0, 0, 0);
     for seed in first..first + count {
         let situation = Situation::clean(seed, arms);
         let outcome = situation.outcome(false);
@@ -80,12 +80,16 @@ fn clean(arms: &[Arm], first: u64, count: u64) {
             short += 1;
             continue;
         }
-        accused += 1;
         println!("{situation}, {}", situation.motion.said);
-        let lines = if said.findings.is_empty() { vec![said.error.trim().to_string()] } else { said.findings.clone() };
-        lines.iter().for_each(|line| println!("    {line}"));
+        if said.findings.is_empty() {
+            refused += 1;
+            println!("    {}", said.error.trim());
+        }
+        accused += usize::from(!said.findings.is_empty());
+        said.findings.iter().for_each(|line| println!("    {line}"));
     }
     println!("accused without a mistake: {}", share(accused, count as usize));
+    println!("refused before it is looked at: {}", share(refused, count as usize));
     println!("too short, and nothing else: {}", share(short, count as usize));
 }
 

@@ -201,8 +201,7 @@ impl Hypothesis {
     /// is. `is_sure`: the description itself, without a free number, leaves nearly nothing with it undone.
     pub(super) fn may_be_bodies(self, brakes: impl Fn(usize) -> bool, is_sure: bool) -> bool {
         match self {
-            Zero(_) | Scale(_) => true,
-            Reversed(_) => !is_sure,
+            Zero(_) | Scale(_) | Reversed(_) => true,
             TorqueSign(k) | MotionSign(k) => !is_sure && brakes(k),
             _ => !is_sure && self.exchanges().is_some(),
         }

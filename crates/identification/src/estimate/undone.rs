@@ -16,16 +16,17 @@ use crate::estimate::passport::Change;
 const ANGLE_DECIMALS: f64 = 1e4;
 
 impl Options {
-    /// These options, under which each change is undone. `columns`: those that the log was read from, of n coordinates.
+    /// These options, under which each change is undone. `columns`: those that the log was read from; `turns`: which
+    /// coordinates are angles.
     ///
     /// `None` where no option undoes one of them.
-    pub fn undoing(&self, changes: &[Change], columns: &ColumnNames, n: usize, slides: bool) -> Option<Options> {
+    pub fn undoing(&self, changes: &[Change], columns: &ColumnNames, turns: &[bool]) -> Option<Options> {
         let mut options = self.clone();
-        changes.iter().all(|change| options.undo(change, columns, n, slides)).then_some(options)
+        changes.iter().all(|change| options.undo(change, columns, turns)).then_some(options)
     }
 
-    fn undo(&mut self, change: &Change, columns: &ColumnNames, n: usize, slides: bool) -> bool {
-        let Change { of, size } = *change;
+    fn undo(&mut self, change: &Change, columns: &ColumnNames, turns: &[bool]) -> bool {
+        let (Change { of, size }, n) = (*change, turns.len());
         let (motion, effort) = signals(of);
         if motion.contains(&true) || effort {
             let named = &mut self.columns;
@@ -62,7 +63,14 @@ impl Options {
                 transmission.offsets.iter_mut().for_each(|all| all.swap(k, l))
             }
             Scale(k) => transmission.scales.get_or_insert_with(|| vec![1.0; n])[k] *= 1.0 + size,
-            Degrees if slides => return false,
+            // A unit is that of all positions. A ratio is that of one joint, and is taken out of its torque again.
+            Degrees if turns.contains(&false) => {
+                let degrees = |turns: &bool| if *turns { 180.0 / std::f64::consts::PI } else { 1.0 };
+                for list in [&mut transmission.ratios, &mut transmission.scales] {
+                    let all = list.get_or_insert_with(|| vec![1.0; n]);
+                    all.iter_mut().zip(turns).for_each(|(x, turns)| *x *= degrees(turns));
+                }
+            }
             Degrees => {
                 let units = &mut self.columns.units;
                 units.position = Some("deg".into());
@@ -175,7 +183,7 @@ mod tests {
     }
 
     fn said(options: &Options, changes: &[Change]) -> Option<String> {
-        options.undoing(changes, &columns(), 3, false)?.beside(options)
+        options.undoing(changes, &columns(), &[true; 3])?.beside(options)
     }
 
     /// Each is what a user writes into the file, and is read again as the options that were meant.
@@ -198,7 +206,7 @@ mod tests {
         ] {
             let text = said(&Options::default(), &changes).unwrap();
             assert_eq!(text, wanted);
-            let meant = Options::default().undoing(&changes, &columns(), 3, false).unwrap();
+            let meant = Options::default().undoing(&changes, &columns(), &[true; 3]).unwrap();
             assert_eq!(Options::parse("o.yaml", &text).unwrap(), meant, "{text}");
         }
     }
@@ -212,7 +220,12 @@ mod tests {
         let twice = [Change::of(TorqueSign(1)), Change::of(TorqueSign(1))];
         assert_eq!(said(&Options::default(), &twice).unwrap(), "columns: {torque: [tau1, tau2, tau3]}");
         assert_eq!(said(&options, &[Change::of(GravityCompensated)]), None);
-        assert!(Options::default().undoing(&[Change::of(Degrees)], &columns(), 3, true).is_none());
+        let mixed = Options::default().undoing(&[Change::of(Degrees)], &columns(), &[true, false, true]).unwrap();
+        let ratios = "[57.2958, 1, 57.2958]";
+        assert_eq!(
+            mixed.beside(&Options::default()).unwrap(),
+            format!("transmission: {{ratios: {ratios}, scales: {ratios}}}")
+        );
         assert_eq!(scalar("A1 [Nm]"), "'A1 [Nm]'");
         assert_eq!(scalar("-q_1"), "-q_1");
         assert_eq!(scalar("1"), "'1'");

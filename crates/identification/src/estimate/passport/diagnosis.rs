@@ -190,7 +190,10 @@ impl Look<'_> {
     ) -> Vec<Finding> {
         let mut found = common.to_vec();
         let is_plain = changes.is_empty();
-        changes.extend(search.scaled(&changes, slopes));
+        // Gains of motors are unlike.
+        if !common.iter().any(|f| f.fault == Fault::NoTorque) {
+            changes.extend(search.scaled(&changes, slopes));
+        }
         found.extend(self.judged(&changes, list, passport));
         if is_plain {
             let exchanged: Vec<Suspicion> = search.exchanged(slopes, &passport.hidden_exchanges).into_iter().collect();

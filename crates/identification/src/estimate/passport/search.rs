@@ -258,6 +258,9 @@ impl Search<'_> {
 /// Slopes of one joint beside those of the others within these may be errors of nominal inertials.
 const JOINT_FACTORS: std::ops::Range<f64> = 0.6..1.67;
 
+/// Of a joint that went there and back less often, any scale suits some bodies.
+const PERIODS_OF_SCALE: f64 = 2.0;
+
 /// Joints whose slopes tell, beside which that of another is judged.
 const JOINTS_BESIDE: usize = 2;
 
@@ -279,7 +282,8 @@ impl Search<'_> {
             // Beside the others, and beside the description: half of the joints may be wrong.
             let slope = p.slope() / self.scale;
             let factor = slope / middle;
-            let is_off = tells(p) && !JOINT_FACTORS.contains(&factor) && !JOINT_FACTORS.contains(&slope);
+            let moves = self.samples.periods(k) >= PERIODS_OF_SCALE;
+            let is_off = moves && tells(p) && !JOINT_FACTORS.contains(&factor) && !JOINT_FACTORS.contains(&slope);
             let share = |slope: f64| p.left(slope) / n;
             is_off.then(|| Suspicion {
                 changes: vec![Change { of: Scale(k), size: factor - 1.0 }],
