@@ -8,6 +8,7 @@
 use std::cell::RefCell;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Duration;
 
 use crate::error::Error;
 
@@ -24,6 +25,15 @@ impl Interruption {
     /// Asks the work to end.
     pub fn raise(&self) {
         self.0.store(true, Ordering::Relaxed);
+    }
+
+    /// Asks the work to end after a time, where it has not ended by then.
+    pub fn raise_within(&self, delay: Duration) {
+        let flag = self.clone();
+        std::thread::spawn(move || {
+            std::thread::sleep(delay);
+            flag.raise();
+        });
     }
 
     /// Whether the work is asked to end.

@@ -179,12 +179,18 @@ impl Search<'_> {
                 break;
             }
             left = Vec::with_capacity(2 * open.len());
-            for some in open.chunks(PARTS_AT_A_TIME / 2) {
-                let halves = |part: &Part| {
+            let mut open = open.into_iter();
+            while !open.as_slice().is_empty() {
+                let some = open.by_ref().take(PARTS_AT_A_TIME / 2);
+                if Interruption::check().is_err() {
+                    done.extend(some);
+                    continue;
+                }
+                let halves = |part: Part| {
                     let (span, middle) = (part.span, part.span.middle());
                     [Interval::new(span.low, middle), Interval::new(middle, span.high)]
                 };
-                left.extend(self.enclosed(some.iter().flat_map(halves).collect(), enclose));
+                left.extend(self.enclosed(some.flat_map(halves).collect(), enclose));
             }
         }
         done

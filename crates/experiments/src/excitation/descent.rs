@@ -94,6 +94,9 @@ fn line_search(
 ) -> Option<(Vec<f64>, f64, Vec<f64>)> {
     let mut step = objective.greatest_step(x, direction).min(1.0);
     for _ in 0..MAX_STEP_HALVINGS {
+        if Interruption::check().is_err() {
+            return None;
+        }
         let candidate: Vec<f64> = x.iter().zip(direction).map(|(x, d)| x + step * d).collect();
         if let Some((value, slope)) = objective.value(&candidate, value + ARMIJO_SHARE * step * rate) {
             return Some((candidate, value, slope));

@@ -11,6 +11,7 @@ use std::any::Any;
 use std::collections::VecDeque;
 
 use claims::significant;
+use numerics::interruption::Interruption;
 use numerics::interval::Interval;
 
 use crate::excitation::course::Course;
@@ -83,20 +84,37 @@ struct Least {
 /// The rows of the gaps, in their order.
 pub fn prove_gaps(course: &dyn Course, surroundings: &dyn Surroundings) -> Vec<CertificateRow> {
     let gaps = surroundings.gaps();
-    let (enclosed, stretches) = (course.enclosed(), course.stretches());
+    let (enclosed, stretches, interruption) = (course.enclosed(), course.stretches(), Interruption::here());
     let most = MAX_DISTANCES + gaps.len() * stretches.iter().map(|stretch| stretch.parts).sum::<usize>();
     let nothing = |_| Least { reached: f64::INFINITY, time: 0.0, proved: f64::INFINITY };
     let mut found: Vec<Least> = (0..gaps.len()).map(nothing).collect();
     let mut looked_at = 0;
+    // What is broken where the motion begins or ends needs no proof elsewhere.
+    let all: Vec<usize> = (0..gaps.len()).collect();
+    let ends = [
+        stretches.first().map(|s| (0, 0.0, s.start)),
+        stretches.last().map(|s| (stretches.len() - 1, s.length, s.start + s.length)),
+    ];
+    for (i, t, time) in ends.into_iter().flatten() {
+        let q = course.positions(i, t);
+        for (least, room) in found.iter_mut().zip(surroundings.rooms(&q, &vec![0.0; q.len()], &all)) {
+            if room.reached < least.reached {
+                (least.reached, least.time) = (room.reached, time);
+            }
+        }
+    }
     for (i, stretch) in stretches.into_iter().enumerate() {
         let at = |k: usize| {
             if k == stretch.parts { stretch.length } else { stretch.length * (k as f64 / stretch.parts as f64) }
         };
-        let all: Vec<usize> = (0..gaps.len()).collect();
         // Wide parts first: where a limit is broken, one of them shows it before a part beside it is halved for long.
         let mut left: VecDeque<(Interval, Vec<usize>)> =
             (0..stretch.parts).map(|k| (Interval::new(at(k), at(k + 1)), all.clone())).collect();
         while let Some((part, which)) = left.pop_front() {
+            if interruption.is_raised() {
+                which.iter().for_each(|&g| found[g].proved = f64::NEG_INFINITY);
+                continue;
+            }
             let middle = part.middle();
             let time = stretch.start + middle;
             let q = course.positions(i, middle);

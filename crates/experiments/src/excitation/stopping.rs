@@ -12,6 +12,7 @@
 //! Not here: how a drive stops. It may be slower than its limit of acceleration, and a power failure is no braking.
 
 use claims::significant;
+use numerics::interruption::Interruption;
 use numerics::interval::Interval;
 use numerics::range::{Enclosed, Extreme, Sought, Subdivision, ranges};
 use serde::{Deserialize, Serialize};
@@ -167,9 +168,12 @@ fn room_of_bodies(
     let gaps = surroundings.gaps();
     let all: Vec<usize> = (0..gaps.len()).collect();
     let mut least = vec![(f64::INFINITY, 0.0); gaps.len()];
-    let enclosed = course.enclosed();
+    let (enclosed, interruption) = (course.enclosed(), Interruption::here());
     for (i, stretch) in course.stretches().into_iter().enumerate() {
         for part in parts_of(&stretch) {
+            if interruption.is_raised() {
+                return None;
+            }
             let boxes = enclosed.on(i, part).into_iter().zip(limits).map(|(held, limits)| {
                 let reached = held[0].hull(stand(held[0], held[1], limits.acceleration));
                 (reached.middle(), 0.5 * reached.width() * (1.0 + WAY_ROUNDING))

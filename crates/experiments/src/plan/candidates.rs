@@ -162,6 +162,9 @@ pub fn permitted_candidates(
         let motions = kinds_of(fast, n, grid.gravity);
         // Each motion draws from a stream of its own, whatever the others draw.
         for (index, (kind, slow)) in motions.into_iter().enumerate() {
+            if Interruption::check().is_err() {
+                return vec![];
+            }
             let mut random = Random::stream(grid.seed, (fast * 1000 + index) as u64);
             for centre in configurations(grid, limits, &matters, &mut random, permission) {
                 trajectories.extend(about(grid, limits, &MovingJoints { kind, fast, slow: &slow, centre: &centre }));

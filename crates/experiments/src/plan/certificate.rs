@@ -16,6 +16,7 @@
 
 use nalgebra::{DMatrix, SymmetricEigen};
 use numerics::information_matrix::{InformationFactor, InformationMatrix, Rows};
+use numerics::interruption::Interruption;
 
 use crate::plan::exchange::scales;
 
@@ -41,7 +42,7 @@ pub struct ConditionBound {
     pub reached: f64,
 }
 
-/// Raises log det M(w) until the Kiefer-Wolfowitz gap is below `tolerance`.
+/// Raises log det M(w) until the Kiefer-Wolfowitz gap is below `tolerance`; interrupted, as far as it came: any w gives a bound.
 pub fn determinant_bound(blocks: &[Rows], tolerance: f64, iterations: usize) -> ApproximateDesign {
     let p = blocks.first().map_or(0, Rows::width);
     let scale = scales(p, blocks.iter());
@@ -54,7 +55,7 @@ pub fn determinant_bound(blocks: &[Rows], tolerance: f64, iterations: usize) -> 
         let d: Vec<f64> = blocks.iter().map(|b| factor.variance(b, &mut out)).collect();
         let best = argmax(&d, |_| true);
         let gap = d[best] - p as f64;
-        if gap < tolerance || iteration + 1 == iterations {
+        if gap < tolerance || iteration + 1 == iterations || Interruption::check().is_err() {
             return ApproximateDesign { weights: w, log_det: factor.log_det - log_scale, gap, iterations: iteration };
         }
         if iteration < 300 {
@@ -98,7 +99,7 @@ pub fn condition_bound(blocks: &[Rows], tolerance: f64, iterations: usize) -> Co
         let greatest = d.iter().copied().fold(0.0, f64::max);
         best.bound = best.bound.max(trace / greatest.sqrt());
         best.reached = best.reached.min(trace.sqrt());
-        if 1.0 - trace / greatest < tolerance {
+        if 1.0 - trace / greatest < tolerance || Interruption::check().is_err() {
             break;
         }
         w.iter_mut().zip(&d).for_each(|(w, d)| *w *= (d / trace).sqrt());

@@ -77,6 +77,9 @@ pub struct Selection {
 /// Ridge relative to the mean information of a plan: it keeps the update formulas finite while a plan lacks rank.
 const RELATIVE_RIDGE: f64 = 1e-9;
 
+/// Blocks between two looks at whether the search goes on: some milliseconds.
+const BLOCKS_BETWEEN_LOOKS: usize = 64;
+
 /// The best plan of `count` of the candidates' blocks, from `search.starts` random starts.
 ///
 /// `progress` is told (starts done, starts in all, best value) from one thread at a time. Interrupted, it gives the
@@ -192,6 +195,9 @@ fn one_start(
             let Some(factor) = rest.factor() else { continue };
             let gain = Gain::new(&rest, &factor, criterion);
             for (i, block) in blocks.iter().enumerate() {
+                if i % BLOCKS_BETWEEN_LOOKS == 0 && Interruption::check().is_err() {
+                    break;
+                }
                 let v = gain.with(block, &mut work);
                 // A smaller gain is rounding, and the exchange would cycle.
                 if v > best + 1e-10 * best.abs().max(1.0) {
