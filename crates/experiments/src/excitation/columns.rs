@@ -1,7 +1,7 @@
 //! The columns that an identification will have, along a motion: base parameters and friction of each joint.
 //!
-//! In a search the sign of dry friction is the smooth tanh(dq / v), so that it has a slope; v is 2 % of the limit of
-//! velocity. What a found motion shows is computed with the sign itself
+//! In a search the sign of dry friction is the smooth tanh(dq / v), so that it has a slope; v is 2 % of the
+//! velocity that the limits let it reach. What a found motion shows is computed with the sign itself
 //! ([`crate::excitation::visibility`]).
 //!
 //! A locked coordinate has no row, because its dry friction may take any part of the torque. A column that is then a
@@ -14,7 +14,7 @@ use random::Random;
 
 use crate::excitation::limits::CoordinateLimits;
 
-/// Share of the limit of velocity over which the sign of dry friction turns in a search.
+/// Share of the velocity that is reachable over which the sign of dry friction turns in a search.
 pub(crate) const SIGN_TURN_SHARE: f64 = 0.02;
 
 /// A column is not told apart where the columns before it leave less than this share of its norm.
@@ -77,7 +77,7 @@ pub fn visible_columns(model: &Model, limits: &[CoordinateLimits]) -> Vec<bool> 
             limits.iter().map(f).zip(limits).map(|((low, high, rest), l)| between(l, low, high, rest)).collect()
         };
         let q = state(&|l| (l.position.0, l.position.1, l.locked.unwrap_or(0.0)));
-        let dq = state(&|l| (-l.velocity, l.velocity, 0.0));
+        let dq = state(&|l| (-l.reachable_velocity(), l.reachable_velocity(), 0.0));
         let ddq = state(&|l| (-l.acceleration, l.acceleration, 0.0));
         model.regressor.fill(&q, &dq, &ddq, &mut y);
         // The row of each moving joint: its line of Y, and its own friction behind all base columns.
@@ -85,7 +85,14 @@ pub fn visible_columns(model: &Model, limits: &[CoordinateLimits]) -> Vec<bool> 
             let mut row = vec![0.0; p];
             row[..base].copy_from_slice(&y[i * base..][..base]);
             let mut friction = vec![[0.0; 3]; columns_of(model.friction, i)];
-            friction_columns(model.friction, i, dq[i], ddq[i], SIGN_TURN_SHARE * limits[i].velocity, &mut friction);
+            friction_columns(
+                model.friction,
+                i,
+                dq[i],
+                ddq[i],
+                SIGN_TURN_SHARE * limits[i].reachable_velocity(),
+                &mut friction,
+            );
             for (x, column) in row[base + columns_before(model.friction, i)..].iter_mut().zip(&friction) {
                 *x = column[0];
             }

@@ -3,7 +3,7 @@
 //! | limit | of the description | assumed (slides) |
 //! |---|---|---|
 //! | position | yes, up to 1000 | +-1.5 rad (+-0.25 m) |
-//! | velocity | yes | 1 rad/s (0.25 m/s) |
+//! | velocity | yes, up to 10 000 | 1 rad/s (0.25 m/s) |
 //! | acceleration | of a YAML | reaches the velocity in 0.3 s |
 //! | jerk | no | reaches the acceleration in 0.05 s |
 //! | effort | yes | unknown: not looked at |
@@ -61,6 +61,12 @@ impl CoordinateLimits {
         }
     }
 
+    /// What its acceleration and its room let it reach of its velocity, rad/s (m/s): a gripper's limit may be a hundred times that.
+    pub fn reachable_velocity(&self) -> f64 {
+        let (low, high) = self.position;
+        self.velocity.min((self.acceleration * (high - low)).sqrt())
+    }
+
     /// Why no motion can keep these limits, if so.
     pub fn fault(&self) -> Option<String> {
         let (low, high) = self.position;
@@ -112,6 +118,8 @@ const SLOWEST_LIMIT: f64 = 1e-6;
 
 /// Positions beyond are no limits, rad (m): people write 1e16 where there is none.
 pub const FARTHEST_POSITION: f64 = 1e3;
+/// Velocities beyond are no limits either, rad/s (m/s): in products of such a one the parts of gravity are lost to rounding.
+pub const FASTEST_VELOCITY: f64 = 1e4;
 /// Half the room of a joint whose limits hold it still, rad (m): for rounding.
 const STILL: f64 = 1e-9;
 
@@ -137,7 +145,7 @@ impl AskedLimits {
         let positive = |x: Option<f64>| x.filter(|x| x.is_finite() && *x > 0.0);
         let found = AskedLimits {
             position: described.position.filter(|limits| !is_unlimited(*limits)),
-            velocity: positive(described.velocity),
+            velocity: positive(described.velocity).filter(|velocity| *velocity <= FASTEST_VELOCITY),
             acceleration: positive(described.acceleration),
             effort: positive(described.effort),
             ..AskedLimits::default()
@@ -297,10 +305,15 @@ fn one(
     }
     let given = given(described, own, all)?;
     let factor = given.slowed.unwrap_or(1.0);
+    let endless = described.velocity.filter(|velocity| *velocity > FASTEST_VELOCITY);
     let mut or_assumed = |kind: LimitKind, given: Option<f64>, otherwise: f64, power: i32| {
         given.unwrap_or_else(|| {
             let size = if otherwise < 1e-3 { format!("{otherwise:.3e}") } else { format!("{otherwise:.4}") };
-            assume(format!("no limit of {kind} given, {size} {} assumed", kind.unit(is_prismatic)));
+            let unit = kind.unit(is_prismatic);
+            assume(match endless.filter(|_| kind == LimitKind::Velocity) {
+                Some(velocity) => format!("a velocity of {velocity:e} {unit} is no limit, {size} {unit} assumed"),
+                None => format!("no limit of {kind} given, {size} {unit} assumed"),
+            });
             otherwise * factor.powi(power)
         })
     };

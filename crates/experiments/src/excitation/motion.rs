@@ -56,7 +56,7 @@ impl Shape {
     pub fn units(&self, limits: &CoordinateLimits) -> Vec<f64> {
         let half_room = 0.5 * (limits.position.1 - limits.position.0);
         let unit = match self {
-            Shape::Fourier(_) => limits.velocity,
+            Shape::Fourier(_) => limits.reachable_velocity(),
             Shape::Spline(spline) => spline.unit(half_room, limits.velocity),
         };
         std::iter::once(half_room).chain(std::iter::repeat_n(unit, self.size() - 1)).collect()

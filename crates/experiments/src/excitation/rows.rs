@@ -126,7 +126,7 @@ impl Prepared<'_> {
             let mut rows = JointRows::new(base.iter().chain(&self.own[i]).map(|(_, at)| *at).collect());
             let columns = columns_of(problem.friction, i);
             let mut friction = vec![[0.0; 3]; columns * problem.samples];
-            let turn = SIGN_TURN_SHARE * problem.limits[i].velocity;
+            let turn = SIGN_TURN_SHARE * problem.limits[i].reachable_velocity();
             for (r, (state, y)) in states.chunks_exact(3 * n).zip(y.chunks_exact(n * b)).enumerate() {
                 let friction = &mut friction[r * columns..][..columns];
                 friction_columns(problem.friction, i, state[n + i], state[2 * n + i], turn, friction);
