@@ -77,7 +77,7 @@ impl fmt::Display for CertificateRow {
 }
 
 /// How near a proof of a kinematic limit comes to what is reached, relative to the size of the limit.
-const KINEMATIC_PROOF_TOLERANCE: f64 = 1e-6;
+pub const KINEMATIC_PROOF_TOLERANCE: f64 = 1e-6;
 /// The same for torques, whose enclosures are wider.
 const TORQUE_PROOF_TOLERANCE: f64 = 1e-3;
 /// Most enclosures of a stretch, for a kinematic limit.

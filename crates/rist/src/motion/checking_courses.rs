@@ -13,6 +13,7 @@ use experiments::excitation::held_limits::{HeldLimit, Origin};
 use experiments::excitation::limits::{AskedLimits, CoordinateLimits, LimitKind, LimitsFile, given};
 use experiments::excitation::margins::{self, Margins, asked_with_margins};
 use experiments::excitation::polynomial_course::PolynomialCourse;
+use experiments::excitation::proof::KINEMATIC_PROOF_TOLERANCE;
 use experiments::excitation::space_limits::SpaceLimits;
 use experiments::motion::point_trajectory::{Interpolation, PointTrajectory};
 use experiments::plan::exciting_trajectory::ExcitingTrajectory;
@@ -78,7 +79,9 @@ pub fn check_points(
         Interpolation::Quintic => Jumps { from: LimitKind::Effort, why: "", would_tell: "", slack: 0.0 },
     };
     let course = PolynomialCourse::through(&points, interpolation);
-    let checked = CourseCheck::new(model, request, asked, jumps)?.course(&course);
+    let mut held = CourseCheck::new(model, request, asked, jumps)?;
+    held.let_stand_at_ends(&points);
+    let checked = held.course(&course);
     let mut notes = checked.notes;
     notes.push(format!(
         "{} points over {:.3} s, {} between them; efforts and powers are held to their whole limits",
@@ -218,6 +221,17 @@ impl<'a> CourseCheck<'a> {
             slack: PLAN_ROUNDING,
         };
         CourseCheck::new(model, request, asked, jumps)
+    }
+
+    /// Gives a position the rounding of a proof where points begin or end just at its limit, as a folded arm stands: a proof comes no
+    /// nearer to it.
+    fn let_stand_at_ends(&mut self, points: &PointTrajectory) {
+        for (limits, q) in self.limits.iter_mut().zip(points.positions()) {
+            let (low, high) = limits.position;
+            let stands_at = |end: f64| [q.first(), q.last()].into_iter().flatten().any(|q| *q == end);
+            let rounding = |end: f64| if stands_at(end) { KINEMATIC_PROOF_TOLERANCE * (high - low) } else { 0.0 };
+            limits.position = (low - rounding(low), high + rounding(high));
+        }
     }
 
     /// The proofs of an experiment.
