@@ -16,6 +16,13 @@ pub struct BodyErrors {
     pub bodies: f64,
 }
 
+impl BodyErrors {
+    /// Whether any is given.
+    pub(crate) fn is_any(&self) -> bool {
+        self.bodies > 0.0 || self.joints.iter().any(|by| *by > 0.0)
+    }
+}
+
 impl Clearance {
     /// With how fast its gaps change at most. Raises each bound by what errors take of it: of both bodies of a pair, and of joints times how fast they move the
     /// bodies wherever the robot may be.
@@ -27,7 +34,7 @@ impl Clearance {
         for (gap, rate) in self.gaps.iter_mut().zip(rates) {
             let sides = if gap.is_own { 2.0 } else { 1.0 };
             let of_joints: f64 = rate.iter().zip(&errors.joints).map(|(rate, by)| rate * by).sum();
-            gap.margin = sides * errors.bodies + of_joints;
+            gap.margin = if gap.is_constant { 0.0 } else { sides * errors.bodies + of_joints };
             gap.bound += gap.margin;
         }
         self

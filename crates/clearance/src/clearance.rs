@@ -45,6 +45,8 @@ pub struct Gap {
     /// Links whose joints move the body against the other, the outermost first, and those that move the other against
     /// it.
     pub(crate) joints: [Vec<usize>; 2],
+    /// Whether no pose changes it: it needs no margin.
+    pub(crate) is_constant: bool,
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -91,6 +93,12 @@ impl Clearance {
     /// What the gaps do not cover.
     pub fn left_out(&self) -> &[LeftOut] {
         &self.left_out
+    }
+
+    /// The coordinates that change a gap.
+    pub fn moved_by(&self, gap: usize) -> Vec<usize> {
+        let rates = self.rates.get(gap).into_iter().flatten();
+        rates.enumerate().filter(|(_, rate)| **rate > 0.0).map(|(k, _)| k).collect()
     }
 
     /// Height of the floor, m: the one that was asked for, or that of the base.

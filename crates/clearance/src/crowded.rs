@@ -68,7 +68,7 @@ impl Clearance {
             cut.into_iter().map(|(b, shapes)| (b, std::mem::replace(&mut self.bodies[b].shapes, shapes))).collect();
         let has_more_room = |pair: &&Crowded| {
             let gap = Gap { shapes: (0..self.bodies[pair.gap.body].shapes.len()).collect(), ..pair.gap.clone() };
-            pair.is_bettered_by(self.sampled_room(&gap, sampled, pair.enough))
+            pair.is_bettered_by(self.sampled_room(&gap, sampled, pair.enough).0)
         };
         let bettered: BTreeSet<usize> = crowded.iter().filter(has_more_room).flat_map(|pair| pair.bodies()).collect();
         for (b, shapes) in whole {

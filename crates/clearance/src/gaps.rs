@@ -10,67 +10,17 @@ use std::path::Path;
 use robot::{JointKind, Pose, Robot};
 
 use crate::bodies::{Body, bodies};
-use crate::body_errors::BodyErrors;
 use crate::clearance::{Against, Clearance, Gap};
 use crate::crowded::Crowded;
-use crate::half_space::HalfSpace;
 use crate::kinematic_tree::KinematicTree;
-use crate::sampled_room::{SampledRoom, always};
+pub use crate::rules::{FloorRule, Rules, Situation};
+use crate::sampled_room::{SampledRoom, always, constant_distance};
 use claims::{LeftOut, Matter};
-
-/// What is asked of a robot.
-#[derive(Clone, Debug)]
-pub struct Rules {
-    /// Whether distances between the robot's own links are looked at.
-    pub own_links: bool,
-    /// Least distance of two links, m. `None`: [`DEFAULT_DISTANCE_M`], or half of the room that the two have where that
-    /// is less.
-    pub distance: Option<f64>,
-    /// Pairs of links whose distance is not looked at, each with the reason.
-    pub accepted: Vec<(String, String, String)>,
-    /// Where no moving body goes below.
-    pub floor: FloorRule,
-    /// Where bodies must stay.
-    pub half_spaces: Vec<HalfSpace>,
-    /// How far bodies may be from where the joints put them.
-    pub errors: BodyErrors,
-}
-
-/// Which floor there is.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum FloorRule {
-    /// The plane z = 0 of the base where no body is below it at rest, but no lower than the height that is given.
-    OfBase(Option<f64>),
-    /// None, as the user says.
-    Nowhere,
-    /// At this height, m.
-    At(f64),
-}
-
-impl Default for Rules {
-    fn default() -> Rules {
-        let (accepted, half_spaces, errors) = (vec![], vec![], BodyErrors::default());
-        Rules { own_links: true, distance: None, accepted, floor: FloorRule::OfBase(None), half_spaces, errors }
-    }
-}
-
-/// The rest pose and the moving coordinates, by which gaps are chosen.
-#[derive(Clone, Debug)]
-pub struct Situation {
-    /// Where each coordinate rests, rad (m): where it is locked, or else zero, or as near to it as its limits allow.
-    pub rest: Vec<f64>,
-    /// Zero, or as near to it as the limits of the description allow.
-    pub zero: Vec<f64>,
-    /// Whether each coordinate moves.
-    pub moves: Vec<bool>,
-    /// Poses all over the limits of the description, by which it is told who always touches.
-    pub poses: Vec<Vec<f64>>,
-}
 
 /// The least distance between links of the robot where nothing else is asked, m.
 pub const DEFAULT_DISTANCE_M: f64 = 0.01;
 /// Share of the room of a pair that is its least distance where the default is more.
-const DEFAULT_SHARE_OF_ROOM: f64 = 0.5;
+pub(crate) const DEFAULT_SHARE_OF_ROOM: f64 = 0.5;
 /// The reserve of a search where there is room, m.
 pub(crate) const RESERVE_M: f64 = 0.004;
 /// Share of the room above the bound that is the reserve where there is less.
@@ -119,11 +69,14 @@ impl Clearance {
                 "the user",
             )),
         }
-        clearance.add_floor(rules.floor, situation)?;
+        clearance.add_floor(rules, situation)?;
         for wall in 0..clearance.half_spaces.len() {
-            clearance.add_wall(wall, situation, &poses)?;
+            clearance.add_wall(wall, situation, &poses, rules)?;
         }
-        Ok(clearance.with_rates(&rules.errors))
+        match (rules.is_over)() {
+            true => Err("interrupted before the bodies were looked at".into()),
+            false => Ok(clearance.with_rates(&rules.errors)),
+        }
     }
 
     /// No gaps: nothing says how far joints move that are found numerically.
@@ -146,9 +99,12 @@ impl Clearance {
 
     /// Every two bodies with a shape that move against each other. Gives those with little room.
     fn add_pairs(&mut self, rules: &Rules, situation: &Situation, sampled: &[Vec<Pose>]) -> Vec<Crowded> {
-        let (mut touching, mut near, mut crowded) = (Vec::new(), Vec::new(), Vec::new());
+        let (mut touching, mut near, mut constant, mut crowded) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
         for a in 0..self.bodies.len() {
             for b in 0..a {
+                if (rules.is_over)() {
+                    return crowded;
+                }
                 let (body, other) = (&self.bodies[a], &self.bodies[b]);
                 let is_known = |b: &Body| b.has_geometry && b.missing.is_empty();
                 if !is_known(body) || !is_known(other) {
@@ -178,28 +134,43 @@ impl Clearance {
                     shapes: (0..body.shapes.len()).collect(),
                     against: Against::Body(b),
                     joints,
+                    is_constant: false,
                 };
                 // Rooms above this give the same bound, so they need not be told apart.
+                let spacing = rules.spacing.unwrap_or(DEFAULT_DISTANCE_M);
                 let enough = match rules.distance {
                     Some(distance) => distance + RESERVE_M / RESERVE_SHARE,
-                    None => DEFAULT_DISTANCE_M / DEFAULT_SHARE_OF_ROOM,
+                    None => spacing / DEFAULT_SHARE_OF_ROOM,
                 };
-                let found = self.sampled_room(&gap, sampled, enough);
+                let (found, is_constant) = self.sampled_room(&gap, sampled, enough);
+                // Sides of one joint keep their distance however it turns, and nothing makes it more.
+                let is_constant = is_constant && gap.joints.iter().flatten().count() == 1;
                 crowded.extend(Crowded::of(&gap, found, enough));
                 match found {
                     SampledRoom::AlwaysTouching => touching.push(gap.subject),
                     SampledRoom::AlwaysNear => near.push(gap.subject),
                     SampledRoom::Room(room) => {
                         // Where no distance is asked for, the bound is a share of the room.
-                        let bound = rules.distance.unwrap_or(DEFAULT_DISTANCE_M.min(DEFAULT_SHARE_OF_ROOM * room));
+                        let share = DEFAULT_SHARE_OF_ROOM * room;
+                        let bound = match rules.distance {
+                            Some(distance) if is_constant => distance.min(share),
+                            asked => asked.unwrap_or(spacing.min(share)),
+                        };
                         let reserve = (RESERVE_SHARE * (room - bound)).clamp(LEAST_RESERVE_M, RESERVE_M);
-                        self.gaps.push(Gap { bound, reserve, ..gap });
+                        if is_constant && (rules.errors.is_any() || rules.distance.is_some_and(|asked| asked > bound)) {
+                            constant.push(gap.subject.clone());
+                        }
+                        self.gaps.push(Gap { bound, reserve, is_constant, ..gap });
                     }
                 }
             }
         }
         let assumed = [touching, near].into_iter().zip(always(sampled.len())).filter(|(pairs, _)| !pairs.is_empty());
         self.left_out.extend(assumed.map(|(pairs, what)| LeftOut::assumed(Matter::Distance, pairs, what, "default")));
+        if !constant.is_empty() {
+            let what = constant_distance(sampled.len());
+            self.left_out.push(LeftOut::assumed(Matter::Margin, constant, what, "default"));
+        }
         crowded
     }
 
@@ -212,6 +183,7 @@ impl Clearance {
 #[cfg(test)]
 pub(crate) mod tests {
     use super::*;
+    use crate::half_space::HalfSpace;
     use crate::nearby::Remembered;
 
     /// Two links in a plane that turn about z, of one metre each, round by 5 cm, on a post.

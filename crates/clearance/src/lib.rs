@@ -21,6 +21,7 @@ mod named_links;
 pub mod nearby;
 pub mod outside;
 mod pieces;
+mod rules;
 pub mod sampled_room;
 pub mod separation;
 pub mod shown_length;

@@ -18,7 +18,7 @@ const NEAR_MESH_DISTANCE_M: f64 = 5e-4;
 /// Share of the poses in which links touch that no motion parts.
 pub const ALWAYS_TOUCHING_SHARE: f64 = 0.99;
 /// The room is what this share of the poses exceeds.
-const ROOMY_SHARE: f64 = 0.1;
+pub(crate) const ROOMY_SHARE: f64 = 0.1;
 /// What the room is where fewer poses than that leave any.
 const LEAST_ROOMY_SHARE: f64 = 0.01;
 
@@ -33,6 +33,18 @@ pub(crate) enum SampledRoom {
     Room(f64),
 }
 
+/// Distances that change by less over all poses do not change, m: the rest is how exactly round sides are drawn.
+const CONSTANT_WITHIN_M: f64 = 5e-4;
+
+/// What is assumed of the two sides of a joint whose distance so many poses do not change.
+pub(crate) fn constant_distance(poses: usize) -> String {
+    format!(
+        "they are the sides of one joint, and {poses} poses change their distance by less than {} mm: they keep half of it, \
+         with no margin",
+        1e3 * CONSTANT_WITHIN_M
+    )
+}
+
 /// What is assumed of pairs that always touch, by so many poses, and of those with a mesh that are always near.
 pub(crate) fn always(poses: usize) -> [String; 2] {
     let (share, near) = (100.0 * ALWAYS_TOUCHING_SHARE, 1e3 * NEAR_MESH_DISTANCE_M);
@@ -45,8 +57,9 @@ pub(crate) fn always(poses: usize) -> [String; 2] {
 }
 
 impl Clearance {
-    /// The room of a pair over `poses`, each of all links; rooms above `enough` are not told apart.
-    pub(crate) fn sampled_room(&self, gap: &Gap, poses: &[Vec<Pose>], enough: f64) -> SampledRoom {
+    /// The room of a pair over `poses`, each of all links, and whether no pose changes it; rooms above `enough` are not told
+    /// apart.
+    pub(crate) fn sampled_room(&self, gap: &Gap, poses: &[Vec<Pose>], enough: f64) -> (SampledRoom, bool) {
         let count = |share: f64| (share * poses.len() as f64).floor() as usize;
         let (mut rooms, mut ample) = (Vec::with_capacity(poses.len()), 0);
         let near = if self.is_of_mesh(gap) { NEAR_MESH_DISTANCE_M } else { TOUCHING_DISTANCE_M };
@@ -54,7 +67,7 @@ impl Clearance {
             let room = self.room_up_to(gap, poses, enough);
             ample += usize::from(room >= enough);
             if ample > count(ROOMY_SHARE) {
-                return SampledRoom::Room(enough);
+                return (SampledRoom::Room(enough), false);
             }
             rooms.push(room);
         }
@@ -62,15 +75,17 @@ impl Clearance {
         let few = rooms.len() - rooms.len().min((ALWAYS_TOUCHING_SHARE * rooms.len() as f64).ceil() as usize);
         let beyond = |distance: f64| rooms.iter().take_while(|room| **room > distance).count();
         if beyond(TOUCHING_DISTANCE_M) <= few {
-            return SampledRoom::AlwaysTouching;
+            return (SampledRoom::AlwaysTouching, false);
         }
         let free = beyond(near);
         if free <= few {
-            return SampledRoom::AlwaysNear;
+            return (SampledRoom::AlwaysNear, false);
         }
         let of = |share: f64| rooms.get(count(share)).copied().filter(|room| *room > near);
         // As many poses as leave any room, where it is less than the shares ask for.
-        SampledRoom::Room(of(ROOMY_SHARE).or(of(LEAST_ROOMY_SHARE)).unwrap_or(rooms[free - 1]))
+        let room = of(ROOMY_SHARE).or(of(LEAST_ROOMY_SHARE)).unwrap_or(rooms[free - 1]);
+        let is_constant = rooms[0] < enough && rooms[0] - rooms[rooms.len() - 1] < CONSTANT_WITHIN_M;
+        (SampledRoom::Room(room), is_constant)
     }
 
     /// Whether a body of a pair is of a mesh.

@@ -2,9 +2,11 @@
 
 use robot::Pose;
 
+use crate::bodies::{Body, Shape};
 use crate::clearance::{Against, Clearance, Gap, PLACE_ROUNDING_M};
-use crate::gaps::{FloorRule, RESERVE_M, Situation};
+use crate::gaps::{DEFAULT_SHARE_OF_ROOM, FloorRule, RESERVE_M, Rules, Situation};
 use crate::half_space::HalfSpace;
+use crate::sampled_room::ROOMY_SHARE;
 use crate::shown_length::shown_length;
 use claims::{LeftOut, Matter};
 
@@ -12,19 +14,22 @@ use claims::{LeftOut, Matter};
 const CONSTANT_GAP_CHANGE: f64 = 1e-9;
 /// Rounding of the lowest point at rest, m.
 const FLOOR_ROUNDING_M: f64 = 1e-6;
+/// How far a mesh of a base that stands on a plane may reach below it, m: they are drawn that exactly.
+const STANDING_TOLERANCE_M: f64 = 5e-3;
 /// What the base's own floor is called.
 const FLOOR: &str = "the floor";
 
 impl Clearance {
     /// The half-space above the floor, or why there is none.
-    pub(crate) fn add_floor(&mut self, rule: FloorRule, situation: &Situation) -> Result<(), String> {
-        self.floor = match rule {
+    pub(crate) fn add_floor(&mut self, rules: &Rules, situation: &Situation) -> Result<(), String> {
+        self.floor = match rules.floor {
             FloorRule::At(height) => Some(height),
             FloorRule::Nowhere => {
                 let what = "nothing stands below the robot (floor: none)";
                 self.left_out.push(LeftOut::assumed(Matter::Floor, vec![], what, "the user"));
                 None
             }
+            FloorRule::OfBase(_) if rules.assumes_floor && self.stands_on_its_plane() => Some(0.0),
             FloorRule::OfBase(least) => match self.floor_of_base(situation) {
                 Ok(base) => Some(least.map_or(base, |least| least.max(base))),
                 Err(why) if least.is_none() => {
@@ -55,8 +60,31 @@ impl Clearance {
         }
     }
 
+    /// What a body keeps to a floor that nobody asked for, m: the spacing, or half of the room that it has.
+    fn spacing_to_floor(&self, gap: &Gap, spacing: f64, situation: &Situation) -> f64 {
+        let room = |q: &Vec<f64>| self.apart(gap, &self.tree.poses(q), None).reached;
+        let mut rooms: Vec<f64> = situation.poses.iter().map(room).collect();
+        rooms.sort_by(|a, b| b.total_cmp(a));
+        let room = rooms.get((ROOMY_SHARE * rooms.len() as f64) as usize).copied().unwrap_or(0.0);
+        spacing.min(DEFAULT_SHARE_OF_ROOM * room.max(0.0))
+    }
+
+    /// Whether the fixed base has a body, and nothing of it is below the plane z = 0: the robot stands on it.
+    fn stands_on_its_plane(&self) -> bool {
+        let base = self.bodies.iter().filter(|b| b.link.is_none());
+        let height = |(body, shape): (&Body, &Shape)| self.standing(body, shape, &[]).least_along([0.0, 0.0, 1.0]);
+        let all = base.flat_map(|body| body.shapes.iter().map(move |shape| (body, shape)));
+        all.map(height).reduce(f64::min).is_some_and(|lowest| lowest >= -STANDING_TOLERANCE_M)
+    }
+
     /// Adds the gaps between a half-space and the bodies that must stay in it and that move towards it or away.
-    pub(crate) fn add_wall(&mut self, wall: usize, situation: &Situation, poses: &[Pose]) -> Result<(), String> {
+    pub(crate) fn add_wall(
+        &mut self,
+        wall: usize,
+        situation: &Situation,
+        poses: &[Pose],
+        rules: &Rules,
+    ) -> Result<(), String> {
         let HalfSpace { name, links, .. } = self.half_spaces[wall].clone();
         let matter = if name == FLOOR { Matter::Floor } else { Matter::Region };
         let mut points = Vec::new();
@@ -98,12 +126,18 @@ impl Clearance {
                 shapes,
                 against: Against::HalfSpace(wall),
                 joints: self.between(body.link, None),
+                is_constant: false,
             };
             // A gap that no free joint changes is no gap: it is kept for ever, or never.
             let unit: Vec<f64> = situation.moves.iter().map(|m| f64::from(u8::from(*m))).collect();
             let now = self.apart(&gap, poses, Some(&unit));
             if now.reached - now.at_least > CONSTANT_GAP_CHANGE + PLACE_ROUNDING_M {
-                self.gaps.push(gap);
+                let is_of_base = matter == Matter::Floor && matches!(rules.floor, FloorRule::OfBase(_));
+                let bound = match rules.spacing.filter(|_| is_of_base) {
+                    Some(spacing) => self.spacing_to_floor(&gap, spacing, situation),
+                    None => 0.0,
+                };
+                self.gaps.push(Gap { bound, ..gap });
             } else if now.reached < 0.0 {
                 return Err(format!(
                     "{} is {} m beyond {name}, and no joint that is not locked moves it away: name the links that must \
@@ -127,7 +161,6 @@ mod tests {
     use std::path::Path;
 
     use super::*;
-    use crate::gaps::Rules;
     use crate::gaps::tests::{ARM, clearance, situation};
 
     /// The plane of the base is a floor where nothing that moves is below it at rest, and the user may say otherwise.

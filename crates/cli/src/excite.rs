@@ -21,8 +21,10 @@ use crate::terminal::{self, print_result, progress};
 /// Position, velocity, acceleration and jerk are proved between the samples too. So are torque and power, where they
 /// are limited and the description has inertial parameters; the distances of the robot's own links and the floor, where a
 /// URDF has their collision geometry; and the walls and boxes of --limits. A fixed base has the plane z = 0 as its floor
-/// where nothing that moves is below it at the zero pose. The last line says what is proven, what is assumed and what is
-/// not looked at. Ctrl-C ends the search with the best motion found so far. Watch the motion in a simulator, and slowly on
+/// where nothing that moves is below it at the zero pose, or where it stands on it and a motion above it is found. Turning
+/// joints keep 0.02 rad to the ends of their positions, links 2 cm to each other and to that floor, where there is room. The
+/// last line says what is proven, what is assumed and what is not looked at. Ctrl-C ends the search with the best motion found
+/// so far. Watch the motion in a simulator, and slowly on
 /// the robot, first.
 #[derive(Args)]
 pub(crate) struct Arguments {

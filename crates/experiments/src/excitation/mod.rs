@@ -3,6 +3,7 @@
 
 pub mod artefact;
 pub mod barrier;
+pub mod centre;
 pub mod certificate_text;
 pub mod columns;
 pub mod course;

@@ -100,8 +100,17 @@ const MAX_DRAWS_PER_START: usize = 60;
 const MAX_SHRINKS_PER_DRAW: usize = 12;
 /// Share of a torque's bound up to which a drawn motion is taken.
 const MAX_DRAWN_TORQUE_SHARE: f64 = 0.95;
-/// Centres drawn for a start whose robot has bodies, before it is given up.
-const MAX_CENTRES_PER_START: usize = 2000;
+/// Centres drawn for a start whose robot has bodies, and draws about those that are free, before descents look for one: a robot
+/// that needs more has hardly any free pose.
+const MAX_CENTRES_PER_START: usize = 200;
+const MAX_DRAWS_AMONG_BODIES: usize = 10;
+/// Times that a motion about a centre that a descent found is made smaller: one that is smaller tells columns of many joints apart no
+/// more, and no descent begins with it.
+const MAX_SHRINKS_AFTER_DESCENT: usize = 9;
+/// Descents of a start before it is given up.
+const MAX_DESCENTS_PER_START: usize = 40;
+/// Share of the room about a centre that a descent found up to which a motion swings.
+const SHARE_OF_ROOM: f64 = 0.9;
 
 /// All starts that found a motion, the best first. `progress`: as each is done, with how many are done.
 ///
@@ -388,45 +397,110 @@ fn draw_spectrum(shape: &Shape, random: &mut Random, x: &mut [f64]) {
     }
 }
 
-/// A motion within all limits: a random spectrum, scaled.
+/// A motion within all limits: a random spectrum, scaled, about a random centre; where none of those is free, about one that a
+/// descent frees, from the zero pose, the middle of the limits, and random poses.
 fn first(prepared: &Prepared, problem: &Problem, random: &mut Random, seen: &Seen) -> Result<Vec<f64>, NoMotion> {
-    let m = problem.shape.size();
-    let mut weakest = (f64::INFINITY, 0, LimitKind::Effort);
-    let mut narrowest: Option<(f64, usize)> = None;
-    let (mut draws, centres) =
-        (0, if problem.surroundings.is_some() { MAX_CENTRES_PER_START } else { MAX_DRAWS_PER_START });
+    let mut tried = Tried { weakest: (f64::INFINITY, 0, LimitKind::Effort), narrowest: None };
+    let (centres, most) = match problem.surroundings {
+        Some(_) => (MAX_CENTRES_PER_START, MAX_DRAWS_AMONG_BODIES),
+        None => (MAX_DRAWS_PER_START, MAX_DRAWS_PER_START),
+    };
+    let mut draws = 0;
     for _ in 0..centres {
-        if draws == MAX_DRAWS_PER_START {
+        if draws == most || Interruption::check().is_err() {
+            break;
+        }
+        let x = drawn(prepared, problem, random);
+        if tried.is_free(prepared, prepared.nearest_at_centre(&x)) {
+            draws += 1;
+            if let Some(x) = tried.small_enough(prepared, x, seen, MAX_SHRINKS_PER_DRAW) {
+                return Ok(x);
+            }
+        }
+    }
+    for descent in 0..MAX_DESCENTS_PER_START {
+        if Interruption::check().is_err() {
             break;
         }
         let mut x = drawn(prepared, problem, random);
-        // About a centre at which bodies meet there is no motion, however small.
-        let mut is_free = |nearest: Option<(f64, usize)>| {
-            let is_free = prepared.is_inside(nearest);
-            if let Some(near) = nearest.filter(|n| !is_free && narrowest.is_none_or(|best| n.0 > best.0)) {
-                narrowest = Some(near);
-            }
-            is_free
-        };
-        if !is_free(prepared.nearest_at_centre(&x)) {
-            continue;
-        }
-        draws += 1;
-        // Down to a tenth of the swing the torque may be that of the motion; below, it is that of gravity.
-        for _ in 0..MAX_SHRINKS_PER_DRAW {
-            let strong = prepared.greatest_torque(&x).filter(|strong| strong.0 > MAX_DRAWN_TORQUE_SHARE);
-            if let Some(less) = strong.filter(|strong| strong.0 < weakest.0) {
-                weakest = less;
-            }
-            if strong.is_none() && is_free(prepared.nearest(seen, &x)) {
+        let centre = prepared.freed(&match descent {
+            0 => prepared.home(),
+            1 => prepared.middle(),
+            _ => prepared.positions(&x, &[1.0]),
+        });
+        put_about(prepared, problem, &mut x, &centre);
+        if tried.is_free(prepared, prepared.nearest_at_centre(&x)) {
+            if let Some(x) = tried.small_enough(prepared, x, seen, MAX_SHRINKS_AFTER_DESCENT) {
                 return Ok(x);
+            }
+        }
+    }
+    Err(tried.why())
+}
+
+/// Whether any of two starts has a motion to begin with: far sooner told than by a search.
+pub fn can_begin(problem: &Problem, seed: u64) -> bool {
+    let prepared = Prepared::new(problem);
+    let has_motion = |start| first(&prepared, problem, &mut Random::stream(seed, start), &Seen::default()).is_ok();
+    prepared.moving().is_empty() || (0..2).any(has_motion)
+}
+
+/// What is nearest to being kept of all that was tried.
+struct Tried {
+    weakest: (f64, usize, LimitKind),
+    narrowest: Option<(f64, usize)>,
+}
+
+impl Tried {
+    /// Whether bodies are so far from each other; about a centre at which they meet there is no motion, however small.
+    fn is_free(&mut self, prepared: &Prepared, nearest: Option<(f64, usize)>) -> bool {
+        let is_free = prepared.is_inside(nearest);
+        if let Some(near) = nearest.filter(|n| !is_free && self.narrowest.is_none_or(|best| n.0 > best.0)) {
+            self.narrowest = Some(near);
+        }
+        is_free
+    }
+
+    /// The motion made smaller until it is within the limits of torques and bodies. Down to a tenth of the swing the torque may be
+    /// that of the motion; below, it is that of gravity.
+    fn small_enough(&mut self, prepared: &Prepared, mut x: Vec<f64>, seen: &Seen, shrinks: usize) -> Option<Vec<f64>> {
+        let m = x.len() / prepared.moving().len();
+        for _ in 0..shrinks {
+            if Interruption::check().is_err() {
+                return None;
+            }
+            let strong = prepared.greatest_torque(&x).filter(|strong| strong.0 > MAX_DRAWN_TORQUE_SHARE);
+            if let Some(less) = strong.filter(|strong| strong.0 < self.weakest.0) {
+                self.weakest = less;
+            }
+            if strong.is_none() && self.is_free(prepared, prepared.nearest(seen, &x)) {
+                return Some(x);
             }
             x.chunks_exact_mut(m).for_each(shrink);
         }
+        None
     }
-    match narrowest {
-        Some((room, gap)) if weakest.0 == f64::INFINITY => Err(NoMotion::TooNarrow { gap, room }),
-        _ => Err(NoMotion::TooWeak { coordinate: weakest.1, limit: weakest.2, share: weakest.0 }),
+
+    fn why(self) -> NoMotion {
+        let (share, coordinate, limit) = self.weakest;
+        match self.narrowest {
+            Some((room, gap)) if share == f64::INFINITY => NoMotion::TooNarrow { gap, room },
+            _ => NoMotion::TooWeak { coordinate, limit, share },
+        }
+    }
+}
+
+/// Puts a motion about another centre, its swings no greater than the room there.
+fn put_about(prepared: &Prepared, problem: &Problem, x: &mut [f64], centre: &[f64]) {
+    let m = problem.shape.size();
+    for (j, &k) in prepared.moving().iter().enumerate() {
+        let (low, high) = problem.limits[k].position;
+        x[j * m] = centre[k] / (0.5 * (high - low));
+        let (least, greatest) = prepared.barrier().reached(j, x, LimitKind::Position);
+        let up = (high - centre[k]) / (greatest - centre[k]).max(f64::MIN_POSITIVE);
+        let down = (centre[k] - low) / (centre[k] - least).max(f64::MIN_POSITIVE);
+        let factor = (SHARE_OF_ROOM * up.min(down)).min(1.0);
+        x[j * m + 1..(j + 1) * m].iter_mut().for_each(|x| *x *= factor);
     }
 }
 

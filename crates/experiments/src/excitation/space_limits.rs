@@ -19,9 +19,14 @@ pub struct SpaceLimits {
     /// Boxes that links stay in.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub boxes: Vec<SpaceBox>,
-    /// Least distance between links of the robot, m. Not given: 0.01, or half of the room that a pair has.
+    /// Least distance between links of the robot, m. Not given: the spacing, or half of the room that a pair has.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub distance: Option<f64>,
+    /// Where neither a distance nor a floor is given: what links keep between each other and to the plane of the base, m, or half
+    /// of the room that they have. Not given: a search keeps 0.02 where there is a motion that does; a check asks for 0.01 between
+    /// links and 0 to the plane.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub spacing: Option<f64>,
     /// Whether distances between links of the robot are looked at.
     pub own_links: bool,
     /// Pairs of links that may meet, each with the reason: `[LINK, LINK, REASON]`.
@@ -70,6 +75,7 @@ impl Default for SpaceLimits {
             walls: vec![],
             boxes: vec![],
             distance: None,
+            spacing: None,
             own_links: true,
             accept: vec![],
             ignored_pairs: vec![],
@@ -119,6 +125,7 @@ impl SpaceLimits {
             walls: walls.cloned().collect(),
             boxes: boxes.cloned().collect(),
             distance: self.distance.into_iter().chain(user.distance).reduce(f64::max),
+            spacing: self.spacing.into_iter().chain(user.spacing).reduce(f64::max),
             ..user.clone()
         }
     }
@@ -134,8 +141,10 @@ impl SpaceLimits {
 
     /// Why no robot can keep them, or what a user must say otherwise.
     pub fn fault(&self) -> Option<String> {
-        if let Some(distance) = self.distance.filter(|x| !(x.is_finite() && *x >= 0.0)) {
-            return Some(format!("space: distance is {distance}; expected are metres, 0 or more"));
+        let lengths = [("distance", self.distance), ("spacing", self.spacing)];
+        let mut given = lengths.into_iter().filter_map(|(key, x)| Some((key, x?)));
+        if let Some((key, x)) = given.find(|(_, x)| !(x.is_finite() && *x >= 0.0)) {
+            return Some(format!("space: {key} is {x}; expected are metres, 0 or more"));
         }
         if let Some(floor) = self.floor.and_then(Floor::height).filter(|x| !x.is_finite()) {
             return Some(format!("space: floor is {floor}; expected is a height in metres, or none"));

@@ -1,10 +1,10 @@
 //! From a model to one motion that makes its parameters visible, within proved limits.
 
 use std::path::Path;
+use std::time::Duration;
 
 use claims::LeftOut;
 use claims::significant;
-use clearance::shown_length::shown_length;
 use experiments::excitation::artefact::MotionJoint;
 use experiments::excitation::columns::visible_columns;
 use experiments::excitation::criterion::Aim;
@@ -18,7 +18,7 @@ use experiments::excitation::motion::{Motion, Shape};
 use experiments::excitation::no_motion::NoMotion;
 use experiments::excitation::problem::Problem;
 use experiments::excitation::proof::IdentifiedTorque;
-use experiments::excitation::search::{Found, search};
+use experiments::excitation::search::{Found, can_begin, search};
 use experiments::excitation::space_limits::{Floor, SpaceLimits};
 use experiments::excitation::visibility::{JointNoise, Visibility, visibility};
 use experiments::simulate::setup::SimulationSetup;
@@ -39,22 +39,69 @@ use crate::motion::after_estimate::{identified_friction, prior_rows, residual_no
 use crate::motion::described::{described_friction, described_values, torque_left_out, torque_noise};
 pub use crate::motion::excite_timing::default_period;
 use crate::motion::excite_timing::timing;
+use crate::motion::kept_room::{KeptRoom, keep_from_ends};
 use crate::motion::known_torque::KnownTorque;
+use crate::motion::no_motion_found::Refusal;
 use crate::motion::proved_motion::{ProvedMotion, cost_note, proved};
 use crate::request::ExciteRequest;
 
 /// Arguments: starts done, starts, and a text of the criterion (det^(1/p), or cond_fro) and of the nearest limits.
 pub type ExciteProgress<'a> = dyn Fn(usize, usize, &str) + Sync + 'a;
 
+/// After an interruption, what is found is proven in this time or not at all: who pressed Ctrl-C waits for the end.
+pub(crate) const PROOF_AFTER_INTERRUPTION: Duration = Duration::from_millis(700);
+
 /// Searches for the motion with the greatest determinant of the information (or the least condition number) of the
 /// columns of an identification, and proves its limits. The certificate of the motion says so if the proof fails.
 ///
-/// Fails where a number of the request makes no motion, and where the limits leave none. If it is interrupted during
+/// Links keep the room that a person would want, or what is left of it where no motion is found that does.
+///
+/// Fails where a number of the request makes no motion, and where none is found within the limits. If it is interrupted during
 /// the search, it goes on with the best motion found; if during the proof, it fails.
 pub fn excite(model: &Model, request: &ExciteRequest, progress: &ExciteProgress) -> Result<ExcitingMotion, Error> {
+    request.check_motion()?;
+    let steps = KeptRoom::steps(request);
+    let mut floor_is_tried = true;
+    for (i, kept) in steps.iter().enumerate() {
+        // Without an assumed floor there is no step that leaves it away.
+        let is_last = i + 1 == steps.len();
+        if !floor_is_tried && !kept.assumes_floor && !is_last && steps[..i].iter().any(|s| s.spacing == kept.spacing) {
+            continue;
+        }
+        match searched(model, request, (kept, is_last), progress)? {
+            Outcome::Found(found) => return Ok(*found),
+            Outcome::NoPose { floor } => floor_is_tried = floor,
+            Outcome::Refused(refusal) => return Err(refusal.with_remedies(model, request, kept)),
+        }
+    }
+    Err(Error::new("no room is left to be kept"))
+}
+
+/// What comes of a search.
+pub(crate) enum Outcome {
+    /// A motion.
+    Found(Box<ExcitingMotion>),
+    /// No pose keeps so much room, with a floor or without one.
+    NoPose { floor: bool },
+    /// No motion.
+    Refused(Refusal),
+}
+
+/// Searches for a motion that keeps this room; where it is not the last that is tried, only if it is seen soon that there is one.
+pub(crate) fn searched(
+    model: &Model,
+    request: &ExciteRequest,
+    (kept, is_last): (&KeptRoom, bool),
+    progress: &ExciteProgress,
+) -> Result<Outcome, Error> {
     let friction = request.check_motion()?;
     let regressor = RegressorSlope::new(model)?;
-    let (conditions, mut notes) = Conditions::new(model, request, &regressor)?;
+    let conditions = Conditions::new(model, request, &regressor, kept);
+    // A body that always is below a floor that nobody asked for.
+    if conditions.is_err() && kept.assumes_floor && !is_last {
+        return Interruption::check().map(|()| Outcome::NoPose { floor: true }).map_err(Error::from);
+    }
+    let (conditions, mut notes) = conditions?;
     let Conditions { names, limits, shape, known, surroundings, .. } = &conditions;
     let torque = known.described(request.effort_share, limits);
     let wall = known.wall(request.effort_share).filter(|_| torque.is_some());
@@ -79,37 +126,48 @@ pub fn excite(model: &Model, request: &ExciteRequest, progress: &ExciteProgress)
         surroundings: surroundings.some(),
         prior: &prior_of_a_sample,
     };
+    if !is_last && problem.surroundings.is_some() && !can_begin(&problem, request.seed) {
+        Interruption::check()?;
+        return Ok(Outcome::NoPose { floor: surroundings.floor().is_some() });
+    }
     let report = |done: usize, found: Option<&Found>| {
         progress(done, request.starts, &progress_text(found, request.criterion, names, &surroundings.gaps))
     };
     let found = search(&problem, &request.search(), &report);
     notes.extend(cut_short(found.as_ref().map_or(0, Vec::len), request.starts)?);
-    let found = found.map_err(|why| conditions.refused(why))?;
+    let found = match found {
+        Ok(found) => found,
+        Err(why) => return Ok(Outcome::Refused(conditions.refused(why, &problem))),
+    };
 
     // The best motion that can be proved, or the best of all if none can; its certificate then says so.
     let obligations = Obligations { limits, names, torque: torque.as_ref(), surroundings: surroundings.some() };
     let proved = proved(request, &problem, &obligations, *shape, found);
-    let proved = proved.ok_or_else(|| conditions.refused(NoMotion::NothingToTell))?;
+    let Some(proved) = proved else {
+        return Ok(Outcome::Refused(conditions.refused(NoMotion::NothingToTell, &problem)));
+    };
     notes.extend(surroundings.note().into_iter().chain(cost_note(&proved, request.criterion)));
+    notes.extend(kept.note(request, &surroundings.gaps));
     Interruption::check()?;
     let ProvedMotion { motion, certificate, .. } = &proved;
     let noise = conditions.joint_noise(motion);
     let seen = visibility(&linear, motion, limits, &noise, &described_values(model, &linear), certificate, &prior);
     let margins = Margins::new(motion, certificate, &obligations, &conditions.errors, surroundings.mesh_error());
-    Ok(conditions.artefact(proved, noise, seen, margins, notes))
+    Interruption::check()?;
+    Ok(Outcome::Found(Box::new(conditions.artefact(proved, noise, seen, margins, notes))))
 }
 
 /// What a motion of a model is searched under.
-struct Conditions<'a> {
-    model: &'a Model,
-    request: &'a ExciteRequest,
-    names: Vec<String>,
+pub(crate) struct Conditions<'a> {
+    pub(crate) model: &'a Model,
+    pub(crate) request: &'a ExciteRequest,
+    pub(crate) names: Vec<String>,
     /// The limits of the request within those of the description.
     stated: Vec<CoordinateLimits>,
     /// What the robot may be wrong by.
     errors: ErrorMargins,
     /// The stated limits, less what the errors take of them.
-    limits: Vec<CoordinateLimits>,
+    pub(crate) limits: Vec<CoordinateLimits>,
     shape: Shape,
     /// Instants of a period at which the search looks.
     samples: usize,
@@ -117,7 +175,9 @@ struct Conditions<'a> {
     /// N m (N) a torque sample, one per coordinate.
     noise: Vec<f64>,
     known: KnownTorque<'a>,
-    surroundings: RobotSurroundings,
+    pub(crate) surroundings: RobotSurroundings,
+    /// The room of bodies that the user asks for, and what is kept beside it.
+    space: SpaceLimits,
     left_out: Vec<LeftOut>,
 }
 
@@ -128,9 +188,11 @@ impl<'a> Conditions<'a> {
         model: &'a Model,
         request: &'a ExciteRequest,
         regressor: &RegressorSlope,
+        kept: &KeptRoom,
     ) -> Result<(Conditions<'a>, Vec<String>), Error> {
         let names = regressor.coordinates().to_vec();
-        let (stated, mut notes) = limits_and_notes(model, regressor, request)?;
+        let (mut stated, mut notes) = limits_and_notes(model, regressor, request)?;
+        notes.extend(keep_from_ends(model, request, &mut stated));
         let of_model = |what| Error::new(format_args!("{}: {what}", model.path.display()));
         let errors = request.limits.as_ref().map(|limits| limits.margins.clone()).unwrap_or_default();
         let limits = with_margins(&errors, &names, &stated).map_err(of_model)?;
@@ -145,7 +207,10 @@ impl<'a> Conditions<'a> {
         known.check_friction(&names, &limits, request.effort_share).map_err(of_model)?;
 
         // Places that bodies may reach.
-        let surroundings = RobotSurroundings::new(model, &request.space(), None, &limits, &errors)?;
+        let (user, own) = (request.space(), SpaceLimits { spacing: kept.spacing, ..SpaceLimits::default() });
+        let surroundings =
+            RobotSurroundings::on_floor(model, &user, (Some(&own), kept.assumes_floor), &limits, &errors)?;
+        let space = own.held_to(&user);
         let mut left_out = surroundings.left_out.clone();
         left_out.extend(torque_left_out(model, known.enclosure.is_some(), &names, &limits, request.limits.as_ref()));
         refuse_what_is_owed(model, &left_out)?;
@@ -164,6 +229,7 @@ impl<'a> Conditions<'a> {
             noise,
             known,
             surroundings,
+            space,
             left_out,
         };
         Ok((conditions, notes))
@@ -197,9 +263,8 @@ impl<'a> Conditions<'a> {
         let joint = |((x, name), limits): ((&Vec<f64>, &String), &CoordinateLimits)| {
             MotionJoint::new(name.clone(), &motion.shape, x, limits.clone())
         };
-        let asked = self.request.space();
         // The floor of the base stands in the file as one that was asked for.
-        let floor = self.surroundings.floor().map(Floor::At).or(asked.floor);
+        let floor = self.surroundings.floor().map(Floor::At).or(self.space.floor);
         let found = ExcitingMotion {
             seal: Default::default(),
             model: self.model.reference.clone(),
@@ -210,7 +275,7 @@ impl<'a> Conditions<'a> {
             joints: motion.joints.iter().zip(&self.names).zip(&self.stated).map(joint).collect(),
             effort_share: self.request.effort_share,
             identified: self.identified.clone(),
-            space: SpaceLimits { floor, ..asked },
+            space: SpaceLimits { floor, ..self.space.clone() },
             aim: self.request.criterion,
             determinant: seen.determinant,
             condition_number: seen.condition_number,
@@ -226,67 +291,6 @@ impl<'a> Conditions<'a> {
             parameters: seen.parameters,
         };
         ExcitingMotion { proven: found.ledger().is_kept(), ..found }
-    }
-
-    /// Why there is no motion, and what to do.
-    fn refused(&self, why: NoMotion) -> Error {
-        let (path, names) = (self.model.path.display(), &self.names);
-        match why {
-            NoMotion::AllLocked => {
-                Error::new(format_args!("{path}: every coordinate is locked: unlock one in the limits file"))
-            }
-            NoMotion::NothingToTell => Error::new(format_args!(
-                "{path}: no motion of the coordinates that are not locked tells any parameter: unlock more of them"
-            )),
-            NoMotion::TooSmall { coordinate, limit, swing, speed } => {
-                let slides = self.model.regressor().is_prismatic(coordinate);
-                let unit = |kind: LimitKind| kind.unit(slides);
-                Error::new(format_args!(
-                    "{path}: no motion found tells the parameters apart: {}, the slowest, swings by {swing:.1e} {} with {speed:.1e} \
-                     {} at most; nearest is its limit of {limit}: raise it, choose another [period], or lock the coordinate",
-                    names[coordinate],
-                    unit(LimitKind::Position),
-                    unit(LimitKind::Velocity)
-                ))
-            }
-            NoMotion::TooWeak { coordinate, limit, share } => Error::new(format_args!(
-                "{path}: no motion keeps the {limit} limit of {}: even a tiny one takes {:.0} % of what is allowed; the \
-                 limits of position leave no pose that is light enough, the {limit} limit or [effort_share] is too small, \
-                 or the inertial parameters are too great",
-                names[coordinate],
-                100.0 * share
-            )),
-            NoMotion::TooNarrow { gap, room } => self.too_narrow(&self.surroundings.gaps[gap], room),
-        }
-    }
-
-    /// Refuses a search whose best motion has so much room, m, at a gap.
-    fn too_narrow(&self, gap: &Gap, room: f64) -> Error {
-        let tight = self.surroundings.tight(&self.limits);
-        let room = if room < 0.0 {
-            format!("the best found is {} m short of it", shown_length(-room))
-        } else {
-            format!("the best found has {room:.1e} m to spare, and a search needs more")
-        };
-        let pair = |(subject, most, bound): &(String, f64, f64)| {
-            format!("{subject}: at most {} m of {} m", shown_length(*most), shown_length(*bound))
-        };
-        let pairs: Vec<String> = tight.pairs.iter().map(pair).collect();
-        let few = "; over 1000 poses these pairs have too little room: ";
-        let pairs = if pairs.is_empty() { String::new() } else { [few, &pairs.join("; ")].concat() };
-        let works = Some(tight.works).filter(|works| *works > 0.0 && works.is_finite());
-        let works =
-            works.map_or(String::new(), |w| format!("; distance: {} has room at one of these poses", shown_length(w)));
-        let sign = match gap.limit {
-            LimitKind::Distance => "; for links that may meet, sign the pair: accept: [[LINK, LINK, REASON]]",
-            _ => "",
-        };
-        Error::new(format_args!(
-            "{}: no motion keeps the {}: {room}{pairs}{works}; the limits of position leave no place that is free, or \
-             the limit is too tight{sign}",
-            self.model.path.display(),
-            gap.in_words()
-        ))
     }
 }
 
@@ -305,7 +309,10 @@ fn cut_short(found: usize, starts: usize) -> Result<Option<String>, Error> {
     match (Interruption::take(), found) {
         (false, _) => Ok(None),
         (true, 0) => Err(Error::new("interrupted before there was a motion")),
-        (true, _) => Ok(Some(format!("the search was interrupted: the best of {found} starts, of {starts}"))),
+        (true, _) => {
+            Interruption::here().raise_within(PROOF_AFTER_INTERRUPTION);
+            Ok(Some(format!("the search was interrupted: the best of {found} starts, of {starts}")))
+        }
     }
 }
 

@@ -21,7 +21,7 @@ use crate::describe::model::Model;
 use crate::error::Error;
 use crate::motion::checking::Checked;
 use crate::motion::checking_courses::CourseCheck;
-use crate::motion::exciting::refuse_what_is_owed;
+use crate::motion::exciting::{PROOF_AFTER_INTERRUPTION, refuse_what_is_owed};
 use crate::motion::free_memory::free_bytes;
 use crate::motion::plan_permission::PlanPermission;
 use crate::request::{CheckRequest, Request};
@@ -117,9 +117,11 @@ pub fn plan(
                 return Err(Error::new("interrupted before there was a plan"));
             }
             notes.push("the search was interrupted: this is the best plan up to there".into());
+            Interruption::here().raise_within(PROOF_AFTER_INTERRUPTION);
         }
         let experiments = plan.trajectories("the plan")?;
         let proofs: Vec<Checked> = experiments.iter().map(|experiment| held.experiment(experiment)).collect();
+        Interruption::check()?;
         let failed: Vec<&ExcitingTrajectory> =
             experiments.iter().zip(&proofs).filter(|(_, proof)| !proof.is_proven()).map(|(e, _)| e).collect();
         if failed.is_empty() {

@@ -13,6 +13,7 @@ use experiments::excitation::ledger::LowestPoint;
 use experiments::excitation::limits::{AskedLimits, CoordinateLimits, LimitKind};
 use experiments::excitation::motion::Motion;
 use experiments::excitation::space_limits::{Floor, SpaceLimits};
+use numerics::interruption::Interruption;
 use random::Random;
 
 use crate::describe::model::Model;
@@ -27,17 +28,6 @@ pub(crate) struct RobotSurroundings {
     /// What the gaps do not cover.
     pub(crate) left_out: Vec<LeftOut>,
 }
-
-/// Pairs that have too little room.
-pub(crate) struct Tight {
-    /// The links, the most room that they have, and what is asked for, m.
-    pub pairs: Vec<(String, f64, f64)>,
-    /// A distance that all pairs keep at one pose at least, with room to move, m; negative: there is none.
-    pub works: f64,
-}
-
-/// Share of the room at the best pose that a motion may be asked to keep.
-const TIGHT_SHARE: f64 = 0.5;
 
 /// Poses by which it is told which links always touch.
 const SAMPLED_POSES: u64 = 1000;
@@ -61,12 +51,23 @@ impl RobotSurroundings {
         limits: &[CoordinateLimits],
         margins: &ErrorMargins,
     ) -> Result<RobotSurroundings, Error> {
+        RobotSurroundings::on_floor(model, user, (own, false), limits, margins)
+    }
+
+    /// The same; and whether the plane of the base is a floor of a robot that stands on it, where nobody says.
+    pub(crate) fn on_floor(
+        model: &Model,
+        user: &SpaceLimits,
+        (own, assumes_floor): (Option<&SpaceLimits>, bool),
+        limits: &[CoordinateLimits],
+        margins: &ErrorMargins,
+    ) -> Result<RobotSurroundings, Error> {
         let refused = |what: String| Error::new(format_args!("{}: {what}", model.path.display()));
         if let Some(fault) = user.fault() {
             return Err(refused(fault));
         }
         let errors = body_errors(model, limits, margins).map_err(refused)?;
-        let rules = Rules { errors, ..rules(user, own).map_err(refused)? };
+        let rules = Rules { errors, assumes_floor, ..rules(user, own).map_err(refused)? };
         let directory = directory_of(&model.path);
         let situation = situation(model, limits);
         let clearance = Clearance::new(&model.robot, directory, &rules, &situation).map_err(refused)?;
@@ -130,27 +131,9 @@ impl RobotSurroundings {
         all.filter_map(|(i, k)| at(i, k)).min_by(|a, b| a.z_m.total_cmp(&b.z_m))
     }
 
-    /// What poses within the limits tell of the pairs that have too little room for a search.
-    pub(crate) fn tight(&self, limits: &[CoordinateLimits]) -> Tight {
-        let pairs: Vec<usize> = (0..self.gaps.len()).filter(|&g| self.gaps[g].limit == LimitKind::Distance).collect();
-        let place = |(limits, random): (&CoordinateLimits, &mut Random)| {
-            limits.locked.unwrap_or_else(|| random.between(limits.position.0, limits.position.1))
-        };
-        let still = vec![0.0; limits.len()];
-        let mut most = vec![f64::NEG_INFINITY; pairs.len()];
-        let mut best = f64::NEG_INFINITY;
-        for index in 0..SAMPLED_POSES {
-            let mut random = Random::stream(POSES_SEED, index);
-            let q: Vec<f64> = limits.iter().map(|l| place((l, &mut random))).collect();
-            let rooms = self.clearance.rooms(&q, &still, &pairs);
-            rooms.iter().zip(&mut most).for_each(|(room, most)| *most = most.max(room.reached));
-            best = best.max(rooms.iter().map(|room| room.reached).fold(f64::INFINITY, f64::min));
-        }
-        let is_tight = |(&g, most): (&usize, &f64)| {
-            let gap = &self.gaps[g];
-            (*most < gap.bound + 2.0 * gap.reserve).then(|| (gap.subject.clone(), *most, gap.bound))
-        };
-        Tight { pairs: pairs.iter().zip(&most).filter_map(is_tight).collect(), works: TIGHT_SHARE * best }
+    /// The coordinates that change a gap.
+    pub(crate) fn moved_by(&self, gap: usize) -> Vec<usize> {
+        self.clearance.moved_by(gap)
     }
 
     /// The surroundings; `None` where there are no gaps.
@@ -247,5 +230,8 @@ fn rules(user: &SpaceLimits, own: Option<&SpaceLimits>) -> Result<Rules, String>
         floor,
         half_spaces,
         errors: BodyErrors::default(),
+        spacing: space.spacing,
+        assumes_floor: false,
+        is_over: || Interruption::check().is_err(),
     })
 }

@@ -1,0 +1,274 @@
+//! A pose about which bodies keep apart and drives hold the robot, by descent, and what poses break where there is none.
+//!
+//! What is missing at a pose q is
+//!
+//! ```text
+//! r = (a - room(q)) / w     of each two solids with less room than a
+//! r = share(q) - s          of each torque at rest beyond the share s of its bound
+//! ```
+//! A step d solves (J' J + lambda I) d = -J' r, J by the scaled coordinates. lambda falls after a step that lowers r' r and rises
+//! after one that does not [Nocedal, Wright 2006, 10.3].
+
+use nalgebra::{DMatrix, DVector};
+use numerics::interruption::Interruption;
+use random::Random;
+
+use crate::excitation::gap_proof::Known;
+use crate::excitation::limits::LimitKind;
+use crate::excitation::problem::{Prepared, Problem};
+
+/// Room that a descent asks for, in reserves of the gap, first so much that there is room to move, then less: a search begins with
+/// two.
+const WANTED_RESERVES: [f64; 2] = [12.0, 4.0];
+/// w, m.
+const UNIT_OF_ROOM_M: f64 = 0.01;
+/// s at the same time: a search begins below 0.95.
+const WANTED_TORQUE_SHARES: [f64; 2] = [0.5, 0.8];
+/// Farthest that a step goes, as a share of half the room of a coordinate.
+const LONGEST_STEP: f64 = 0.3;
+/// Room of a coordinate that stays free at each end, as a share of it.
+const FREE_AT_ENDS: f64 = 0.01;
+/// Steps of a descent: most end after ten.
+const MAX_STEPS: usize = 40;
+/// lambda at first, its factors after a step that helps and after one that does not, and where a descent ends.
+const DAMPING: (f64, f64, f64, f64) = (1e-2, 0.3, 4.0, 1e6);
+
+/// What is missing, row by row, with its slopes along the scaled coordinates that move.
+type Missing = Vec<(f64, Vec<f64>)>;
+
+impl Prepared<'_> {
+    /// The zero pose, or as near to it as the limits allow.
+    pub(super) fn home(&self) -> Vec<f64> {
+        self.pose(|(low, high)| 0.0_f64.clamp(low, high))
+    }
+
+    /// The middle of the limits.
+    pub(super) fn middle(&self) -> Vec<f64> {
+        self.pose(|(low, high)| 0.5 * (low + high))
+    }
+
+    fn pose(&self, mut of: impl FnMut((f64, f64)) -> f64) -> Vec<f64> {
+        self.problem.limits.iter().map(|l| l.locked.unwrap_or_else(|| of(l.position))).collect()
+    }
+
+    /// The pose at which descents from `q` end: with much room, or else with little.
+    pub(super) fn freed(&self, q: &[f64]) -> Vec<f64> {
+        let [far, near] = [0, 1].map(|k| (WANTED_RESERVES[k], WANTED_TORQUE_SHARES[k]));
+        let found = self.descended(q, far);
+        if self.missing(&found, near, &mut None).is_empty() { found } else { self.descended(&found, near) }
+    }
+
+    fn descended(&self, q: &[f64], wanted: (f64, f64)) -> Vec<f64> {
+        let half: Vec<f64> = self.moving().iter().map(|&k| self.half_room(k)).collect();
+        let mut known = None;
+        let mut q: Vec<f64> = q.to_vec();
+        self.moving().iter().for_each(|&k| q[k] = self.within(k, q[k]));
+        let mut missing = self.missing(&q, wanted, &mut known);
+        let (mut damping, fall, rise, most) = DAMPING;
+        for _ in 0..MAX_STEPS {
+            if missing.is_empty() || damping > most || Interruption::check().is_err() {
+                break;
+            }
+            let Some(step) = step(&missing, half.len(), damping) else { break };
+            let mut next = q.clone();
+            for ((&k, d), half) in self.moving().iter().zip(step.iter()).zip(&half) {
+                next[k] = self.within(k, q[k] + half * d.clamp(-LONGEST_STEP, LONGEST_STEP));
+            }
+            let found = self.missing(&next, wanted, &mut known);
+            if size(&found) < size(&missing) {
+                (q, missing) = (next, found);
+                damping *= fall;
+            } else {
+                damping *= rise;
+            }
+        }
+        q
+    }
+
+    fn half_room(&self, k: usize) -> f64 {
+        let (low, high) = self.problem.limits[k].position;
+        0.5 * (high - low)
+    }
+
+    fn within(&self, k: usize, q: f64) -> f64 {
+        let ((low, high), free) = (self.problem.limits[k].position, 2.0 * FREE_AT_ENDS * self.half_room(k));
+        q.clamp(low + free, high - free)
+    }
+
+    fn missing(&self, q: &[f64], (reserves, most_share): (f64, f64), known: &mut Known) -> Missing {
+        let (mut rows, scaled) = (Missing::new(), |slope: &[f64], factor: f64| -> Vec<f64> {
+            self.moving().iter().map(|&k| factor * slope[k] * self.half_room(k)).collect()
+        });
+        if let Some(surroundings) = self.problem.surroundings {
+            let gaps = surroundings.gaps();
+            let most = gaps.iter().map(|gap| reserves * gap.reserve).fold(0.0, f64::max);
+            surroundings.near(q, most, known, &mut |gap, room, slope| {
+                let wanted = reserves * gaps[gap].reserve;
+                if room < wanted {
+                    rows.push(((wanted - room) / UNIT_OF_ROOM_M, scaled(slope, -UNIT_OF_ROOM_M.recip())));
+                }
+            });
+        }
+        if let Some(wall) = self.problem.torque {
+            let (n, states) = (q.len(), at_rest(q));
+            let rigid = self.rigid_torques(&states);
+            for held in wall.near(self.problem.limits, &states, &rigid, &[1.0], most_share) {
+                let mut weights = vec![0.0; n];
+                weights[held.coordinate] = held.value.signum() / held.bound;
+                let gradient = self.torques_pulled_back(&states, &weights);
+                rows.push((held.share() - most_share, scaled(&gradient[..n], 1.0)));
+            }
+        }
+        rows
+    }
+}
+
+/// q, dq, ddq of a robot that stands.
+fn at_rest(q: &[f64]) -> Vec<f64> {
+    [q, &vec![0.0; 2 * q.len()]].concat()
+}
+
+fn size(missing: &Missing) -> f64 {
+    missing.iter().map(|(r, _)| r * r).sum()
+}
+
+fn step(missing: &Missing, n: usize, damping: f64) -> Option<DVector<f64>> {
+    let slopes = DMatrix::from_fn(missing.len(), n, |i, j| missing[i].1[j]);
+    let residuals = DVector::from_iterator(missing.len(), missing.iter().map(|(r, _)| -r));
+    let normal = slopes.tr_mul(&slopes) + DMatrix::identity(n, n) * damping;
+    Some(normal.cholesky()?.solve(&slopes.tr_mul(&residuals)))
+}
+
+/// What poses break.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Broken {
+    /// A gap, or a coordinate with its limit of effort.
+    pub what: Obstacle,
+    /// Poses that break it.
+    pub poses: usize,
+}
+
+/// What stands in the way of a motion.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Obstacle {
+    /// Index of a gap.
+    Gap(usize),
+    /// Index of a coordinate whose effort is too small for its weight.
+    Effort(usize),
+}
+
+/// Seed of the poses of a count.
+const COUNT_SEED: u64 = 40;
+
+/// How many of `poses` random poses within the limits break nothing, and what the others break, the commonest first.
+pub fn broken_at_poses(problem: &Problem, poses: usize) -> (usize, Vec<Broken>) {
+    let prepared = Prepared::new(problem);
+    let n = problem.limits.len();
+    let gaps = problem.surroundings.map_or(0, |s| s.gaps().len());
+    let (all, still) = ((0..gaps).collect::<Vec<usize>>(), vec![0.0; n]);
+    let (mut of_gaps, mut of_efforts, mut free) = (vec![0; gaps], vec![0; n], 0);
+    for pose in 0..poses {
+        let mut random = Random::stream(COUNT_SEED, pose as u64);
+        let q = prepared.pose(|(low, high)| random.between(low, high));
+        let mut is_free = true;
+        if let Some(surroundings) = problem.surroundings {
+            for ((room, gap), count) in
+                surroundings.rooms(&q, &still, &all).iter().zip(surroundings.gaps()).zip(&mut of_gaps)
+            {
+                let is_broken = room.reached < gap.bound;
+                *count += usize::from(is_broken);
+                is_free &= !is_broken;
+            }
+        }
+        if let Some(wall) = problem.torque {
+            let states = at_rest(&q);
+            let near = wall.near(problem.limits, &states, &prepared.rigid_torques(&states), &[1.0], 1.0);
+            for held in near.iter().filter(|held| held.limit == LimitKind::Effort) {
+                of_efforts[held.coordinate] += 1;
+                is_free = false;
+            }
+        }
+        free += usize::from(is_free);
+    }
+    let of_gaps = of_gaps.into_iter().enumerate().map(|(gap, poses)| Broken { what: Obstacle::Gap(gap), poses });
+    let of_efforts = of_efforts.into_iter().enumerate().map(|(k, poses)| Broken { what: Obstacle::Effort(k), poses });
+    let mut broken: Vec<Broken> = of_gaps.chain(of_efforts).filter(|broken| broken.poses > 0).collect();
+    broken.sort_by_key(|broken| std::cmp::Reverse(broken.poses));
+    (free, broken)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::excitation::criterion::Aim;
+    use crate::excitation::fourier_series::FourierSeries;
+    use crate::excitation::gap_proof::tests::Rod;
+    use crate::excitation::motion::Shape;
+    use crate::excitation::search::tests::{pendulum_limits, pendulum_torque};
+    use crate::excitation::search::{SearchOptions, can_begin, search};
+    use crate::pendulum::Pendulum;
+
+    /// A wall that leaves the last tenth of the room: no motion of a random swing fits there, and one is found. A wall that leaves
+    /// nothing is what all poses break.
+    #[test]
+    fn a_narrow_place_is_found() {
+        let (arm, limits, torque) = (Pendulum::new(), [pendulum_limits()], pendulum_torque());
+        let problem = |rod| Problem {
+            regressor: &arm,
+            friction: &[],
+            limits: &limits,
+            noise: &[0.1],
+            aim: Aim::Determinant,
+            torque: Some(&torque),
+            columns: &[true; 3],
+            shape: Shape::Fourier(FourierSeries { period: 5.0, blend: 1.0, harmonics: 3 }),
+            samples: 60,
+            surroundings: Some(rod),
+            prior: &[],
+        };
+        // sin q < -0.9 from -1.5 to -1.12, of -1.5 to 2.
+        let narrow = Rod::new(-0.9);
+        let narrow = problem(&narrow);
+        let options = SearchOptions { starts: 2, iterations: 10, seed: 3, threads: 1 };
+        let found = search(&narrow, &options, &|_, _| ()).unwrap();
+        assert!(can_begin(&narrow, 3) && found.iter().all(|f| f.nearest.unwrap().0 > 0.0), "{found:?}");
+        let (free, broken) = broken_at_poses(&narrow, 300);
+        // 0.38 of 3.5, three deviations of a count.
+        assert!(
+            (15..=50).contains(&free) && broken == [Broken { what: Obstacle::Gap(0), poses: 300 - free }],
+            "{broken:?}"
+        );
+
+        let nowhere = Rod::new(-1.0);
+        let nowhere = problem(&nowhere);
+        assert!(!can_begin(&nowhere, 3) && search(&nowhere, &options, &|_, _| ()).is_err());
+        assert_eq!(broken_at_poses(&nowhere, 50), (0, vec![Broken { what: Obstacle::Gap(0), poses: 50 }]));
+    }
+
+    /// Weight that a drive cannot hold near the horizontal sends a descent away from there.
+    #[test]
+    fn a_light_pose_is_found() {
+        let (arm, limits, mut torque) = (Pendulum::new(), [pendulum_limits()], pendulum_torque());
+        torque.share = 0.4;
+        let problem = Problem {
+            regressor: &arm,
+            friction: &[],
+            limits: &limits,
+            noise: &[0.1],
+            aim: Aim::Determinant,
+            torque: Some(&torque),
+            columns: &[true; 3],
+            shape: Shape::Fourier(FourierSeries { period: 5.0, blend: 1.0, harmonics: 3 }),
+            samples: 60,
+            surroundings: None,
+            prior: &[],
+        };
+        let prepared = Prepared::new(&problem);
+        let share = |q: &[f64]| {
+            let states = at_rest(q);
+            torque.greatest(&limits, &states, &prepared.rigid_torques(&states)).unwrap().0
+        };
+        let (home, found) = (prepared.home(), prepared.freed(&prepared.home()));
+        assert!(share(&home) > 1.0 && share(&found) < WANTED_TORQUE_SHARES[1] + 1e-6, "{} {found:?}", share(&found));
+    }
+}

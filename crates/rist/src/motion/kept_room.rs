@@ -1,0 +1,90 @@
+//! The room that a motion keeps without being asked: to the ends of the positions, between links, and to the floor.
+
+use experiments::excitation::gap_proof::Gap;
+use experiments::excitation::limits::{AskedLimits, CoordinateLimits, LimitKind};
+
+use crate::describe::model::Model;
+use crate::request::ExciteRequest;
+
+/// What turning joints keep to the ends of their positions, rad: more than a joint is off by zero and tracking.
+const FROM_ENDS_RAD: f64 = 0.02;
+/// The same as a share of the room of a joint that has little.
+const SHARE_OF_RANGE: f64 = 0.02;
+/// What links keep between each other and to the floor, m, the first that leaves a motion: what a person would want; half of it,
+/// as a check asks of others; and what is better than nothing.
+const SPACINGS_M: [f64; 3] = [0.02, 0.01, 0.005];
+
+/// The room of bodies that is kept without being asked.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct KeptRoom {
+    /// Whether the plane of the base is a floor of a robot that stands on it.
+    pub(crate) assumes_floor: bool,
+    /// Between links and to that floor, or half of the room that they have, m.
+    pub(crate) spacing: Option<f64>,
+}
+
+impl KeptRoom {
+    /// What is tried, one after the other.
+    pub(crate) fn steps(request: &ExciteRequest) -> Vec<KeptRoom> {
+        let space = request.space();
+        let spacings = match space.spacing {
+            Some(given) => vec![given],
+            None => SPACINGS_M.to_vec(),
+        };
+        let step = |assumes_floor: bool| move |spacing: &f64| KeptRoom { assumes_floor, spacing: Some(*spacing) };
+        let with_floor = spacings.iter().take(2).filter(|_| space.floor.is_none()).map(step(true));
+        with_floor.chain(spacings.iter().map(step(false))).collect()
+    }
+
+    /// What is to be said of it, where there are bodies.
+    pub(crate) fn note(&self, request: &ExciteRequest, gaps: &[Gap]) -> Option<String> {
+        let (space, spacing) = (request.space(), self.spacing?);
+        let has = |limit: LimitKind| gaps.iter().any(|gap| gap.limit == limit);
+        let between = (has(LimitKind::Distance) && space.distance.is_none()).then_some("each other");
+        let to_floor = (has(LimitKind::Region) && space.floor.is_none()).then_some("the floor of the base");
+        let whom: Vec<&str> = between.into_iter().chain(to_floor).collect();
+        let lowered = match space.spacing.is_none() && spacing < SPACINGS_M[0] {
+            true => format!("; no motion was found that keeps {} m", SPACINGS_M[0]),
+            false => String::new(),
+        };
+        (!whom.is_empty()).then(|| {
+            format!(
+                "links keep {spacing} m to {}, or half of the room that they have{lowered} (space: {{spacing: {spacing}}} in \
+                 [limits=FILE] says otherwise)",
+                whom.join(" and ")
+            )
+        })
+    }
+}
+
+/// Narrows the positions of turning joints that only the description limits, where no margin of joints is given. Gives what is to
+/// be said of it.
+pub(crate) fn keep_from_ends(
+    model: &Model,
+    request: &ExciteRequest,
+    limits: &mut [CoordinateLimits],
+) -> Option<String> {
+    let file = request.limits.clone().unwrap_or_default();
+    if file.margins.encoder_zero.is_some() || file.margins.tracking.is_some() || file.all.position.is_some() {
+        return None;
+    }
+    let mut is_any = false;
+    for (k, (limits, coordinate)) in limits.iter_mut().zip(&model.robot.coordinates).enumerate() {
+        let is_described = AskedLimits::of_description(&coordinate.limits).position.is_some();
+        let is_asked = file.of(&coordinate.name).position.is_some();
+        if is_asked || !is_described || limits.locked.is_some() || model.regressor().is_prismatic(k) {
+            continue;
+        }
+        let (low, high) = limits.position;
+        let by = FROM_ENDS_RAD.min(SHARE_OF_RANGE * (high - low));
+        limits.position = (low + by, high - by);
+        is_any = true;
+    }
+    is_any.then(|| {
+        format!(
+            "joints keep {FROM_ENDS_RAD} rad, or {} % of their room, to the ends of their positions (margins: {{tracking: 0}} in \
+             [limits=FILE] says otherwise)",
+            100.0 * SHARE_OF_RANGE
+        )
+    })
+}

@@ -1,0 +1,193 @@
+//! Why a search found no motion, what poses break, and what was tried against it.
+
+use clearance::shown_length::shown_length;
+use experiments::excitation::centre::{Broken, Obstacle, broken_at_poses};
+use experiments::excitation::gap_proof::Gap;
+use experiments::excitation::limits::{AskedLimits, CoordinateLimits, LimitKind, LimitsFile};
+use experiments::excitation::no_motion::NoMotion;
+use experiments::excitation::problem::Problem;
+use experiments::excitation::space_limits::SpaceLimits;
+use numerics::interruption::Interruption;
+use random::Random;
+
+use crate::describe::model::Model;
+use crate::error::Error;
+use crate::motion::exciting::{Conditions, Outcome, searched};
+use crate::motion::kept_room::KeptRoom;
+use crate::request::ExciteRequest;
+
+/// Poses by which it is told what stands in the way.
+const COUNTED_POSES: usize = 300;
+/// The commonest that are told.
+const MOST_TOLD: usize = 5;
+/// Share of the poses in which a pair that may be accepted is broken.
+const NEARLY_ALL: f64 = 0.95;
+/// Most coordinates that a remedy locks.
+const MOST_LOCKED: usize = 2;
+/// Starts and iterations of the search that tries a remedy: whether there is a motion that is proven, not the best.
+const TRIAL: (usize, usize) = (2, 10);
+
+/// Seed of the poses that part a pair.
+const POSES_SEED: u64 = 41;
+
+/// Why there is no motion, and what may be tried.
+pub(crate) struct Refusal {
+    message: String,
+    /// Limits that may help, as they are printed.
+    candidates: Vec<LimitsFile>,
+}
+
+impl Conditions<'_> {
+    /// Why there is no motion.
+    pub(crate) fn refused(&self, why: NoMotion, problem: &Problem) -> Refusal {
+        let (path, names) = (self.model.path.display(), &self.names);
+        let message = match why {
+            NoMotion::AllLocked => format!("{path}: every coordinate is locked: unlock one in the limits file"),
+            NoMotion::NothingToTell => format!(
+                "{path}: no motion of the coordinates that are not locked tells any parameter: unlock more of them"
+            ),
+            NoMotion::TooSmall { coordinate, limit, swing, speed } => {
+                let slides = self.model.regressor().is_prismatic(coordinate);
+                let unit = |kind: LimitKind| kind.unit(slides);
+                format!(
+                    "{path}: no motion found tells the parameters apart: {}, the slowest, swings by {swing:.1e} {} with {speed:.1e} \
+                     {} at most; nearest is its limit of {limit}: raise it, choose another [period], or lock the coordinate",
+                    names[coordinate],
+                    unit(LimitKind::Position),
+                    unit(LimitKind::Velocity)
+                )
+            }
+            NoMotion::TooWeak { coordinate, limit, share } if problem.surroundings.is_none() => format!(
+                "{path}: no motion keeps the {limit} limit of {}: even a tiny one takes {:.0} % of what is allowed; the \
+                 limits of position leave no pose that is light enough, the {limit} limit or [effort_share] is too small, \
+                 or the inertial parameters are too great",
+                names[coordinate],
+                100.0 * share
+            ),
+            NoMotion::TooWeak { .. } | NoMotion::TooNarrow { .. } => return self.no_free_pose(problem),
+        };
+        Refusal { message, candidates: vec![] }
+    }
+
+    /// What poses break, the commonest first, and limits that may mend it.
+    fn no_free_pose(&self, problem: &Problem) -> Refusal {
+        let (free, broken) = broken_at_poses(problem, COUNTED_POSES);
+        let gaps = &self.surroundings.gaps;
+        let told = |broken: &Broken| match broken.what {
+            Obstacle::Gap(gap) => format!("{} in {}", gaps[gap].in_words(), broken.poses),
+            Obstacle::Effort(k) => format!("effort of {} at rest in {}", self.names[k], broken.poses),
+        };
+        let all: Vec<String> = broken.iter().take(MOST_TOLD).map(told).collect();
+        let more = match broken.len().saturating_sub(MOST_TOLD) {
+            0 => String::new(),
+            more => format!("; {more} more in fewer"),
+        };
+        let message = format!(
+            "{}: no motion was found: of {COUNTED_POSES} poses within the limits {free} keep all of them; broken are {}{more}; descents \
+             from the zero pose, the middle of the limits and random poses led to none about which a small motion does",
+            self.model.path.display(),
+            all.join(", ")
+        );
+        Refusal { message, candidates: self.candidates(&broken) }
+    }
+
+    /// Limits that may help: without the distance that is asked for, with the joints held that keep the worst pair apart, with
+    /// pairs accepted that hardly any pose parts.
+    fn candidates(&self, broken: &[Broken]) -> Vec<LimitsFile> {
+        let asked = self.request.limits.clone().unwrap_or_default();
+        let mut found = Vec::new();
+        if let Some(space) = asked.space.clone().filter(|space| space.distance.is_some()) {
+            let space = SpaceLimits { distance: None, ..space };
+            found.push(LimitsFile { space: Some(space), ..asked.clone() });
+        }
+        let pairs = broken.iter().filter_map(|broken| match broken.what {
+            Obstacle::Gap(gap) if self.surroundings.gaps[gap].limit == LimitKind::Distance => Some((gap, broken.poses)),
+            _ => None,
+        });
+        let pairs: Vec<(usize, usize)> = pairs.collect();
+        let Some(&(worst, _)) = pairs.first() else { return found };
+        found.extend(self.holding(worst, &asked));
+        let hardly = pairs.iter().filter(|(_, poses)| *poses as f64 >= NEARLY_ALL * COUNTED_POSES as f64);
+        let hardly: Vec<&Gap> = hardly.map(|(gap, _)| &self.surroundings.gaps[*gap]).collect();
+        let accepted = if hardly.is_empty() { vec![&self.surroundings.gaps[worst]] } else { hardly };
+        let mut space = asked.space.clone().unwrap_or_default();
+        for (a, b) in accepted.iter().filter_map(|gap| gap.subject.split_once(" and ")) {
+            space.accept.push(vec![a.into(), b.into(), "REASON".into()]);
+        }
+        found.push(LimitsFile { space: Some(space), ..asked });
+        found
+    }
+
+    /// The joints that move a pair, held where random poses part it most; `None` where they are many.
+    fn holding(&self, gap: usize, asked: &LimitsFile) -> Option<LimitsFile> {
+        let moved_by = self.surroundings.moved_by(gap);
+        let free = |k: &usize| self.limits[*k].locked.is_none();
+        let moved_by: Vec<usize> = moved_by.into_iter().filter(free).collect();
+        if moved_by.is_empty() || moved_by.len() > MOST_LOCKED || moved_by.len() == self.names.len() {
+            return None;
+        }
+        let pose = |index: u64| {
+            let mut random = Random::stream(POSES_SEED, index);
+            let place = |l: &CoordinateLimits| l.locked.unwrap_or_else(|| random.between(l.position.0, l.position.1));
+            self.limits.iter().map(place).collect::<Vec<f64>>()
+        };
+        let room = |q: &Vec<f64>| {
+            let surroundings = self.surroundings.some()?;
+            surroundings.rooms(q, &vec![0.0; q.len()], &[gap]).first().map(|room| room.reached)
+        };
+        let poses = (0..COUNTED_POSES as u64).map(pose);
+        let best = poses.max_by(|a, b| room(a).unwrap_or(0.0).total_cmp(&room(b).unwrap_or(0.0)))?;
+        let mut file = asked.clone();
+        for k in moved_by {
+            let shown = (1e3 * best[k]).round() / 1e3;
+            let own = file.coordinates.entry(self.names[k].clone()).or_default();
+            *own = AskedLimits { locked: Some(shown), ..own.clone() };
+        }
+        Some(file)
+    }
+}
+
+impl Refusal {
+    /// The refusal, with the first of the candidates that leads to a motion that is proven.
+    pub(crate) fn with_remedies(self, model: &Model, request: &ExciteRequest, kept: &KeptRoom) -> Error {
+        let helps = |limits: &&LimitsFile| {
+            let request = ExciteRequest {
+                limits: Some((*limits).clone()),
+                starts: TRIAL.0,
+                iterations: TRIAL.1,
+                ..request.clone()
+            };
+            let outcome = searched(model, &request, (kept, true), &|_, _, _| ());
+            matches!(outcome, Ok(Outcome::Found(found)) if found.proven) && Interruption::check().is_ok()
+        };
+        let asked = request.limits.clone().unwrap_or_default();
+        let remedy = self.candidates.iter().find(helps).map(|limits| words(limits, &asked));
+        if Interruption::check().is_err() {
+            return Error::new("interrupted before there was a motion");
+        }
+        match remedy {
+            Some(remedy) => Error::new(format_args!("{}; tried, and a motion is proven: {remedy}", self.message)),
+            None => Error::new(self.message),
+        }
+    }
+}
+
+/// What a limits file has more, or less, than the one that was asked for.
+fn words(limits: &LimitsFile, asked: &LimitsFile) -> String {
+    let distance = |limits: &LimitsFile| limits.space.as_ref().and_then(|space| space.distance);
+    if let Some(distance) = distance(asked).filter(|_| distance(limits).is_none()) {
+        return format!("space without `distance: {}`", shown_length(distance));
+    }
+    let locked = limits.coordinates.iter().filter_map(|(name, own)| Some((name, own.locked?)));
+    let locked: Vec<String> = locked
+        .filter(|(name, _)| asked.coordinates.get(*name).is_none_or(|own| own.locked.is_none()))
+        .map(|(name, place)| format!("{name}: {{locked: {place}}}"))
+        .collect();
+    if !locked.is_empty() {
+        return format!("coordinates: {{{}}} in [limits=FILE]", locked.join(", "));
+    }
+    let before = asked.space.as_ref().map_or(0, |space| space.accept.len());
+    let accepted = limits.space.iter().flat_map(|space| &space.accept[before..]);
+    let accepted: Vec<String> = accepted.map(|pair| format!("[{}]", pair.join(", "))).collect();
+    format!("for links that may meet, sign the pair: space: {{accept: [{}]}} in [limits=FILE]", accepted.join(", "))
+}
