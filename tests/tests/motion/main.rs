@@ -6,6 +6,7 @@ mod checkers;
 mod described_limits;
 mod every_robot;
 mod impossible_motions;
+mod kept_room;
 mod known_arms;
 mod promise;
 mod second_motion;

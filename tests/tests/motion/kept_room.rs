@@ -1,0 +1,222 @@
+//! Room that a motion keeps without being asked, places that are narrow, and refusals: what poses break is counted, and a remedy
+//! that is printed was tried.
+
+use std::path::{Path, PathBuf};
+
+use experiments::excitation::artefact::ExcitingMotion;
+use experiments::excitation::space_limits::Floor;
+use tests::program::{Run, folder, rist};
+
+const QUICK: [&str; 8] = ["--starts", "2", "--iterations", "10", "--period", "5", "--repetitions", "1"];
+const BODY: &str = r#"<inertial><origin xyz="0.2 0.01 0.02"/><mass value="2"/><inertia ixx="0.02" ixy="0" ixz="0" iyy="0.03" iyz="0" izz="0.04"/></inertial>"#;
+
+/// Two joints on a post that stands on the ground; stretched out at zero the forearm's ball is 10 cm below it. `bend`: limits
+/// of the elbow; `more`: links and joints besides.
+fn arm(bend: &str, more: &str) -> String {
+    format!(
+        r#"<robot name="arm"><link name="post"><collision><origin xyz="0 0 0.1"/><geometry><cylinder radius="0.05" length="0.2"/></geometry></collision></link>
+  <joint name="turn" type="revolute"><parent link="post"/><child link="upper"/><origin xyz="0 0 0.3"/><axis xyz="0 0 1"/>
+    <limit lower="-3" upper="3" velocity="2" effort="100"/></joint>
+  <link name="upper">{BODY}<collision><origin xyz="0.2 0 0"/><geometry><box size="0.4 0.06 0.06"/></geometry></collision></link>
+  <joint name="bend" type="revolute"><parent link="upper"/><child link="fore"/><origin xyz="0.5 0 0"/><axis xyz="0 1 0"/>
+    <limit {bend} velocity="2" effort="100"/></joint>
+  <link name="fore">{BODY}<collision><origin xyz="0.3 0 -0.3"/><geometry><sphere radius="0.1"/></geometry></collision></link>
+  {more}</robot>"#
+    )
+}
+
+fn written(name: &str, text: &str) -> PathBuf {
+    let here = folder(name);
+    std::fs::write(here.join("arm.urdf"), text).unwrap();
+    here
+}
+
+fn excite(here: &Path, more: &[&str]) -> Run {
+    rist(here, &[&["excite", "arm.urdf", "--out", "motion.yaml"], &QUICK[..], more].concat())
+}
+
+fn motion(here: &Path) -> ExcitingMotion {
+    ExcitingMotion::from_yaml("motion.yaml", &std::fs::read_to_string(here.join("motion.yaml")).unwrap()).unwrap()
+}
+
+/// A robot that stands on the plane of its base keeps above it where it can, though at the zero pose it is below, and 2 cm from it
+/// and from its own links, and 0.02 rad from the ends; the check finds it again.
+#[test]
+fn room_that_a_person_would_want() {
+    let here = written("kept_room", &arm(r#"lower="-2.5" upper="2.5""#, ""));
+    let run = excite(&here, &[]);
+    assert_eq!(run.code, Some(0), "{}{}", run.out, run.err);
+    let said = run.out.replace("\n  ", " ");
+    for words in [
+        "joints keep 0.02 rad, or 2 % of their room, to the ends of their positions",
+        "links keep 0.02 m to each other and the floor of the base, or half of the room that they have (space: {spacing: 0.02}",
+        "floor at z = 0 m",
+    ] {
+        assert!(said.contains(words), "`{words}` is not in {said}");
+    }
+    let found = motion(&here);
+    let bound = |subject: &str| found.certificate.iter().find(|row| row.subject == subject).unwrap().bound;
+    assert_eq!((bound("fore at the floor"), bound("fore and post")), (0.02, 0.02));
+    assert_eq!((found.space.floor, found.space.spacing), (Some(Floor::At(0.0)), Some(0.02)));
+    assert_eq!(found.joints[1].limits.position, (-2.48, 2.48));
+    let check = rist(&here, &["check", "arm.urdf", "motion.yaml"]);
+    assert_eq!(check.code, Some(0), "{}{}", check.out, check.err);
+
+    // Each may be turned off; what the user gives is kept as it is given.
+    let limits = "margins: {tracking: 0}\nspace: {distance: 0.01, floor: none}";
+    std::fs::write(here.join("limits.yaml"), limits).unwrap();
+    let run = excite(&here, &["--limits", "limits.yaml"]);
+    assert!(run.code == Some(0) && !run.out.contains(" keep 0.02 "), "{}{}", run.out, run.err);
+    assert_eq!(
+        (motion(&here).joints[1].limits.position, motion(&here).space.floor),
+        ((-2.5, 2.5), Some(Floor::NOWHERE))
+    );
+}
+
+/// Where no motion is above the plane, it is no floor, and that is said.
+#[test]
+fn a_floor_that_leaves_no_motion_is_none() {
+    // The ball stays between 10 and 4 cm below.
+    let here = written("kept_no_floor", &arm(r#"lower="-0.05" upper="0.1""#, ""));
+    let run = excite(&here, &[]);
+    assert_eq!(run.code, Some(0), "{}{}", run.out, run.err);
+    let said = run.out.replace("\n  ", " ");
+    assert!(said.contains("no floor, lowest point -0.1") && said.contains("NOT looked at: floor"), "{said}");
+}
+
+/// The two sides of a joint, 2 mm apart however it turns, need no margin and bear a distance that is asked for, and that is said.
+#[test]
+fn sides_of_a_joint_need_no_margin() {
+    let collar = r#"<joint name="fix" type="fixed"><parent link="upper"/><child link="collar"/></joint>
+  <link name="collar"><collision><origin xyz="0 0 -0.048"/><geometry><cylinder radius="0.05" length="0.1"/></geometry></collision></link>"#;
+    let here = written("kept_sides", &arm(r#"lower="-2.5" upper="0.5""#, collar));
+    for limits in
+        ["margins: {encoder_zero: 0.002, tracking: 0.01, calibration: 0.001, mesh: 0.0005}", "space: {distance: 0.02}"]
+    {
+        std::fs::write(here.join("limits.yaml"), limits).unwrap();
+        let run = excite(&here, &["--limits", "limits.yaml"]);
+        assert_eq!(run.code, Some(0), "{limits}: {}{}", run.out, run.err);
+        let said = run.out.replace('\n', " ").replace("  ", " ");
+        assert!(
+            said.contains("they are the sides of one joint, and 1000 poses change their distance by less than"),
+            "{said}"
+        );
+        let own = motion(&here);
+        let row = own.certificate.iter().find(|row| row.subject == "collar and post").unwrap();
+        assert!(row.margin == 0.0 && (row.bound - 0.001).abs() < 1e-9, "{row:?}");
+    }
+}
+
+/// What nearly all poses break is told with how many of them, and the remedy that is printed gives a motion as it is printed.
+#[test]
+fn a_refusal_counts_and_its_remedy_was_tried() {
+    // A drawer whose knob meets the post in all but the last hundredth and a half of its way.
+    let drawer = r#"<joint name="drawer" type="prismatic"><parent link="post"/><child link="box"/><axis xyz="1 0 0"/>
+    <limit lower="0" upper="1" velocity="1" effort="100"/></joint>
+  <link name="box"><inertial><origin xyz="0.5 0 0"/><mass value="1"/><inertia ixx="0.02" ixy="0" ixz="0" iyy="0.03" iyz="0" izz="0.04"/></inertial><collision><origin xyz="-0.535 0.05 0.05"/><geometry><box size="0.9 0.02 0.02"/></geometry></collision></link>"#;
+    let here = written("kept_refusal", &arm(r#"lower="-2.5" upper="0.5""#, drawer));
+    let run = excite(&here, &[]);
+    assert_eq!(run.code, Some(2), "{}{}", run.out, run.err);
+    let said = &run.err;
+    assert!(
+        said.contains("no motion was found: of 300 poses within the limits ") && !said.contains("no motion keeps"),
+        "{said}"
+    );
+    assert!(
+        said.contains("broken are distance of box and post (") && said.contains("descents from the zero pose"),
+        "{said}"
+    );
+    let (_, remedy) = said.split_once("tried, and a motion is proven: ").unwrap();
+    let (limits, _) = remedy.split_once(" in --limits").unwrap();
+    assert!(limits.starts_with("coordinates: {drawer: {locked: 0.99"), "{limits}");
+    std::fs::write(here.join("limits.yaml"), limits).unwrap();
+    let run = excite(&here, &["--limits", "limits.yaml"]);
+    assert_eq!(run.code, Some(0), "{limits}: {}{}", run.out, run.err);
+}
+
+/// A velocity that no joint has is none, said of the joint that has it; a gripper's that its way never lets it reach tells its friction.
+#[test]
+fn velocities_beyond_reach() {
+    let fast = arm(r#"lower="-2.5" upper="2.5""#, "").replacen(r#"velocity="2""#, r#"velocity="1e6""#, 1);
+    let here = written("kept_fast", &fast);
+    let run = excite(&here, &[]);
+    assert_eq!(run.code, Some(0), "{}{}", run.out, run.err);
+    let said = run.out.replace("\n  ", " ");
+    assert!(said.contains("turn: a velocity of 1e6 rad/s is no limit, 1.0000 rad/s assumed"), "{said}");
+
+    let gripper = r#"<joint name="grip" type="prismatic"><parent link="fore"/><child link="finger"/><axis xyz="1 0 0"/>
+    <limit lower="0" upper="0.02" velocity="5" effort="20"/></joint>
+  <link name="finger"><inertial><mass value="0.1"/><inertia ixx="1e-5" ixy="0" ixz="0" iyy="1e-5" iyz="0" izz="1e-5"/></inertial></link>"#;
+    let here = written("kept_gripper", &arm(r#"lower="-2.5" upper="2.5""#, gripper));
+    let run = excite(&here, &[]);
+    assert_eq!(run.code, Some(0), "{}{}", run.out, run.err);
+}
+
+/// A folded arm stands just at a limit of its description, and goes from there; a pose at which bodies touch is refused at once.
+#[test]
+fn the_way_from_a_folded_pose() {
+    let here = written("kept_folded", &arm(r#"lower="-2.5" upper="0""#, ""));
+    let run = excite(&here, &["--limits", "limits.yaml"]);
+    assert_eq!(run.code, Some(2), "{}", run.err);
+    std::fs::write(here.join("limits.yaml"), "space: {floor: none}").unwrap();
+    let run = excite(&here, &["--limits", "limits.yaml"]);
+    assert_eq!(run.code, Some(0), "{}{}", run.out, run.err);
+    let play = |from: &str| {
+        let asked = ["--controller", "ros2", "--limits", "limits.yaml", "--out", "way.yaml", "--from", from];
+        rist(&here, &[&["play", "arm.urdf", "motion.yaml"], &asked[..]].concat())
+    };
+    let run = play("turn=0.2,bend=0");
+    assert_eq!(run.code, Some(0), "{}{}", run.out, run.err);
+    // By a hair beyond is beyond.
+    let run = play("turn=0.2,bend=1e-5");
+    assert!(run.code == Some(1) && run.err.contains("way there: position of bend"), "{}{}", run.out, run.err);
+}
+
+/// Two arms of eight joints each: Ctrl-C in the search, in the proof, and in a plan ends the program.
+#[cfg(unix)]
+#[test]
+fn ctrl_c_ends_many_coordinates() {
+    use std::process::{Command, Stdio};
+    use std::time::{Duration, Instant};
+    let link = |side: &str, k: usize, parent: &str| {
+        let axis = ["0 0 1", "0 1 0"][k % 2];
+        let (y, length) = (if side == "l" { 0.4 } else { -0.4 }, if k == 0 { 0.0 } else { 0.15 });
+        let origin = if k == 0 { format!("0 {y} 0.5") } else { format!("{length} 0 0.02") };
+        format!(
+            r#"<joint name="{side}{k}" type="revolute"><parent link="{parent}"/><child link="{side}link{k}"/><origin xyz="{origin}"/><axis xyz="{axis}"/>
+  <limit lower="-2" upper="2" velocity="2" effort="200"/></joint>
+  <link name="{side}link{k}">{BODY}<collision><origin xyz="0.06 0 0"/><geometry><box size="0.1 0.05 0.05"/></geometry></collision></link>"#
+        )
+    };
+    let arms: String = ["l", "r"]
+        .iter()
+        .flat_map(|side| {
+            (0..8).map(move |k| {
+                let parent = if k == 0 { "base".into() } else { format!("{side}link{}", k - 1) };
+                link(side, k, &parent)
+            })
+        })
+        .collect();
+    let here = written("kept_ctrl_c", &format!(r#"<robot name="two"><link name="base"/>{arms}</robot>"#));
+    for (arguments, after) in [
+        (vec!["excite", "arm.urdf", "--out", "m.yaml"], [2, 8]),
+        (vec!["plan", "arm.urdf", "-n", "20", "--configurations", "20"], [2, 8]),
+    ] {
+        for seconds in after {
+            let quiet = |command: &mut Command| command.stdout(Stdio::null()).stderr(Stdio::null()).spawn().unwrap();
+            let mut running = quiet(Command::new(tests::program::program()).args(&arguments).current_dir(&here));
+            std::thread::sleep(Duration::from_secs(seconds));
+            let asked = Instant::now();
+            let id = running.id().to_string();
+            assert!(
+                Command::new("kill").args(["-INT", &id]).status().unwrap().success(),
+                "{arguments:?} ended by itself"
+            );
+            while running.try_wait().unwrap().is_none() {
+                // One second on a machine that is free; other tests run beside this one.
+                assert!(asked.elapsed() < Duration::from_secs(4), "{arguments:?} after {seconds} s");
+                std::thread::sleep(Duration::from_millis(20));
+            }
+        }
+    }
+}
