@@ -12,8 +12,9 @@
 
 use std::fmt;
 
+use numerics::interruption::Interruption;
 use numerics::interval::Interval;
-use numerics::range::{Enclosed, Range, Sought, Subdivision, ranges};
+use numerics::range::{Enclosed, Extreme, Range, Sought, Subdivision, ranges};
 use serde::{Deserialize, Serialize};
 
 use crate::excitation::course::{Course, Stretch};
@@ -112,6 +113,12 @@ pub fn prove_motion(course: &dyn Course, limits: &[CoordinateLimits], names: &[S
     rows
 }
 
+/// Nothing is reached, and nothing proven.
+const UNKNOWN: Range = Range {
+    least: Extreme { reached: f64::INFINITY, time: 0.0, proved: f64::NEG_INFINITY },
+    greatest: Extreme { reached: f64::NEG_INFINITY, time: 0.0, proved: f64::INFINITY },
+};
+
 /// The ranges over each stretch of a course of what `enclose` encloses on a part of it, by so many enclosures, and so many
 /// before them.
 fn over_stretches(
@@ -121,6 +128,9 @@ fn over_stretches(
     enclose: impl Fn(usize, Interval) -> Enclosed + Sync,
 ) -> Vec<(Stretch, Vec<Range>)> {
     let one = |(i, stretch): (usize, Stretch)| {
+        if Interruption::check().is_err() {
+            return (stretch, vec![UNKNOWN; sought.len()]);
+        }
         let subdivision = Subdivision { parts: stretch.parts, enclosures, enclosures_within };
         (stretch, ranges(Interval::new(0.0, stretch.length), subdivision, sought, |part| enclose(i, part)))
     };

@@ -279,7 +279,7 @@ impl Searched<'_> {
             };
             let mut left = self.iterations.div_ceil(part);
             let mut returning = MAX_RETURNING_LOOKS;
-            while left > 0 {
+            while left > 0 && Interruption::check().is_ok() {
                 let watching = watched.renewed(prepared, &x);
                 let (is_pressed, relief) = (watched.is_pressed(), watched.relief());
                 // Low walls hold a motion where it is: above them a torque that is far beyond its bound comes back.

@@ -143,12 +143,12 @@ pub(crate) fn searched(
     // The best motion that can be proved, or the best of all if none can; its certificate then says so.
     let obligations = Obligations { limits, names, torque: torque.as_ref(), surroundings: surroundings.some() };
     let proved = proved(request, &problem, &obligations, *shape, found);
+    Interruption::check()?;
     let Some(proved) = proved else {
         return Ok(Outcome::Refused(conditions.refused(NoMotion::NothingToTell, &problem)));
     };
     notes.extend(surroundings.note().into_iter().chain(cost_note(&proved, request.criterion)));
     notes.extend(kept.note(request, &surroundings.gaps));
-    Interruption::check()?;
     let ProvedMotion { motion, certificate, .. } = &proved;
     let noise = conditions.joint_noise(motion);
     let seen = visibility(&linear, motion, limits, &noise, &described_values(model, &linear), certificate, &prior);

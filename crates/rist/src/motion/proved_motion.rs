@@ -49,7 +49,8 @@ pub(crate) fn proved(
         ProvedMotion { motion, certificate, kept_share: (best - criterion).exp(), beyond }
     };
     // The best found that needs no more than that; later ones are fitted only where the first fails.
-    let mut all = found.into_iter().map(|found| fit(found.joints));
+    let goes_on = |_: &Found| Interruption::check().is_ok();
+    let mut all = found.into_iter().take_while(goes_on).map(|found| fit(found.joints));
     let first_fit = all.next()?;
     let mut beyond = first_fit.beyond;
     let mut chosen = if is_proven(&first_fit.certificate) {
