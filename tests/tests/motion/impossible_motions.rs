@@ -76,7 +76,7 @@ fn impossible_limits_get_an_answer() {
         ),
         ("coordinates: {q1: {locked: 3}}", vec!["coordinate q1: locked at 3, outside its limits of position, -2 to 2"]),
         (
-            "coordinates: {q1: {effort: 1}}",
+            "coordinates: {q1: {effort: 0.01}}",
             vec!["no motion keeps the effort limit of q1: even a tiny one takes ", "--effort-share"],
         ),
         ("coordinates: {q1: {power: 1e-6}}", vec!["no motion keeps the power limit of q1"]),
@@ -265,7 +265,7 @@ fn a_check_says_whose_limits_it_proves() {
     let plain = run(&["motion.yaml"]);
     assert_eq!(plain.code, Some(0), "{}", plain.err);
     for line in [
-        "position      as in the description",
+        "position      as in the motion's file, tighter than the others",
         "velocity      as in the motion's file, tighter than the others",
         "acceleration  as in the motion's file alone",
         "jerk          as in the motion's file alone",

@@ -130,7 +130,7 @@ fn a_refusal_counts_and_its_remedy_was_tried() {
         said.contains("of 300 poses within the limits 0 keep all of them") && !said.contains("no motion keeps"),
         "{said}"
     );
-    assert!(said.contains("broken are distance of right and left (0.03 m) in 300, "), "{said}");
+    assert!(said.contains("broken are distance of right and left (0.03 m) in 300"), "{said}");
     assert!(said.contains("tried, and a motion is proven: space without `distance: 0.0300`"), "{said}");
     limits("{}");
     let run = excite(&here, &["--limits", "limits.yaml"]);

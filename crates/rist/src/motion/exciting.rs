@@ -210,7 +210,9 @@ impl<'a> Conditions<'a> {
         let (user, own) = (request.space(), SpaceLimits { spacing: kept.spacing, ..SpaceLimits::default() });
         let surroundings =
             RobotSurroundings::on_floor(model, &user, (Some(&own), kept.assumes_floor), &limits, &errors)?;
-        let space = own.held_to(&user);
+        // A floor that is asked for is kept as it is asked for, in a check of the file too.
+        let spacing = own.spacing.filter(|_| user.floor.is_none());
+        let space = SpaceLimits { spacing: spacing.or(user.spacing), ..user };
         let mut left_out = surroundings.left_out.clone();
         left_out.extend(torque_left_out(model, known.enclosure.is_some(), &names, &limits, request.limits.as_ref()));
         refuse_what_is_owed(model, &left_out)?;

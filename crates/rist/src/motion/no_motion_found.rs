@@ -84,7 +84,8 @@ impl Conditions<'_> {
         };
         let message = format!(
             "{}: no motion was found: of {COUNTED_POSES} poses within the limits {free} keep all of them; broken are {}{more}; descents \
-             from the zero pose, the middle of the limits and random poses led to none about which a small motion does",
+             from the zero pose, the middle of the limits and random poses led to none about which a small motion does: either the limits of position leave no place that is free, or the limit is too tight, \
+             or the search is not enough",
             self.model.path.display(),
             all.join(", ")
         );

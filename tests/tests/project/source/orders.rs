@@ -69,6 +69,7 @@ pub(crate) const ORDERS: [(&str, &[&str]); 19] = [
             "pieces",
             "clearance",
             "body_errors",
+            "rules",
             "nearby",
             "sampled_room",
             "crowded",
