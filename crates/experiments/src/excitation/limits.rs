@@ -61,10 +61,11 @@ impl CoordinateLimits {
         }
     }
 
-    /// What its acceleration and its room let it reach of its velocity, rad/s (m/s): a gripper's limit may be a hundred times that.
+    /// What its acceleration and its room let it reach of its velocity, rad/s (m/s): a gripper's limit may be ten times that. A joint
+    /// that reaches less than a twentieth hardly moves, and tells nothing.
     pub fn reachable_velocity(&self) -> f64 {
         let (low, high) = self.position;
-        self.velocity.min((self.acceleration * (high - low)).sqrt())
+        (self.acceleration * (high - low)).sqrt().clamp(0.05 * self.velocity, self.velocity)
     }
 
     /// Why no motion can keep these limits, if so.
