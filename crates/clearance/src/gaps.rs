@@ -49,7 +49,6 @@ impl Clearance {
         };
         clearance.check_names(rules)?;
         clearance.check_accepted(rules)?;
-        let poses = clearance.tree.poses(&situation.rest);
         match rules.own_links {
             true => {
                 clearance.leave_out_unknown_links();
@@ -71,7 +70,7 @@ impl Clearance {
         }
         clearance.add_floor(rules, situation)?;
         for wall in 0..clearance.half_spaces.len() {
-            clearance.add_wall(wall, situation, &poses, rules)?;
+            clearance.add_wall(wall, situation, rules)?;
         }
         match (rules.is_over)() {
             true => Err("interrupted before the bodies were looked at".into()),
@@ -136,12 +135,7 @@ impl Clearance {
                     joints,
                     is_constant: false,
                 };
-                // Rooms above this give the same bound, so they need not be told apart.
-                let spacing = rules.spacing.unwrap_or(DEFAULT_DISTANCE_M);
-                let enough = match rules.distance {
-                    Some(distance) => distance + RESERVE_M / RESERVE_SHARE,
-                    None => spacing / DEFAULT_SHARE_OF_ROOM,
-                };
+                let enough = enough_room(rules);
                 let (found, is_constant) = self.sampled_room(&gap, sampled, enough);
                 // Sides of one joint keep their distance however it turns, and nothing makes it more.
                 let is_constant = is_constant && gap.joints.iter().flatten().count() == 1;
@@ -150,12 +144,7 @@ impl Clearance {
                     SampledRoom::AlwaysTouching => touching.push(gap.subject),
                     SampledRoom::AlwaysNear => near.push(gap.subject),
                     SampledRoom::Room(room) => {
-                        // Where no distance is asked for, the bound is a share of the room.
-                        let share = DEFAULT_SHARE_OF_ROOM * room;
-                        let bound = match rules.distance {
-                            Some(distance) if is_constant => distance.min(share),
-                            asked => asked.unwrap_or(spacing.min(share)),
-                        };
+                        let bound = bound_of(room, is_constant, rules);
                         let reserve = (RESERVE_SHARE * (room - bound)).clamp(LEAST_RESERVE_M, RESERVE_M);
                         if is_constant && (rules.errors.is_any() || rules.distance.is_some_and(|asked| asked > bound)) {
                             constant.push(gap.subject.clone());
@@ -167,16 +156,30 @@ impl Clearance {
         }
         let assumed = [touching, near].into_iter().zip(always(sampled.len())).filter(|(pairs, _)| !pairs.is_empty());
         self.left_out.extend(assumed.map(|(pairs, what)| LeftOut::assumed(Matter::Distance, pairs, what, "default")));
-        if !constant.is_empty() {
-            let what = constant_distance(sampled.len());
-            self.left_out.push(LeftOut::assumed(Matter::Margin, constant, what, "default"));
-        }
+        self.left_out.extend(constant_distance(sampled.len(), constant));
         crowded
     }
 
     /// Whether any coordinate that moves turns (slides) a joint.
     fn turns(&self, joint: usize, moves: &[bool]) -> bool {
         self.tree.kind(joint) != JointKind::Fixed && self.tree.terms(joint).iter().any(|(k, m)| *m != 0.0 && moves[*k])
+    }
+}
+
+/// The bound of a pair with this room, m. Where no distance is asked for, it is a share of the room.
+fn bound_of(room: f64, is_constant: bool, rules: &Rules) -> f64 {
+    let share = DEFAULT_SHARE_OF_ROOM * room;
+    match rules.distance {
+        Some(distance) if is_constant => distance.min(share),
+        asked => asked.unwrap_or(rules.spacing.unwrap_or(DEFAULT_DISTANCE_M).min(share)),
+    }
+}
+
+/// Rooms above this give the same bound, so they need not be told apart, m.
+fn enough_room(rules: &Rules) -> f64 {
+    match rules.distance {
+        Some(distance) => distance + RESERVE_M / RESERVE_SHARE,
+        None => rules.spacing.unwrap_or(DEFAULT_DISTANCE_M) / DEFAULT_SHARE_OF_ROOM,
     }
 }
 

@@ -3,6 +3,7 @@
 //! Two links that touch in nearly every pose are held together by their joints, or are drawn larger than they are: no
 //! motion parts them. All others can meet somewhere and be apart elsewhere, whether they touch at zero or not.
 
+use claims::{LeftOut, Matter};
 use robot::Pose;
 
 use crate::clearance::{Against, Clearance, Gap};
@@ -36,13 +37,14 @@ pub(crate) enum SampledRoom {
 /// Distances that change by less over all poses do not change, m: the rest is how exactly round sides are drawn.
 const CONSTANT_WITHIN_M: f64 = 5e-4;
 
-/// What is assumed of the two sides of a joint whose distance so many poses do not change.
-pub(crate) fn constant_distance(poses: usize) -> String {
-    format!(
+/// What is assumed of these pairs, where there are any: two sides of a joint whose distance so many poses do not change.
+pub(crate) fn constant_distance(poses: usize, pairs: Vec<String>) -> Option<LeftOut> {
+    let what = format!(
         "they are the sides of one joint, and {poses} poses change their distance by less than {} mm: they keep half of it, \
          with no margin",
         1e3 * CONSTANT_WITHIN_M
-    )
+    );
+    (!pairs.is_empty()).then(|| LeftOut::assumed(Matter::Margin, pairs, what, "default"))
 }
 
 /// What is assumed of pairs that always touch, by so many poses, and of those with a mesh that are always near.

@@ -1,9 +1,7 @@
 //! The gaps between the bodies of a robot and what stands around it: the floor, walls, and the sides of boxes.
 
-use robot::Pose;
-
 use crate::bodies::{Body, Shape};
-use crate::clearance::{Against, Clearance, Gap, PLACE_ROUNDING_M};
+use crate::clearance::{Against, Clearance, Gap, PLACE_ROUNDING_M, Room};
 use crate::gaps::{DEFAULT_SHARE_OF_ROOM, FloorRule, RESERVE_M, Rules, Situation};
 use crate::half_space::HalfSpace;
 use crate::sampled_room::ROOMY_SHARE;
@@ -61,7 +59,9 @@ impl Clearance {
     }
 
     /// What a body keeps to a floor that nobody asked for, m: the spacing, or half of the room that it has.
-    fn spacing_to_floor(&self, gap: &Gap, spacing: f64, situation: &Situation) -> f64 {
+    fn spacing_to_floor(&self, gap: &Gap, situation: &Situation, rules: &Rules) -> f64 {
+        let is_floor = gap.subject.ends_with(FLOOR);
+        let (true, FloorRule::OfBase(_), Some(spacing)) = (is_floor, rules.floor, rules.spacing) else { return 0.0 };
         let room = |q: &Vec<f64>| self.apart(gap, &self.tree.poses(q), None).reached;
         let mut rooms: Vec<f64> = situation.poses.iter().map(room).collect();
         rooms.sort_by(|a, b| b.total_cmp(a));
@@ -77,14 +77,14 @@ impl Clearance {
         all.map(height).reduce(f64::min).is_some_and(|lowest| lowest >= -STANDING_TOLERANCE_M)
     }
 
+    /// A gap at rest, and its lower bound while every coordinate that moves goes by one.
+    fn near_rest(&self, gap: &Gap, situation: &Situation) -> Room {
+        let unit: Vec<f64> = situation.moves.iter().map(|m| f64::from(u8::from(*m))).collect();
+        self.apart(gap, &self.tree.poses(&situation.rest), Some(&unit))
+    }
+
     /// Adds the gaps between a half-space and the bodies that must stay in it and that move towards it or away.
-    pub(crate) fn add_wall(
-        &mut self,
-        wall: usize,
-        situation: &Situation,
-        poses: &[Pose],
-        rules: &Rules,
-    ) -> Result<(), String> {
+    pub(crate) fn add_wall(&mut self, wall: usize, situation: &Situation, rules: &Rules) -> Result<(), String> {
         let HalfSpace { name, links, .. } = self.half_spaces[wall].clone();
         let matter = if name == FLOOR { Matter::Floor } else { Matter::Region };
         let mut points = Vec::new();
@@ -129,14 +129,9 @@ impl Clearance {
                 is_constant: false,
             };
             // A gap that no free joint changes is no gap: it is kept for ever, or never.
-            let unit: Vec<f64> = situation.moves.iter().map(|m| f64::from(u8::from(*m))).collect();
-            let now = self.apart(&gap, poses, Some(&unit));
+            let now = self.near_rest(&gap, situation);
             if now.reached - now.at_least > CONSTANT_GAP_CHANGE + PLACE_ROUNDING_M {
-                let is_of_base = matter == Matter::Floor && matches!(rules.floor, FloorRule::OfBase(_));
-                let bound = match rules.spacing.filter(|_| is_of_base) {
-                    Some(spacing) => self.spacing_to_floor(&gap, spacing, situation),
-                    None => 0.0,
-                };
+                let bound = self.spacing_to_floor(&gap, situation, rules);
                 self.gaps.push(Gap { bound, ..gap });
             } else if now.reached < 0.0 {
                 return Err(format!(

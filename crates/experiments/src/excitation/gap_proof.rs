@@ -81,6 +81,21 @@ struct Least {
     proved: f64,
 }
 
+/// Looks where the course begins and ends: what is broken there needs no proof elsewhere.
+fn reach_ends(course: &dyn Course, surroundings: &dyn Surroundings, all: &[usize], found: &mut [Least]) {
+    let stretches = course.stretches();
+    let first = stretches.first().map(|s| (0, 0.0, s.start));
+    let last = stretches.last().map(|s| (stretches.len() - 1, s.length, s.start + s.length));
+    for (i, t, time) in first.into_iter().chain(last) {
+        let q = course.positions(i, t);
+        for (least, room) in found.iter_mut().zip(surroundings.rooms(&q, &vec![0.0; q.len()], all)) {
+            if room.reached < least.reached {
+                (least.reached, least.time) = (room.reached, time);
+            }
+        }
+    }
+}
+
 /// The rows of the gaps, in their order.
 pub fn prove_gaps(course: &dyn Course, surroundings: &dyn Surroundings) -> Vec<CertificateRow> {
     let gaps = surroundings.gaps();
@@ -89,20 +104,8 @@ pub fn prove_gaps(course: &dyn Course, surroundings: &dyn Surroundings) -> Vec<C
     let nothing = |_| Least { reached: f64::INFINITY, time: 0.0, proved: f64::INFINITY };
     let mut found: Vec<Least> = (0..gaps.len()).map(nothing).collect();
     let mut looked_at = 0;
-    // What is broken where the motion begins or ends needs no proof elsewhere.
     let all: Vec<usize> = (0..gaps.len()).collect();
-    let ends = [
-        stretches.first().map(|s| (0, 0.0, s.start)),
-        stretches.last().map(|s| (stretches.len() - 1, s.length, s.start + s.length)),
-    ];
-    for (i, t, time) in ends.into_iter().flatten() {
-        let q = course.positions(i, t);
-        for (least, room) in found.iter_mut().zip(surroundings.rooms(&q, &vec![0.0; q.len()], &all)) {
-            if room.reached < least.reached {
-                (least.reached, least.time) = (room.reached, time);
-            }
-        }
-    }
+    reach_ends(course, surroundings, &all, &mut found);
     for (i, stretch) in stretches.into_iter().enumerate() {
         let at = |k: usize| {
             if k == stretch.parts { stretch.length } else { stretch.length * (k as f64 / stretch.parts as f64) }

@@ -429,10 +429,10 @@ fn first(prepared: &Prepared, problem: &Problem, random: &mut Random, seen: &See
             _ => prepared.positions(&x, &[1.0]),
         });
         put_about(prepared, problem, &mut x, &centre);
-        if tried.is_free(prepared, prepared.nearest_at_centre(&x)) {
-            if let Some(x) = tried.small_enough(prepared, x, seen, MAX_SHRINKS_AFTER_DESCENT) {
-                return Ok(x);
-            }
+        if tried.is_free(prepared, prepared.nearest_at_centre(&x))
+            && let Some(x) = tried.small_enough(prepared, x, seen, MAX_SHRINKS_AFTER_DESCENT)
+        {
+            return Ok(x);
         }
     }
     Err(tried.why())
