@@ -19,7 +19,7 @@
 //! | accepted | of these, the program takes it |
 //! | claim gone, new claim | of these, the obeyed findings are gone; others came up |
 //! | by a person | findings that only a person can obey |
-//! | yes, and wrong | `rist identify` trusts an estimate that is more than 5 % wrong |
+//! | yes, and wrong | `rist identify`, given two such logs, trusts an estimate that leaves more than 5 % of the torque on a third motion |
 
 use tests::program::folder;
 use tests::remedies::Situation;

@@ -8,6 +8,9 @@ use super::obedience::{Step, is_of_doctor, options, renamed, steps};
 use super::said::{Said, claim};
 use crate::program::{Run, folder, rist};
 
+/// An estimate is wrong that leaves more than this share of the torque on another motion.
+const WRONG_TORQUE: f64 = 0.05;
+
 /// What the findings say of the cause.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Cause {
@@ -52,12 +55,14 @@ pub struct Outcome {
     pub again: String,
     /// What `rist identify` says of trust, where it was asked and had an answer.
     pub trust: Option<String>,
+    /// Where it is yes: the share of the torque on another motion that the estimate leaves.
+    pub left: Option<f64>,
 }
 
 impl Outcome {
     /// Whether an estimate is trusted that the mistake makes wrong.
-    pub fn is_silent_yes(&self, situation: &Situation) -> bool {
-        situation.entry.is_some_and(|entry| entry.harms) && self.trust.as_deref() == Some("yes")
+    pub fn is_silent_yes(&self) -> bool {
+        self.left.is_some_and(|left| left > WRONG_TORQUE)
     }
 
     /// Whether obeying did what it should.
@@ -78,8 +83,8 @@ impl Situation<'_> {
         let is_gross = self.entry.is_some_and(|entry| entry.is_gross);
         let is_above = clean.as_ref().map_or(is_gross, |clean| self.is_above(clean));
         let (obeyed, needs_person, again) = self.obey(&log, &said);
-        let trust = if identifies { self.trust(&log) } else { None };
-        Outcome { said, clean, cause, is_above, obeyed, needs_person, again, trust }
+        let (trust, left) = if identifies { self.trust(&log) } else { (None, None) };
+        Outcome { said, clean, cause, is_above, obeyed, needs_person, again, trust, left }
     }
 
     fn doctor(&self, log: &Path, more: &[String]) -> Said {
@@ -201,9 +206,20 @@ impl Situation<'_> {
         path
     }
 
-    /// What `rist identify` says of trust.
-    fn trust(&self, log: &Path) -> Option<String> {
-        let run = self.run("identify", log, &[]);
-        run.out.lines().find_map(|line| line.strip_prefix("trust: ")).map(|word| word.trim().to_string())
+    /// What `rist identify` says of trust, given the log and a second one with the same mistake (of one alone it never says yes);
+    /// and where it says yes, how much of the torque on a third motion its estimate leaves.
+    fn trust(&self, log: &Path) -> (Option<String>, Option<f64>) {
+        let [second, judge] = [self.write_second(), self.write_judge()].map(|path| path.display().to_string());
+        let estimate = folder("remedies").join("estimate.yaml").display().to_string();
+        let run = self.run("identify", log, &[second, "--out".into(), estimate.clone()]);
+        let trust = run.out.lines().find_map(|line| line.strip_prefix("trust: ")).map(|word| word.trim().to_string());
+        if trust.as_deref() != Some("yes") {
+            return (trust, None);
+        }
+        let judged = self.run("validate", Path::new(&estimate), &[judge]);
+        let total = judged.out.lines().find_map(|line| line.strip_prefix("total "));
+        // An estimate that cannot be judged is as wrong as can be.
+        let left = total.and_then(|numbers| numbers.split_whitespace().next()?.parse().ok()).unwrap_or(f64::INFINITY);
+        (trust, Some(left))
     }
 }

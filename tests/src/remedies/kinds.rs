@@ -66,6 +66,16 @@ pub enum Kind {
     Computed,
 }
 
+impl Kind {
+    /// Whether the motors give the torques that are logged, as the machine is, at the instants of the log.
+    pub fn is_of_machine(self) -> bool {
+        matches!(
+            self,
+            Kind::Base(_) | Kind::Spring | Kind::Payload | Kind::LoadPickedUp | Kind::Contact | Kind::OtherRobot
+        )
+    }
+}
+
 /// A kind, and how it is known again in what the program prints.
 pub struct Entry {
     /// What it is called.
@@ -80,14 +90,10 @@ pub struct Entry {
     pub size: Option<f64>,
     /// Whether it should show although the program prints no least size of its kind.
     pub is_gross: bool,
-    /// Whether an estimate from such a log gives a torque that is more than 5 % wrong on other motions.
-    pub harms: bool,
 }
 
 const GROSS: bool = true;
 const SMALL: bool = false;
-const HARMS: bool = true;
-const HARMLESS: bool = false;
 
 const fn kind(
     name: &'static str,
@@ -96,9 +102,8 @@ const fn kind(
     topic: &'static str,
     size: Option<f64>,
     is_gross: bool,
-    harms: bool,
 ) -> Entry {
-    Entry { name, kind, right, topic, size, is_gross, harms }
+    Entry { name, kind, right, topic, size, is_gross }
 }
 
 const ZERO: &[&str] = &["the zero of {a} is off by"];
@@ -129,44 +134,44 @@ const NORMALISED: &[&str] = &["-100", "normalis", "per cent of the range", "shar
 /// All kinds. A seed takes one by its place, so a new one stands at the end.
 #[rustfmt::skip]
 pub const KINDS: &[Entry] = &[
-    kind("zero 10 deg", Kind::Zero(10.0), ZERO, "zero", Some(10.0), SMALL, HARMS),
-    kind("zero 30 deg", Kind::Zero(30.0), ZERO, "zero", Some(30.0), SMALL, HARMS),
-    kind("zero 90 deg", Kind::Zero(90.0), ZERO, "zero", Some(90.0), SMALL, HARMS),
-    kind("zero 180 deg", Kind::Zero(180.0), ZERO, "zero", Some(180.0), SMALL, HARMS),
-    kind("motion sign", Kind::MotionSign, MOTION_SIGN, "sign", Some(1.0), SMALL, HARMS),
-    kind("torque sign", Kind::TorqueSign, TORQUE_SIGN, "sign", Some(1.0), SMALL, HARMS),
-    kind("joint reversed", Kind::Reversed, &["{a} runs the other way round"], "sign", Some(1.0), SMALL, HARMS),
-    kind("all torque signs", Kind::AllTorqueSigns, &["the torques of all joints have the wrong sign"], "sign", Some(1.0), GROSS, HARMS),
-    kind("swapped motions", Kind::SwappedMotions, MOTIONS, "log", None, GROSS, HARMS),
-    kind("swapped torques", Kind::SwappedTorques, &["the torque columns of {a} and {b} are swapped"], "log", None, GROSS, HARMS),
-    kind("swapped columns", Kind::SwappedColumns, COLUMNS, "log", None, GROSS, HARMS),
-    kind("columns rotated", Kind::Rotated, ROTATED, "log", None, GROSS, HARMS),
-    kind("swapped velocities", Kind::SwappedVelocities, VELOCITIES, "log", None, GROSS, HARMS),
-    kind("degrees", Kind::Degrees, &["in degrees, taken for radians"], "log", None, GROSS, HARMS),
-    kind("torques in N mm", Kind::AllScaled(1e3), &["in another unit: 10^3"], "common scale", Some(1e3), GROSS, HARMS),
-    kind("all torques x2", Kind::AllScaled(2.0), FACTOR, "common scale", Some(2.0), SMALL, HARMS),
-    kind("torque x0.25", Kind::Scaled(0.25), SCALE, "scale", Some(75.0), SMALL, HARMS),
-    kind("torque x0.5", Kind::Scaled(0.5), SCALE, "scale", Some(50.0), SMALL, HARMS),
-    kind("torque x2", Kind::Scaled(2.0), SCALE, "scale", Some(100.0), SMALL, HARMS),
-    kind("torque x4", Kind::Scaled(4.0), SCALE, "scale", Some(300.0), SMALL, HARMS),
-    kind("torques x0.5, x3", Kind::TwoScaled, TWO_SCALES, "scale", Some(50.0), SMALL, HARMS),
-    kind("currents", Kind::Currents, CURRENTS, "common scale", None, GROSS, HARMS),
-    kind("late 6 ms", Kind::Late(6.0), LATE, "delay", Some(6.0), SMALL, HARMLESS),
-    kind("late 20 ms", Kind::Late(20.0), LATE, "delay", Some(20.0), GROSS, HARMLESS),
-    kind("late 60 ms", Kind::Late(60.0), LATE, "delay", Some(60.0), GROSS, HARMS),
-    kind("on the ceiling", Kind::Base([PI, 0.0, 0.0]), MOUNT, "mount", Some(180.0), GROSS, HARMS),
-    kind("on a wall", Kind::Base([0.0, FRAC_PI_2, 0.0]), MOUNT, "mount", Some(90.0), GROSS, HARMS),
-    kind("tilted 10 deg", Kind::Base([PI / 18.0, 0.0, 0.0]), MOUNT, "mount", Some(10.0), SMALL, HARMS),
-    kind("gravity taken out", Kind::GravityOut, &["gravity is not in the torques"], "mount", None, GROSS, HARMS),
-    kind("spring", Kind::Spring, &["acts on {a}"], "spring", None, SMALL, HARMS),
-    kind("load", Kind::Payload, &["load", "another tool", "other bodies", "not of this robot"], "load", None, SMALL, HARMLESS),
-    kind("other robot", Kind::OtherRobot, &["not of this robot"], "log", None, GROSS, HARMS),
-    kind("dead torque", Kind::DeadTorque, &["the torque of {a} is not measured"], "log", None, GROSS, HARMS),
-    kind("saturated", Kind::Saturated, &["the torque of {a} stands at its limit"], "log", None, GROSS, HARMS),
-    kind("velocities at 3 Hz", Kind::FilteredVelocities(3.0), FILTERED, "velocity column", Some(53.0), SMALL, HARMLESS),
-    kind("positions -100..100", Kind::Normalised, NORMALISED, "log", None, GROSS, HARMS),
-    kind("contact", Kind::Contact, &["contact", "external", "pushes"], "residual", None, SMALL, HARMLESS),
-    kind("load picked up", Kind::LoadPickedUp, LOAD, "load", None, SMALL, HARMS),
-    kind("drift 25 %", Kind::Drift, &["the torque of {a} grows by"], "drift", Some(25.0), SMALL, HARMS),
-    kind("computed torques", Kind::Computed, &["computed from this description"], "log", None, GROSS, HARMLESS),
+    kind("zero 10 deg", Kind::Zero(10.0), ZERO, "zero", Some(10.0), SMALL),
+    kind("zero 30 deg", Kind::Zero(30.0), ZERO, "zero", Some(30.0), SMALL),
+    kind("zero 90 deg", Kind::Zero(90.0), ZERO, "zero", Some(90.0), SMALL),
+    kind("zero 180 deg", Kind::Zero(180.0), ZERO, "zero", Some(180.0), SMALL),
+    kind("motion sign", Kind::MotionSign, MOTION_SIGN, "sign", Some(1.0), SMALL),
+    kind("torque sign", Kind::TorqueSign, TORQUE_SIGN, "sign", Some(1.0), SMALL),
+    kind("joint reversed", Kind::Reversed, &["{a} runs the other way round"], "sign", Some(1.0), SMALL),
+    kind("all torque signs", Kind::AllTorqueSigns, &["the torques of all joints have the wrong sign"], "sign", Some(1.0), GROSS),
+    kind("swapped motions", Kind::SwappedMotions, MOTIONS, "log", None, GROSS),
+    kind("swapped torques", Kind::SwappedTorques, &["the torque columns of {a} and {b} are swapped"], "log", None, GROSS),
+    kind("swapped columns", Kind::SwappedColumns, COLUMNS, "log", None, GROSS),
+    kind("columns rotated", Kind::Rotated, ROTATED, "log", None, GROSS),
+    kind("swapped velocities", Kind::SwappedVelocities, VELOCITIES, "log", None, GROSS),
+    kind("degrees", Kind::Degrees, &["in degrees, taken for radians"], "log", None, GROSS),
+    kind("torques in N mm", Kind::AllScaled(1e3), &["in another unit: 10^3"], "common scale", Some(1e3), GROSS),
+    kind("all torques x2", Kind::AllScaled(2.0), FACTOR, "common scale", Some(2.0), SMALL),
+    kind("torque x0.25", Kind::Scaled(0.25), SCALE, "scale", Some(75.0), SMALL),
+    kind("torque x0.5", Kind::Scaled(0.5), SCALE, "scale", Some(50.0), SMALL),
+    kind("torque x2", Kind::Scaled(2.0), SCALE, "scale", Some(100.0), SMALL),
+    kind("torque x4", Kind::Scaled(4.0), SCALE, "scale", Some(300.0), SMALL),
+    kind("torques x0.5, x3", Kind::TwoScaled, TWO_SCALES, "scale", Some(50.0), SMALL),
+    kind("currents", Kind::Currents, CURRENTS, "common scale", None, GROSS),
+    kind("late 6 ms", Kind::Late(6.0), LATE, "delay", Some(6.0), SMALL),
+    kind("late 20 ms", Kind::Late(20.0), LATE, "delay", Some(20.0), GROSS),
+    kind("late 60 ms", Kind::Late(60.0), LATE, "delay", Some(60.0), GROSS),
+    kind("on the ceiling", Kind::Base([PI, 0.0, 0.0]), MOUNT, "mount", Some(180.0), GROSS),
+    kind("on a wall", Kind::Base([0.0, FRAC_PI_2, 0.0]), MOUNT, "mount", Some(90.0), GROSS),
+    kind("tilted 10 deg", Kind::Base([PI / 18.0, 0.0, 0.0]), MOUNT, "mount", Some(10.0), SMALL),
+    kind("gravity taken out", Kind::GravityOut, &["gravity is not in the torques"], "mount", None, GROSS),
+    kind("spring", Kind::Spring, &["acts on {a}"], "spring", None, SMALL),
+    kind("load", Kind::Payload, &["load", "another tool", "other bodies", "not of this robot"], "load", None, SMALL),
+    kind("other robot", Kind::OtherRobot, &["not of this robot"], "log", None, GROSS),
+    kind("dead torque", Kind::DeadTorque, &["the torque of {a} is not measured"], "log", None, GROSS),
+    kind("saturated", Kind::Saturated, &["the torque of {a} stands at its limit"], "log", None, GROSS),
+    kind("velocities at 3 Hz", Kind::FilteredVelocities(3.0), FILTERED, "velocity column", Some(53.0), SMALL),
+    kind("positions -100..100", Kind::Normalised, NORMALISED, "log", None, GROSS),
+    kind("contact", Kind::Contact, &["contact", "external", "pushes"], "residual", None, SMALL),
+    kind("load picked up", Kind::LoadPickedUp, LOAD, "load", None, SMALL),
+    kind("drift 25 %", Kind::Drift, &["the torque of {a} grows by"], "drift", Some(25.0), SMALL),
+    kind("computed torques", Kind::Computed, &["computed from this description"], "log", None, GROSS),
 ];

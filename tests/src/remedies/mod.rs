@@ -18,6 +18,7 @@ pub mod wrong_columns;
 use std::fmt;
 use std::path::{Path, PathBuf};
 
+use crate::joint_log::JointLog;
 use crate::program::folder;
 use crate::random_situations::draw::Draw;
 use arms::Arm;
@@ -43,6 +44,10 @@ pub struct Situation<'a> {
     pub machine: Machine,
     /// What it did.
     pub motion: Motion,
+    /// What it did in a second log, which `rist identify` is given beside the first.
+    pub second: Motion,
+    /// A motion on which the estimate is judged.
+    pub third: Motion,
     /// What is wrong; `None`: nothing.
     pub entry: Option<&'static Entry>,
     /// The same, with its joints.
@@ -58,10 +63,11 @@ impl<'a> Situation<'a> {
             arms.iter().filter(|arm| entry.kind != Kind::OtherRobot || !others(arm, arms).is_empty()).collect();
         let arm = able[draw.below(able.len())];
         let logged = if entry.kind == Kind::OtherRobot { others(arm, arms)[0] } else { arm };
-        let motion = Motion::harmonics(logged, DURATION, &mut Draw::of(seed, 2));
+        let [motion, second, third] =
+            [2, 6, 8].map(|purpose| Motion::harmonics(logged, DURATION, &mut Draw::of(seed, purpose)));
         let machine = Machine::of(logged, &motion, &mut Draw::of(seed, 3));
         let mistake = Some(mistake(arm, entry.kind, &mut Draw::of(seed, 4)));
-        Situation { seed, arm, logged, machine, motion, entry: Some(entry), mistake }
+        Situation { seed, arm, logged, machine, motion, second, third, entry: Some(entry), mistake }
     }
 
     /// The log without a mistake of a seed: of 1 s to 30 s, a third from point to point.
@@ -72,16 +78,39 @@ impl<'a> Situation<'a> {
         let draw = &mut Draw::of(seed, 2);
         let motion = if stops { Motion::points(arm, duration, draw) } else { Motion::harmonics(arm, duration, draw) };
         let machine = Machine::of(arm, &motion, &mut Draw::of(seed, 3));
-        Situation { seed, arm, logged: arm, machine, motion, entry: None, mistake: None }
+        let [second, third] = [6, 8].map(|purpose| Motion::harmonics(arm, DURATION, &mut Draw::of(seed, purpose)));
+        Situation { seed, arm, logged: arm, machine, motion, second, third, entry: None, mistake: None }
     }
 
     /// Writes the log, wrong or right, and says where.
     pub fn write(&self, is_wrong: bool) -> PathBuf {
-        let simulation = self.simulation(is_wrong);
-        let log = simulation.log(&mut Draw::of(self.seed, 5));
-        let path = folder("remedies").join(if is_wrong { "wrong.csv" } else { "right.csv" });
+        self.written(if is_wrong { "wrong.csv" } else { "right.csv" }, &self.simulation(is_wrong), 5)
+    }
+
+    /// Writes a second log of the same machine with the same mistake.
+    pub fn write_second(&self) -> PathBuf {
+        self.written("second.csv", &Simulation { motion: &self.second, ..self.simulation(true) }, 7)
+    }
+
+    fn written(&self, name: &str, simulation: &Simulation, purpose: u64) -> PathBuf {
+        self.saved(name, &simulation.log(&mut Draw::of(self.seed, purpose)))
+    }
+
+    fn saved(&self, name: &str, log: &JointLog) -> PathBuf {
+        let path = folder("remedies").join(name);
         log.write(&path, &self.arm.names());
         path
+    }
+
+    /// Writes a log of a third motion with the positions and velocities as the wrong log has them, and the torques that the
+    /// motors give. Late torques stay late: an estimate says by how much it takes them back.
+    pub fn write_judge(&self) -> PathBuf {
+        let wrong = Simulation { motion: &self.third, ..self.simulation(true) };
+        let is_logged = self.mistake.is_none_or(|m| m.kind.is_of_machine() || matches!(m.kind, Kind::Late(_)));
+        let right = Simulation { mistake: wrong.mistake.filter(|_| is_logged), ..wrong };
+        let [mut log, right] = [wrong, right].map(|simulation| simulation.log(&mut Draw::of(self.seed, 9)));
+        log.tau = right.tau;
+        self.saved("judge.csv", &log)
     }
 
     /// The size of the mistake in the unit of the claims about it, where it has one.

@@ -29,6 +29,7 @@ pub struct Mistake {
 }
 
 /// What is simulated.
+#[derive(Clone, Copy)]
 pub struct Simulation<'a> {
     /// The robot.
     pub arm: &'a Arm,

@@ -29,17 +29,22 @@ pub struct Counts {
     pub person: usize,
     /// Trusted, and wrong.
     pub silent_yes: usize,
+    /// What is said of trust: yes, with care, no.
+    pub trust: [usize; 3],
 }
 
 impl Counts {
-    fn add(&mut self, situation: &Situation, outcome: &Outcome) {
+    fn add(&mut self, outcome: &Outcome) {
         let is_right = matches!(outcome.cause, Cause::Right | Cause::Among);
         self.n += 1;
         self.above += usize::from(outcome.is_above);
         self.causes[outcome.cause as usize] += 1;
         self.above_right += usize::from(outcome.is_above && is_right);
         self.person += outcome.needs_person;
-        self.silent_yes += usize::from(outcome.is_silent_yes(situation));
+        self.silent_yes += usize::from(outcome.is_silent_yes());
+        let words = ["yes", "with care", "no"];
+        let said = words.iter().position(|word| outcome.trust.as_deref() == Some(word));
+        said.into_iter().for_each(|place| self.trust[place] += 1);
         let Some(obeyed) = outcome.obeyed else { return };
         self.obeyed += 1;
         self.accepted += usize::from(obeyed.accepted);
@@ -63,10 +68,10 @@ impl Tally {
     /// Adds one.
     pub fn add(&mut self, situation: &Situation, outcome: &Outcome) {
         let place = KINDS.iter().position(|kind| situation.entry.is_some_and(|entry| entry.name == kind.name));
-        self.all.add(situation, outcome);
-        self.kinds.entry(place.unwrap_or(KINDS.len())).or_default().add(situation, outcome);
+        self.all.add(outcome);
+        self.kinds.entry(place.unwrap_or(KINDS.len())).or_default().add(outcome);
         let said = line(situation, outcome);
-        if outcome.cause == Cause::Wrong || outcome.is_silent_yes(situation) {
+        if outcome.cause == Cause::Wrong || outcome.is_silent_yes() {
             self.wrong.push(said.clone());
         } else if outcome.is_above && matches!(outcome.cause, Cause::Untold | Cause::Silent) {
             self.wrong.push(format!("above its power: {said}"));
@@ -87,6 +92,7 @@ pub fn line(situation: &Situation, outcome: &Outcome) -> String {
     let what = match outcome.cause {
         Cause::Untold => "it cannot be told".to_string(),
         _ if !outcome.said.is_accepted() => outcome.said.error.trim().replace('\n', " "),
+        Cause::Right if outcome.said.findings.is_empty() => outcome.said.notes.join(" | "),
         _ if outcome.said.findings.is_empty() => "nothing".to_string(),
         _ => outcome.said.findings.join(" | "),
     };
@@ -101,7 +107,8 @@ pub fn line(situation: &Situation, outcome: &Outcome) -> String {
         ];
         format!(" [obeyed: {accepted}, {gone}, {new}: {told}]")
     });
-    let trust = outcome.trust.as_ref().map_or(String::new(), |trust| format!(" [trust: {trust}]"));
+    let left = outcome.left.map_or(String::new(), |left| format!(", {:.1} % wrong", 100.0 * left));
+    let trust = outcome.trust.as_ref().map_or(String::new(), |trust| format!(" [trust: {trust}{left}]"));
     format!("{situation} ({above}): {:?}: {what}{obeyed}{trust}", outcome.cause)
 }
 
@@ -132,6 +139,8 @@ impl fmt::Display for Tally {
         writeln!(f, "\nabove the power that is printed: right cause {}", share(c.above_right, c.above))?;
         writeln!(f, "obeyed: accepted {}", share(c.accepted, c.obeyed))?;
         writeln!(f, "accepted: claim gone and nothing new {}", share(c.mended, c.accepted))?;
+        let [yes, with_care, no] = c.trust;
+        writeln!(f, "trust: {yes} yes, {with_care} with care, {no} no")?;
         writeln!(f, "trusted, and wrong: {}", share(c.silent_yes, c.n))?;
         let lists = [("wrong, or silent above the power", &self.wrong), ("obeyed in vain", &self.unmended)];
         for (title, lines) in lists.into_iter().chain([("without the mistake, and accused", &self.accused)]) {
