@@ -27,6 +27,7 @@ pub mod remarks;
 pub mod residuals;
 pub mod rotors;
 pub mod selection;
+pub mod standing_out;
 pub mod standing_torque;
 pub mod topics;
 pub mod torque_error;

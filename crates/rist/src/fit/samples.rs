@@ -10,6 +10,7 @@ use identification::estimate::logs_left_out::{LogLeftOut, logs_left_out, sentenc
 use identification::estimate::options::Options;
 use identification::estimate::passport::Passport;
 use identification::estimate::remarks::outgrown;
+use identification::estimate::standing_out::StandingOut;
 use identification::estimate::standing_torque::{farther_at_rest, offset_beside_weight};
 use identification::estimate::verdict::{BodiesEvidence, Evidence, Prediction, Trust, Verdict};
 use linear_model::pseudo_inertia::Ten;
@@ -63,6 +64,8 @@ pub struct Identification {
     pub(crate) unsure: UnsureTorques,
     /// Faults of the logs, each tested as one unknown more.
     pub faults: Vec<Tested>,
+    /// Whether residuals stand out at some times.
+    pub has_events: bool,
     /// The base parameters of the description; `None` where it has no inertials.
     pub described_parameters: Option<Vec<f64>>,
 }
@@ -93,7 +96,12 @@ impl Identification {
             described_parameters: self.described_parameters.as_deref(),
             total: self.estimate.total,
             is_of_fit: true,
-            prediction: Prediction { held_out: self.held_out, parts_are_new, ..prediction },
+            prediction: Prediction {
+                held_out: self.held_out,
+                parts_are_new,
+                has_events: self.has_events,
+                ..prediction
+            },
             bodies: self.bodies_evidence.as_ref(),
             opens_in_any_motion: self.unsure.opens_in_any_motion,
             faults: &self.faults,
@@ -175,8 +183,8 @@ fn identify_kept(
     let is_own_scale = is_own_scale(model, logs, &request.gain, &options)?;
     let searched =
         search(model, Asked { logs, request, kept }, options, &CANDIDATES, &|tried: Tried<'_>| tried.finish())?;
-    let Searched { model: changed, options, found: decided, end: (mut passport, Fitted { mut fit, faults }) } =
-        searched;
+    let Searched { model: changed, options, found: decided, end } = searched;
+    let (mut passport, Fitted { mut fit, faults }, events) = end;
     let model = changed.as_ref().unwrap_or(model);
     let (gains, map) = (decided.gains.as_ref(), model.standard_map());
     let link = request.loaded_link.as_deref();
@@ -203,6 +211,11 @@ fn identify_kept(
     estimate.remarks.extend(of_gains);
     let unsure = UnsureTorques::widening(&mut estimate, noise, gains, &faults, model, &options);
     estimate.doubts.extend(impossible(&map, &estimate));
+    let of_log = |event: &StandingOut| estimate.logs.get(event.log).filter(|_| estimate.logs.len() > 1);
+    let name = |event: &StandingOut| &model.regressor().coordinates()[event.joint];
+    let said = events.iter().map(|event| event.statement(name(event), of_log(event).map(String::as_str)));
+    let said: Vec<String> = said.collect();
+    estimate.doubts.extend(said);
     estimate.remarks.splice(..0, decided.sentences.clone());
     estimate.remarks.extend(of_left_out(&logs_left_out, &estimate.logs));
     estimate.remarks.extend(found.outgrown);
@@ -224,6 +237,7 @@ fn identify_kept(
         bodies_evidence: found.evidence,
         unsure,
         faults,
+        has_events: !events.is_empty(),
         described_parameters: described_parameters.filter(|_| !is_own_scale),
     };
     Ok(match unknowns {

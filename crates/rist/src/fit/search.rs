@@ -24,6 +24,7 @@ use identification::estimate::options::Options;
 use identification::estimate::passport::Passport;
 use identification::estimate::passport::finding::Fault;
 use identification::estimate::selection::FrictionSelection;
+use identification::estimate::standing_out::{StandingOut, standing_out};
 use identification::estimate::topics::mended;
 use identification::estimators::drive_gains::likelihood::DriveGains;
 use identification::rows::observation::Observation;
@@ -224,12 +225,16 @@ impl<'a> Tried<'a> {
     /// The log check and the fit.
     ///
     /// Fails as [`Tried::fitted`] does.
-    pub(crate) fn finish(mut self) -> Result<(Passport, Fitted), Error> {
+    pub(crate) fn finish(mut self) -> Result<(Passport, Fitted, Vec<StandingOut>), Error> {
         let fitted = match self.fitted.take() {
             Some(fitted) => fitted,
             None => self.fit()?,
         };
-        Ok((std::mem::take(&mut self.looked()?.passport), fitted))
+        let (model, options) = (self.model, self.options.clone());
+        let looked = self.looked()?;
+        let linear = options.linear_model(model.regressor());
+        let events = standing_out(&linear, &looked.records, fitted.fit.point().x)?;
+        Ok((std::mem::take(&mut looked.passport), fitted, events))
     }
 }
 

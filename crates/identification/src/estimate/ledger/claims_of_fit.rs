@@ -61,7 +61,9 @@ pub(crate) fn claims_of_fit(
             false => agrees(whole(RESIDUAL), LACKING_MODEL_CHI_SQUARE, "chi^2 per freedom"),
         });
     }
-    claims.extend(estimate.doubts.iter().map(|why| cannot_tell(whole(RESIDUAL), why, "a model that has it")));
+    claims.extend(
+        estimate.doubts.iter().map(|why| cannot_tell(whole(RESIDUAL), why, "a model that has it, or a log without it")),
+    );
     if let Some(said) = estimate.seal.said() {
         claims.push(cannot_tell(whole(PARAMETERS), said, "the file as it was written, or a new identification"));
     }

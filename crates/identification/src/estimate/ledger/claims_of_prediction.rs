@@ -31,6 +31,8 @@ const UNKNOWN_CAUSE: &str = "nothing is known of the cause";
 /// How well motion was predicted that was not fitted.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Prediction {
+    /// Whether residuals stand out at some times: what was there then is no lack of motion.
+    pub has_events: bool,
     /// Error on other logs.
     pub others: Option<f64>,
     /// Whether those repeat the motion that was fitted.
@@ -167,7 +169,7 @@ fn rival(error: f64, prediction: &Prediction) -> Option<Claim> {
 
 /// Why parameters hold for their own log only.
 pub(super) fn overfitted(estimate: &Estimate, prediction: &Prediction) -> Option<String> {
-    if prediction.is_of_poor_logs() {
+    if prediction.is_of_poor_logs() || prediction.has_events {
         return None;
     }
     let error = prediction.others_by_parameters.or(prediction.others).or(prediction.held_out)?;

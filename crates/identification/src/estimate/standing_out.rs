@@ -1,0 +1,146 @@
+//! Times at which the residual of a joint stands out: a contact, a push, something that is not the robot.
+//!
+//! With e the residual of a joint and m its moving mean over `WINDOW_S`, the scale of m is its median size,
+//! ```text
+//! s = median |m| / 0.6745        m stands out where |m| > STANDING_OUT s
+//! ```
+//! Friction that the model lacks stands out at every reversal. So only a joint whose residual stands out at a few times, and
+//! for a small part of the log, is named.
+
+use linear_model::linear_model::Model;
+use linear_model::states::States;
+use logs::Error;
+use numerics::vector::dot;
+
+use crate::signals::records::Records;
+use crate::signals::thinned::MOST_THINNED_SAMPLES;
+
+/// A time at which the residual of a joint stands out.
+#[derive(Clone, Debug, PartialEq)]
+pub struct StandingOut {
+    /// The coordinate.
+    pub joint: usize,
+    /// Which of the logs, from 0.
+    pub log: usize,
+    /// s, by the clock of the log.
+    pub from: f64,
+    /// s.
+    pub to: f64,
+    /// Its largest moving mean over the median size of the moving mean.
+    pub ratio: f64,
+}
+
+impl StandingOut {
+    /// In words; `joint`: its name, `log`: that of the log where there are several.
+    pub fn statement(&self, joint: &str, log: Option<&str>) -> String {
+        let StandingOut { from, to, ratio, .. } = self;
+        let of_log = log.map_or(String::new(), |log| format!(" of {log}"));
+        format!(
+            "the residual of {joint} stands out from {from:.1} to {to:.1} s{of_log}, {ratio:.0} times its usual size: contact, or \
+             another load"
+        )
+    }
+}
+
+/// A contact lasts longer than this, s.
+const WINDOW_S: f64 = 0.2;
+/// Samples of a window, at least.
+const WINDOW_SAMPLES: usize = 5;
+/// A mean stands out beyond so many times its scale. Of normal numbers none of 10^9 does.
+const STANDING_OUT: f64 = 6.0;
+/// Median size of a normal number of deviation 1.
+const MEDIAN_OF_NORMAL: f64 = 0.6745;
+/// More times than these are no events.
+const MOST_TIMES: usize = 2;
+/// Nor is what takes more than this share of the log.
+const LARGEST_SHARE: f64 = 0.3;
+
+/// The times at which residuals of the parameters x stand out, that of the largest ratio first.
+///
+/// Fails when a record cannot be read.
+pub fn standing_out<R: Records + ?Sized>(model: &Model, records: &R, x: &[f64]) -> Result<Vec<StandingOut>, Error> {
+    let (n, p) = (model.n(), model.p());
+    let thinned = records.thinned(MOST_THINNED_SAMPLES)?;
+    let mut found = Vec::new();
+    for (_, states) in &thinned.records {
+        let mut residuals = vec![Vec::with_capacity(states.len()); n];
+        model.rows(states, 0..states.len(), |r, w| {
+            for (j, residual) in residuals.iter_mut().enumerate() {
+                residual.push(states.tau[r * n + j] - dot(&w[j * p..(j + 1) * p], x));
+            }
+        });
+        for (joint, residual) in residuals.iter().enumerate() {
+            let times = times(states, residual);
+            found.extend(times.into_iter().map(|(from, to, ratio)| StandingOut {
+                joint,
+                log: states.log,
+                from,
+                to,
+                ratio,
+            }));
+        }
+    }
+    found.sort_by(|a, b| b.ratio.total_cmp(&a.ratio));
+    Ok(found)
+}
+
+/// From where to where the residual of one joint stands out in one record, with its ratio.
+fn times(states: &States, residual: &[f64]) -> Vec<(f64, f64, f64)> {
+    let (Some(first), Some(last)) = (states.t.first(), states.t.last()) else { return Vec::new() };
+    let half = (0.5 * WINDOW_S * (states.len() - 1) as f64 / (last - first)) as usize;
+    if 2 * half + 1 < WINDOW_SAMPLES || states.len() < 20 * half {
+        return Vec::new();
+    }
+    let mean = |r: usize| {
+        let window = &residual[r - half..=r + half];
+        window.iter().sum::<f64>() / window.len() as f64
+    };
+    let means: Vec<f64> = (half..states.len() - half).map(mean).collect();
+    let mut sizes: Vec<f64> = means.iter().map(|m| m.abs()).collect();
+    sizes.sort_by(f64::total_cmp);
+    let scale = sizes[sizes.len() / 2] / MEDIAN_OF_NORMAL;
+    let mut found: Vec<(f64, f64, f64)> = Vec::new();
+    let mut before = None;
+    for (k, m) in means.iter().enumerate().filter(|(_, m)| m.abs() > STANDING_OUT * scale) {
+        let (t, ratio) = (states.t[k + half], m.abs() / scale);
+        match found.last_mut() {
+            Some(last) if before.is_some_and(|before| k - before <= 2 * half) => {
+                (last.1, last.2) = (t, last.2.max(ratio));
+            }
+            _ => found.push((t, t, ratio)),
+        }
+        before = Some(k);
+    }
+    let long: f64 = found.iter().map(|(from, to, _)| to - from).sum();
+    let are_events = found.len() <= MOST_TIMES && long < LARGEST_SHARE * (last - first);
+    if are_events { found } else { Vec::new() }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::test_arm::Pendulum;
+    use random::Random;
+
+    /// A push of half a second is found with its times; noise, and what comes at each reversal, is not.
+    #[test]
+    fn a_push_is_found_with_its_times() {
+        let arm = Pendulum::new();
+        let states = arm.states(1500);
+        let (mut random, end) = (Random::new(8), states.t[1499]);
+        let noise: Vec<f64> = (0..1500).map(|_| 0.01 * random.normal()).collect();
+        assert_eq!(times(&states, &noise), []);
+        let (from, to) = (0.4 * end, 0.4 * end + 0.5);
+        let push = |t: f64| if t > from && t < to { 0.2 } else { 0.0 };
+        let pushed: Vec<f64> = noise.iter().zip(&states.t).map(|(e, t)| e + push(*t)).collect();
+        let [(found_from, found_to, ratio)] = times(&states, &pushed)[..] else {
+            panic!("{:?}", times(&states, &pushed))
+        };
+        // The window reaches half of its length to both sides.
+        assert!((found_from - from).abs() < WINDOW_S && (found_to - to).abs() < WINDOW_S, "{found_from} {found_to}");
+        assert!(ratio > STANDING_OUT);
+        let reversals: Vec<f64> =
+            noise.iter().zip(&states.t).map(|(e, t)| e + if t.rem_euclid(2.0) < 0.3 { 0.2 } else { 0.0 }).collect();
+        assert_eq!(times(&states, &reversals), []);
+    }
+}
