@@ -16,7 +16,7 @@ use crate::terminal::print_result;
 /// Identify gravity parameters, zeros and mount from postures at rest
 ///
 /// The postures are the rows of a table without a clock, or the plateaus of a log. Without a file it lists the gravity
-/// parameters: all that a robot at rest can tell.
+/// parameters: all that a robot at rest can tell. Exit code 1 where signs, units or columns are wrong.
 #[derive(Args)]
 pub(crate) struct Arguments {
     #[command(flatten)]
@@ -39,6 +39,13 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
     };
     let options = arguments.request.read()?.options(&model)?;
     let (postures, _) = Postures::read(path, model.regressor().coordinates(), &options.columns)?;
-    let found = identify_postures(&model, &postures, options.transmission.drive_gains.as_deref())?;
-    print_result(&found, || Ok(found.to_json()))
+    let found = identify_postures(&model, &postures, &options)?;
+    print_result(&found, || Ok(found.to_json()))?;
+    match found.mistakes.as_slice() {
+        [] => Ok(()),
+        [_] => Err(Failure::verdict("1 finding")),
+        several => {
+            Err(Failure::verdict(format_args!("{} findings, of which one explains the postures", several.len())))
+        }
+    }
 }

@@ -2,6 +2,8 @@
 
 use serde::Serialize;
 
+use crate::cleaning::account::ReadColumns;
+use crate::columns::names::{ColumnNames, Names};
 use crate::columns::words::Quantity;
 
 /// What the effort columns of a log hold.
@@ -23,6 +25,20 @@ impl Effort {
             Quantity::Current => Effort::Current,
             Quantity::Goal => Effort::PositionError,
             _ => Effort::Torque,
+        }
+    }
+
+    /// The options that choose the columns which were read. Coordinates without a torque have none there.
+    pub(crate) fn names(self, read: ReadColumns) -> ColumnNames {
+        let effort = |of: Effort| Some(Names::Each(read.effort.clone())).filter(|_| of == self);
+        ColumnNames {
+            torque: effort(Effort::Torque),
+            current: effort(Effort::Current),
+            goal: effort(Effort::PositionError),
+            position: Some(Names::Each(read.position)),
+            velocity: read.velocity.map(Names::Each),
+            acceleration: read.acceleration.map(Names::Each),
+            ..ColumnNames::default()
         }
     }
 

@@ -103,7 +103,7 @@ impl Log {
             effort_is: Effort::of(columns.effort_is),
             rows: Vec::new(),
             window: None,
-            report: LogReport { names: columns.names(), undriven: columns.undriven.clone(), ..LogReport::default() },
+            report: LogReport { columns: columns.read(), undriven: columns.undriven.clone(), ..LogReport::default() },
         }
     }
 

@@ -39,6 +39,8 @@ pub struct Postures {
     pub effort_is: Effort,
     /// Rows of the file.
     pub rows: usize,
+    /// The columns that they were read from.
+    pub names: ColumnNames,
     /// Whether each posture is a plateau of several rows.
     pub are_plateaus: bool,
 }
@@ -77,6 +79,7 @@ impl Postures {
             effort: Vec::new(),
             effort_is,
             rows: table.rows(),
+            names: effort_is.names(columns.read()),
             are_plateaus: false,
         };
         let t: Option<Vec<f64>> = columns.clock().map(|s| table.columns[s.column].iter().map(|x| s.si(*x)).collect());

@@ -169,6 +169,11 @@ impl LogSource {
         }
     }
 
+    /// The columns that it was read from, as options name them.
+    pub fn names(&self) -> ColumnNames {
+        self.effort_is().names(self.report().columns.clone())
+    }
+
     /// Whether there are columns of velocities, and of accelerations.
     pub fn has_rates(&self) -> [bool; 2] {
         match self {

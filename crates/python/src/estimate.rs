@@ -441,7 +441,8 @@ impl Estimate {
     #[pyo3(signature = (path, anyway=false))]
     fn write_urdf(&self, path: PathBuf, anyway: bool) -> PyResult<Vec<String>> {
         let (bodies, model) = (self.bodies(anyway)?, self.the_model()?);
-        let written = rist::write_urdf(&model.inner, &model.text, &bodies, &self.inner).or_error()?;
+        let text = rist::describe::description::without_macros(&model.text, &model.inner.path, &model.options);
+        let written = rist::write_urdf(&model.inner, &text.or_error()?, &bodies, &self.inner).or_error()?;
         save(&path, &written.text, &[&model.inner.path])?;
         Ok(written.notes)
     }

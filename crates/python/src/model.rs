@@ -56,7 +56,7 @@ pub struct Model {
     pub inner: Arc<rist::Model>,
     /// The description, for pickles.
     pub text: String,
-    options: ModelOptions,
+    pub options: ModelOptions,
     /// What was evaluated, by name.
     pub evaluations: Evaluations,
 }

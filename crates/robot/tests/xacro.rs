@@ -8,7 +8,7 @@ use std::process::Command;
 
 use random::Random;
 use robot::Robot;
-use robot::format::{ReadOptions, parse_with, read_with};
+use robot::format::{ReadOptions, parse_with, read_with, without_macros};
 
 const HEAD: &str = "<robot name=\"r\" xmlns:xacro=\"http://www.ros.org/wiki/xacro\">";
 const JOINT: &str = "<joint name=\"j\" type=\"revolute\"><parent link=\"a\"/><child link=\"b\"/><limit lower=\"-1\" upper=\"1\" \
@@ -32,6 +32,21 @@ fn links(mass: &str) -> String {
         "<link name=\"a\"/><link name=\"b\"><inertial><mass value=\"{mass}\"/><inertia ixx=\"1\" iyy=\"1\" izz=\"1\" ixy=\"0\" \
          ixz=\"0\" iyz=\"0\"/></inertial></link>"
     )
+}
+
+/// What a xacro stands for is a URDF of the same robot, without a macro; other texts are as they were.
+#[test]
+fn a_xacro_is_written_out() {
+    let arguments = [("m".to_string(), "3".to_string())];
+    let options = ReadOptions { arguments: &arguments, ..ReadOptions::default() };
+    let body = format!("<xacro:arg name=\"m\" default=\"7\"/>{}", links("$(arg m)"));
+    let text = format!("{HEAD}\n{body}\n{JOINT}</robot>");
+    let written = without_macros(&text, Path::new("arm.xacro"), options).unwrap();
+    assert!(!written.contains("xacro:") && !written.contains("$("), "{written}");
+    let read = |text: &str, path: &str| parse_with(text, Path::new(path), options).unwrap();
+    assert_eq!(mass(&read(&written, "arm.urdf")), 3.0);
+    assert_eq!(read(&written, "arm.urdf").links.len(), read(&text, "arm.xacro").links.len());
+    assert_eq!(without_macros(&written, Path::new("arm.urdf"), options).unwrap(), written);
 }
 
 #[test]

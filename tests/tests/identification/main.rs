@@ -21,6 +21,7 @@ mod log_formats;
 mod measured;
 mod methods;
 mod misfit;
+mod obeyed_remedies;
 mod panda;
 mod plan_verdict;
 mod possible_bodies;

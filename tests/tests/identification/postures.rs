@@ -1,6 +1,7 @@
 //! Postures at rest give gravity parameters, zeros and mount back within their deviations.
 
-use logs::{Effort, Postures};
+use identification::estimate::options::Options;
+use logs::{ColumnNames, Effort, Names, Postures};
 use random::Random;
 use rist::{Model, ModelOptions, gravity_parameters, identify_postures};
 use tests::{model_path, shared};
@@ -13,6 +14,12 @@ fn torques(model: &Model, q: &[f64]) -> Vec<f64> {
     regressor.fill(q, &rest, &rest, &mut y);
     let x = model.described_parameters().unwrap();
     y.chunks_exact(p).map(|row| row.iter().zip(&x).map(|(y, x)| y * x).sum()).collect()
+}
+
+/// Columns with these names.
+fn named(coordinates: &[String]) -> ColumnNames {
+    let each = |stem: &str| Some(Names::Each(coordinates.iter().map(|name| format!("{stem}_{name}")).collect()));
+    ColumnNames { position: each("q"), torque: each("tau"), ..ColumnNames::default() }
 }
 
 /// Postures of a robot mounted so, with zeros that its positions lack, and noise.
@@ -32,6 +39,7 @@ fn postures(model: &Model, zeros: &[f64], noise: f64, count: usize, seed: u64) -
         effort,
         effort_is: Effort::Torque,
         rows: count,
+        names: named(model.regressor().coordinates()),
         are_plateaus: false,
     }
 }
@@ -46,7 +54,8 @@ fn gravity_parameters_come_back_within_their_deviations() {
     let model = ur5(None);
     let (mut squares, mut count) = (0.0, 0.0);
     for seed in 0..20 {
-        let found = identify_postures(&model, &postures(&model, &[0.0; 6], 0.3, 60, seed), None).unwrap();
+        let found =
+            identify_postures(&model, &postures(&model, &[0.0; 6], 0.3, 60, seed), &Options::default()).unwrap();
         let described = found.described.as_ref().unwrap();
         for (told, truth) in found.values.iter().zip(described).chain(found.offsets.iter().zip(&[0.0; 6])) {
             let (x, sigma) = told.expect("all are told");
@@ -61,7 +70,7 @@ fn gravity_parameters_come_back_within_their_deviations() {
     let mean: f64 = squares / count;
     assert!((0.75..1.33).contains(&mean), "{mean} of {count}");
     // Without noise the values are exact.
-    let exact = identify_postures(&model, &postures(&model, &[0.0; 6], 0.0, 60, 1), None).unwrap();
+    let exact = identify_postures(&model, &postures(&model, &[0.0; 6], 0.0, 60, 1), &Options::default()).unwrap();
     for (told, truth) in exact.values.iter().zip(exact.described.as_ref().unwrap()) {
         assert!((told.unwrap().0 - truth).abs() < 1e-9, "{told:?} {truth}");
     }
@@ -80,7 +89,7 @@ fn zeros_and_mounts_come_back() {
     ] {
         let truth = ur5(Some(base));
         let measured = postures(&truth, &zeros, 0.05, 100, 7);
-        let found = identify_postures(&upright, &measured, None).unwrap().placed.unwrap();
+        let found = identify_postures(&upright, &measured, &Options::default()).unwrap().placed.unwrap();
         assert!(found.explains && found.left[1] < 0.1 * found.left[0], "{base:?}: {:?}", found.left);
         for (k, told) in found.zeros.iter().enumerate() {
             let Some((zero, sigma)) = *told else { continue };
@@ -118,7 +127,7 @@ fn other_bodies_tell_no_zeros() {
     for (q, effort) in measured.q.iter().zip(&mut measured.effort) {
         *effort = torques(&heavy, q);
     }
-    let found = identify_postures(&model, &measured, None).unwrap();
+    let found = identify_postures(&model, &measured, &Options::default()).unwrap();
     assert!(!found.placed.as_ref().unwrap().explains);
     assert!(found.to_string().contains("do not explain the postures"), "{found}");
 }
@@ -126,7 +135,10 @@ fn other_bodies_tell_no_zeros() {
 #[test]
 fn too_few_postures_are_refused_and_what_they_can_tell_is_listed() {
     let model = ur5(None);
-    let message = identify_postures(&model, &postures(&model, &[0.0; 6], 0.0, 3, 1), None).err().unwrap().to_string();
+    let message = identify_postures(&model, &postures(&model, &[0.0; 6], 0.0, 3, 1), &Options::default())
+        .err()
+        .unwrap()
+        .to_string();
     assert!(message.contains("3 postures of 6 joints") && message.contains("are needed"), "{message}");
     let parameters = gravity_parameters(&model).unwrap();
     let names: Vec<&str> = parameters.iter().map(|p| p.name.as_str()).collect();
@@ -146,7 +158,7 @@ fn postures_of_the_field_give_the_arm_behind_them() {
         let path = field.join("logs").join(format!("{file}.csv.gz"));
         let (postures, _) = Postures::read(&path, model.regressor().coordinates(), &Default::default()).unwrap();
         assert_eq!(postures.are_plateaus, file.contains("plateaus") || file.contains("only"), "{file}");
-        let found = identify_postures(&model, &postures, None).unwrap();
+        let found = identify_postures(&model, &postures, &Options::default()).unwrap();
         for (told, truth) in found.values.iter().zip(found.described.as_ref().unwrap()) {
             let (x, sigma) = told.unwrap();
             assert!((x - truth).abs() < 4.0 * sigma, "{file}: {x} +- {sigma}, {truth}");
@@ -160,7 +172,8 @@ fn postures_of_the_field_give_the_arm_behind_them() {
 #[test]
 fn forces_are_not_torques() {
     let model = Model::read(model_path("scara.yaml")).unwrap();
-    let text = identify_postures(&model, &postures(&model, &[0.0; 4], 0.1, 40, 3), None).unwrap().to_string();
+    let text =
+        identify_postures(&model, &postures(&model, &[0.0; 4], 0.1, 40, 3), &Options::default()).unwrap().to_string();
     let slides = |k: usize| model.regressor().is_prismatic(k);
     for (k, name) in model.regressor().coordinates().iter().enumerate() {
         let line =
@@ -169,4 +182,56 @@ fn forces_are_not_torques() {
         assert_eq!(line.contains(" N m "), !slides(k), "{line}");
     }
     assert!((0..4).any(slides));
+}
+
+/// Signs, units and exchanged columns are named with what undoes them; obeyed, nothing is wrong any more. Where torques of all
+/// joints have the other sign, a base upside down explains them as well, and both are said.
+#[test]
+fn mistakes_of_columns_are_named_and_not_zeros() {
+    let model = ur5(None);
+    let good = postures(&model, &[0.0; 6], 0.05, 100, 11);
+    assert!(identify_postures(&model, &good, &Options::default()).unwrap().mistakes.is_empty());
+    type Change = fn(&mut Vec<f64>, &mut Vec<f64>);
+    let cases: [(Change, &str); 5] = [
+        (|_, tau| tau[1] = -tau[1], "the torque of shoulder_lift has the wrong sign"),
+        (|q, _| q[2] = -q[2], "the position of elbow has the wrong sign"),
+        (|_, tau| tau.iter_mut().for_each(|x| *x *= 1e3), "another unit: 10^3 times"),
+        (|_, tau| tau.swap(1, 2), "the torque columns of shoulder_lift and elbow are swapped"),
+        (|_, tau| tau[2] *= 3.0, "the torque of elbow is off by 200 %"),
+    ];
+    for (change, wanted) in cases {
+        let mut wrong = good.clone();
+        wrong.q.iter_mut().zip(&mut wrong.effort).for_each(|(q, tau)| change(q, tau));
+        let found = identify_postures(&model, &wrong, &Options::default()).unwrap();
+        let first = found.mistakes.first().unwrap_or_else(|| panic!("{wanted}: {found}"));
+        assert!(first.fault.contains(wanted) && first.left[1] < 0.5 * first.left[0], "{wanted}: {:?}", found.mistakes);
+        assert!(!found.to_string().contains("zero, rad"), "{found}");
+        let yaml = first.remedy.split_once("in the file of [options]: ").unwrap().1;
+        let options = Options::parse("remedy.yaml", yaml).unwrap();
+        let read = reread(&wrong, &options.columns);
+        let mended = identify_postures(&model, &read, &options).unwrap();
+        assert!(mended.mistakes.is_empty() && !mended.placed.unwrap().differs(), "{wanted}: {yaml}");
+    }
+    let mut upside_down = good.clone();
+    upside_down.effort.iter_mut().flatten().for_each(|x| *x = -*x);
+    let found = identify_postures(&model, &upside_down, &Options::default()).unwrap().to_string();
+    assert!(found.contains("all joints have the wrong sign, or the base hangs upside down"), "{found}");
+}
+
+/// The same postures, read from the columns that are named.
+fn reread(postures: &Postures, names: &ColumnNames) -> Postures {
+    let chosen = |given: &Option<Names>, stem: &str, rows: &[Vec<f64>]| -> Vec<Vec<f64>> {
+        let Some(Names::Each(each)) = given else { return rows.to_vec() };
+        let place = |name: &String| {
+            let plain = name.trim_start_matches('-').trim_start_matches(stem);
+            (
+                postures.coordinates.iter().position(|c| c == plain).unwrap(),
+                if name.starts_with('-') { -1.0 } else { 1.0 },
+            )
+        };
+        let places: Vec<(usize, f64)> = each.iter().map(place).collect();
+        rows.iter().map(|row| places.iter().map(|(k, sign)| sign * row[*k]).collect()).collect()
+    };
+    let (q, effort) = (chosen(&names.position, "q_", &postures.q), chosen(&names.torque, "tau_", &postures.effort));
+    Postures { q, effort, ..postures.clone() }
 }

@@ -157,7 +157,9 @@ fn for_simulators<'a>(
         written.push((out, mjcf.text));
     }
     if let Some(out) = &files.write_urdf {
-        let urdf = rist::write_urdf(model, &read_text(&arguments.model.model)?, bodies, &found.estimate)?;
+        let (path, options) = (&arguments.model.model, arguments.model.options()?);
+        let text = rist::describe::description::without_macros(&read_text(path)?, path, &options)?;
+        let urdf = rist::write_urdf(model, &text, bodies, &found.estimate)?;
         urdf.notes.iter().for_each(note);
         written.push((out, urdf.text));
     }

@@ -219,7 +219,7 @@ impl Hypothesis {
     }
 
     /// What it is and how large. `off`: its size in words, `names`: of its coordinates.
-    pub(super) fn statement(&self, off: &str, names: &[&str]) -> String {
+    pub fn statement(&self, off: &str, names: &[&str]) -> String {
         let (of, pair) = (names.first().copied().unwrap_or_default(), names.join(" and "));
         match *self {
             Zero(_) => format!("the zero of {of} is off by {off}"),

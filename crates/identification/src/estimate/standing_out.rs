@@ -42,8 +42,10 @@ impl StandingOut {
     }
 }
 
-/// A contact lasts longer than this, s.
+/// Length of the moving mean, s.
 const WINDOW_S: f64 = 0.2;
+/// A contact lasts longer than this, s. What a reversal leaves stands out as long as the window is.
+const LEAST_S: f64 = 1.5 * WINDOW_S;
 /// Samples of a window, at least.
 const WINDOW_SAMPLES: usize = 5;
 /// A mean stands out beyond so many times its scale. Of normal numbers none of 10^9 does.
@@ -111,6 +113,7 @@ fn times(states: &States, residual: &[f64]) -> Vec<(f64, f64, f64)> {
         }
         before = Some(k);
     }
+    found.retain(|(from, to, _)| to - from > LEAST_S);
     let long: f64 = found.iter().map(|(from, to, _)| to - from).sum();
     let are_events = found.len() <= MOST_TIMES && long < LARGEST_SHARE * (last - first);
     if are_events { found } else { Vec::new() }

@@ -98,7 +98,8 @@ impl Transmission {
         motors.chain(self.elements.iter().map(element)).collect()
     }
 
-    fn check(&self, n: usize) -> Result<(), Error> {
+    /// Fails where a list does not fit n joints.
+    pub fn check(&self, n: usize) -> Result<(), Error> {
         let lists = [
             ("ratios", &self.ratios),
             ("offsets", &self.offsets),

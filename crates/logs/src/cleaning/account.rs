@@ -9,7 +9,6 @@ use crate::cleaning::refresh::Refresh;
 use crate::cleaning::rest::Rest;
 use crate::cleaning::suspects::Suspect;
 use crate::cleaning::undriven::Undriven;
-use crate::columns::names::ColumnNames;
 
 /// The account of the cleaning of a log.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -21,7 +20,7 @@ pub struct LogReport {
     /// Rows that are not.
     pub left_out: LeftOutRows,
     /// The columns that it was read from.
-    pub names: ColumnNames,
+    pub columns: ReadColumns,
     /// One per coordinate: why there is no torque; `None`: there is one.
     pub undriven: Vec<Option<Undriven>>,
     /// One per coordinate, where position servos are told goals: what the goals are.
@@ -40,6 +39,19 @@ pub struct LogReport {
     pub suspect: Vec<Suspect>,
     /// How long the robot rests.
     pub rest: Rest,
+}
+
+/// The names of the columns that a log was read from, one per coordinate, behind a `-` where the sign is changed.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct ReadColumns {
+    /// Of the positions.
+    pub position: Vec<String>,
+    /// Of the velocities, where there are some.
+    pub velocity: Option<Vec<String>>,
+    /// Of the accelerations, where there are some.
+    pub acceleration: Option<Vec<String>>,
+    /// Of the torques, currents or goals; coordinates without one have none.
+    pub effort: Vec<String>,
 }
 
 /// Rows that are left out, and the episodes that a column or the clock shows.

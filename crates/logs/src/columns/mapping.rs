@@ -8,6 +8,7 @@ use std::fmt;
 use Quantity::*;
 
 use crate::Error;
+use crate::cleaning::account::ReadColumns;
 use crate::cleaning::undriven::Undriven;
 use crate::columns::finder::Finder;
 use crate::columns::names::{ColumnNames, Names};
@@ -164,21 +165,16 @@ impl Columns {
         Ok(columns)
     }
 
-    /// The names that choose these columns. Coordinates without a torque have none there.
-    pub fn names(&self) -> ColumnNames {
-        let each = |all: &[Source]| {
-            let named = all.iter().filter(|source| source.header != NO_COLUMN).map(Source::name);
-            Some(Names::Each(named.collect()))
+    /// The names that choose these columns.
+    pub(crate) fn read(&self) -> ReadColumns {
+        let each = |all: &[Source]| -> Vec<String> {
+            all.iter().filter(|source| source.header != NO_COLUMN).map(Source::name).collect()
         };
-        let effort = |quantity: Quantity| each(&self.effort).filter(|_| self.effort_is == quantity);
-        ColumnNames {
+        ReadColumns {
             position: each(&self.position),
-            velocity: self.velocity.as_deref().and_then(each),
-            acceleration: self.acceleration.as_deref().and_then(each),
-            torque: effort(Torque),
-            current: effort(Current),
-            goal: effort(Goal),
-            ..ColumnNames::default()
+            velocity: self.velocity.as_deref().map(each),
+            acceleration: self.acceleration.as_deref().map(each),
+            effort: each(&self.effort),
         }
     }
 
@@ -336,6 +332,23 @@ mod tests {
         let names = ColumnNames { position, ..ColumnNames::default() };
         let columns = find("t,q_link1,q_motor_deg1,tau1", &["a"], &names).unwrap();
         assert_eq!((columns.position[0].column, columns.position[0].unit.as_str()), (2, "deg"));
+    }
+
+    /// A minus before a name changes the sign; a header that begins with one is meant as it is. What is read can be named again.
+    #[test]
+    fn a_minus_before_a_name_changes_the_sign() {
+        let given = |names: [&str; 2]| Some(Names::Each(names.map(str::to_string).to_vec()));
+        let names = ColumnNames { torque: given(["t1", "-t2_mNm"]), ..ColumnNames::default() };
+        let columns = find("t,q1,q2,t1,t2_mNm", &["a", "b"], &names).unwrap();
+        assert_eq!((columns.effort[0].si(3.0), columns.effort[1].si(3.0)), (3.0, -3e-3));
+        assert!(columns.to_string().contains("b <- -t2_mNm [mN m]"), "{columns}");
+        let read = ColumnNames { torque: Some(Names::Each(columns.read().effort)), ..ColumnNames::default() };
+        let again = find("t,q1,q2,t1,t2_mNm", &["a", "b"], &read).unwrap();
+        assert_eq!(again.effort, columns.effort);
+        let names = ColumnNames { torque: given(["t1", "-t2"]), ..ColumnNames::default() };
+        assert_eq!(find("t,q1,q2,t1,-t2", &["a", "b"], &names).unwrap().effort[1].si(3.0), 3.0);
+        let message = find("t,q1,q2,t1,t2", &["a", "b"], &ColumnNames { torque: given(["t1", "-t3"]), ..names });
+        assert!(message.unwrap_err().to_string().contains("no column `t3`"));
     }
 
     #[test]

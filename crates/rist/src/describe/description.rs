@@ -33,10 +33,22 @@ pub fn parse_robot(text: &str, path: &Path, options: &ModelOptions) -> Result<Ro
     })
 }
 
+/// The text of a description without macros, into which identified bodies can be written.
+///
+/// Fails where a xacro cannot be expanded.
+pub fn without_macros(text: &str, path: &Path, options: &ModelOptions) -> Result<String, Error> {
+    let packages = packages(options);
+    let read = ReadOptions { arguments: &options.arg, packages: &packages, ..ReadOptions::default() };
+    Ok(robot::format::without_macros(text, path, read)?)
+}
+
+fn packages(options: &ModelOptions) -> Vec<(String, PathBuf)> {
+    options.package.iter().map(|(name, folder)| (name.clone(), PathBuf::from(folder))).collect()
+}
+
 fn parsed(text: &str, path: &Path, options: &ModelOptions) -> Result<Robot, Error> {
     let ModelOptions { mimic, angles, floating_base, value: ref values, arg: ref arguments, .. } = *options;
-    let packages: Vec<(String, PathBuf)> =
-        options.package.iter().map(|(name, folder)| (name.clone(), PathBuf::from(folder))).collect();
+    let packages = packages(options);
     let read = ReadOptions { mimic, angles, floating_base, values, arguments, packages: &packages };
     let mut robot = robot::format::parse_with(text, path, read)?;
     for (name, position) in &options.lock {

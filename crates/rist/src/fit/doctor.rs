@@ -71,12 +71,12 @@ impl DoctorRequest {
 /// Says what undoes the findings: one request for all that were undone together, and one for each that other bodies explain
 /// as well.
 fn say_remedies(passport: &mut Passport, logs: &[LogSource], options: &Options, model: &Model) {
-    let Some(columns) = logs.first().map(|log| &log.report().names) else { return };
-    let are_alike = logs.iter().all(|log| log.report().names == *columns);
+    let Some(columns) = logs.first().map(LogSource::names) else { return };
+    let are_alike = logs.iter().all(|log| log.names() == columns);
     let regressor = model.regressor();
     let turns: Vec<bool> = (0..regressor.coordinates().len()).map(|k| !regressor.is_prismatic(k)).collect();
     let say = |changes: &[Change]| {
-        let undone = options.undoing(changes, columns, &turns).filter(|_| are_alike)?;
+        let undone = options.undoing(changes, &columns, &turns).filter(|_| are_alike)?;
         Some(format!("in the file of [options]: {}", undone.beside(options)?))
     };
     let explanations = passport.findings.iter().map(|f| f.instead + 1).max().unwrap_or(0);

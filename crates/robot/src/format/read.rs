@@ -48,6 +48,18 @@ pub fn parse_with(text: &str, path: &Path, options: ReadOptions) -> Result<Robot
     format.parse(text, path, options)
 }
 
+/// The text without macros: of a xacro the URDF that it stands for, of others the text itself.
+///
+/// Fails where a xacro cannot be expanded.
+pub fn without_macros(text: &str, path: &Path, options: ReadOptions) -> Result<String, Error> {
+    match DescriptionFormat::of(path, text)? {
+        DescriptionFormat::Xacro => {
+            xacro::expanded(text, &path.display().to_string(), path.parent(), options.arguments, options.packages)
+        }
+        _ => Ok(text.into()),
+    }
+}
+
 /// The text of a description, as [`read_with`] takes it from the file at `path`.
 ///
 /// Fails when the file cannot be read, is larger than 16 MiB, or is not in its encoding.
@@ -138,8 +150,7 @@ impl DescriptionFormat {
             }
             DescriptionFormat::Par => read_par_with(text, &file_name, options),
             DescriptionFormat::Xacro => {
-                let folder = path.parent();
-                let text = xacro::expanded(text, &file_name, folder, options.arguments, options.packages)?;
+                let text = without_macros(text, path, options)?;
                 read_urdf_with(&text, &format!("{file_name}, written out"), options)
             }
         };

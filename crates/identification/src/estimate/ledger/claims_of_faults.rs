@@ -7,7 +7,7 @@ use crate::estimate::hypothesis::{CLAIMED, Counts};
 use crate::estimate::identified::Identified;
 use crate::estimate::ledger::hypotheses::{Hypothesis, Tested};
 use crate::estimate::residuals::JointResidual;
-use crate::estimate::topics::{DRIFT, LOG, MOUNT, RESIDUAL, ROTOR, at, cannot_tell};
+use crate::estimate::topics::{DRIFT, LOG, MOUNT, RESIDUAL, ROTOR, at, cannot_tell, contradicted as wrong};
 
 /// A fault that explains less of the torque than this leaves torques sure enough for any use, even where it is five times as
 /// large elsewhere: a fifth of `purposes::SURE_TORQUE`.
@@ -17,9 +17,16 @@ const LARGE_JOINT_SHARE: f64 = 0.2;
 
 /// The claims of tested hypotheses; `joints`: one per coordinate, `parameters`: those that they were tested beside.
 pub(crate) fn claims_of_faults(tested: &[Tested], joints: &[JointResidual], parameters: &[Identified]) -> Vec<Claim> {
-    let found = tested.iter().filter_map(|t| Some((t.gain()?, t)));
-    let strongest = found.min_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, t)| t);
-    let mut claims: Vec<Claim> = strongest.and_then(|t| contradicted(t, joints)).into_iter().collect();
+    let mut found: Vec<(f64, &Tested)> = tested.iter().filter_map(|t| Some((t.gain()?, t))).collect();
+    found.sort_by(|a, b| a.0.total_cmp(&b.0));
+    // A size that a step from none cannot reach is no size: a cause within its range counts, where one explains as much.
+    let least = found.first().map_or(1.0, |(gain, _)| *gain);
+    let within = found.iter().find(|(gain, t)| is_within_range(t) && *gain <= BEYOND_RANGE_GAIN_RATIO * least);
+    let strongest = within.or(found.first()).map(|(_, t)| *t);
+    let mut claims: Vec<Claim> = match strongest {
+        Some(one) if !is_within_range(one) => vec![unidentified(&found, joints)],
+        _ => strongest.and_then(|t| contradicted(t, joints)).into_iter().collect(),
+    };
     // What else is tested is part of the deviations alone.
     for topic in CLAIMED {
         let of_kind: Vec<&Tested> = tested.iter().filter(|t| t.of.kind().topic == topic).collect();
@@ -40,6 +47,35 @@ pub(crate) fn claims_of_faults(tested: &[Tested], joints: &[JointResidual], para
         }
     }
     claims
+}
+
+/// A fault within its range explains as much as one beyond it, where its error on parts left out is at most so many times that.
+const BEYOND_RANGE_GAIN_RATIO: f64 = 1.25;
+/// Causes that are named where none is identified.
+const MOST_CANDIDATES: usize = 3;
+
+/// Whether a size is one that a single linear step from none reaches.
+fn is_within_range(tested: &Tested) -> bool {
+    tested.value.abs() < tested.of.kind().useless
+}
+
+/// That something is wrong where the strongest cause is beyond the range of its step, with what was tried.
+fn unidentified(found: &[(f64, &Tested)], joints: &[JointResidual]) -> Claim {
+    let named: Vec<String> = found
+        .iter()
+        .take(MOST_CANDIDATES)
+        .map(|(gain, t)| format!("{} (error on parts left out {:.2} times that without it)", topic_of(t, joints), gain))
+        .collect();
+    let at = found.first().and_then(|(_, t)| t.of.joint()).map(|k| joints[k].coordinate.clone());
+    let whose = at.as_ref().map_or("this log".into(), |name| name.clone());
+    let why = format!("something is wrong at {whose}; its cause is not identified; tried: {}", named.join(", "));
+    let remedy = Remedy::new("doctor", "look at it by [:doctor], and log a motion in which this joint alone moves");
+    wrong(Subject::of(LOG, at), why, remedy, "no cause within its range explains it")
+}
+
+/// What a cause is about: `scale of q5`.
+fn topic_of(tested: &Tested, joints: &[JointResidual]) -> String {
+    subject(&tested.of, joints).to_string()
 }
 
 /// That a rotor cannot be told from parameters that explain it as well.
@@ -195,6 +231,21 @@ mod tests {
             assert!(found[0].standing() == standing, "{}", found[0]);
             assert!(lowers(found));
         }
+    }
+
+    /// A torque that would be off by more than itself is no scale: another cause that explains as much is named in its place, and
+    /// else none.
+    #[test]
+    fn a_size_beyond_its_step_is_not_printed() {
+        let beyond = tested(Hypothesis::Scale(0), -1.28, 0.1, Vec::new());
+        let spring = tested(Hypothesis::Spring(0), 3.0, 0.1, Vec::new());
+        let joints = Residuals::new(&Pendulum::new(), vec![Squares::default()]).joints;
+        let alone = claims_of_faults(std::slice::from_ref(&beyond), &joints, &[]);
+        assert!(alone[0].to_string().contains("its cause is not identified"), "{}", alone[0]);
+        assert!(alone.iter().all(|claim| !claim.to_string().contains("128")), "{alone:?}");
+        let both = claims_of_faults(&[beyond, spring], &joints, &[]);
+        assert!(both[0].to_string().contains("a spring of 3"), "{}", both[0]);
+        assert!(both.iter().all(|claim| !claim.to_string().contains("not identified")), "{both:?}");
     }
 
     /// A rotor that a parameter contains is named with it and lowers nothing.

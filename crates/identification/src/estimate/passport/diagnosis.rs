@@ -16,8 +16,8 @@ use crate::estimate::passport::change::{Change, Description};
 use crate::estimate::passport::delay::{Lag, common_lag};
 use crate::estimate::passport::finding::{COMMON_FACTORS, Fault, Finding, NOMINAL_INERTIAL_SLOPES};
 use crate::estimate::passport::free_bodies::FreeBodies;
-use crate::estimate::passport::regression::Partial;
-use crate::estimate::passport::report::{COUNTED_SLOPE_SHARE, Explained, Passport};
+use crate::estimate::passport::regression::{COUNTED_SLOPE_SHARE, Partial};
+use crate::estimate::passport::report::{Explained, Passport};
 use crate::estimate::passport::samples::Samples;
 use crate::estimate::passport::search::{Explanation, LIKELY_MISFIT_SHARE, Search, Suspicion, counts};
 use crate::estimate::passport::trial::{FOREIGN_ROBOT_MISFIT, OTHER_ROBOT};
@@ -163,10 +163,10 @@ impl Look<'_> {
                 explanations.into_iter().map(|one| self.explained(&search, one, slopes, &common, &list, passport)),
             );
         }
-        // Where bodies explain what the description asks for most, nothing is wrong. Else the fewest mistakes come first.
-        match all.first().is_some_and(Vec::is_empty) {
-            true => all.truncate(1),
-            false => all.retain(|found| !found.is_empty()),
+        // An explanation that bodies make needless explains nothing. The fewest mistakes come first.
+        let is_needed = |found: &Vec<Finding>| !found.is_empty();
+        if all.iter().any(is_needed) {
+            all.retain(is_needed);
         }
         all.sort_by_key(Vec::len);
         if telling.is_empty() && all.iter().all(Vec::is_empty) {

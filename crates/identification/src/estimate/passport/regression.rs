@@ -4,6 +4,9 @@
 //! column x by orthogonalisation: y' = y - P_F y, x' = x - P_F x. Then the slope is x'.y' / x'.x', and the share
 //! that x explains of what F leaves is (x'.y')^2 / (x'.x' y'.y').
 
+/// Share explained by the description, above which a joint's slope counts. Below it the slope is in brackets.
+pub(crate) const COUNTED_SLOPE_SHARE: f64 = 0.5;
+
 /// A column that keeps less than this share of its norm beside the columns before it is rounding.
 const DEPENDENT_COLUMN_SHARE: f64 = 1e-9;
 

@@ -6,6 +6,7 @@ use crate::estimate::digits::significant;
 use crate::estimate::passport::finding::{COMMON_FACTORS, Fault, Finding, NOMINAL_INERTIAL_SLOPES};
 use crate::estimate::passport::friction::OwnFriction;
 use crate::estimate::passport::power::Turned;
+use crate::estimate::passport::regression::COUNTED_SLOPE_SHARE;
 use crate::estimate::passport::visited::Visited;
 
 /// How a joint's torque agrees with the description.
@@ -81,8 +82,6 @@ pub struct Passport {
     pub is_by_place: bool,
 }
 
-/// Share explained by the description, above which a joint's slope counts. Below it the slope is in brackets.
-pub(crate) const COUNTED_SLOPE_SHARE: f64 = 0.5;
 /// Share below which a slope is not shown.
 const SHOWN_SLOPE_SHARE: f64 = 0.05;
 

@@ -10,8 +10,7 @@ use crate::estimate::hypothesis::Columns;
 use crate::estimate::hypothesis::Hypothesis::*;
 use crate::estimate::passport::change::{Change, Description, misfits, motion_of, torque_of};
 use crate::estimate::passport::finding::Fault;
-use crate::estimate::passport::regression::Partial;
-use crate::estimate::passport::report::COUNTED_SLOPE_SHARE;
+use crate::estimate::passport::regression::{COUNTED_SLOPE_SHARE, Partial};
 use crate::estimate::passport::samples::Samples;
 use crate::estimate::passport::trials::Trials;
 
@@ -259,7 +258,7 @@ impl Search<'_> {
 const JOINT_FACTORS: std::ops::Range<f64> = 0.6..1.67;
 
 /// Of a joint that went there and back less often, any scale suits some bodies.
-const PERIODS_OF_SCALE: f64 = 2.0;
+const PERIODS_OF_SCALE: f64 = 1.5;
 
 /// Joints whose slopes tell, beside which that of another is judged.
 const JOINTS_BESIDE: usize = 2;

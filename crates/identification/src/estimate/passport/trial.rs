@@ -38,7 +38,7 @@ pub(super) fn tried(mut first: Passport, again: impl Fn(&[Change]) -> Passport) 
     let explanations = std::iter::once(first.findings.clone()).chain(std::mem::take(&mut first.others));
     let mut mended: Vec<Vec<Finding>> = Vec::new();
     for findings in explanations {
-        let fewest = mended.first().map_or(MAX_MISTAKES, Vec::len);
+        let fewest = mended.first().map_or(MAX_MISTAKES, |found| found.iter().map(mistakes).sum());
         if let Some(found) = mends(&first, findings, fewest, &again) {
             mended.retain(|other| other.len() <= found.len());
             mended.push(found);
@@ -65,6 +65,11 @@ pub(super) fn tried(mut first: Passport, again: impl Fn(&[Change]) -> Passport) 
     first
 }
 
+/// As how many mistakes a finding counts: gains of each joint explain much of anything.
+fn mistakes(finding: &Finding) -> usize {
+    if finding.fault == Fault::NoTorque { MAX_MISTAKES } else { 1 }
+}
+
 /// The gross findings of an explanation, with those that undoing them uncovers, where at most so many mend the log.
 fn mends(
     first: &Passport,
@@ -76,7 +81,8 @@ fn mends(
     for _ in 0..LOOKS {
         new.retain(|f| f.fault.is_gross());
         // What needs another log is said as it is.
-        if new.iter().any(|f| f.undo.is_empty()) || found.len() + new.len() > most {
+        let count = found.iter().chain(&new).map(mistakes).sum::<usize>();
+        if new.iter().any(|f| f.undo.is_empty()) || count > most {
             return None;
         }
         found.append(&mut new);

@@ -10,11 +10,14 @@
 //! squares. With free bodies no zero is told: a turned joint and a turned first moment are one.
 
 mod fit;
+mod mistakes;
 mod placement;
 
 use std::fmt;
 
 use claims::significant;
+use identification::estimate::options::Options;
+use identification::signals::transmission::Transmission;
 use linear_model::parameter::Parameter;
 use logs::{Effort, Postures};
 use modeling::independent_columns;
@@ -26,8 +29,9 @@ use crate::describe::model::Model;
 use crate::error::Error;
 use crate::fit::postures::fit::Fit;
 pub use crate::fit::postures::fit::Told;
+pub use crate::fit::postures::mistakes::Mistake;
 pub use crate::fit::postures::placement::Placed;
-use crate::fit::postures::placement::placed;
+use crate::fit::postures::placement::{looks_for_mistakes, placed};
 
 /// A share of a column in another is none below this.
 const NOTHING: f64 = 1e-8;
@@ -113,14 +117,18 @@ pub struct PostureEstimate {
     pub are_plateaus: bool,
     /// Zeros and mount, with the bodies of the description.
     pub placed: Option<Placed>,
+    /// Mistakes of the columns, each of which explains the postures: one of them is there.
+    pub mistakes: Vec<Mistake>,
 }
 
-/// Identifies what postures tell. `gains`: N m/A of each drive, where the efforts are currents.
+/// Identifies what postures tell. `options`: the transmission between the table and the joints.
 ///
-/// Fails where the postures are too few, and where currents have no gains.
-pub fn identify_postures(model: &Model, postures: &Postures, gains: Option<&[f64]>) -> Result<PostureEstimate, Error> {
+/// Fails where the postures are too few, where currents have no gains, and where joints are coupled.
+pub fn identify_postures(model: &Model, postures: &Postures, options: &Options) -> Result<PostureEstimate, Error> {
     let parameters = gravity_parameters(model)?;
-    let torques = torques(model, postures, gains)?;
+    let torques = torques(model, postures, options.transmission.drive_gains.as_deref())?;
+    let (postures, torques) = at_the_joints(postures, torques, &options.transmission)?;
+    let postures = &postures;
     let (n, count) = (model.regressor().coordinates().len(), postures.q.len());
     let p = parameters.len();
     if count * n < 2 * (p + n) || count < 4 {
@@ -130,17 +138,12 @@ pub fn identify_postures(model: &Model, postures: &Postures, gains: Option<&[f64
             (2 * (p + n)).div_ceil(n.max(1)).max(4)
         )));
     }
-    let columns = parameters.iter().map(|parameter| parameter.column).collect::<Vec<_>>();
-    let all = model.regressor().parameters().len();
-    let mut joints: Vec<DMatrix<f64>> = vec![DMatrix::zeros(count, p + n); n];
-    for (r, q) in postures.q.iter().enumerate() {
-        let y = at_rest(model, q);
-        for j in 0..n {
-            columns.iter().enumerate().for_each(|(c, column)| joints[j][(r, c)] = y[j * all + column]);
-            joints[j][(r, p + j)] = 1.0;
-        }
-    }
-    let fit = Fit::of(&joints, &torques, UNTOLD)?;
+    let fit = free_bodies(model, &parameters, &postures.q, &torques)?;
+    let left = |q: &[Vec<f64>], torques: &[DVector<f64>]| {
+        let share = |(left, torque): (&DVector<f64>, &DVector<f64>)| left.norm_squared() / torque.norm_squared();
+        let fit = free_bodies(model, &parameters, q, torques).ok();
+        fit.map_or_else(Vec::new, |fit| fit.residuals.iter().zip(torques).map(share).collect())
+    };
     let described = model.described_parameters().map(|x| {
         let value = |k: &GravityParameter| x[k.column] + k.with.iter().map(|(c, share)| share * x[*c]).sum::<f64>();
         parameters.iter().map(value).collect()
@@ -150,6 +153,7 @@ pub fn identify_postures(model: &Model, postures: &Postures, gains: Option<&[f64
         values: fit.told[..p].to_vec(),
         offsets: fit.told[p..].to_vec(),
         placed: placed(model, postures, &torques, &fit.deviations)?,
+        mistakes: looks_for_mistakes(model, postures, &torques, &left, options),
         residuals: fit.residuals.iter().map(size).collect(),
         torques: torques.iter().map(size).collect(),
         coordinates: postures.coordinates.clone(),
@@ -159,6 +163,51 @@ pub fn identify_postures(model: &Model, postures: &Postures, gains: Option<&[f64
         are_plateaus: postures.are_plateaus,
         parameters,
     })
+}
+
+/// The fit of gravity parameters, and of an offset of each joint's torque, to torques at positions.
+fn free_bodies(
+    model: &Model,
+    parameters: &[GravityParameter],
+    q: &[Vec<f64>],
+    torques: &[DVector<f64>],
+) -> Result<Fit, Error> {
+    let (n, p, all) = (torques.len(), parameters.len(), model.regressor().parameters().len());
+    let mut joints: Vec<DMatrix<f64>> = vec![DMatrix::zeros(q.len(), p + n); n];
+    for (r, q) in q.iter().enumerate() {
+        let y = at_rest(model, q);
+        for j in 0..n {
+            parameters.iter().enumerate().for_each(|(c, one)| joints[j][(r, c)] = y[j * all + one.column]);
+            joints[j][(r, p + j)] = 1.0;
+        }
+    }
+    Fit::of(&joints, torques, UNTOLD)
+}
+
+/// Positions and torques of the joints, of those of the table: q = q_m / r + q_0, tau = r tau_m / s.
+///
+/// Fails where motors turn with other joints.
+fn at_the_joints(
+    postures: &Postures,
+    mut torques: Vec<DVector<f64>>,
+    transmission: &Transmission,
+) -> Result<(Postures, Vec<DVector<f64>>), Error> {
+    let n = postures.coordinates.len();
+    if !transmission.couplings.is_empty() {
+        return Err(Error::new(
+            "[options.transmission]: couplings are not known to postures; take a log, and `[:identify]`",
+        ));
+    }
+    transmission.check(n)?;
+    let of = |list: &Option<Vec<f64>>, k: usize, none: f64| list.as_ref().map_or(none, |all| all[k]);
+    let mut found = postures.clone();
+    for k in 0..n {
+        let ratio = of(&transmission.ratios, k, 1.0);
+        torques[k] *= ratio / of(&transmission.scales, k, 1.0);
+        let ratio = if transmission.joint_side_positions { 1.0 } else { ratio };
+        found.q.iter_mut().for_each(|q| q[k] = q[k] / ratio + of(&transmission.offsets, k, 0.0));
+    }
+    Ok((found, torques))
 }
 
 /// N m (N) of each joint, one per posture.
@@ -207,6 +256,12 @@ impl PostureEstimate {
                 "residual": self.residuals[j],
                 "torque": self.torques[j],
             })).collect::<Vec<_>>(),
+            "mistakes": self.mistakes.iter().map(|mistake| json!({
+                "fault": mistake.fault,
+                "remedy": mistake.remedy,
+                "left_before": mistake.left[0],
+                "left": mistake.left[1],
+            })).collect::<Vec<_>>(),
             "with_described_bodies": self.placed.as_ref().map(|placed| json!({
                 "zeros": placed.zeros.iter().map(told).collect::<Vec<_>>(),
                 "tilt": told(&placed.tilt),
@@ -247,6 +302,18 @@ impl fmt::Display for PostureEstimate {
             let of =
                 format!("left {} {unit}, {} % of its torques", significant(self.residuals[j], 2), significant(left, 2));
             writeln!(f, "  {name:width$}  {} {unit} offset of its torque; {of}", shown(&self.offsets[j]))?;
+        }
+        for (k, mistake) in self.mistakes.iter().enumerate() {
+            let [before, after] = mistake.left.map(|share| significant(100.0 * share, 2));
+            let (head, instead) = (if k == 0 { "\n" } else { "" }, if k == 0 { "" } else { "or else " });
+            writeln!(
+                f,
+                "{head}{instead}{}: the description leaves {before} % of the torques (joints alike), with that undone {after} %; {}",
+                mistake.fault, mistake.remedy
+            )?;
+        }
+        if !self.mistakes.is_empty() {
+            return Ok(());
         }
         let Some(placed) = &self.placed else { return Ok(()) };
         let [before, after] = placed.left.map(|share| significant(100.0 * share, 2));

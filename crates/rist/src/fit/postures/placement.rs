@@ -6,6 +6,7 @@
 //! T_i is the torque of the described bodies under gravity along axis i of the base, one; Gauss-Newton in z and in two turns
 //! of g across it. A joint whose axis is along gravity as described has no zero: a mount beside it would be turned with it.
 
+use identification::estimate::options::Options;
 use logs::Postures;
 use nalgebra::{DMatrix, DVector, Rotation3, Vector3};
 
@@ -15,6 +16,7 @@ use crate::error::Error;
 use crate::fit::gravity_direction::{base, mounted};
 use crate::fit::mount::{Tilt, axes};
 use crate::fit::postures::fit::{Fit, Told};
+use crate::fit::postures::mistakes::{Free, Mistake, mistakes};
 
 /// Steps until the search for zeros and mount is given up.
 const MOST_STEPS: usize = 50;
@@ -85,6 +87,27 @@ pub(super) fn placed(
         left: [share(&vec![0.0; n], &described), share(&zeros, &gravity)],
         explains: misfit.sqrt() < EXPLAINED_TIMES,
     }))
+}
+
+/// Mistakes of the columns by the bodies of the description; none where it has no bodies, or loops that are solved numerically.
+pub(super) fn looks_for_mistakes(
+    model: &Model,
+    postures: &Postures,
+    torques: &[DVector<f64>],
+    free: Free,
+    options: &Options,
+) -> Vec<Mistake> {
+    let gravity = model.robot.gravity_number();
+    let is_described = model.robot.links.iter().any(|link| link.inertial.is_some());
+    let axes = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+    let tilts: Option<Vec<Tilt>> = axes.into_iter().map(|axis| Tilt::of(&model.robot, axis)).collect();
+    let Some(tilts) = tilts.filter(|_| is_described && model.robot.passive.is_empty()) else { return Vec::new() };
+    let described = |q: &[f64]| {
+        let by_axis: Vec<Vec<f64>> = tilts.iter().map(|tilt| tilt.torques(q)).collect();
+        (0..q.len()).map(|j| (0..3).map(|i| gravity[i] * by_axis[i][j]).sum()).collect()
+    };
+    let turns: Vec<bool> = (0..torques.len()).map(|k| !model.regressor().is_prismatic(k)).collect();
+    mistakes(postures, torques, &described, free, options, &turns)
 }
 
 /// The columns of each joint, and what is left of its torques.
