@@ -76,6 +76,19 @@ impl Kind {
     }
 }
 
+/// A mistake, and the joints that have it.
+#[derive(Clone, Copy, Debug)]
+pub struct Mistake {
+    /// What is done.
+    pub kind: Kind,
+    /// The joint that has it, or the first of two.
+    pub a: usize,
+    /// The second of two.
+    pub b: usize,
+    /// A number of [0, 1) for what else is drawn.
+    pub more: f64,
+}
+
 /// A kind, and how it is known again in what the program prints.
 pub struct Entry {
     /// What it is called.

@@ -22,10 +22,10 @@ use crate::joint_log::JointLog;
 use crate::program::folder;
 use crate::random_situations::draw::Draw;
 use arms::Arm;
-use kinds::{Entry, KINDS, Kind};
+use kinds::{Entry, KINDS, Kind, Mistake};
 use machine::Machine;
 use motion::Motion;
-use simulation::{Mistake, Simulation};
+use simulation::Simulation;
 
 /// s of a log, where nothing else is asked for.
 const DURATION: f64 = 20.0;

@@ -3,7 +3,7 @@
 use std::f64::consts::TAU;
 
 use super::arms::Arm;
-use super::kinds::Kind;
+use super::kinds::{Kind, Mistake};
 use super::machine::Machine;
 use super::motion::Motion;
 use super::wrong_columns::spoil;
@@ -14,19 +14,6 @@ use crate::recursion;
 
 /// Rows a second.
 const RATE: f64 = 250.0;
-
-/// A mistake, and the joints that have it.
-#[derive(Clone, Copy, Debug)]
-pub struct Mistake {
-    /// What is done.
-    pub kind: Kind,
-    /// The joint that has it, or the first of two.
-    pub a: usize,
-    /// The second of two.
-    pub b: usize,
-    /// A number of [0, 1) for what else is drawn.
-    pub more: f64,
-}
 
 /// What is simulated.
 #[derive(Clone, Copy)]

@@ -3,8 +3,7 @@
 use std::f64::consts::TAU;
 
 use super::arms::Arm;
-use super::kinds::Kind;
-use super::simulation::Mistake;
+use super::kinds::{Kind, Mistake};
 use crate::joint_log::JointLog;
 use crate::random_situations::draw::Draw;
 

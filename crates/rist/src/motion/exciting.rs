@@ -41,7 +41,7 @@ pub use crate::motion::excite_timing::default_period;
 use crate::motion::excite_timing::timing;
 use crate::motion::kept_room::{KeptRoom, keep_from_ends};
 use crate::motion::known_torque::KnownTorque;
-use crate::motion::no_motion_found::Refusal;
+use crate::motion::no_motion_found::{Refusal, Searched};
 use crate::motion::proved_motion::{ProvedMotion, cost_note, proved};
 use crate::request::ExciteRequest;
 
@@ -71,14 +71,20 @@ pub fn excite(model: &Model, request: &ExciteRequest, progress: &ExciteProgress)
         match searched(model, request, (kept, is_last), progress)? {
             Outcome::Found(found) => return Ok(*found),
             Outcome::NoPose { floor } => floor_is_tried = floor,
-            Outcome::Refused(refusal) => return Err(refusal.with_remedies(model, request, kept)),
+            Outcome::Refused(refusal) => {
+                let proves = |request: &ExciteRequest| {
+                    let outcome = searched(model, request, (kept, true), &|_, _, _| ());
+                    matches!(outcome, Ok(Outcome::Found(found)) if found.proven)
+                };
+                return Err(refusal.with_remedies(request, proves));
+            }
         }
     }
     Err(Error::new("no room is left to be kept"))
 }
 
 /// What comes of a search.
-pub(crate) enum Outcome {
+enum Outcome {
     /// A motion.
     Found(Box<ExcitingMotion>),
     /// No pose keeps so much room, with a floor or without one.
@@ -88,7 +94,7 @@ pub(crate) enum Outcome {
 }
 
 /// Searches for a motion that keeps this room; where it is not the last that is tried, only if it is seen soon that there is one.
-pub(crate) fn searched(
+fn searched(
     model: &Model,
     request: &ExciteRequest,
     (kept, is_last): (&KeptRoom, bool),
@@ -137,7 +143,7 @@ pub(crate) fn searched(
     notes.extend(cut_short(found.as_ref().map_or(0, Vec::len), request.starts)?);
     let found = match found {
         Ok(found) => found,
-        Err(why) => return Ok(Outcome::Refused(conditions.refused(why, &problem))),
+        Err(why) => return Ok(Outcome::Refused(conditions.searched().refused(why, &problem))),
     };
 
     // The best motion that can be proved, or the best of all if none can; its certificate then says so.
@@ -145,7 +151,7 @@ pub(crate) fn searched(
     let proved = proved(request, &problem, &obligations, *shape, found);
     Interruption::check()?;
     let Some(proved) = proved else {
-        return Ok(Outcome::Refused(conditions.refused(NoMotion::NothingToTell, &problem)));
+        return Ok(Outcome::Refused(conditions.searched().refused(NoMotion::NothingToTell, &problem)));
     };
     notes.extend(surroundings.note().into_iter().chain(cost_note(&proved, request.criterion)));
     notes.extend(kept.note(request, &surroundings.gaps));
@@ -158,16 +164,16 @@ pub(crate) fn searched(
 }
 
 /// What a motion of a model is searched under.
-pub(crate) struct Conditions<'a> {
-    pub(crate) model: &'a Model,
-    pub(crate) request: &'a ExciteRequest,
-    pub(crate) names: Vec<String>,
+struct Conditions<'a> {
+    model: &'a Model,
+    request: &'a ExciteRequest,
+    names: Vec<String>,
     /// The limits of the request within those of the description.
     stated: Vec<CoordinateLimits>,
     /// What the robot may be wrong by.
     errors: ErrorMargins,
     /// The stated limits, less what the errors take of them.
-    pub(crate) limits: Vec<CoordinateLimits>,
+    limits: Vec<CoordinateLimits>,
     shape: Shape,
     /// Instants of a period at which the search looks.
     samples: usize,
@@ -175,13 +181,18 @@ pub(crate) struct Conditions<'a> {
     /// N m (N) a torque sample, one per coordinate.
     noise: Vec<f64>,
     known: KnownTorque<'a>,
-    pub(crate) surroundings: RobotSurroundings,
+    surroundings: RobotSurroundings,
     /// The room of bodies that the user asks for, and what is kept beside it.
     space: SpaceLimits,
     left_out: Vec<LeftOut>,
 }
 
 impl<'a> Conditions<'a> {
+    fn searched(&self) -> Searched<'_> {
+        let Conditions { model, request, names, limits, surroundings, .. } = self;
+        Searched { model, request, names, limits, surroundings }
+    }
+
     /// Of a request, with notes on them. Fails where they leave no motion, and where the user asked for something at which
     /// nobody could look.
     fn new(

@@ -10,10 +10,9 @@ use experiments::excitation::space_limits::SpaceLimits;
 use numerics::interruption::Interruption;
 use random::Random;
 
+use crate::describe::adapters::surroundings::RobotSurroundings;
 use crate::describe::model::Model;
 use crate::error::Error;
-use crate::motion::exciting::{Conditions, Outcome, searched};
-use crate::motion::kept_room::KeptRoom;
 use crate::request::ExciteRequest;
 
 /// Poses by which it is told what stands in the way.
@@ -37,10 +36,19 @@ pub(crate) struct Refusal {
     candidates: Vec<LimitsFile>,
 }
 
-impl Conditions<'_> {
+/// What was searched.
+pub(crate) struct Searched<'a> {
+    pub model: &'a Model,
+    pub request: &'a ExciteRequest,
+    pub names: &'a [String],
+    pub limits: &'a [CoordinateLimits],
+    pub surroundings: &'a RobotSurroundings,
+}
+
+impl Searched<'_> {
     /// Why there is no motion.
     pub(crate) fn refused(&self, why: NoMotion, problem: &Problem) -> Refusal {
-        let (path, names) = (self.model.path.display(), &self.names);
+        let (path, names) = (self.model.path.display(), self.names);
         let message = match why {
             NoMotion::AllLocked => format!("{path}: every coordinate is locked: unlock one in the limits file"),
             NoMotion::NothingToTell => format!(
@@ -149,8 +157,8 @@ impl Conditions<'_> {
 }
 
 impl Refusal {
-    /// The refusal, with the first of the candidates that leads to a motion that is proven.
-    pub(crate) fn with_remedies(self, model: &Model, request: &ExciteRequest, kept: &KeptRoom) -> Error {
+    /// The refusal, with the first of the candidates that leads to a motion that is proven; `proves`: whether a request does.
+    pub(crate) fn with_remedies(self, request: &ExciteRequest, proves: impl Fn(&ExciteRequest) -> bool) -> Error {
         let helps = |limits: &&LimitsFile| {
             let request = ExciteRequest {
                 limits: Some((*limits).clone()),
@@ -158,8 +166,7 @@ impl Refusal {
                 iterations: TRIAL.1,
                 ..request.clone()
             };
-            let outcome = searched(model, &request, (kept, true), &|_, _, _| ());
-            matches!(outcome, Ok(Outcome::Found(found)) if found.proven) && Interruption::check().is_ok()
+            proves(&request) && Interruption::check().is_ok()
         };
         let asked = request.limits.clone().unwrap_or_default();
         let remedy = self.candidates.iter().find(helps).map(|limits| words(limits, &asked));

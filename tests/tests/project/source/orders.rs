@@ -264,6 +264,7 @@ pub(crate) const ORDERS: [(&str, &[&str]); 19] = [
             "tape_robot",
             "benchmark",
             "random_situations",
+            "remedies",
         ],
     ),
     (

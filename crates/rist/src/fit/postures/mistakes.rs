@@ -154,11 +154,12 @@ impl Look<'_> {
         sizes.get(sizes.len() / 2).copied().unwrap_or(1.0)
     }
 
-    /// Measured per described torque of a joint; 0 where the description has none.
+    /// Measured per described torque of a joint; 0 where the description explains less than half of it.
     fn slope(&self, k: usize) -> f64 {
         let (described, measured) = (&self.at(&self.postures.q)[k], centred(&self.torques[k]));
-        let square = described.norm_squared();
-        if square > 0.0 { described.dot(&measured) / square } else { 0.0 }
+        let (square, both) = (described.norm_squared(), described.dot(&measured));
+        let is_told = both * both > 0.5 * square * measured.norm_squared();
+        if is_told { both / square } else { 0.0 }
     }
 
     /// The described torques at the positions of these postures, without their means.
