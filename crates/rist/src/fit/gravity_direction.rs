@@ -27,6 +27,8 @@ const SAMPLES: usize = 400;
 const WORTHWHILE_RATIO: f64 = 0.5;
 /// A change explains a log as well where it leaves at most so many times as much, in squares.
 const AS_WELL_RATIO: f64 = 1.5;
+/// Share of what is left as described, in squares, below which a mount is said of a short motion.
+const SHORT_SHARE: f64 = 0.1;
 /// A joint of fewer samples says nothing beside its own four columns.
 const LEAST_SAMPLES: usize = 9;
 /// A joint's torque is explained where less than this is left of it, in squares.
@@ -108,6 +110,10 @@ pub(crate) fn look_for_mount<R: Records + ?Sized>(
     }
     let shares =
         [passport.unexplained(), turned.findings.iter().find_map(|f| f.tried).map_or(turned.unexplained(), |t| t[1])];
+    // Of a short motion, what explains a part of it is chance.
+    if passport.is_short && shares[1] > SHORT_SHARE * shares[0] {
+        return Ok(());
+    }
     let mount = Finding { tried: Some(shares), ..gravity.finding(described, rpy) };
     // What else mends the log stays, where it leaves as little.
     let others = passport.findings.iter().filter_map(|f| f.tried).map(|tried| tried[1]).reduce(f64::max);

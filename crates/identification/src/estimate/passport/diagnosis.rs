@@ -39,6 +39,9 @@ const COMPUTED_TORQUE_RESIDUAL: f64 = 2e-3;
 /// What to do about torques without gravity.
 const TORQUES_WITH_GRAVITY: &str = "log the torques before gravity is taken out of them";
 
+/// Misfit that a mistake leaves, of that of the log as it is, in squares, below which it is said of a short motion.
+const SHORT_MISFIT_SHARE: f64 = 0.1;
+
 /// Slopes within this share of their median are alike.
 const ALIKE_SLOPES: f64 = 0.15;
 
@@ -99,7 +102,7 @@ impl Look<'_> {
         }
         findings.extend(found);
         let motion = |f: &Finding| !matches!(f.fault, Fault::Saturated(_) | Fault::Of(Late(_), _));
-        if velocities.is_empty() && !findings.iter().any(|f| motion(f) && f.joints.is_empty()) {
+        if !passport.is_short && velocities.is_empty() && !findings.iter().any(|f| motion(f) && f.joints.is_empty()) {
             findings.extend(self.friction(passport, &findings));
         }
         findings
@@ -190,6 +193,10 @@ impl Look<'_> {
     ) -> Vec<Finding> {
         let mut found = common.to_vec();
         let is_plain = changes.is_empty();
+        // Of a short motion, what explains a part of it is chance.
+        if passport.is_short {
+            changes.retain(|one| one.after < SHORT_MISFIT_SHARE * one.before);
+        }
         // Gains of motors are unlike.
         if !common.iter().any(|f| f.fault == Fault::NoTorque) {
             changes.extend(search.scaled(&changes, slopes));

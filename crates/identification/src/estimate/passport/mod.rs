@@ -95,7 +95,9 @@ fn look_at(regressor: &dyn Regressor, samples: &Samples, suspects: &[Suspect], d
     let turned = few.as_ref().and_then(|trials| turned(trials, angles));
     let hidden = few.as_ref().zip(rough.as_ref()).map(|(trials, rough)| hidden_exchanges(trials, rough));
     let hidden_exchanges = hidden.unwrap_or_default();
-    let mut passport = Passport { visited: Visited::of(samples), turned, hidden_exchanges, ..Passport::default() };
+    let is_short = samples.are_few();
+    let mut passport =
+        Passport { is_short, visited: Visited::of(samples), turned, hidden_exchanges, ..Passport::default() };
     for (j, coordinate) in regressor.coordinates().iter().enumerate() {
         let partial = slopes.as_ref().map(|s| s[j]).filter(|p| p.yy > 0.0);
         passport.joints.push(JointPassport {

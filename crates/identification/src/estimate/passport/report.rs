@@ -70,6 +70,8 @@ pub struct Passport {
     pub explained: Vec<Explained>,
     /// What could not be looked at, in sentences.
     pub untold: Vec<String>,
+    /// Whether the motion is so short that only what explains nearly all of it is said.
+    pub is_short: bool,
     /// Where the robot was.
     pub visited: Visited,
     /// Which columns were used.

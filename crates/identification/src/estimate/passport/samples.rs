@@ -29,6 +29,9 @@ pub(crate) const LIKELY_SIZES: std::ops::Range<f64> = 0.5..2.0;
 /// autocorrelation, 0.32 periods.
 const ROWS_OF_NOISE: f64 = 6.4;
 
+/// Joints that go there and back less often move little.
+const FEW_PERIODS: f64 = 2.0;
+
 /// What a passport is made from.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Samples {
@@ -208,6 +211,15 @@ impl Samples {
     pub(crate) fn periods(&self, k: usize) -> f64 {
         let range = self.range[k].1 - self.range[k].0;
         if range > 0.0 { 0.5 * self.path[k] / range } else { 0.0 }
+    }
+
+    /// Whether the middle one of the joints that move goes there and back so seldom that bodies of another place or sign explain
+    /// its torque by chance.
+    pub(crate) fn are_few(&self) -> bool {
+        let mut periods: Vec<f64> =
+            (0..self.kept.n).map(|k| self.periods(k)).filter(|periods| *periods > 0.0).collect();
+        periods.sort_by(f64::total_cmp);
+        periods.get(periods.len() / 2).is_some_and(|middle| *middle < FEW_PERIODS)
     }
 
     /// Time by which the velocity of k lags the slope of its position, s: a first-order low-pass of the velocity, or a clock
