@@ -156,9 +156,9 @@ fn signals(of: Hypothesis) -> ([bool; 3], bool) {
 
 /// Exchanges the names of columns, or the sign of one.
 fn change_names(of: Hypothesis, names: &mut [String]) {
-    match of.joints().as_slice() {
-        &[k] => names[k] = names[k].strip_prefix('-').map_or_else(|| format!("-{}", names[k]), str::to_string),
-        &[k, l] => names.swap(k, l),
+    match *of.joints().as_slice() {
+        [k] => names[k] = names[k].strip_prefix('-').map_or_else(|| format!("-{}", names[k]), str::to_string),
+        [k, l] => names.swap(k, l),
         _ => {}
     }
 }

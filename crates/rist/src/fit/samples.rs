@@ -165,6 +165,13 @@ pub fn identify_essential(
     identify_kept(model, logs, loaded, request, Kept::Essential)
 }
 
+/// Residuals that stand out, in words.
+fn of_events(model: &Model, logs: &[String], events: &[StandingOut]) -> Vec<String> {
+    let of_log = |event: &StandingOut| logs.get(event.log).filter(|_| logs.len() > 1).map(String::as_str);
+    let name = |event: &StandingOut| &model.regressor().coordinates()[event.joint];
+    events.iter().map(|event| event.statement(name(event), of_log(event))).collect()
+}
+
 /// What is tried where nobody decided, in this order.
 const CANDIDATES: [Candidate; 9] =
     [gains, rates, rotors, delay, asked_friction, significant_rotors, mount, joint_friction, possible_bodies];
@@ -210,12 +217,7 @@ fn identify_kept(
     let mut estimate = Estimate { fingerprint, description: model.description.clone(), ..found.estimate };
     estimate.remarks.extend(of_gains);
     let unsure = UnsureTorques::widening(&mut estimate, noise, gains, &faults, model, &options);
-    estimate.doubts.extend(impossible(&map, &estimate));
-    let of_log = |event: &StandingOut| estimate.logs.get(event.log).filter(|_| estimate.logs.len() > 1);
-    let name = |event: &StandingOut| &model.regressor().coordinates()[event.joint];
-    let said = events.iter().map(|event| event.statement(name(event), of_log(event).map(String::as_str)));
-    let said: Vec<String> = said.collect();
-    estimate.doubts.extend(said);
+    estimate.doubts.extend([impossible(&map, &estimate), of_events(model, &estimate.logs, &events)].concat());
     estimate.remarks.splice(..0, decided.sentences.clone());
     estimate.remarks.extend(of_left_out(&logs_left_out, &estimate.logs));
     estimate.remarks.extend(found.outgrown);

@@ -115,8 +115,7 @@ fn look_at(regressor: &dyn Regressor, samples: &Samples, suspects: &[Suspect], d
         });
     }
     // The findings, from the numbers of all joints.
-    let look =
-        diagnosis::Look { samples: &samples, rows: &rows, suspects, regressor, description: description.as_ref() };
+    let look = diagnosis::Look { samples, rows: &rows, suspects, regressor, description: description.as_ref() };
     look.diagnose(slopes.as_deref(), &mut passport);
     passport
 }
