@@ -30,7 +30,7 @@ pub(crate) const LIKELY_SIZES: std::ops::Range<f64> = 0.5..2.0;
 const ROWS_OF_NOISE: f64 = 6.4;
 
 /// Joints that go there and back less often move little.
-const FEW_PERIODS: f64 = 2.0;
+const FEW_PERIODS: f64 = 1.5;
 
 /// What a passport is made from.
 #[derive(Clone, Debug, Default)]
