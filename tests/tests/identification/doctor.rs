@@ -478,3 +478,30 @@ fn faults_are_named_in_measured_logs() {
         assert!(named + 1 >= mistakes.len(), "{}: {named} of {}", model.robot.name, mistakes.len());
     }
 }
+
+/// A wrong sign shows in a short log too: friction drives there, and the description has the other sign.
+#[test]
+fn a_wrong_sign_is_named_in_a_short_log() {
+    let here = folder("short_sign");
+    let model = Model::read(model_path("ur5.urdf")).unwrap();
+    let text = std::fs::read_to_string(workspace().join("docs/ur5/log.csv")).unwrap();
+    let turned = |(k, line): (usize, &str)| match line.rsplit_once(',') {
+        Some((others, last)) if k > 0 => format!("{others},{}", -last.parse::<f64>().unwrap()),
+        _ => line.to_string(),
+    };
+    let path = here.join("log.csv");
+    std::fs::write(&path, text.lines().enumerate().map(turned).collect::<Vec<_>>().join("\n")).unwrap();
+    let (source, _) = model.open_log(&path, &Default::default()).unwrap();
+    let passport = rist::examine(&model, &[source], &Options::default()).unwrap();
+    assert!(passport.is_short, "{passport}");
+    let [finding] = passport.findings.as_slice() else { panic!("{:?}", passport.findings) };
+    assert!(matches!(finding.fault, Fault::FrictionSign | Fault::Of(TorqueSign(5), _)), "{finding}");
+    assert_eq!(finding.joints, ["wrist_3"]);
+    // A joint whose torque has the other sign does not follow the description.
+    let claims = rist::fit::doctor::claims_of_log(&passport, &[]);
+    assert!(
+        !claims
+            .iter()
+            .any(|claim| claim.to_string().starts_with("sign of") && claim.to_string().contains("wrist_3; agrees"))
+    );
+}

@@ -65,7 +65,8 @@ fn counts(joint: &JointPassport) -> bool {
 /// Friction that brakes, and torques that follow the description, have the right sign.
 fn signs(passport: &Passport) -> Vec<Claim> {
     let brakes = |j: &JointPassport| j.friction.is_some_and(|f| f.brakes > f.deviation);
-    let [told, open] = split(passport, |j| brakes(j) || counts(j));
+    let follows = |j: &JointPassport| counts(j) && j.slope.is_some_and(|slope| slope > 0.0);
+    let [told, open] = split(passport, |j| brakes(j) || follows(j));
     let [told, open] = [told, open].map(|names| unexplained(passport, names));
     let why = "friction and description say too little of the torque";
     let open = untold(SIGN, &open, why, "a faster motion of these joints").filter(|_| passport.has_description());

@@ -9,9 +9,7 @@ use linear_model::regressor::Regressor;
 use logs::Suspect;
 
 use crate::estimate::digits::significant;
-use crate::estimate::hypothesis::Hypothesis::{
-    Degrees, GravityCompensated, Late, Scale, SwappedPositions, SwappedVelocities,
-};
+use crate::estimate::hypothesis::Hypothesis::*;
 use crate::estimate::passport::change::{Change, Description};
 use crate::estimate::passport::delay::{Lag, common_lag};
 use crate::estimate::passport::finding::{COMMON_FACTORS, Fault, Finding, NOMINAL_INERTIAL_SLOPES};
@@ -102,7 +100,7 @@ impl Look<'_> {
         }
         findings.extend(found);
         let motion = |f: &Finding| !matches!(f.fault, Fault::Saturated(_) | Fault::Of(Late(_), _));
-        if !passport.is_short && velocities.is_empty() && !findings.iter().any(|f| motion(f) && f.joints.is_empty()) {
+        if velocities.is_empty() && !findings.iter().any(|f| motion(f) && f.joints.is_empty()) {
             findings.extend(self.friction(passport, &findings));
         }
         findings
@@ -195,7 +193,13 @@ impl Look<'_> {
         let is_plain = changes.is_empty();
         // Of a short motion, what explains a part of it is chance.
         if passport.is_short {
-            changes.retain(|one| one.after < SHORT_MISFIT_SHARE * one.before);
+            let runs_back = |change: &Change| {
+                let of_sign = matches!(change.of, TorqueSign(_) | MotionSign(_));
+                of_sign && change.of.joint().is_some_and(|k| passport.joints[k].runs_back())
+            };
+            let is_sure =
+                |one: &Suspicion| one.after < SHORT_MISFIT_SHARE * one.before || one.changes.iter().all(runs_back);
+            changes.retain(is_sure);
         }
         // Gains of motors are unlike.
         if !common.iter().any(|f| f.fault == Fault::NoTorque) {

@@ -88,6 +88,13 @@ pub struct Passport {
 const SHOWN_SLOPE_SHARE: f64 = 0.05;
 
 impl JointPassport {
+    /// Whether its friction drives, and its torque is that of the description with the other sign.
+    pub(super) fn runs_back(&self) -> bool {
+        let is_negative = self.slope.is_some_and(|slope| slope < 0.0);
+        let is_told = self.share.is_some_and(|share| share > COUNTED_SLOPE_SHARE);
+        is_negative && is_told && self.friction.is_some_and(|f| f.drives)
+    }
+
     /// The size of its slope, where that counts, and the gain that the description implies beside `gain`: `q1=11.5`.
     fn implied_gain(&self, gain: f64) -> Option<(f64, String)> {
         let slope = self.slope.filter(|_| self.share.is_some_and(|share| share > COUNTED_SLOPE_SHARE))?.abs();

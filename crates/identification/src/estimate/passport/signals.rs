@@ -136,6 +136,8 @@ impl Look<'_> {
         let drives: Vec<_> = judged
             .iter()
             .filter(|(j, f)| f.drives && !accused(&j.coordinate) && j.range > SMALLEST_TELLING_RANGE)
+            // Of a short motion friction alone tells little.
+            .filter(|(j, _)| !passport.is_short || j.slope.is_none() || j.runs_back())
             .collect();
         let evidence = |brakes: f64| format!("friction is {:.0} % of its torque, and negative", -100.0 * brakes);
         if drives.len() >= 2 && 3 * drives.len() >= 2 * judged.len() {
