@@ -200,11 +200,8 @@ pub fn broken_at_poses(problem: &Problem, poses: usize) -> (usize, Vec<Broken>) 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::excitation::criterion::Aim;
-    use crate::excitation::fourier_series::FourierSeries;
     use crate::excitation::gap_proof::tests::Rod;
-    use crate::excitation::motion::Shape;
-    use crate::excitation::search::tests::{pendulum_limits, pendulum_torque};
+    use crate::excitation::search::tests::{pendulum_limits, pendulum_torque, problem};
     use crate::excitation::search::{SearchOptions, can_begin, search};
     use crate::pendulum::Pendulum;
 
@@ -213,22 +210,10 @@ mod tests {
     #[test]
     fn a_narrow_place_is_found() {
         let (arm, limits, torque) = (Pendulum::new(), [pendulum_limits()], pendulum_torque());
-        let problem = |rod| Problem {
-            regressor: &arm,
-            friction: &[],
-            limits: &limits,
-            noise: &[0.1],
-            aim: Aim::Determinant,
-            torque: Some(&torque),
-            columns: &[true; 3],
-            shape: Shape::Fourier(FourierSeries { period: 5.0, blend: 1.0, harmonics: 3 }),
-            samples: 60,
-            surroundings: Some(rod),
-            prior: &[],
-        };
+        let beside = |rod| Problem { surroundings: Some(rod), ..problem(&arm, &limits, &torque) };
         // sin q < -0.9 from -1.5 to -1.12, of -1.5 to 2.
         let narrow = Rod::new(-0.9);
-        let narrow = problem(&narrow);
+        let narrow = beside(&narrow);
         let options = SearchOptions { starts: 2, iterations: 10, seed: 3, threads: 1 };
         let found = search(&narrow, &options, &|_, _| ()).unwrap();
         assert!(can_begin(&narrow, 3) && found.iter().all(|f| f.nearest.unwrap().0 > 0.0), "{found:?}");
@@ -240,7 +225,7 @@ mod tests {
         );
 
         let nowhere = Rod::new(-1.0);
-        let nowhere = problem(&nowhere);
+        let nowhere = beside(&nowhere);
         assert!(!can_begin(&nowhere, 3) && search(&nowhere, &options, &|_, _| ()).is_err());
         assert_eq!(broken_at_poses(&nowhere, 50), (0, vec![Broken { what: Obstacle::Gap(0), poses: 50 }]));
     }
@@ -250,19 +235,7 @@ mod tests {
     fn a_light_pose_is_found() {
         let (arm, limits, mut torque) = (Pendulum::new(), [pendulum_limits()], pendulum_torque());
         torque.share = 0.4;
-        let problem = Problem {
-            regressor: &arm,
-            friction: &[],
-            limits: &limits,
-            noise: &[0.1],
-            aim: Aim::Determinant,
-            torque: Some(&torque),
-            columns: &[true; 3],
-            shape: Shape::Fourier(FourierSeries { period: 5.0, blend: 1.0, harmonics: 3 }),
-            samples: 60,
-            surroundings: None,
-            prior: &[],
-        };
+        let problem = problem(&arm, &limits, &torque);
         let prepared = Prepared::new(&problem);
         let share = |q: &[f64]| {
             let states = at_rest(q);

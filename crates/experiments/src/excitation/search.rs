@@ -564,7 +564,8 @@ pub(crate) mod tests {
         TorqueWall { parameters: vec![0.3, 0.8, -0.1], friction, share: 0.9 }
     }
 
-    fn problem<'a>(arm: &'a Pendulum, limits: &'a [CoordinateLimits], wall: &'a TorqueWall) -> Problem<'a> {
+    /// A pendulum that swings within limits and a torque.
+    pub(crate) fn problem<'a>(arm: &'a Pendulum, limits: &'a [CoordinateLimits], wall: &'a TorqueWall) -> Problem<'a> {
         Problem {
             regressor: arm,
             friction: &[FrictionTerm::Viscous],

@@ -9,6 +9,7 @@
 use logs::{ColumnNames, Names};
 
 use crate::estimate::hypothesis::Hypothesis::{self, *};
+use crate::estimate::hypothesis::OF_OPTIONS;
 use crate::estimate::options::Options;
 use crate::estimate::passport::Change;
 
@@ -83,8 +84,13 @@ impl Options {
         true
     }
 
+    /// The remedy that these are beside others: what they say more, as it goes into the file of options.
+    pub fn remedy_beside(&self, others: &Options) -> Option<String> {
+        self.beside(others).map(|said| format!("{OF_OPTIONS} {said}"))
+    }
+
     /// What these say beside others, as the lines of a file of options; none where they say the same.
-    pub fn beside(&self, others: &Options) -> Option<String> {
+    fn beside(&self, others: &Options) -> Option<String> {
         let (columns, transmission) = (&self.columns, &self.transmission);
         let (of_columns, of_transmission) = (&others.columns, &others.transmission);
         let list = |key: &str, numbers: &Option<Vec<f64>>, other: &Option<Vec<f64>>| {

@@ -75,10 +75,8 @@ fn say_remedies(passport: &mut Passport, logs: &[LogSource], options: &Options, 
     let are_alike = logs.iter().all(|log| log.names() == columns);
     let regressor = model.regressor();
     let turns: Vec<bool> = (0..regressor.coordinates().len()).map(|k| !regressor.is_prismatic(k)).collect();
-    let say = |changes: &[Change]| {
-        let undone = options.undoing(changes, &columns, &turns).filter(|_| are_alike)?;
-        Some(format!("in the file of [options]: {}", undone.beside(options)?))
-    };
+    let say =
+        |changes: &[Change]| options.undoing(changes, &columns, &turns).filter(|_| are_alike)?.remedy_beside(options);
     let explanations = passport.findings.iter().map(|f| f.instead + 1).max().unwrap_or(0);
     for number in 0..explanations {
         let is_of = |f: &&Finding| f.instead == number && !f.undo.is_empty();

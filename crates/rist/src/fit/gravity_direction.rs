@@ -10,8 +10,8 @@
 //! where the passport of the robot so turned has no gross finding left, or fewer, which are said beside it.
 
 use identification::estimate::hypothesis::Hypothesis;
-use identification::estimate::passport::Passport;
 use identification::estimate::passport::finding::{Fault, Finding};
+use identification::estimate::passport::{AS_WELL_RATIO, Passport};
 use identification::signals::records::Records;
 use linear_model::states::States;
 use nalgebra::{DMatrix, DVector, Rotation3, Vector3, Vector4};
@@ -25,8 +25,6 @@ use crate::fit::mount::{Tilt, axes};
 const SAMPLES: usize = 400;
 /// What is left of the torques, over that as the base is described, below which a mount is found.
 const WORTHWHILE_RATIO: f64 = 0.5;
-/// A change explains a log as well where it leaves at most so many times as much, in squares.
-const AS_WELL_RATIO: f64 = 1.5;
 /// Share of what is left as described, in squares, below which a mount is said of a short motion.
 const SHORT_SHARE: f64 = 0.1;
 /// A joint of fewer samples says nothing beside its own four columns.
@@ -115,19 +113,16 @@ pub(crate) fn look_for_mount<R: Records + ?Sized>(
         return Ok(());
     }
     let mount = Finding { tried: Some(shares), ..gravity.finding(described, rpy) };
-    // What else mends the log stays, where it leaves as little.
-    let others = passport.findings.iter().filter_map(|f| f.tried).map(|tried| tried[1]).reduce(f64::max);
-    // Nor is it where fewer faults do.
-    let own = passport.findings.iter().filter(|f| f.tried.is_some() && f.instead == 0).count();
-    match others {
-        Some(left) if left <= shares[1] / AS_WELL_RATIO || own <= turned.findings.len() => {}
-        Some(left) if left <= shares[1] * AS_WELL_RATIO => {
-            passport.findings.iter_mut().for_each(|finding| finding.instead += 1);
-            let mounted = std::iter::once(mount).chain(turned.findings);
-            passport.findings = mounted.chain(std::mem::take(&mut passport.findings)).collect();
-        }
+    // What else mends the log stays, where it leaves as little, and alone where fewer faults do.
+    let own: Vec<[f64; 2]> = passport.findings.iter().filter(|f| f.instead == 0).filter_map(|f| f.tried).collect();
+    let beside = turned.findings.iter().filter(|f| f.fault.is_gross()).count();
+    let left = own.iter().map(|tried| tried[1]).reduce(f64::max);
+    let mounted = std::iter::once(mount).chain(turned.findings);
+    match left {
+        Some(left) if left <= shares[1] / AS_WELL_RATIO || own.len() <= beside => return Ok(()),
+        Some(left) if left <= shares[1] * AS_WELL_RATIO => passport.put_before(mounted.collect()),
         _ => {
-            passport.findings = std::iter::once(mount).chain(turned.findings).collect();
+            passport.findings = mounted.collect();
             passport.explained = turned.explained;
         }
     }

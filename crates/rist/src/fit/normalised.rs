@@ -7,8 +7,8 @@
 //! which is a ratio 200 / (u - l) with an offset; the torque is that of the joint, so the ratio is taken out of it again.
 
 use identification::estimate::options::Options;
-use identification::estimate::passport::Passport;
 use identification::estimate::passport::finding::{Fault, Finding};
+use identification::estimate::passport::{AS_WELL_RATIO, Passport};
 
 use crate::describe::model::Model;
 use crate::error::Error;
@@ -17,8 +17,6 @@ use crate::error::Error;
 const WIDEST: f64 = 200.5;
 /// No joint turns or slides so far, rad (m): what does is in another unit.
 const FAR: f64 = 12.6;
-/// A cause explains a log as well where it leaves at most so many times as much, in squares.
-const AS_WELL_RATIO: f64 = 1.5;
 
 /// The options under which positions are shares of the ranges; `None` where some joint has no limits, or ratios are known.
 fn options_of_shares(model: &Model, options: &Options) -> Option<Options> {
@@ -60,17 +58,16 @@ pub(super) fn look_for_shares(
     if others.is_some_and(|other| other * AS_WELL_RATIO < left[1]) {
         return Ok(());
     }
-    let remedy = shares.beside(options).map(|said| format!("in the file of [options]: {said}")).unwrap_or_default();
+    let remedy = shares.remedy_beside(options).unwrap_or_default();
     let evidence = "so the limits of the description make radians and metres of them".into();
     let finding = Finding { tried: Some(left), ..Finding::of(Fault::Normalised, Vec::new(), evidence, remedy) };
+    // What does not forbid an estimate is found with these positions too; what bodies explain shows once they are read so.
+    let explanation = std::iter::once(finding).chain(found.findings).collect();
     match others.is_some_and(|other| other < AS_WELL_RATIO * left[1]) {
-        true => {
-            passport.findings.iter_mut().for_each(|finding| finding.instead += 1);
-            passport.findings.insert(0, finding);
-        }
+        true => passport.put_before(explanation),
         false => {
-            passport.findings = vec![finding];
-            passport.explained = found.explained;
+            passport.findings = explanation;
+            passport.explained.clear();
         }
     }
     Ok(())

@@ -48,6 +48,7 @@ use crate::estimate::passport::visited::Visited;
 use linear_model::regressor::Regressor;
 
 use crate::estimate::passport::samples::Samples;
+pub use crate::estimate::passport::trial::AS_WELL_RATIO;
 use crate::estimate::passport::trial::tried;
 use crate::estimate::passport::trials::Trials;
 use crate::signals::records::Records;

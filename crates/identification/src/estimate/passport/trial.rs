@@ -25,7 +25,7 @@ pub(super) const OTHER_ROBOT: &str = "no single sign, zero, unit or exchange of 
 const SLOPES: (f64, f64) = (0.5, 2.0);
 
 /// An explanation leaves as little as another where it leaves at most so many times as much, in squares.
-const AS_WELL_RATIO: f64 = 1.5;
+pub const AS_WELL_RATIO: f64 = 1.5;
 
 /// The passport of a log whose findings were tried. `again` looks at the log with changes done.
 ///
@@ -104,6 +104,13 @@ impl Passport {
     pub fn unexplained(&self) -> f64 {
         let all: Vec<f64> = self.joints.iter().filter_map(JointPassport::misfit).collect();
         all.iter().sum::<f64>() / all.len().max(1) as f64
+    }
+
+    /// Puts an explanation before the findings that mend the log as well; what forbids no estimate is in both.
+    pub fn put_before(&mut self, explanation: Vec<Finding>) {
+        let others = self.findings.drain(..).filter(|f| f.fault.is_gross());
+        let others = others.map(|f| Finding { instead: f.instead + 1, ..f }).collect::<Vec<_>>();
+        self.findings = explanation.into_iter().chain(others).collect();
     }
 
     /// Withdraws causes that were undone in vain: what they leave is said with them.
@@ -191,6 +198,18 @@ mod tests {
             }
         }
         assert!(tried(log(&[]), |_| unreachable!("nothing is to be tried")).findings.is_empty());
+    }
+
+    /// What mends the log as well stands behind, and what forbids no estimate is neither lost nor an alternative.
+    #[test]
+    fn an_explanation_is_put_before_another() {
+        let saturated = || Finding::of(Fault::Saturated(0.1), vec!["j2".into()], String::new(), "");
+        let mut passport = log(&[Hypothesis::TorqueSign(0)]);
+        passport.findings.push(saturated());
+        passport.put_before(vec![Finding::of(Fault::Mount(1.0), Vec::new(), String::new(), ""), saturated()]);
+        let found: Vec<(Fault, usize)> = passport.findings.iter().map(|f| (f.fault, f.instead)).collect();
+        let sign = Fault::Of(Hypothesis::TorqueSign(0), 0.0);
+        assert_eq!(found, [(Fault::Mount(1.0), 0), (Fault::Saturated(0.1), 0), (sign, 1)]);
     }
 
     /// A cause that does not mend the log is no cause; what is said instead names the joint and what was tried.

@@ -8,7 +8,7 @@
 
 use identification::estimate::hypothesis::Hypothesis::{self, MotionSign, Reversed, Scale, SwappedTorques, TorqueSign};
 use identification::estimate::options::Options;
-use identification::estimate::passport::Change;
+use identification::estimate::passport::{AS_WELL_RATIO, Change};
 use logs::Postures;
 use nalgebra::DVector;
 
@@ -16,8 +16,6 @@ use nalgebra::DVector;
 const EXPLAINED_RATIO: f64 = 0.16;
 /// Nor does it explain them where it leaves more than this.
 const EXPLAINED: f64 = 0.25;
-/// A mistake is as good as the best one where it leaves at most so many times as much, in squares.
-const AS_WELL_RATIO: f64 = 1.5;
 /// What bodies of their own leave of one joint with a mistake undone, over what they leave as it is, below which it is needed, in
 /// squares.
 const NEEDED_RATIO: f64 = 0.64;
@@ -80,10 +78,7 @@ pub(super) fn mistakes(
     // At least a rounding: exact torques leave nothing.
     let least = tried.first().map_or(f64::INFINITY, |one| one.0);
     tried.retain(|one| one.0 <= AS_WELL_RATIO * least + 1e-9);
-    let said = |changes: &[Change]| {
-        let undone = options.undoing(changes, &postures.names, turns)?;
-        Some(format!("in the file of [options]: {}", undone.beside(options)?))
-    };
+    let said = |changes: &[Change]| options.undoing(changes, &postures.names, turns)?.remedy_beside(options);
     let mistake = |(left, changes, fault): (f64, Vec<Change>, String)| Mistake {
         fault,
         remedy: said(&changes).unwrap_or_else(|| "[base=3.14159,0,0]".into()),
