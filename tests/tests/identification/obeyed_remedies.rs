@@ -6,9 +6,12 @@ use std::path::Path;
 use claims::Outcome;
 use identification::estimate::options::Options;
 use identification::estimate::passport::Passport;
+use identification::estimate::passport::finding::{Fault, Finding};
+use identification::estimate::verdict::Trust;
 use rist::Model;
 use rist::fit::verdict::Verdict;
 use rist::request::IdentifyRequest;
+use robot::{Inertial, StandardParameter};
 use tests::faults::{changed, each, mirrored};
 use tests::joint_log::{JointLog, swinging, unlike};
 use tests::model_path;
@@ -154,4 +157,65 @@ fn a_contact_is_named_with_its_times() {
     assert!(!said.iter().any(|why| why.contains("too short or too poor")), "{said:#?}");
     let said = reasons(&good);
     assert!(!said.iter().any(|why| why.contains("stands out")), "{said:#?}");
+}
+
+/// The UR5 that picks 2 kg up at 4 s, and puts them down at 7.5 s or keeps them.
+fn picking_up(model: &Model, puts_down: bool) -> JointLog {
+    let bodies = unlike(&model.robot, 5);
+    let mut loaded = bodies.clone();
+    let last = model.robot.links.len() - 1;
+    // A point of 2 kg, 0.1 m along z.
+    for (k, parameter) in StandardParameter::all(&model.robot).iter().enumerate() {
+        loaded[k] += match parameter.inertial {
+            _ if parameter.link.0 != last => 0.0,
+            Inertial::Xx | Inertial::Yy => 0.02,
+            Inertial::Mz => 0.2,
+            Inertial::M => 2.0,
+            _ => 0.0,
+        };
+    }
+    let [mut log, with] = [bodies, loaded].map(|x| swinging(&model.robot, &x, 1.2, 0.0));
+    for (r, _) in log.t.iter().enumerate().filter(|(_, t)| **t >= 4.0 && (**t < 7.5 || !puts_down)) {
+        log.tau.iter_mut().zip(&with.tau).for_each(|(tau, with)| tau[r] = with[r]);
+    }
+    log
+}
+
+/// A load that is picked up is named with its times and its mass, and is no reason to say that the motion is poor. A push and drifting
+/// torques are no load.
+#[test]
+fn a_load_that_is_picked_up_is_named_with_its_times() {
+    let here = folder("picked_up");
+    let (model, good) = ur5();
+    let path = here.join("log.csv");
+    let look = |log: &JointLog| {
+        log.write(&path, model.regressor().coordinates());
+        look(&model, &path, &Options::default())
+    };
+    for puts_down in [false, true] {
+        let found = look(&picking_up(&model, puts_down));
+        let [Finding { fault: Fault::ChangedLoad { from, to, mass }, .. }] = found.findings[..] else {
+            panic!("{:?}", found.findings)
+        };
+        // To two of a hundred parts of ten seconds.
+        assert!((from.unwrap() - 4.0).abs() < 0.2 && to.is_some() == puts_down, "{from:?} {to:?}");
+        assert!(to.is_none_or(|to| (to - 7.5).abs() < 0.2), "{to:?}");
+        // The instants are known to 2 % of the time with the load.
+        assert!((mass.unwrap() - 2.0).abs() < 0.1, "{mass:?}");
+        let verdict = verdict(&model, &path);
+        assert_eq!(verdict.trust, Trust::No);
+        assert!(verdict.reasons[0].contains("carries another load from"), "{:?}", verdict.reasons);
+        assert!(!verdict.reasons.iter().any(|why| why.contains("too short or too poor")), "{:?}", verdict.reasons);
+    }
+    let push = changed(&good, |log| {
+        for (r, _) in log.t.iter().enumerate().filter(|(_, t)| (4.0..5.0).contains(*t)) {
+            log.tau[2][r] += 12.0;
+        }
+    });
+    let end = good.t[good.t.len() - 1];
+    let drifting =
+        changed(&good, |log| log.tau[1].iter_mut().zip(&log.t).for_each(|(tau, t)| *tau *= 1.0 + 0.4 * t / end));
+    for log in [good, push, drifting] {
+        assert!(!look(&log).has_changed_load());
+    }
 }

@@ -16,6 +16,7 @@ use crate::describe::model::Model;
 use crate::error::Error;
 use crate::fit::drive_gains::OWN_SCALE;
 use crate::fit::gravity_direction::look_for_mount;
+use crate::fit::load::last_bodies;
 use crate::fit::normalised::look_for_shares;
 use crate::fit::signal_sources::sources;
 
@@ -119,6 +120,8 @@ pub(crate) fn passport_of<R: Records + ?Sized>(
             (SourceRecords::new(model.regressor(), logs, &options.preparation())?, model.described_parameters());
         Ok(passport(model.regressor(), &records, &suspects, described.as_deref())?)
     })?;
+    let linear = options.linear_model(model.regressor());
+    found.look_for_changed_load(&linear, records, &model.standard_map(), &last_bodies(model))?;
     let [velocity, acceleration] = logs.iter().fold([false; 2], |[v, a], log| {
         let [has_velocity, has_acceleration] = log.has_rates();
         [v || has_velocity, a || has_acceleration]

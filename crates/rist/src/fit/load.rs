@@ -128,16 +128,23 @@ fn body(model: &Model, link: Option<&str>) -> Result<usize, Error> {
             Error::new(format_args!("[loaded_link]: there is no link `{wanted}`; there are {}", listed(&ids)))
         });
     }
-    let is_last = |id: &LinkId| robot.links.iter().all(|other| other.antecedent != Some(*id));
-    let ends: Vec<LinkId> = ids.iter().copied().filter(is_last).collect();
-    match ends.as_slice() {
-        [end] => Ok(ids.iter().position(|id| id == end).unwrap_or(0)),
+    let last = last_bodies(model);
+    let ends: Vec<LinkId> = last.iter().map(|body| ids[*body]).collect();
+    match last.as_slice() {
+        [end] => Ok(*end),
         _ => Err(Error::new(format_args!(
             "which link carries the load? the robot ends in {}; name one with [loaded_link], of {}",
             listed(&ends),
             listed(&ids)
         ))),
     }
+}
+
+/// The bodies that no other link hangs on.
+pub(crate) fn last_bodies(model: &Model) -> Vec<usize> {
+    let ids = model.body_links();
+    let is_last = |body: &usize| model.robot.links.iter().all(|other| other.antecedent != Some(ids[*body]));
+    (0..ids.len()).filter(is_last).collect()
 }
 
 impl Load {

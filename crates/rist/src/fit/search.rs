@@ -233,7 +233,11 @@ impl<'a> Tried<'a> {
         let (model, options) = (self.model, self.options.clone());
         let looked = self.looked()?;
         let linear = options.linear_model(model.regressor());
-        let events = standing_out(&linear, &looked.records, fitted.fit.point().x)?;
+        // Another load is why residuals stand out.
+        let events = match looked.passport.has_changed_load() {
+            true => Vec::new(),
+            false => standing_out(&linear, &looked.records, fitted.fit.point().x)?,
+        };
         Ok((std::mem::take(&mut looked.passport), fitted, events))
     }
 }

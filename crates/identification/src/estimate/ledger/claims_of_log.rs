@@ -219,7 +219,8 @@ fn finding(finding: &Finding) -> Claim {
         return contradicted(subject, fault, remedy, &finding.evidence);
     };
     let share = |x: f64| Figure::new(100.0 * x, "%");
-    let quantity = "share of the squared torques that the description leaves, joints alike,".into();
+    let of = if matches!(finding.fault, Fault::ChangedLoad { .. }) { "a fit" } else { "the description" };
+    let quantity = format!("share of the squared torques that {of} leaves, joints alike,");
     let trial = Trial::Tried { quantity, before: share(before), after: share(after) };
     Claim::new(subject, Outcome::Contradicted { fault, remedy, trial })
 }

@@ -36,6 +36,15 @@ pub enum Fault {
     Normalised,
     /// Something is wrong, and nothing that was tried mends it.
     Unidentified,
+    /// A link carries another load than in the rest of the log.
+    ChangedLoad {
+        /// s by the clock of the log; `None`: from its first sample on.
+        from: Option<f64>,
+        /// s; `None`: to its last sample.
+        to: Option<f64>,
+        /// kg, where it is significant.
+        mass: Option<f64>,
+    },
     /// Torques computed from the description, not measured.
     Computed,
     /// A torque that never changes.
@@ -152,6 +161,13 @@ impl Finding {
             Fault::OtherRobot => "this log is not of this robot as it is described".into(),
             Fault::Unidentified => format!("something is wrong at {of}; its cause is not identified"),
             Fault::Normalised => "the positions are normalised: -100 to 100 of the range of each joint".into(),
+            Fault::ChangedLoad { from, to, mass } => {
+                let from = from.map_or(String::new(), |t| format!(" from {t:.1} s on"));
+                let to = to.map_or(String::new(), |t| format!(" up to {t:.1} s"));
+                let more = |mass: f64| if mass > 0.0 { "more" } else { "less" };
+                let mass = mass.map_or(String::new(), |m| format!(", about {} kg {}", significant(m.abs()), more(m)));
+                format!("{of} carries another load{from}{to}{mass}")
+            }
             Fault::Computed => "the torques are computed from this description, not measured".into(),
             Fault::DeadTorque => format!("the torque of {of} is not measured: it never changes"),
             Fault::Nothing(largest) => format!("the torque of {of} is nothing: {largest:.1e} at most"),

@@ -14,6 +14,7 @@
 //! wrist is no mistake of a log.
 
 mod change;
+pub mod changed_load;
 mod columns;
 mod delay;
 mod diagnosis;
