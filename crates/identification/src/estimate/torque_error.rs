@@ -84,7 +84,14 @@ pub struct TorqueError {
     pub joints: Vec<JointTorqueError>,
     /// Over all joints, relative; the larger one of those that turn and those that slide. Nine of ten motions have no more.
     pub relative: f64,
+    /// The same at positions between the smallest and the largest of the logs, for a use that asks for farther ones, where `relative` is
+    /// more than `SURE_TORQUE` and this is less than half of it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub within_seen: Option<f64>,
 }
+
+/// Relative error up to which a torque is sure.
+pub(crate) const SURE_TORQUE: f64 = 0.05;
 
 /// Share of the torque of motion that gravity is compared with, where gravity is less.
 const MOVING_SHARE: f64 = 0.3;
@@ -140,20 +147,31 @@ pub fn torque_errors(
     limits: &MotionRange,
 ) -> Vec<TorqueError> {
     let wide = |rates: &MotionRange| MotionRange { position: limits.position.clone(), ..rates.clone() };
-    let moving = sums(model, x, unsure, &wide(seen), true);
-    let of = |of: Use| match of {
-        Use::SpeedsSeen => error(model, of, &moving),
-        Use::SpeedLimits => error(model, of, &sums(model, x, unsure, limits, true)),
-        Use::Gravity => {
-            let mut sums = mean(&sums(model, x, unsure, &wide(seen), false));
-            let least = |(at_rest, moving): (&mut (f64, f64), &(f64, f64))| {
-                at_rest.1 = at_rest.1.max(MOVING_SHARE * MOVING_SHARE * moving.1);
-            };
-            sums.iter_mut().zip(&mean(&moving)).for_each(least);
-            error(model, of, &[sums])
+    let narrow = |rates: &MotionRange| MotionRange { position: seen.position.clone(), ..rates.clone() };
+    let (found, mut near) = (errors_within(model, x, unsure, [wide(seen), limits.clone()]), None);
+    let with_near = |(k, error): (usize, TorqueError)| {
+        if error.relative <= SURE_TORQUE {
+            return error;
         }
+        let near = near.get_or_insert_with(|| errors_within(model, x, unsure, [seen.clone(), narrow(limits)]));
+        let relative = near[k].relative;
+        TorqueError { within_seen: Some(relative).filter(|near| *near < 0.5 * error.relative), ..error }
     };
-    Use::ALL.into_iter().map(of).collect()
+    found.into_iter().enumerate().map(with_near).collect()
+}
+
+/// By use, at the speeds seen and at the speed limits.
+fn errors_within(model: &Model, x: &[f64], unsure: Unsure, [seen, limits]: [MotionRange; 2]) -> [TorqueError; 3] {
+    let moving = sums(model, x, unsure, &seen, true);
+    let mut at_rest = mean(&sums(model, x, unsure, &seen, false));
+    for (at_rest, moving) in at_rest.iter_mut().zip(&mean(&moving)) {
+        at_rest.1 = at_rest.1.max(MOVING_SHARE * MOVING_SHARE * moving.1);
+    }
+    [
+        error(model, Use::Gravity, &[at_rest]),
+        error(model, Use::SpeedsSeen, &moving),
+        error(model, Use::SpeedLimits, &sums(model, x, unsure, &limits, true)),
+    ]
 }
 
 /// How many independent columns of the model show in torques at states anywhere in this range: the rank that no log exceeds.
@@ -227,7 +245,7 @@ fn error(model: &Model, of: Use, motions: &[Vec<(f64, f64)>]) -> TorqueError {
     relative.sort_by(f64::total_cmp);
     let at = (COUNTED_MOTIONS_SHARE * relative.len() as f64) as usize;
     let relative = relative.get(at.min(relative.len().saturating_sub(1))).copied().unwrap_or(0.0);
-    TorqueError { of, joints: named.map(joint).collect(), relative }
+    TorqueError { of, joints: named.map(joint).collect(), relative, within_seen: None }
 }
 
 fn random_states(model: &Model, range: &MotionRange, count: usize, moves: bool) -> States {
@@ -310,6 +328,27 @@ mod tests {
         // The faster, the more inertia counts.
         let found = torque_errors(&model, &x, only, &range(1.0), &range(3.0));
         assert!(found[2].joints[0].error > 2.0 * found[1].joints[0].error, "{found:?}");
+    }
+
+    /// g (MX cos q - MY sin q) with MY unknown: near q = 0, where the log was, the torque is sure, half a turn away it is not. Where it is
+    /// as unsure near the log, or sure everywhere, nothing is said of it.
+    #[test]
+    fn the_error_within_the_positions_of_the_logs_is_beside_a_large_one() {
+        let arm = Pendulum::new();
+        let model = Model::new(&arm, &[], &[]);
+        let seen = MotionRange { position: vec![(-0.05, 0.05)], ..range(1.0) };
+        let of = |sigma: [f64; 3]| {
+            let square = |i: usize, j: usize| if i == j { sigma[i] * sigma[i] } else { 0.0 };
+            let covariance: Vec<Vec<f64>> = (0..3).map(|i| (0..3).map(|j| square(i, j)).collect()).collect();
+            let unsure = Unsure { covariance: &covariance, changes: &[], logs: &[], open: &[] };
+            torque_errors(&model, &arm.truth, unsure, &seen, &range(3.0)).swap_remove(0)
+        };
+        let of_weak = of([0.0, 0.0, 3.0 * arm.truth[1]]);
+        let near = of_weak.within_seen.unwrap();
+        // sin q is 0.03 in the mean of such positions, some tenths of 1 in those of the limits.
+        assert!(of_weak.relative > 1.0 && near < 0.2, "{of_weak:?}");
+        assert_eq!(of([0.0, 0.3 * arm.truth[1], 0.0]).within_seen, None);
+        assert_eq!(of([0.0, 1e-3, 0.0]).within_seen, None);
     }
 
     /// A change of all parameters by a tenth is a tenth of any torque, whatever lesser changes are beside it.

@@ -10,7 +10,7 @@ use crate::estimate::residuals::JointResidual;
 use crate::estimate::topics::{DRIFT, LOG, MOUNT, RESIDUAL, ROTOR, at, cannot_tell, contradicted as wrong};
 
 /// A fault that explains less of the torque than this leaves torques sure enough for any use, even where it is five times as
-/// large elsewhere: a fifth of `purposes::SURE_TORQUE`.
+/// large elsewhere: a fifth of `torque_error::SURE_TORQUE`.
 const SMALL_FAULT_SHARE: f64 = 0.01;
 /// Nor is one small that explains more than this of the torque of its own joint, however little that joint needs.
 const LARGE_JOINT_SHARE: f64 = 0.2;

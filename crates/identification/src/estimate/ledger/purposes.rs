@@ -13,10 +13,9 @@ use crate::estimate::digits::percent;
 use crate::estimate::identified::Status;
 use crate::estimate::residuals::JointResidual;
 use crate::estimate::topics::*;
-use crate::estimate::torque_error::{JointTorqueError, TorqueError, Use};
+use crate::estimate::torque_error::{JointTorqueError, SURE_TORQUE, TorqueError, Use};
 
-/// Error of predicted torque by the covariance, relative, up to which it is sure, and beyond which it is of no use.
-pub(crate) const SURE_TORQUE: f64 = 0.05;
+/// Error of predicted torque by the covariance, relative, beyond which it is of no use.
 const USELESS_TORQUE: f64 = 0.5;
 /// The same of one joint up to which it is sure, of its torque for the use or in the logs, where the error is more than what the
 /// fit leaves. Light joints are less sure than the robot as a whole.
@@ -71,8 +70,11 @@ pub(crate) fn claim_of_torque(error: &TorqueError, joints: &[JointResidual]) -> 
         return agrees(subject, 100.0 * error.relative, "%");
     }
     let worst = error.worst().map_or(String::new(), |(name, share)| format!(", that of {name} by {}", percent(share)));
+    let near = error.within_seen.filter(|near| near.is_finite());
+    let near =
+        near.map_or(String::new(), |near| format!("; at positions within those of the log by {}", percent(near)));
     let why = match error.relative.is_finite() {
-        true => format!("for {} the torque is unsure by {}{worst}", error.of.name(), percent(error.relative)),
+        true => format!("for {} the torque is unsure by {}{worst}{near}", error.of.name(), percent(error.relative)),
         false => untold(error.of, &error.untold()),
     };
     let would_tell = match error.of {
@@ -151,7 +153,8 @@ mod tests {
     fn the_sum_hides_no_joint_and_what_is_half_wrong_serves_nothing() {
         let of = |relative: f64, error: f64, rms: f64| {
             let joints = vec![JointTorqueError { coordinate: "q1".into(), error, torque: 1.0 }];
-            claim_of_torque(&TorqueError { of: Use::Gravity, joints, relative }, &joint(rms)).standing()
+            claim_of_torque(&TorqueError { of: Use::Gravity, joints, relative, within_seen: None }, &joint(rms))
+                .standing()
         };
         assert_eq!(of(0.04, 0.09, 0.01), Standing::Agreed);
         assert_eq!((of(0.04, 0.11, 0.01), of(0.04, 0.11, 0.2)), (Standing::Open, Standing::Agreed));
