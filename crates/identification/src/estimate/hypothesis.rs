@@ -24,7 +24,7 @@ use crate::estimators::huber::Robust;
 use Hypothesis::*;
 
 /// Where an option that has no field stands.
-pub(super) const OF_OPTIONS: &str = "in the file of [options]:";
+pub(in crate::estimate) const OF_OPTIONS: &str = "in the file of [options]:";
 
 /// Step of the derivative by a position, rad (m).
 const POSITION_STEP: f64 = 1e-4;

@@ -24,6 +24,8 @@ pub const DRIFT: Topic = Topic("drift of the torque");
 pub(crate) const DELAY: Topic = Topic("delay");
 /// Whose columns are whose, where their place says it.
 pub(crate) const ORDER: Topic = Topic("order of the columns");
+/// A load that the description does not have.
+pub(crate) const LOAD: Topic = Topic("load");
 /// The column of velocities.
 pub(crate) const VELOCITY: Topic = Topic("velocity column");
 /// The column of accelerations.

@@ -121,7 +121,8 @@ pub(crate) fn passport_of<R: Records + ?Sized>(
         Ok(passport(model.regressor(), &records, &suspects, described.as_deref())?)
     })?;
     let linear = options.linear_model(model.regressor());
-    found.look_for_changed_load(&linear, records, &model.standard_map(), &last_bodies(model))?;
+    let (map, described) = (model.standard_map(), model.described_parameters());
+    found.look_for_load(&linear, records, (&map, described.as_deref()), &last_bodies(model))?;
     let [velocity, acceleration] = logs.iter().fold([false; 2], |[v, a], log| {
         let [has_velocity, has_acceleration] = log.has_rates();
         [v || has_velocity, a || has_acceleration]

@@ -13,7 +13,7 @@ use crate::estimate::ledger::purposes::where_it_stands;
 use crate::estimate::passport::Passport;
 use crate::estimate::passport::finding::{Fault, Finding, NOMINAL_INERTIAL_SLOPES};
 use crate::estimate::passport::{COMMON_FACTORS, COUNTED_SLOPE_SHARE, Explained, JointPassport, Turned};
-use crate::estimate::topics::{COMMON_SCALE, DELAY, LOG, MOUNT, SIGN, ZERO};
+use crate::estimate::topics::{COMMON_SCALE, DELAY, LOAD, LOG, MOUNT, SIGN, ZERO};
 use crate::estimate::topics::{at, cannot_tell, contradicted};
 
 /// The claims of a passport, contradictions first. `faults`: what unknowns more explain beside a fit, where there is one.
@@ -204,10 +204,11 @@ fn finding(finding: &Finding) -> Claim {
         Fault::TorqueSigns | Fault::FrictionSign => SIGN,
         Fault::Of(hypothesis, _) => hypothesis.kind().topic,
         Fault::Mount(_) => MOUNT,
+        Fault::OtherLoad(_) => LOAD,
         _ => LOG,
     };
-    // What does not forbid an estimate counts against it all the same.
-    let topic = if finding.fault.is_gross() || topic == DELAY { topic } else { LOG };
+    // What does not forbid an estimate counts against it all the same, but a load, which is part of the robot that is identified.
+    let topic = if finding.fault.is_gross() || [DELAY, LOAD].contains(&topic) { topic } else { LOG };
     let subject = Subject::of(topic, finding.joints.iter().cloned());
     if !finding.fault.is_gross() {
         let why = format!("{}: {}", finding.statement(), finding.evidence);

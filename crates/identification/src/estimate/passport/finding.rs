@@ -45,6 +45,8 @@ pub enum Fault {
         /// kg, where it is significant.
         mass: Option<f64>,
     },
+    /// A link carries another load than the description has; its mass, kg, where it is significant.
+    OtherLoad(Option<f64>),
     /// Torques computed from the description, not measured.
     Computed,
     /// A torque that never changes.
@@ -73,7 +75,7 @@ pub(super) const OTHER_TORQUE_SIGN: &str = "change the sign of the torque column
 impl Fault {
     /// Whether no estimate from such a log can be used.
     pub fn is_gross(self) -> bool {
-        !matches!(self, Fault::Computed | Fault::Saturated(_) | Fault::Of(Hypothesis::Late(_), _))
+        !matches!(self, Fault::Computed | Fault::OtherLoad(_) | Fault::Saturated(_) | Fault::Of(Hypothesis::Late(_), _))
     }
 }
 
@@ -164,10 +166,9 @@ impl Finding {
             Fault::ChangedLoad { from, to, mass } => {
                 let from = from.map_or(String::new(), |t| format!(" from {t:.1} s on"));
                 let to = to.map_or(String::new(), |t| format!(" up to {t:.1} s"));
-                let more = |mass: f64| if mass > 0.0 { "more" } else { "less" };
-                let mass = mass.map_or(String::new(), |m| format!(", about {} kg {}", significant(m.abs()), more(m)));
-                format!("{of} carries another load{from}{to}{mass}")
+                format!("{of} carries another load{from}{to}{}", of_mass(mass))
             }
+            Fault::OtherLoad(mass) => format!("{of} carries another load than described{}", of_mass(mass)),
             Fault::Computed => "the torques are computed from this description, not measured".into(),
             Fault::DeadTorque => format!("the torque of {of} is not measured: it never changes"),
             Fault::Nothing(largest) => format!("the torque of {of} is nothing: {largest:.1e} at most"),
@@ -188,6 +189,12 @@ impl fmt::Display for Finding {
         let instead = if self.instead > 0 { "or else " } else { "" };
         write!(f, "{instead}{}: {}; {}", self.statement(), self.evidence, self.remedy)
     }
+}
+
+/// What a load weighs more than another, behind a comma.
+fn of_mass(mass: Option<f64>) -> String {
+    let more = |mass: f64| if mass > 0.0 { "more" } else { "less" };
+    mass.map_or(String::new(), |m| format!(", about {} kg {}", significant(m.abs()), more(m)))
 }
 
 /// The unit in which torques are so many powers of ten too large, behind a blank.

@@ -14,13 +14,13 @@
 //! wrist is no mistake of a log.
 
 mod change;
-pub mod changed_load;
 mod columns;
 mod delay;
 mod diagnosis;
 pub mod finding;
 mod free_bodies;
 pub mod friction;
+mod load;
 mod order;
 mod power;
 mod regression;

@@ -1,0 +1,292 @@
+//! A load that the robot picks up or puts down during a log, or that the description does not have.
+//!
+//! With W the rows of the model, s(t) = 1 while the robot carries the load and else 0, and B_L the ten columns of the map B of
+//! the link that carries it ([`crate::estimators::payload`]),
+//! ```text
+//! tau = W X + s(t) W B_L phi_L
+//! ```
+//! is solved for X and phi_L by normal equations, for instants of a grid at which s may change. It is named where it leaves less
+//! than `NAMED_ERROR_RATIO` of the error that X alone leaves: ten columns during a part of a log explain nothing else so well.
+//! A load all the time shows with X of the description alone, beside friction.
+
+use linear_model::linear_model::Model;
+use linear_model::standard_map::StandardMap;
+use logs::Error;
+use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
+
+use crate::estimate::digits::percent;
+use crate::estimate::hypothesis::OF_OPTIONS;
+use crate::estimate::passport::Passport;
+use crate::estimate::passport::finding::{Fault, Finding};
+use crate::signals::records::Records;
+use crate::signals::thinned::MOST_THINNED_SAMPLES;
+
+/// Error without such a load up to which a log is explained.
+const SMALL_ERROR: f64 = 0.02;
+/// Error with it over that without, up to which it is named. A torque that grows steadily is explained down to a half by one
+/// that steps.
+const NAMED_ERROR_RATIO: f64 = 1.0 / 3.0;
+/// Error that the wrong bodies of a description leave, none of which is a load.
+const NOMINAL_ERROR: f64 = 0.3;
+/// Error that a body at the last link may leave beside the description: errors of the other bodies are left, of tens of per cent of each,
+/// and another robot is not one body away.
+const DESCRIBED_ERROR: f64 = 0.1;
+/// Parts of all logs between which a load may change.
+const PARTS: usize = 100;
+/// A load stays for so many parts at least.
+const LEAST_PARTS: usize = 3;
+/// Every so many ends of parts are tried first.
+const COARSE: usize = 5;
+/// Added to the diagonal of the normal matrix, relative to it: directions that the log leaves open stay at zero.
+const RIDGE: f64 = 1e-10;
+/// A mass beyond so many of its deviations is one.
+const SIGNIFICANT_SIGMAS: f64 = 3.0;
+/// Parameters of a body.
+const TEN: usize = 10;
+
+impl Passport {
+    /// Finds a load that changes, or else, where no other cause was found, one that the description (`described`: its base parameters)
+    /// does not have. It is in place of findings whose cause is not identified. `bodies`: those of the map that may carry one.
+    ///
+    /// Fails when a record cannot be read.
+    pub fn look_for_load<R: Records + ?Sized>(
+        &mut self,
+        model: &Model,
+        records: &R,
+        (map, described): (&StandardMap, Option<&[f64]>),
+        bodies: &[usize],
+    ) -> Result<(), Error> {
+        let is_unidentified = |finding: &Finding| matches!(finding.fault, Fault::OtherRobot | Fault::Unidentified);
+        let sums = Sums::of(model, records)?;
+        let described = described.filter(|_| self.findings.iter().all(is_unidentified));
+        let found = sums.changed_load(map, bodies).or_else(|| sums.other_load(described?, map, bodies));
+        if let Some(finding) = found {
+            self.findings.retain(|finding| !is_unidentified(finding));
+            self.findings.push(finding);
+        }
+        Ok(())
+    }
+
+    /// Whether a load was found that changes.
+    pub fn has_changed_load(&self) -> bool {
+        self.findings.iter().any(|finding| matches!(finding.fault, Fault::ChangedLoad { .. }))
+    }
+}
+
+/// The finding of a load, with the errors without it and with it.
+fn finding(fault: Fault, link: &str, what: &str, errors: [f64; 2], remedy: &str) -> Finding {
+    let [before, after] = errors.map(percent);
+    let evidence = format!("{what} leaves a residual of {before}, with a body of its own for it {after}");
+    let squares = Some(errors.map(|error| error * error));
+    Finding { tried: squares, ..Finding::of(fault, vec![link.into()], evidence, remedy) }
+}
+
+/// [W tau]' [W tau] of all rows, and of parts of each record.
+struct Sums {
+    base: usize,
+    rows: usize,
+    all: DMatrix<f64>,
+    records: Vec<Record>,
+}
+
+/// The sums of one record.
+struct Record {
+    /// When each part begins, s, and when the last ends.
+    times: Vec<f64>,
+    /// Of all parts before each.
+    before: Vec<DMatrix<f64>>,
+}
+
+/// A solution of normal equations.
+struct Found {
+    error: f64,
+    /// The last unknown, which is the mass of a load where there is one, if it is significant.
+    mass: Option<f64>,
+}
+
+impl Sums {
+    fn of<R: Records + ?Sized>(model: &Model, records: &R) -> Result<Sums, Error> {
+        let (n, p) = (model.n(), model.p());
+        let thinned = records.thinned(MOST_THINNED_SAMPLES)?;
+        // Joints alike: each by the size of its torque.
+        let mut squares = vec![0.0; n];
+        for tau in thinned.records.iter().flat_map(|(_, states)| states.tau.chunks_exact(n)) {
+            squares.iter_mut().zip(tau).for_each(|(square, tau)| *square += tau * tau);
+        }
+        let weights: Vec<f64> = squares.iter().map(|s| if *s > 0.0 { s.sqrt().recip() } else { 0.0 }).collect();
+        let samples: usize = thinned.records.iter().map(|(_, states)| states.len()).sum();
+        let part = samples.div_ceil(PARTS).max(1);
+        let mut sums = Sums {
+            base: model.regressor.parameters().len(),
+            rows: n * samples,
+            all: DMatrix::zeros(p + 1, p + 1),
+            records: Vec::new(),
+        };
+        for (_, states) in &thinned.records {
+            let mut total = DMatrix::zeros(p + 1, p + 1);
+            let mut record = Record { times: Vec::new(), before: Vec::new() };
+            let mut rows = DMatrix::zeros(n * part, p + 1);
+            for first in (0..states.len()).step_by(part) {
+                record.times.push(states.t[first]);
+                record.before.push(total.clone());
+                rows.fill(0.0);
+                model.rows(states, first..states.len().min(first + part), |r, w| {
+                    for (j, weight) in weights.iter().enumerate() {
+                        let row = (r - first) * n + j;
+                        (0..p).for_each(|c| rows[(row, c)] = weight * w[j * p + c]);
+                        rows[(row, p)] = weight * states.tau[r * n + j];
+                    }
+                });
+                total += rows.tr_mul(&rows);
+            }
+            record.times.extend(states.t.last());
+            record.before.push(total.clone());
+            sums.all += total;
+            sums.records.push(record);
+        }
+        Ok(sums)
+    }
+
+    fn changed_load(&self, map: &StandardMap, bodies: &[usize]) -> Option<Finding> {
+        let without = self.solve(None)?.error;
+        if without < SMALL_ERROR {
+            return None;
+        }
+        let (mut least, mut best) = (NAMED_ERROR_RATIO * without, None);
+        for (link, first) in bodies.iter().map(|body| &map.bodies[*body]) {
+            let load = map.matrix.columns(*first, TEN).into_owned();
+            for record in &self.records {
+                let during = |from, to| self.solve(Some((record, from, to, &load)));
+                let Some((from, to, found)) = record.carried(during).filter(|found| found.2.error < least) else {
+                    continue;
+                };
+                least = found.error;
+                let time = |part: usize| (part > 0 && part < record.parts()).then(|| record.times[part]);
+                let fault = Fault::ChangedLoad { from: time(from), to: time(to), mass: found.mass };
+                best = Some((fault, link, record.longest_beside(from, to)));
+            }
+        }
+        let (fault, link, (from, to)) = best?;
+        let remedy = match self.records.as_slice() {
+            [_] => format!("{OF_OPTIONS} signal: {{window: {{seconds: [{from:.2}, {to:.2}]}}}}"),
+            _ => "log each load by itself, and give the log of the second as [loaded]".into(),
+        };
+        Some(finding(fault, link, "one set of parameters", [without, least], &remedy))
+    }
+
+    fn other_load(&self, described: &[f64], map: &StandardMap, bodies: &[usize]) -> Option<Finding> {
+        let without = self.solve_beside(described, None)?.error;
+        if without < NOMINAL_ERROR {
+            return None;
+        }
+        let one = |body: &usize| {
+            let (link, first) = &map.bodies[*body];
+            let load = map.matrix.columns(*first, TEN).into_owned();
+            Some((link, self.solve_beside(described, Some(&load))?))
+        };
+        let all = bodies.iter().filter_map(one).filter(|(_, found)| {
+            let is_body = found.mass.is_some_and(|mass| mass > 0.0);
+            is_body && found.error < DESCRIBED_ERROR.min(NAMED_ERROR_RATIO * without)
+        });
+        let (link, found) = all.min_by(|a, b| a.1.error.total_cmp(&b.1.error))?;
+        let remedy = "the parameters hold for the robot with it; give the description that load, or log without it";
+        let fault = Fault::OtherLoad(found.mass);
+        Some(finding(fault, link, "the description", [without, found.error], remedy))
+    }
+
+    /// The error of the parameters, and of a load of the columns B_L in the parts `from..to` of a record; `None` where the equations
+    /// have no solution.
+    fn solve(&self, load: Option<(&Record, usize, usize, &DMatrix<f64>)>) -> Option<Found> {
+        let p = self.all.ncols() - 1;
+        let Some((record, from, to, load)) = load else { return solve(&self.all, self.rows) };
+        // Columns [W, s W B_L, tau]: of the rows without the load, and of those with it.
+        let mut columns = DMatrix::zeros(p + 1, p + TEN + 1);
+        columns.view_mut((0, 0), (p, p)).fill_with_identity();
+        columns[(p, p + TEN)] = 1.0;
+        let during = &record.before[to] - &record.before[from];
+        let without = columns.tr_mul(&((&self.all - &during) * &columns));
+        columns.view_mut((0, p), (self.base, TEN)).copy_from(load);
+        solve(&(without + columns.tr_mul(&(during * &columns))), self.rows)
+    }
+
+    /// The error of friction beside bodies of these base parameters, and of a load of the columns B_L all the time.
+    fn solve_beside(&self, described: &[f64], load: Option<&DMatrix<f64>>) -> Option<Found> {
+        let (p, base) = (self.all.ncols() - 1, self.base);
+        let (friction, ten) = (p - base, if load.is_some() { TEN } else { 0 });
+        let mut columns = DMatrix::zeros(p + 1, friction + ten + 1);
+        columns.view_mut((base, 0), (friction, friction)).fill_with_identity();
+        load.into_iter().for_each(|load| columns.view_mut((0, friction), (base, TEN)).copy_from(load));
+        // tau - W X of the description; the error is of tau.
+        columns[(p, friction + ten)] = 1.0;
+        (0..base).for_each(|c| columns[(c, friction + ten)] = -described[c]);
+        let found = solve(&columns.tr_mul(&(&self.all * &columns)), self.rows)?;
+        let share =
+            columns.column(friction + ten).dot(&(&self.all * columns.column(friction + ten))) / self.all[(p, p)];
+        Some(Found { error: found.error * share.sqrt(), ..found })
+    }
+}
+
+/// Solves for the columns of which `sums` are the products, the last being what they explain.
+fn solve(sums: &DMatrix<f64>, rows: usize) -> Option<Found> {
+    let m = sums.ncols() - 1;
+    // Columns of unit length; one of zeros stays out.
+    let scale = DVector::from_fn(m, |c, _| if sums[(c, c)] > 0.0 { sums[(c, c)].sqrt().recip() } else { 0.0 });
+    let normal = DMatrix::from_fn(m, m, |i, j| {
+        let open = f64::from(scale[i] == 0.0);
+        scale[i] * sums[(i, j)] * scale[j] + if i == j { RIDGE + open } else { 0.0 }
+    });
+    let right = DVector::from_fn(m, |c, _| scale[c] * sums[(c, m)]);
+    let factor: Cholesky<f64, Dyn> = Cholesky::new(normal)?;
+    let x = factor.solve(&right);
+    let residual = (sums[(m, m)] - right.dot(&x)).max(0.0);
+    let mut unit = DVector::zeros(m);
+    unit[m - 1] = 1.0;
+    let variance = factor.solve(&unit)[m - 1] * residual / rows.saturating_sub(m).max(1) as f64;
+    let is_significant = x[m - 1].abs() > SIGNIFICANT_SIGMAS * variance.sqrt() && scale[m - 1] > 0.0;
+    let mass = is_significant.then(|| x[m - 1] * scale[m - 1]);
+    Some(Found { error: (residual / sums[(m, m)]).sqrt(), mass })
+}
+
+impl Record {
+    fn parts(&self) -> usize {
+        self.before.len() - 1
+    }
+
+    /// From when to when the load stays as it is for the longest time, s, where it changes at these parts: a part away from them, since the
+    /// instants of a change are as far apart.
+    fn longest_beside(&self, from: usize, to: usize) -> (f64, f64) {
+        let parts = self.parts();
+        let pieces = [
+            (0, from.saturating_sub(1)),
+            (from + usize::from(from > 0), to - usize::from(to < parts)),
+            ((to + 1).min(parts), parts),
+        ];
+        let length = |(a, b): &(usize, usize)| self.times[*b] - self.times[*a];
+        let (a, b) = pieces.into_iter().max_by(|x, y| length(x).total_cmp(&length(y))).unwrap_or((0, parts));
+        (self.times[a], self.times[b])
+    }
+
+    /// The parts during which a load explains most, with what it leaves: first where it begins, then where it ends, then where it
+    /// begins again.
+    fn carried(&self, solve: impl Fn(usize, usize) -> Option<Found>) -> Option<(usize, usize, Found)> {
+        let parts = self.parts();
+        let (mut from, mut to) = (0, parts);
+        for begins in [true, false, true, false] {
+            let range = if begins { 0..to.saturating_sub(LEAST_PARTS) + 1 } else { from + LEAST_PARTS..parts + 1 };
+            let of = |part: usize| if begins { (part, to) } else { (from, part) };
+            let error = |part: usize| {
+                let (from, to) = of(part);
+                // A load all the time is none that changes, nor is one that is missing for an instant.
+                let is_change = to - from >= LEAST_PARTS && to - from + LEAST_PARTS <= parts;
+                is_change.then(|| solve(from, to)).flatten().map_or(f64::INFINITY, |found| found.error)
+            };
+            let least = |parts: &mut dyn Iterator<Item = usize>| {
+                parts.map(|part| (part, error(part))).min_by(|a, b| a.1.total_cmp(&b.1)).map(|(part, _)| part)
+            };
+            let near = least(&mut range.clone().filter(|part| part % COARSE == 0 || *part == parts))?;
+            let best = least(&mut range.filter(|part| part.abs_diff(near) < COARSE))?;
+            (from, to) = of(best);
+        }
+        (to - from + LEAST_PARTS <= parts).then(|| solve(from, to)).flatten().map(|found| (from, to, found))
+    }
+}
