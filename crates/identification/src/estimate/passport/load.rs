@@ -31,6 +31,8 @@ const NOMINAL_ERROR: f64 = 0.3;
 /// Error that a body at the last link may leave beside the description: errors of the other bodies are left, of tens of per cent of each,
 /// and another robot is not one body away.
 const DESCRIBED_ERROR: f64 = 0.1;
+/// A load lies no farther from the frame of its link, m; what does is an error of the other bodies.
+const LARGEST_CENTRE_M: f64 = 0.5;
 /// Parts of all logs between which a load may change.
 const PARTS: usize = 100;
 /// A load stays for so many parts at least.
@@ -102,6 +104,8 @@ struct Found {
     error: f64,
     /// The last unknown, which is the mass of a load where there is one, if it is significant.
     mass: Option<f64>,
+    /// How far the three unknowns before it, its first moments, put its centre from the frame of the link, m.
+    centre: f64,
 }
 
 impl Sums {
@@ -185,7 +189,7 @@ impl Sums {
             Some((link, self.solve_beside(described, Some(&load))?))
         };
         let all = bodies.iter().filter_map(one).filter(|(_, found)| {
-            let is_body = found.mass.is_some_and(|mass| mass > 0.0);
+            let is_body = found.mass.is_some_and(|mass| mass > 0.0) && found.centre < LARGEST_CENTRE_M;
             is_body && found.error < DESCRIBED_ERROR.min(NAMED_ERROR_RATIO * without)
         });
         let (link, found) = all.min_by(|a, b| a.1.error.total_cmp(&b.1.error))?;
@@ -244,7 +248,9 @@ fn solve(sums: &DMatrix<f64>, rows: usize) -> Option<Found> {
     let variance = factor.solve(&unit)[m - 1] * residual / rows.saturating_sub(m).max(1) as f64;
     let is_significant = x[m - 1].abs() > SIGNIFICANT_SIGMAS * variance.sqrt() && scale[m - 1] > 0.0;
     let mass = is_significant.then(|| x[m - 1] * scale[m - 1]);
-    Some(Found { error: (residual / sums[(m, m)]).sqrt(), mass })
+    let moment = (m.saturating_sub(4)..m - 1).map(|c| (x[c] * scale[c]).powi(2)).sum::<f64>().sqrt();
+    let centre = moment / (x[m - 1] * scale[m - 1]).abs();
+    Some(Found { error: (residual / sums[(m, m)]).sqrt(), mass, centre })
 }
 
 impl Record {
