@@ -122,7 +122,9 @@ pub(crate) fn passport_of<R: Records + ?Sized>(
     })?;
     let linear = options.linear_model(model.regressor());
     let (map, described) = (model.standard_map(), model.described_parameters());
-    found.look_for_load(&linear, records, (&map, described.as_deref()), &last_bodies(model))?;
+    let mass = |body: &usize| model.robot.link(model.body_links()[*body]).inertial.map_or(0.0, |of| of[9]);
+    let bodies: Vec<(usize, f64)> = last_bodies(model).into_iter().map(|body| (body, mass(&body))).collect();
+    found.look_for_load(&linear, records, (&map, described.as_deref()), &bodies)?;
     let [velocity, acceleration] = logs.iter().fold([false; 2], |[v, a], log| {
         let [has_velocity, has_acceleration] = log.has_rates();
         [v || has_velocity, a || has_acceleration]

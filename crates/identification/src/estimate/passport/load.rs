@@ -31,7 +31,8 @@ const NOMINAL_ERROR: f64 = 0.3;
 /// Error that a body at the last link may leave beside the description: errors of the other bodies are left, of tens of per cent of each,
 /// and another robot is not one body away.
 const DESCRIBED_ERROR: f64 = 0.1;
-/// A load lies no farther from the frame of its link, m; what does is an error of the other bodies.
+/// A load lies no farther from the frame of its link, m, and weighs more than the link does in the description; else it is an error
+/// of the bodies.
 const LARGEST_CENTRE_M: f64 = 0.5;
 /// Parts of all logs between which a load may change.
 const PARTS: usize = 100;
@@ -48,7 +49,8 @@ const TEN: usize = 10;
 
 impl Passport {
     /// Finds a load that changes, or else, where no other cause was found, one that the description (`described`: its base parameters)
-    /// does not have. It is in place of findings whose cause is not identified. `bodies`: those of the map that may carry one.
+    /// does not have. It is in place of findings whose cause is not identified. `bodies`: those of the map that may carry one, and the mass of each
+    /// in the description, kg.
     ///
     /// Fails when a record cannot be read.
     pub fn look_for_load<R: Records + ?Sized>(
@@ -56,7 +58,7 @@ impl Passport {
         model: &Model,
         records: &R,
         (map, described): (&StandardMap, Option<&[f64]>),
-        bodies: &[usize],
+        bodies: &[(usize, f64)],
     ) -> Result<(), Error> {
         let is_unidentified = |finding: &Finding| matches!(finding.fault, Fault::OtherRobot | Fault::Unidentified);
         let sums = Sums::of(model, records)?;
@@ -151,13 +153,13 @@ impl Sums {
         Ok(sums)
     }
 
-    fn changed_load(&self, map: &StandardMap, bodies: &[usize]) -> Option<Finding> {
+    fn changed_load(&self, map: &StandardMap, bodies: &[(usize, f64)]) -> Option<Finding> {
         let without = self.solve(None)?.error;
         if without < SMALL_ERROR {
             return None;
         }
         let (mut least, mut best) = (NAMED_ERROR_RATIO * without, None);
-        for (link, first) in bodies.iter().map(|body| &map.bodies[*body]) {
+        for (link, first) in bodies.iter().map(|(body, _)| &map.bodies[*body]) {
             let load = map.matrix.columns(*first, TEN).into_owned();
             for record in &self.records {
                 let during = |from, to| self.solve(Some((record, from, to, &load)));
@@ -178,21 +180,21 @@ impl Sums {
         Some(finding(fault, link, "one set of parameters", [without, least], &remedy))
     }
 
-    fn other_load(&self, described: &[f64], map: &StandardMap, bodies: &[usize]) -> Option<Finding> {
+    fn other_load(&self, described: &[f64], map: &StandardMap, bodies: &[(usize, f64)]) -> Option<Finding> {
         let without = self.solve_beside(described, None)?.error;
         if without < NOMINAL_ERROR {
             return None;
         }
-        let one = |body: &usize| {
+        let one = |(body, described_mass): &(usize, f64)| {
             let (link, first) = &map.bodies[*body];
             let load = map.matrix.columns(*first, TEN).into_owned();
-            Some((link, self.solve_beside(described, Some(&load))?))
+            Some((link, *described_mass, self.solve_beside(described, Some(&load))?))
         };
-        let all = bodies.iter().filter_map(one).filter(|(_, found)| {
-            let is_body = found.mass.is_some_and(|mass| mass > 0.0) && found.centre < LARGEST_CENTRE_M;
+        let all = bodies.iter().filter_map(one).filter(|(_, described_mass, found)| {
+            let is_body = found.mass.is_some_and(|mass| mass > *described_mass) && found.centre < LARGEST_CENTRE_M;
             is_body && found.error < DESCRIBED_ERROR.min(NAMED_ERROR_RATIO * without)
         });
-        let (link, found) = all.min_by(|a, b| a.1.error.total_cmp(&b.1.error))?;
+        let (link, _, found) = all.min_by(|a, b| a.2.error.total_cmp(&b.2.error))?;
         let remedy = "the parameters hold for the robot with it; give the description that load, or log without it";
         let fault = Fault::OtherLoad(found.mass);
         Some(finding(fault, link, "the description", [without, found.error], remedy))
