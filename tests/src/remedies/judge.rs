@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use super::Situation;
-use super::kinds::Kind;
+use super::kinds::{Kind, Mistake};
 use super::obedience::{Step, is_of_doctor, options, renamed, steps};
 use super::said::{Said, claim};
 use crate::program::{Run, folder, rist};
@@ -213,7 +213,15 @@ impl Situation<'_> {
         let estimate = folder("remedies").join("estimate.yaml").display().to_string();
         let run = self.run("identify", log, &[second, "--out".into(), estimate.clone()]);
         let trust = run.out.lines().find_map(|line| line.strip_prefix("trust: ")).map(|word| word.trim().to_string());
-        if trust.as_deref() != Some("yes") {
+        // A yes in units that may be wrong at the joints that it names is no silent one at these.
+        let said = run.out.split_whitespace().collect::<Vec<_>>().join(" ");
+        let of_units = said.split_once("no factor would have").and_then(|(before, _)| before.rsplit_once("; at "));
+        let is_named = |mistake: &Mistake| {
+            let joint = &self.arm.names()[mistake.a];
+            of_units.is_some_and(|(_, names)| names.trim().split(", ").any(|name| name == joint))
+        };
+        let is_said = self.mistake.as_ref().is_some_and(|m| matches!(m.kind, Kind::Scaled(_)) && is_named(m));
+        if trust.as_deref() != Some("yes") || is_said {
             return (trust, None);
         }
         let judged = self.run("validate", Path::new(&estimate), &[judge]);

@@ -3,7 +3,7 @@
 //! Each finding of the passport contradicts, or leaves open, what it is about. Without one, sign, scale and zero agree at
 //! the joints where a mistake would have been found, with the least mistake that would; at the others they cannot be told.
 
-use claims::{Claim, Figure, Outcome, Remedy, Subject, Topic, Trial};
+use claims::{Claim, Figure, Outcome, Remedy, Standing, Subject, Topic, Trial};
 use numerics::student;
 
 use crate::estimate::digits::{percent, significant};
@@ -13,7 +13,7 @@ use crate::estimate::ledger::purposes::where_it_stands;
 use crate::estimate::passport::Passport;
 use crate::estimate::passport::finding::{Fault, Finding, NOMINAL_INERTIAL_SLOPES};
 use crate::estimate::passport::{COMMON_FACTORS, COUNTED_SLOPE_SHARE, Explained, JointPassport, Turned};
-use crate::estimate::topics::{COMMON_SCALE, DELAY, LOAD, LOG, MOUNT, SIGN, ZERO};
+use crate::estimate::topics::{COMMON_SCALE, DELAY, LOAD, LOG, MOUNT, SCALE, SIGN, ZERO};
 use crate::estimate::topics::{at, cannot_tell, contradicted};
 
 /// The claims of a passport, contradictions first. `faults`: what unknowns more explain beside a fit, where there is one.
@@ -130,7 +130,8 @@ fn common_power(slopes: &[f64]) -> f64 {
     reached.exp().clamp(SMALLEST_COMMON_FACTOR, widest)
 }
 
-/// In which units an answer is, where a factor of all torques that counts would not have shown.
+/// In which units an answer is, where a factor of all torques that counts would not have shown, or any factor at a joint: one whose torque
+/// neither the description nor the other joints tell.
 pub(crate) fn units_of_logs(claims: &[Claim]) -> Option<String> {
     let claim = claims.iter().find(|claim| claim.subject().topic == COMMON_SCALE)?;
     let hidden = match claim.outcome() {
@@ -140,7 +141,20 @@ pub(crate) fn units_of_logs(claims: &[Claim]) -> Option<String> {
         Outcome::CannotTell { .. } | Outcome::NotLookedAt { .. } => String::new(),
         _ => return None,
     };
-    Some(format!("in the units of the torques as logged: a factor {hidden}that all of them share would not have shown"))
+    let told = |name: &&String| !matches!(claim.outcome(), Outcome::Agrees { .. }) || claim.subject().of.contains(name);
+    let is_open = |claim: &&Claim| claim.subject().topic == SCALE && claim.standing() == Standing::Open;
+    let untold: Vec<&str> = claims
+        .iter()
+        .filter(is_open)
+        .flat_map(|claim| &claim.subject().of)
+        .filter(|name| !told(name))
+        .map(String::as_str)
+        .collect();
+    let any =
+        if untold.is_empty() { String::new() } else { format!("; at {} no factor would have", untold.join(", ")) };
+    Some(format!(
+        "in the units of the torques as logged: a factor {hidden}that all of them share would not have shown{any}"
+    ))
 }
 
 /// The least offsets that would have been found, joints of one offset together.
@@ -245,6 +259,23 @@ mod tests {
         assert!(matches!(claims[0].outcome(), Outcome::Agrees { smallest } if smallest.value == 30.0), "{claims:?}");
         assert!(matches!(claims[1].outcome(), Outcome::CannotTell { .. }) && claims.len() == 2, "{claims:?}");
         assert_eq!(claims.iter().map(of).collect::<Vec<_>>(), [["by 30"], ["by 60"]]);
+    }
+
+    /// A joint whose torque neither the description nor the other joints tell is named beside the factor of all; one that the description
+    /// tells is not.
+    #[test]
+    fn a_joint_whose_factor_nothing_tells_is_named_beside_the_units() {
+        let names = |names: &[&str]| names.iter().map(|name| name.to_string()).collect::<Vec<_>>();
+        let all = agrees(COMMON_SCALE, &names(&["j1", "j2"]), Figure::new(1.4, "times the torque")).unwrap();
+        let open =
+            |of: &[&str]| cannot_tell(Subject::of(SCALE, names(of)), "other bodies explain it as well", "a load");
+        let said = |of: &[&str]| units_of_logs(&[all.clone(), open(of)]).unwrap();
+        assert!(
+            said(&["j2", "j3"]).ends_with("would not have shown; at j3 no factor would have"),
+            "{}",
+            said(&["j2", "j3"])
+        );
+        assert!(said(&["j2"]).ends_with("would not have shown"));
     }
 
     /// Slopes that agree tell a small factor, slopes that scatter a large one; one alone tells little, and so do two.
