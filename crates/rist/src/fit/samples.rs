@@ -193,7 +193,6 @@ fn identify_kept(
     let Searched { model: changed, options, found: decided, end } = searched;
     let (mut passport, Fitted { mut fit, faults }, events) = end;
     let model = changed.as_ref().unwrap_or(model);
-    let has_changed_load = passport.has_changed_load();
     let (gains, map) = (decided.gains.as_ref(), model.standard_map());
     let link = request.loaded_link.as_deref();
     let scales = Scales { gains, faults: &faults, passport: &passport };
@@ -228,6 +227,7 @@ fn identify_kept(
         estimate.remarks.insert(0, OWN_SCALE.into());
     }
     let found = Identification {
+        has_events: !events.is_empty() || passport.has_changed_load(),
         model: changed,
         estimate,
         decided,
@@ -240,7 +240,6 @@ fn identify_kept(
         bodies_evidence: found.evidence,
         unsure,
         faults,
-        has_events: !events.is_empty() || has_changed_load,
         described_parameters: described_parameters.filter(|_| !is_own_scale),
     };
     Ok(match unknowns {

@@ -20,6 +20,10 @@ use crate::estimate::topics::{at, cannot_tell, contradicted};
 pub fn claims_of_log(passport: &Passport, faults: &[Tested]) -> Vec<Claim> {
     let mut claims: Vec<Claim> = passport.findings.iter().map(finding).collect();
     claims.extend(passport.explained.iter().map(explained_otherwise));
+    claims.extend(passport.load.iter().map(|load| {
+        let what = format!("{}, which {} ({})", load.statement(), load.remedy, load.evidence);
+        Claim::new(Subject::of(LOAD, load.joints.iter().cloned()), Outcome::Assumed { what, by: "default".into() })
+    }));
     claims.extend(passport.untold.iter().map(|why| cannot_tell(Subject::whole(COMMON_SCALE), why, "inertials")));
     if claims.iter().any(Claim::is_contradicted) {
         return claims;
@@ -218,11 +222,10 @@ fn finding(finding: &Finding) -> Claim {
         Fault::TorqueSigns | Fault::FrictionSign => SIGN,
         Fault::Of(hypothesis, _) => hypothesis.kind().topic,
         Fault::Mount(_) => MOUNT,
-        Fault::OtherLoad(_) => LOAD,
         _ => LOG,
     };
-    // What does not forbid an estimate counts against it all the same, but a load, which is part of the robot that is identified.
-    let topic = if finding.fault.is_gross() || [DELAY, LOAD].contains(&topic) { topic } else { LOG };
+    // What does not forbid an estimate counts against it all the same.
+    let topic = if finding.fault.is_gross() || topic == DELAY { topic } else { LOG };
     let subject = Subject::of(topic, finding.joints.iter().cloned());
     if !finding.fault.is_gross() {
         let why = format!("{}: {}", finding.statement(), finding.evidence);

@@ -63,10 +63,11 @@ impl Passport {
         let is_unidentified = |finding: &Finding| matches!(finding.fault, Fault::OtherRobot | Fault::Unidentified);
         let sums = Sums::of(model, records)?;
         let described = described.filter(|_| self.findings.iter().all(is_unidentified));
-        let found = sums.changed_load(map, bodies).or_else(|| sums.other_load(described?, map, bodies));
-        if let Some(finding) = found {
+        let changed = sums.changed_load(map, bodies);
+        self.load = changed.is_none().then(|| sums.other_load(described?, map, bodies)).flatten();
+        if changed.is_some() || self.load.is_some() {
             self.findings.retain(|finding| !is_unidentified(finding));
-            self.findings.push(finding);
+            self.findings.extend(changed);
         }
         Ok(())
     }
@@ -195,7 +196,7 @@ impl Sums {
             is_body && found.error < DESCRIBED_ERROR.min(NAMED_ERROR_RATIO * without)
         });
         let (link, _, found) = all.min_by(|a, b| a.2.error.total_cmp(&b.2.error))?;
-        let remedy = "the parameters hold for the robot with it; give the description that load, or log without it";
+        let remedy = "is part of the parameters";
         let fault = Fault::OtherLoad(found.mass);
         Some(finding(fault, link, "the description", [without, found.error], remedy))
     }

@@ -68,6 +68,8 @@ pub struct Passport {
     pub others: Vec<Vec<Finding>>,
     /// What was found with the bodies of the description, and other bodies explain as well.
     pub explained: Vec<Explained>,
+    /// A load that the description does not have: no fault of a log, and part of the parameters.
+    pub load: Option<Finding>,
     /// What could not be looked at, in sentences.
     pub untold: Vec<String>,
     /// Whether the motion is so short that only what explains nearly all of it is said.
