@@ -36,6 +36,8 @@ const DESCRIBED_ERROR: f64 = 0.1;
 const LARGEST_CENTRE_M: f64 = 0.5;
 /// Parts of all logs between which a load may change.
 const PARTS: usize = 100;
+/// Entries of the matrices of all parts; a robot of some 800 parameters, whose parts would be too few, is not looked at.
+const MOST_ENTRIES: usize = 4_000_000;
 /// A load stays for so many parts at least.
 const LEAST_PARTS: usize = 3;
 /// Every so many ends of parts are tried first.
@@ -61,7 +63,7 @@ impl Passport {
         bodies: &[(usize, f64)],
     ) -> Result<(), Error> {
         let is_unidentified = |finding: &Finding| matches!(finding.fault, Fault::OtherRobot | Fault::Unidentified);
-        let sums = Sums::of(model, records)?;
+        let Some(sums) = Sums::of(model, records)? else { return Ok(()) };
         let described = described.filter(|_| self.findings.iter().all(is_unidentified));
         let changed = sums.changed_load(map, bodies);
         self.load = changed.is_none().then(|| sums.other_load(described?, map, bodies)).flatten();
@@ -112,7 +114,8 @@ struct Found {
 }
 
 impl Sums {
-    fn of<R: Records + ?Sized>(model: &Model, records: &R) -> Result<Sums, Error> {
+    /// `None` where there are too many parameters.
+    fn of<R: Records + ?Sized>(model: &Model, records: &R) -> Result<Option<Sums>, Error> {
         let (n, p) = (model.n(), model.p());
         let thinned = records.thinned(MOST_THINNED_SAMPLES)?;
         // Joints alike: each by the size of its torque.
@@ -122,7 +125,11 @@ impl Sums {
         }
         let weights: Vec<f64> = squares.iter().map(|s| if *s > 0.0 { s.sqrt().recip() } else { 0.0 }).collect();
         let samples: usize = thinned.records.iter().map(|(_, states)| states.len()).sum();
-        let part = samples.div_ceil(PARTS).max(1);
+        let parts = PARTS.min(MOST_ENTRIES / ((p + 1) * (p + 1)));
+        if parts < 2 * LEAST_PARTS {
+            return Ok(None);
+        }
+        let part = samples.div_ceil(parts).max(1);
         let mut sums = Sums {
             base: model.regressor.parameters().len(),
             rows: n * samples,
@@ -151,7 +158,7 @@ impl Sums {
             sums.all += total;
             sums.records.push(record);
         }
-        Ok(sums)
+        Ok(Some(sums))
     }
 
     fn changed_load(&self, map: &StandardMap, bodies: &[(usize, f64)]) -> Option<Finding> {
@@ -206,14 +213,19 @@ impl Sums {
     fn solve(&self, load: Option<(&Record, usize, usize, &DMatrix<f64>)>) -> Option<Found> {
         let p = self.all.ncols() - 1;
         let Some((record, from, to, load)) = load else { return solve(&self.all, self.rows) };
-        // Columns [W, s W B_L, tau]: of the rows without the load, and of those with it.
-        let mut columns = DMatrix::zeros(p + 1, p + TEN + 1);
-        columns.view_mut((0, 0), (p, p)).fill_with_identity();
-        columns[(p, p + TEN)] = 1.0;
         let during = &record.before[to] - &record.before[from];
-        let without = columns.tr_mul(&((&self.all - &during) * &columns));
-        columns.view_mut((0, p), (self.base, TEN)).copy_from(load);
-        solve(&(without + columns.tr_mul(&(during * &columns))), self.rows)
+        // s W B_L beside [W tau]: (p + 1) x 10.
+        let beside = during.columns(0, self.base) * load;
+        let m = p + TEN;
+        let mut sums = DMatrix::zeros(m + 1, m + 1);
+        sums.view_mut((0, 0), (p, p)).copy_from(&self.all.view((0, 0), (p, p)));
+        sums.view_mut((0, p), (p, TEN)).copy_from(&beside.rows(0, p));
+        sums.view_mut((p, 0), (TEN, p)).copy_from(&beside.rows(0, p).transpose());
+        sums.view_mut((p, p), (TEN, TEN)).copy_from(&load.tr_mul(&beside.rows(0, self.base)));
+        sums.view_mut((0, m), (p, 1)).copy_from(&self.all.view((0, p), (p, 1)));
+        sums.view_mut((p, m), (TEN, 1)).copy_from(&beside.row(p).transpose());
+        sums[(m, m)] = self.all[(p, p)];
+        solve(&sums, self.rows)
     }
 
     /// The error of friction beside bodies of these base parameters, and of a load of the columns B_L all the time.
@@ -233,9 +245,15 @@ impl Sums {
     }
 }
 
-/// Solves for the columns of which `sums` are the products, the last being what they explain.
+/// Solves for the columns of which `sums` are the products, the last being what they explain; its row is not looked at.
 fn solve(sums: &DMatrix<f64>, rows: usize) -> Option<Found> {
     let m = sums.ncols() - 1;
+    if sums[(m, m)] <= 0.0 {
+        return None;
+    }
+    if m == 0 {
+        return Some(Found { error: 1.0, mass: None, centre: f64::INFINITY });
+    }
     // Columns of unit length; one of zeros stays out.
     let scale = DVector::from_fn(m, |c, _| if sums[(c, c)] > 0.0 { sums[(c, c)].sqrt().recip() } else { 0.0 });
     let normal = DMatrix::from_fn(m, m, |i, j| {
