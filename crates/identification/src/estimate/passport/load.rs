@@ -48,6 +48,8 @@ const RIDGE: f64 = 1e-10;
 const SIGNIFICANT_SIGMAS: f64 = 3.0;
 /// Parameters of a body.
 const TEN: usize = 10;
+/// The place of the mass among them, behind the first moments.
+const MASS: usize = 9;
 
 impl Passport {
     /// Finds a load that changes, or else, where no other cause was found, one that the description (`described`: its base parameters)
@@ -104,12 +106,13 @@ struct Record {
     before: Vec<DMatrix<f64>>,
 }
 
-/// A solution of normal equations.
+/// A load that was solved for.
 struct Found {
+    /// |tau - W X - s W B_L phi_L| / |tau|.
     error: f64,
-    /// The last unknown, which is the mass of a load where there is one, if it is significant.
+    /// kg, where it is significant.
     mass: Option<f64>,
-    /// How far the three unknowns before it, its first moments, put its centre from the frame of the link, m.
+    /// How far its centre is from the frame of the link, m.
     centre: f64,
 }
 
@@ -162,7 +165,8 @@ impl Sums {
     }
 
     fn changed_load(&self, map: &StandardMap, bodies: &[(usize, f64)]) -> Option<Finding> {
-        let without = self.solve(None)?.error;
+        let (p, parameters) = (self.all.ncols() - 1, self.parameters()?);
+        let without = parameters.error();
         if without < SMALL_ERROR {
             return None;
         }
@@ -170,7 +174,11 @@ impl Sums {
         for (link, first) in bodies.iter().map(|(body, _)| &map.bodies[*body]) {
             let load = map.matrix.columns(*first, TEN).into_owned();
             for record in &self.records {
-                let during = |from, to| self.solve(Some((record, from, to, &load)));
+                let during = |from: usize, to: usize| {
+                    let beside = Sums::beside(&(&record.before[to] - &record.before[from]), &load);
+                    let own = load.tr_mul(&beside.rows(0, self.base));
+                    parameters.with(&beside, &own, beside.row(p).transpose())
+                };
                 let Some((from, to, found)) = record.carried(during).filter(|found| found.2.error < least) else {
                     continue;
                 };
@@ -189,14 +197,21 @@ impl Sums {
     }
 
     fn other_load(&self, described: &[f64], map: &StandardMap, bodies: &[(usize, f64)]) -> Option<Finding> {
-        let without = self.solve_beside(described, None)?.error;
+        let described = DVector::from_column_slice(described);
+        let friction = self.friction(&described)?;
+        let without = friction.error();
         if without < NOMINAL_ERROR {
             return None;
         }
+        let (p, of_rest) = (self.all.ncols() - 1, self.of_rest(&described));
         let one = |(body, described_mass): &(usize, f64)| {
             let (link, first) = &map.bodies[*body];
             let load = map.matrix.columns(*first, TEN).into_owned();
-            Some((link, *described_mass, self.solve_beside(described, Some(&load))?))
+            let beside = Sums::beside(&self.all, &load);
+            let own = load.tr_mul(&beside.rows(0, self.base));
+            let of_friction = beside.rows(self.base, p - self.base).into_owned();
+            let right = load.tr_mul(&of_rest.rows(0, self.base));
+            Some((link, *described_mass, friction.with(&of_friction, &own, right)?))
         };
         let all = bodies.iter().filter_map(one).filter(|(_, described_mass, found)| {
             let is_body = found.mass.is_some_and(|mass| mass > *described_mass) && found.centre < LARGEST_CENTRE_M;
@@ -208,70 +223,99 @@ impl Sums {
         Some(finding(fault, link, "the description", [without, found.error], remedy))
     }
 
-    /// The error of the parameters, and of a load of the columns B_L in the parts `from..to` of a record; `None` where the equations
-    /// have no solution.
-    fn solve(&self, load: Option<(&Record, usize, usize, &DMatrix<f64>)>) -> Option<Found> {
-        let p = self.all.ncols() - 1;
-        let Some((record, from, to, load)) = load else { return solve(&self.all, self.rows) };
-        let during = &record.before[to] - &record.before[from];
-        // s W B_L beside [W tau]: (p + 1) x 10.
-        let beside = during.columns(0, self.base) * load;
-        let m = p + TEN;
-        let mut sums = DMatrix::zeros(m + 1, m + 1);
-        sums.view_mut((0, 0), (p, p)).copy_from(&self.all.view((0, 0), (p, p)));
-        sums.view_mut((0, p), (p, TEN)).copy_from(&beside.rows(0, p));
-        sums.view_mut((p, 0), (TEN, p)).copy_from(&beside.rows(0, p).transpose());
-        sums.view_mut((p, p), (TEN, TEN)).copy_from(&load.tr_mul(&beside.rows(0, self.base)));
-        sums.view_mut((0, m), (p, 1)).copy_from(&self.all.view((0, p), (p, 1)));
-        sums.view_mut((p, m), (TEN, 1)).copy_from(&beside.row(p).transpose());
-        sums[(m, m)] = self.all[(p, p)];
-        solve(&sums, self.rows)
+    /// [W tau]' W B_L of the rows whose [W tau]' [W tau] these are.
+    fn beside(rows: &DMatrix<f64>, load: &DMatrix<f64>) -> DMatrix<f64> {
+        rows.columns(0, load.nrows()) * load
     }
 
-    /// The error of friction beside bodies of these base parameters, and of a load of the columns B_L all the time.
-    fn solve_beside(&self, described: &[f64], load: Option<&DMatrix<f64>>) -> Option<Found> {
+    /// The parameters alone.
+    fn parameters(&self) -> Option<Without> {
+        let p = self.all.ncols() - 1;
+        let tau = self.all[(p, p)];
+        Without::of(
+            self.all.view((0, 0), (p, p)).into(),
+            self.all.view((0, p), (p, 1)).column(0).into(),
+            [tau, tau],
+            self.rows,
+        )
+    }
+
+    /// Friction alone, beside bodies of these base parameters: of tau - W X.
+    fn friction(&self, described: &DVector<f64>) -> Option<Without> {
         let (p, base) = (self.all.ncols() - 1, self.base);
-        let (friction, ten) = (p - base, if load.is_some() { TEN } else { 0 });
-        let mut columns = DMatrix::zeros(p + 1, friction + ten + 1);
-        columns.view_mut((base, 0), (friction, friction)).fill_with_identity();
-        load.into_iter().for_each(|load| columns.view_mut((0, friction), (base, TEN)).copy_from(load));
-        // tau - W X of the description; the error is of tau.
-        columns[(p, friction + ten)] = 1.0;
-        (0..base).for_each(|c| columns[(c, friction + ten)] = -described[c]);
-        let found = solve(&columns.tr_mul(&(&self.all * &columns)), self.rows)?;
-        let share =
-            columns.column(friction + ten).dot(&(&self.all * columns.column(friction + ten))) / self.all[(p, p)];
-        Some(Found { error: found.error * share.sqrt(), ..found })
+        let friction = p - base;
+        let of_rest = self.of_rest(described);
+        let tau = self.all[(p, p)];
+        let square = of_rest[p] - of_rest.rows(0, base).dot(described);
+        let normal = self.all.view((base, base), (friction, friction)).into();
+        Without::of(normal, of_rest.rows(base, friction).into(), [square, tau], self.rows)
+    }
+
+    /// [W tau]' (tau - W X) with these base parameters X.
+    fn of_rest(&self, described: &DVector<f64>) -> DVector<f64> {
+        let p = self.all.ncols() - 1;
+        self.all.column(p) - self.all.columns(0, self.base) * described
     }
 }
 
-/// Solves for the columns of which `sums` are the products, the last being what they explain; its row is not looked at.
-fn solve(sums: &DMatrix<f64>, rows: usize) -> Option<Found> {
-    let m = sums.ncols() - 1;
-    if sums[(m, m)] <= 0.0 {
-        return None;
+/// Columns without a load, and what they explain: normal equations that are factored once.
+struct Without {
+    /// Of columns of unit length; one of zeros stays out.
+    factor: Cholesky<f64, Dyn>,
+    scale: DVector<f64>,
+    /// The solution, in these units.
+    x: DVector<f64>,
+    rows: usize,
+    /// The square of what they leave, and that of the torque.
+    left: f64,
+    tau: f64,
+}
+
+impl Without {
+    /// `None` where there is no torque.
+    fn of(normal: DMatrix<f64>, right: DVector<f64>, [square, tau]: [f64; 2], rows: usize) -> Option<Without> {
+        let scale = normal.diagonal().map(|square| if square > 0.0 { square.sqrt().recip() } else { 0.0 });
+        let of_unit = DMatrix::from_fn(scale.len(), scale.len(), |i, j| {
+            let open = f64::from(scale[i] == 0.0);
+            scale[i] * normal[(i, j)] * scale[j] + if i == j { RIDGE + open } else { 0.0 }
+        });
+        let factor = Cholesky::new(of_unit)?;
+        let right = right.component_mul(&scale);
+        let x = factor.solve(&right);
+        let left = (square - right.dot(&x)).max(0.0);
+        (tau > 0.0).then_some(Without { factor, scale, x, rows, left, tau })
     }
-    if m == 0 {
-        return Some(Found { error: 1.0, mass: None, centre: f64::INFINITY });
+
+    fn error(&self) -> f64 {
+        (self.left / self.tau).sqrt()
     }
-    // Columns of unit length; one of zeros stays out.
-    let scale = DVector::from_fn(m, |c, _| if sums[(c, c)] > 0.0 { sums[(c, c)].sqrt().recip() } else { 0.0 });
-    let normal = DMatrix::from_fn(m, m, |i, j| {
-        let open = f64::from(scale[i] == 0.0);
-        scale[i] * sums[(i, j)] * scale[j] + if i == j { RIDGE + open } else { 0.0 }
-    });
-    let right = DVector::from_fn(m, |c, _| scale[c] * sums[(c, m)]);
-    let factor: Cholesky<f64, Dyn> = Cholesky::new(normal)?;
-    let x = factor.solve(&right);
-    let residual = (sums[(m, m)] - right.dot(&x)).max(0.0);
-    let mut unit = DVector::zeros(m);
-    unit[m - 1] = 1.0;
-    let variance = factor.solve(&unit)[m - 1] * residual / rows.saturating_sub(m).max(1) as f64;
-    let is_significant = x[m - 1].abs() > SIGNIFICANT_SIGMAS * variance.sqrt() && scale[m - 1] > 0.0;
-    let mass = is_significant.then(|| x[m - 1] * scale[m - 1]);
-    let moment = (m.saturating_sub(4)..m - 1).map(|c| (x[c] * scale[c]).powi(2)).sum::<f64>().sqrt();
-    let centre = moment / (x[m - 1] * scale[m - 1]).abs();
-    Some(Found { error: (residual / sums[(m, m)]).sqrt(), mass, centre })
+
+    /// With the ten columns of a load: `beside` are their products with the other columns, `own` those with each other, `right` those
+    /// with what all explain.
+    fn with(&self, beside: &DMatrix<f64>, own: &DMatrix<f64>, right: DVector<f64>) -> Option<Found> {
+        let beside = DMatrix::from_fn(self.scale.len(), TEN, |i, j| self.scale[i] * beside[(i, j)]);
+        // What the other columns leave of these.
+        let left = own - beside.tr_mul(&self.factor.solve(&beside));
+        let right = right - beside.tr_mul(&self.x);
+        let scale = own.diagonal().map(|square| if square > 0.0 { square.sqrt().recip() } else { 0.0 });
+        let of_unit = DMatrix::from_fn(TEN, TEN, |i, j| {
+            let open = f64::from(scale[i] == 0.0);
+            scale[i] * left[(i, j)] * scale[j] + if i == j { RIDGE + open } else { 0.0 }
+        });
+        let right = right.component_mul(&scale);
+        let inverse = Cholesky::new(of_unit)?.inverse();
+        let x = &inverse * &right;
+        let residual = (self.left - right.dot(&x)).max(0.0);
+        let variance =
+            inverse[(MASS, MASS)] * residual / self.rows.saturating_sub(self.scale.len() + TEN).max(1) as f64;
+        let load = x.component_mul(&scale);
+        let is_significant = x[MASS].abs() > SIGNIFICANT_SIGMAS * variance.sqrt() && scale[MASS] > 0.0;
+        Some(Found {
+            error: (residual / self.tau).sqrt(),
+            mass: is_significant.then_some(load[MASS]),
+            centre: load.rows(MASS - 3, 3).norm() / load[MASS].abs(),
+        })
+    }
 }
 
 impl Record {
