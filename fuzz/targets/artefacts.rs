@@ -12,7 +12,7 @@ use identification::estimate::options::Options;
 use libfuzzer_sys::fuzz_target;
 use linear_model::known_load::KnownLoad;
 use logs::Table;
-use rist::fit::fleet::Comparison;
+use fleet::Comparison;
 use rist::motion::exciting::ExcitingMotion;
 use rist::motion::planning::ExperimentPlan;
 use rist::page::{PageRequest, page};

@@ -10,7 +10,8 @@ use libfuzzer_sys::fuzz_target;
 use logs::{ColumnNames, LogSource, Table};
 use rist::fit::samples::identify_essential;
 use rist::page::{PageRequest, page};
-use rist::request::{Delay, FrictionChoice, SumsRequest};
+use fleet::SumsRequest;
+use rist::request::{Delay, FrictionChoice};
 use rist::{Estimate, IdentifyRequest, Model, ModelOptions};
 
 const ARM: &str = include_str!("../../models/planar2r_vertical.yaml");
@@ -35,8 +36,8 @@ fuzz_target!(|data: &[u8]| {
         }
         identified(model, &logs, 0);
         identified(model, &logs, which);
-        if let Ok(mut sums) = rist::fit::fleet::accumulator(model, &SumsRequest::default()) {
-            let _ = rist::fit::fleet::update(model, &mut sums, &logs[0], true);
+        if let Ok(mut sums) = fleet::accumulator(model, &SumsRequest::default()) {
+            let _ = fleet::update(model, &mut sums, &logs[0], true);
             let _ = sums.to_bytes().expect("sums are written");
         }
     });

@@ -19,9 +19,9 @@
 use std::path::Path;
 
 use identification::estimate::artefact::Estimate;
-use identification::estimate::fleet::accumulator::Accumulator;
-use identification::estimate::fleet::replicate::Replicate;
-use identification::estimate::fleet::settings::Settings;
+use fleet::accumulator::Accumulator;
+use fleet::replicate::Replicate;
+use fleet::settings::Settings;
 use identification::estimate::identified::Identified;
 use identification::estimate::identify::identify;
 use identification::estimate::ledger::hypotheses::Open;

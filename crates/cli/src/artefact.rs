@@ -6,7 +6,7 @@ use rist::fit::validation::{TorqueSeries, series_to_csv, series_to_parquet};
 use rist::gate::opened;
 use rist::output::{check_output, is_same};
 pub(crate) use rist::read_text;
-use rist::{Accumulator, Estimate, ExcitingMotion, ExperimentPlan, Kind, Model};
+use rist::{Estimate, ExcitingMotion, ExperimentPlan, Kind, Model};
 
 use crate::failure::Failure;
 use crate::interrupt::undivided;
@@ -42,11 +42,6 @@ pub(crate) fn read_plan(path: &Path, model: &Model) -> Result<ExperimentPlan, Fa
     let plan = ExperimentPlan::from_yaml(&path.display().to_string(), &read_text(path)?)?;
     model.check(path, &plan.model)?;
     Ok(plan)
-}
-
-/// Reads the sums of logs.
-pub(crate) fn read_sums(path: &Path) -> Result<Accumulator, Failure> {
-    Ok(Accumulator::read(path)?)
 }
 
 /// The text of a series: Parquet where the name of the file ends so, else CSV.

@@ -5,11 +5,9 @@
 
 #![warn(missing_docs)]
 
-mod accumulate;
 mod artefact;
 mod check;
 mod columns;
-mod compare;
 mod convert;
 mod derive;
 mod doctor;
@@ -17,6 +15,8 @@ mod evaluate;
 mod example;
 mod excite;
 mod failure;
+#[cfg(feature = "fleet")]
+mod fleet;
 mod flags;
 mod generate;
 mod groups;
@@ -25,7 +25,6 @@ mod identify;
 mod inspect;
 mod interrupt;
 mod lint;
-mod merge;
 mod model;
 mod plan;
 mod play;
@@ -34,11 +33,11 @@ mod report;
 mod schema;
 mod shell;
 mod simulate;
-mod solve;
 mod terminal;
 mod validate;
 mod verdict;
 mod visibility;
+pub mod wings;
 mod wrench;
 
 use std::ffi::OsString;
@@ -79,10 +78,14 @@ enum Command {
     Identify(Box<identify::Arguments>),
     Validate(validate::Arguments),
     Report(report::Arguments),
-    Accumulate(Box<accumulate::Arguments>),
-    Merge(merge::Arguments),
-    Solve(solve::Arguments),
-    Compare(compare::Arguments),
+    #[cfg(feature = "fleet")]
+    Accumulate(Box<fleet::accumulate::Arguments>),
+    #[cfg(feature = "fleet")]
+    Merge(fleet::merge::Arguments),
+    #[cfg(feature = "fleet")]
+    Solve(fleet::solve::Arguments),
+    #[cfg(feature = "fleet")]
+    Compare(fleet::compare::Arguments),
     Generate(generate::Arguments),
     Derive(derive::Arguments),
     Evaluate(evaluate::Arguments),
@@ -129,9 +132,14 @@ fn program() -> clap::Command {
 /// verdict against what was given, 2 for what cannot be used. Once in a process: how it speaks is set for good.
 pub fn run_program(words: Vec<OsString>) -> u8 {
     keep_freed_memory();
+    wings::register();
     let matches = program().try_get_matches_from(&words);
     let code = match matches.and_then(|matches| Arguments::from_arg_matches(&matches)) {
         Ok(arguments) => run_command(arguments, &words),
+        Err(e) if wings::of_absent(&words).is_some() && e.use_stderr() => {
+            eprintln!("rist: {}", wings::of_absent(&words).unwrap_or_default());
+            UNUSABLE
+        }
         Err(e) => {
             // Help and version too. Where nobody reads, nobody has to be told.
             let _ = e.print();
@@ -182,10 +190,14 @@ fn run(command: Command) -> Result<(), Failure> {
         Command::Identify(arguments) => identify::run(&arguments),
         Command::Validate(arguments) => validate::run(&arguments),
         Command::Report(arguments) => report::run(&arguments),
-        Command::Accumulate(arguments) => accumulate::run(&arguments),
-        Command::Merge(arguments) => merge::run(&arguments),
-        Command::Solve(arguments) => solve::run(&arguments),
-        Command::Compare(arguments) => compare::run(&arguments),
+        #[cfg(feature = "fleet")]
+        Command::Accumulate(arguments) => fleet::accumulate::run(&arguments),
+        #[cfg(feature = "fleet")]
+        Command::Merge(arguments) => fleet::merge::run(&arguments),
+        #[cfg(feature = "fleet")]
+        Command::Solve(arguments) => fleet::solve::run(&arguments),
+        #[cfg(feature = "fleet")]
+        Command::Compare(arguments) => fleet::compare::run(&arguments),
         Command::Example(arguments) => example::run(&arguments),
         Command::Schema(arguments) => schema::run(&arguments),
         Command::Completions(arguments) => shell::completions(&arguments, program()),

@@ -13,7 +13,6 @@
 
 #![warn(missing_docs)]
 
-pub mod behrens_fisher;
 mod error;
 pub mod fft;
 pub mod fourier;

@@ -5,8 +5,8 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict};
-use rist::fit::fleet::SumsRequest;
-use rist::request::CompareRequest;
+use fleet::SumsRequest;
+use fleet::CompareRequest;
 
 use crate::artefact::artefact;
 use crate::call::Call;
@@ -42,17 +42,17 @@ use crate::work::{alone, work};
 #[pyclass(frozen, module = "rist")]
 pub struct Accumulator {
     model: Py<Model>,
-    sums: Mutex<rist::Accumulator>,
+    sums: Mutex<fleet::Accumulator>,
 }
 
 impl Accumulator {
     /// The sums, even after a panic: an update is all or nothing, so a panic leaves them as they were.
-    fn sums(&self) -> MutexGuard<'_, rist::Accumulator> {
+    fn sums(&self) -> MutexGuard<'_, fleet::Accumulator> {
         self.sums.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
     /// A copy of the sums, for work without the interpreter lock.
-    fn copy(&self) -> rist::Accumulator {
+    fn copy(&self) -> fleet::Accumulator {
         self.sums().clone()
     }
 }
@@ -71,7 +71,7 @@ impl Accumulator {
                 "Accumulator: [cutoff] is missing: parts of a sum are filtered alike, so it does not follow from a log",
             ));
         }
-        let sums = rist::fit::fleet::accumulator(inner, &request).or_error()?;
+        let sums = fleet::accumulator(inner, &request).or_error()?;
         Ok(Accumulator { model: model.unbind(), sums: Mutex::new(sums) })
     }
 
@@ -85,10 +85,10 @@ impl Accumulator {
         let model = &this.model.get().inner;
         for log in given {
             // The sums of this log alone, so that logs which other threads add meanwhile are kept.
-            let mut part = rist::Accumulator::new(this.sums().settings().clone());
+            let mut part = fleet::Accumulator::new(this.sums().settings().clone());
             let part = work(slf.py(), None, |_| {
                 let log = log.open(model, &part.settings().options.columns)?;
-                rist::fit::fleet::update(model, &mut part, &log, anyway)?;
+                fleet::update(model, &mut part, &log, anyway)?;
                 Ok(part)
             })?;
             this.sums().merge(&part).or_error()?;
@@ -148,7 +148,7 @@ impl Accumulator {
     /// Reads a .tri file. Raises rist.Error where it is none, was cut short, or is of another model.
     #[staticmethod]
     fn read(path: PathBuf, model: &Bound<'_, PyAny>) -> PyResult<Accumulator> {
-        let sums = rist::Accumulator::read(&path).or_error()?;
+        let sums = fleet::Accumulator::read(&path).or_error()?;
         Accumulator::of_sums(sums, Model::of(model)?.unbind())
     }
 
@@ -169,12 +169,12 @@ impl Accumulator {
 
 impl Accumulator {
     fn of_bytes(path: &Path, bytes: &[u8], model: Py<Model>) -> PyResult<Accumulator> {
-        let sums = rist::Accumulator::from_bytes(&path.display().to_string(), bytes).or_error()?;
+        let sums = fleet::Accumulator::from_bytes(&path.display().to_string(), bytes).or_error()?;
         Accumulator::of_sums(sums, model)
     }
 
-    fn of_sums(sums: rist::Accumulator, model: Py<Model>) -> PyResult<Accumulator> {
-        rist::fit::fleet::check_sums(&model.get().inner, &sums).or_error()?;
+    fn of_sums(sums: fleet::Accumulator, model: Py<Model>) -> PyResult<Accumulator> {
+        fleet::sums::check_sums(&model.get().inner, &sums).or_error()?;
         Ok(Accumulator { model, sums: Mutex::new(sums) })
     }
 }
@@ -187,7 +187,7 @@ pub fn _accumulator(bytes: &[u8], model: Py<Model>) -> PyResult<Accumulator> {
 
 artefact! {
     Comparison,
-    rist::fit::fleet::Comparison,
+    fleet::Comparison,
     "What changed between sums: which robots, which parameters, by how many deviations.",
     /// Names of those that changed.
     #[getter]
@@ -240,8 +240,8 @@ pub fn compare(
     }
     let reference = reference.copy();
     let inner = work(py, None, |_| {
-        let named: Vec<(&str, &rist::Accumulator)> = named.iter().map(|(name, sums)| (name.as_str(), sums)).collect();
-        Ok(rist::compare(("reference", &reference), &named, asked.of, asked.fdr)?)
+        let named: Vec<(&str, &fleet::Accumulator)> = named.iter().map(|(name, sums)| (name.as_str(), sums)).collect();
+        Ok(fleet::compare(("reference", &reference), &named, asked.of, asked.fdr)?)
     })?;
     Ok(Comparison { inner, model: None })
 }

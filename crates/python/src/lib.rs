@@ -14,6 +14,7 @@ mod error;
 mod estimate;
 mod evaluate;
 mod experiments;
+#[cfg(feature = "fleet")]
 mod fleet;
 mod html;
 mod identify;
@@ -43,6 +44,7 @@ mod module {
     use crate::estimate::{_estimate, Estimate};
     #[pymodule_export]
     use crate::experiments::{check, excite, plan, simulate};
+    #[cfg(feature = "fleet")]
     #[pymodule_export]
     use crate::fleet::{_accumulator, Accumulator, Comparison, compare};
     #[pymodule_export]
@@ -59,6 +61,12 @@ mod module {
     use crate::verdict::{_verdict, Verdict};
     #[pymodule_export]
     use crate::wrench::wrench;
+
+    #[pymodule_init]
+    fn init(_module: &Bound<'_, PyModule>) -> PyResult<()> {
+        cli::wings::register();
+        Ok(())
+    }
 
     #[pymodule_export]
     #[allow(non_upper_case_globals)]

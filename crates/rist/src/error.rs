@@ -41,7 +41,7 @@ impl Error {
     }
 
     /// The same error, told to be about a field; a message that names its field, or a file, stays.
-    pub(crate) fn about(self, field: &str) -> Error {
+    pub fn about(self, field: &str) -> Error {
         let names_it = self.place.is_some() || self.message.contains(&format!("[{field}"));
         if names_it {
             return self;

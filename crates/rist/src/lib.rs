@@ -6,7 +6,6 @@
 //! Model::read -> base parameters, regressor, source        (a description is all it needs)
 //!   examine(logs) -> Passport                              (whether a log belongs to the description)
 //!   identify(logs) -> Estimate -> validate(other logs)     (a log that was measured)
-//!   accumulate(logs) -> Accumulator -> merge, solve, compare   (more logs than one machine holds)
 //!   excite -> check -> (the robot runs, or simulate)       (one motion, its limits proved)
 //!   plan -> simulate -> identify_experiments               (the experiments of spectrum analysis)
 //!   write_urdf, write_mjcf                                 (back into what simulators read)
@@ -59,7 +58,6 @@ pub use fit::closed_loop::identify_experiments_in_loop;
 pub use fit::column_proposal::{ColumnProposal, propose_columns};
 pub use fit::doctor::{Passport, examine};
 pub use fit::experiments::{ExperimentLogs, identify_experiments, identify_gains_of_rows, identify_paper_rows};
-pub use fit::fleet::{Accumulator, Compared, Comparison, accumulate, compare};
 pub use fit::postures::{PostureEstimate, gravity_parameters, identify_postures};
 pub use fit::samples::{Identification, identify, identify_essential, identify_loaded};
 pub use fit::validation::{Validation, predicted_torques, validate};

@@ -14,8 +14,9 @@ use identification::estimate::options::Options;
 use logs::{Effort, Log, LogReport, LogSource};
 use processor::{in_order, threads};
 use random::Random;
-use rist::fit::fleet::{Compared, Comparison, SumsRequest, compare};
-use rist::{Accumulator, Model};
+use fleet::{Compared, Comparison, SumsRequest, compare};
+use fleet::Accumulator;
+use rist::Model;
 use robot::{Inertial, StandardParameter};
 
 /// Seconds between samples.
@@ -182,11 +183,11 @@ impl<'a> Workshop<'a> {
 
     /// The sums over the logs of one machine.
     fn sums(&self, machine: &Machine, name: &str, logs: usize, seconds: f64, random: &mut Random) -> Accumulator {
-        let mut sums = rist::fit::fleet::accumulator(self.model, &SumsRequest::of_options(self.options.clone()))
+        let mut sums = fleet::accumulator(self.model, &SumsRequest::of_options(self.options.clone()))
             .expect("the options are those of sums");
         for k in 0..logs {
             let log = LogSource::Held(self.log(machine, &format!("{name}-{k:03}"), seconds, random));
-            rist::fit::fleet::update(self.model, &mut sums, &log, true).unwrap_or_else(|e| panic!("{e}"));
+            fleet::update(self.model, &mut sums, &log, true).unwrap_or_else(|e| panic!("{e}"));
         }
         sums
     }

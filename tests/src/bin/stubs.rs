@@ -7,10 +7,11 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
+use fleet::{CompareRequest, SumsRequest};
 use rist::request::spelling::{Reader, spelled};
 use rist::request::{
-    CheckRequest, CompareRequest, DoctorRequest, ExciteRequest, Field, Flag, Method, MethodRequest, ModelOptions,
-    PlanRequest, PointsFiles, Range, Request, SimulateRequest, SumsRequest, ValidateRequest, WrenchRequest, number,
+    CheckRequest, DoctorRequest, ExciteRequest, Field, Flag, Method, MethodRequest, ModelOptions,
+    PlanRequest, PointsFiles, Range, Request, SimulateRequest, ValidateRequest, WrenchRequest, number, register_wings,
     requests,
 };
 use serde_json::Value;
@@ -318,6 +319,7 @@ fn run(is_check: bool) -> Result<(), String> {
 }
 
 fn main() -> ExitCode {
+    register_wings(vec![fleet::requests]);
     let arguments: Vec<String> = std::env::args().skip(1).collect();
     let is_check = match arguments.iter().map(String::as_str).collect::<Vec<_>>()[..] {
         [] => false,

@@ -278,10 +278,10 @@ fn a_last_body_that_lies_otherwise_is_no_wrong_zero() {
         let [explained] = passport.explained.as_slice() else { panic!("{turn}: {passport:?}") };
         assert!(matches!(explained.finding.fault, Fault::Of(Zero(_), _)) && explained.is_likely, "{explained:?}");
         // The same in sums.
-        let request = rist::fit::fleet::SumsRequest::default();
-        let mut sums = rist::fit::fleet::accumulator(&model, &request).unwrap();
+        let request = fleet::SumsRequest::default();
+        let mut sums = fleet::accumulator(&model, &request).unwrap();
         let (source, _) = model.open_log(&here.join("log.csv"), &Default::default()).unwrap();
-        rist::fit::fleet::update(&model, &mut sums, &source, false).unwrap();
+        fleet::update(&model, &mut sums, &source, false).unwrap();
     }
 }
 

@@ -4,7 +4,7 @@
 use std::path::{Path, PathBuf};
 
 use proc_macro2::{Delimiter, TokenStream, TokenTree};
-use rist::request::all_fields;
+use rist::request::{all_fields, register_wings};
 use rist::request::spelling::{Reader, spelled};
 use tests::snapshot::assert_snapshot;
 use tests::workspace;
@@ -56,8 +56,8 @@ fn texts(tokens: TokenStream, found: &mut Vec<String>) {
 /// The texts of the libraries, each once, in the order of their files.
 fn library_texts() -> Vec<(PathBuf, String)> {
     let mut all = Vec::new();
-    for entry in std::fs::read_dir(workspace().join("crates")).unwrap() {
-        let package = entry.unwrap().path();
+    let folders = ["crates", "crates/wings"].map(|folder| std::fs::read_dir(workspace().join(folder)).unwrap());
+    for package in folders.into_iter().flatten().map(|entry| entry.unwrap().path()).filter(|p| p.join("src").is_dir()) {
         let name = package.file_name().unwrap().to_string_lossy().into_owned();
         let mut files = Vec::new();
         if !SURFACES.contains(&name.as_str()) {
@@ -99,6 +99,7 @@ fn no_text_of_a_library_has_a_flag_in_it() {
         let is_there = [format!("\ndef {name}("), format!("\nclass {name}")].iter().any(|line| stub.contains(line));
         assert!(is_there, "[:{step}] is {call}, which the package lacks");
     }
+    register_wings(vec![fleet::requests]);
     for field in all_fields() {
         assert!(!has_flag(&field.doc), "{}: {}", field.name, field.doc);
     }
@@ -106,6 +107,7 @@ fn no_text_of_a_library_has_a_flag_in_it() {
 
 #[test]
 fn fields_in_texts_are_spelled_as_they_were() {
+    register_wings(vec![fleet::requests]);
     let named = |text: &str| spelled(text, Reader::Program) != text;
     let mut table = String::new();
     for (_, text) in library_texts().iter().filter(|(file, text)| named(text) && !file.ends_with("spelling.rs")) {

@@ -2,9 +2,10 @@
 //! not as rist wrote it: the promise of docs/files.md, over every line and every key of every artefact.
 use std::path::Path;
 
-use identification::estimate::fleet::comparison::Comparison;
+use fleet::comparison::Comparison;
 use linear_model::artefact::Seal;
-use rist::{Accumulator, Estimate, ExcitingMotion, ExperimentPlan, Validation};
+use fleet::Accumulator;
+use rist::{Estimate, ExcitingMotion, ExperimentPlan, Validation};
 use tests::mutation::{Seed, bounded, written};
 use tests::program::{folder, program, rist};
 

@@ -182,7 +182,7 @@ impl Hypothesis {
     }
 
     /// Whether a fit to a robot of n coordinates may tell it.
-    pub(crate) fn is_of(&self, n: usize) -> bool {
+    pub fn is_of(&self, n: usize) -> bool {
         let is_there = if let Mount(axis) = *self { axis < 3 } else { self.joints().iter().all(|k| *k < n) };
         is_there && self.kind().counts != Counts::AsLog
     }

@@ -44,7 +44,7 @@ pub(crate) fn identify_all(regressor: &dyn Regressor, logs: &[Log], options: &Op
 }
 
 /// The error where no joint has a row.
-pub(super) const NO_JOINT_MOVES: &str = "every joint stands still all the time, and friction holds it there: log motions, or leave \
+pub const NO_JOINT_MOVES: &str = "every joint stands still all the time, and friction holds it there: log motions, or leave \
                                   friction out of the model for torques of poses at rest";
 
 /// An estimate with everything it came from.
@@ -168,7 +168,7 @@ pub fn with_deviations(a: &DMatrix<f64>, sigma: &[f64]) -> Vec<Vec<f64>> {
 }
 
 /// Adds how fast the joints moved, and the options with the cut-off that follows from it.
-pub(super) fn of_signals(estimate: &mut Estimate, observation: &Observation, options: &Options) {
+pub fn of_signals(estimate: &mut Estimate, observation: &Observation, options: &Options) {
     for (joint, &f95) in estimate.joints.iter_mut().zip(&observation.f95) {
         joint.f95 = (f95 > 0.0).then_some(f95);
     }
@@ -227,7 +227,7 @@ fn coupled(joints: &[JointResidual], talk: &[CrossTalk]) -> Vec<String> {
 }
 
 /// The estimate of a solution, with the deviations to believe `sigma` and those of white noise, residuals and remarks.
-pub(super) fn report(
+pub fn report(
     model: &Model,
     joints: &[Triangle],
     observation: &Observation,

@@ -11,7 +11,6 @@ pub mod digits;
 pub mod directions;
 pub mod drive_gains;
 pub mod essential;
-pub mod fleet;
 pub mod held_out;
 pub mod hypothesis;
 pub mod identified;

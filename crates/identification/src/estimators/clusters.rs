@@ -19,7 +19,7 @@ use numerics::triangle::Triangle;
 pub(crate) const REMAINDER_ROUNDING_SHARE: f64 = 1e-12;
 
 /// Rows that share one error.
-pub(crate) struct Cluster {
+pub struct Cluster {
     /// The columns that are not zero in them.
     columns: Vec<usize>,
     /// A_g and W_g' e_g of these columns.
@@ -29,7 +29,7 @@ pub(crate) struct Cluster {
 
 impl Cluster {
     /// The rows behind a triangle, of which the first columns are the unknowns: R'R and R'(z - R x).
-    pub(crate) fn of(rows: &Triangle, x: &[f64]) -> Cluster {
+    pub fn of(rows: &Triangle, x: &[f64]) -> Cluster {
         let p = rows.columns();
         let r = upper(rows);
         let left = DVector::from_fn(p, |i, _| rows.at(i, p) - (i..p).map(|c| rows.at(i, c) * x[c]).sum::<f64>());
@@ -37,7 +37,7 @@ impl Cluster {
     }
 
     /// All rows of some clusters as one, of p unknowns.
-    pub(crate) fn sum<'a>(p: usize, clusters: impl IntoIterator<Item = &'a Cluster>) -> Cluster {
+    pub fn sum<'a>(p: usize, clusters: impl IntoIterator<Item = &'a Cluster>) -> Cluster {
         let (mut gram, mut score) = (DMatrix::<f64>::zeros(p, p), DVector::<f64>::zeros(p));
         for cluster in clusters {
             for (b, &column) in cluster.columns.iter().enumerate() {
@@ -51,17 +51,16 @@ impl Cluster {
     /// Rows with these columns only, from the products of the columns and of the residual behind them.
     ///
     /// Product (i, j), i <= j, stands at j (m + 1) + i.
-    pub(crate) fn of_products(columns: Vec<usize>, products: &[f64]) -> Cluster {
+    pub fn of_products(columns: Vec<usize>, products: &[f64]) -> Cluster {
         let m = columns.len();
         let at = |i: usize, j: usize| products[i.max(j) * (m + 1) + i.min(j)];
         Cluster { columns, gram: DMatrix::from_fn(m, m, at), score: DVector::from_fn(m, |i, _| at(i, m)) }
     }
 }
 
-#[cfg(test)]
 impl Cluster {
     /// A_g and W_g' e_g.
-    pub(crate) fn parts(&self) -> (&DMatrix<f64>, &DVector<f64>) {
+    pub fn parts(&self) -> (&DMatrix<f64>, &DVector<f64>) {
         (&self.gram, &self.score)
     }
 }
@@ -72,21 +71,21 @@ fn upper(rows: &Triangle) -> DMatrix<f64> {
 }
 
 /// A of all rows, its columns scaled to unit norm.
-pub(crate) struct Whole {
+pub struct Whole {
     scale: Vec<f64>,
     gram: DMatrix<f64>,
 }
 
 impl Whole {
     /// A of the rows behind a triangle.
-    pub(crate) fn of(rows: &Triangle) -> Whole {
+    pub fn of(rows: &Triangle) -> Whole {
         let r = upper(rows);
         let norms = (0..rows.columns()).map(|c| rows.column_norm(c));
         Whole::scaled(r.tr_mul(&r), norms.collect())
     }
 
     /// A of clusters that together hold all rows.
-    pub(crate) fn of_clusters<'a>(p: usize, clusters: impl IntoIterator<Item = &'a Cluster>) -> Whole {
+    pub fn of_clusters<'a>(p: usize, clusters: impl IntoIterator<Item = &'a Cluster>) -> Whole {
         let gram = Cluster::sum(p, clusters).gram;
         let norms = gram.diagonal().iter().map(|d| d.max(0.0).sqrt()).collect();
         Whole::scaled(gram, norms)
@@ -114,7 +113,7 @@ impl Whole {
     }
 
     /// S_g of a cluster with k = `share`; `None` as for [`Whole::without`].
-    pub(crate) fn moved(&self, cluster: &Cluster, share: f64, held: f64) -> Option<Vec<f64>> {
+    pub fn moved(&self, cluster: &Cluster, share: f64, held: f64) -> Option<Vec<f64>> {
         let mut score = DVector::zeros(self.scale.len());
         for (b, &column) in cluster.columns.iter().enumerate() {
             score[column] = self.scale[column] * cluster.score[b];
@@ -124,7 +123,7 @@ impl Whole {
     }
 
     /// sum_g S_g^2, one per parameter; a cluster without S_g adds nothing.
-    pub(crate) fn variance(&self, clusters: &[Cluster], share: f64, held: f64) -> Vec<f64> {
+    pub fn variance(&self, clusters: &[Cluster], share: f64, held: f64) -> Vec<f64> {
         let mut variance = vec![0.0; self.scale.len()];
         for moved in clusters.iter().filter_map(|cluster| self.moved(cluster, share, held)) {
             variance.iter_mut().zip(moved).for_each(|(v, s)| *v += s * s);
@@ -134,7 +133,7 @@ impl Whole {
 
     /// Share of each cluster in what determines each parameter, (A^-1 A_g A^-1)_cc / (A^-1)_cc. The clusters have all
     /// columns.
-    pub(crate) fn told<'a>(&'a self, clusters: &'a [Cluster], held: f64) -> impl Iterator<Item = Vec<f64>> + 'a {
+    pub fn told<'a>(&'a self, clusters: &'a [Cluster], held: f64) -> impl Iterator<Item = Vec<f64>> + 'a {
         let p = self.scale.len();
         let inverse = self.without(None, held).map_or(DMatrix::zeros(p, p), |factor| factor.inverse());
         clusters.iter().map(move |cluster| {

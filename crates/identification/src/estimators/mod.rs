@@ -1,9 +1,8 @@
 //! From triangles to a solution, one estimator a file.
 
 pub mod barrier;
-pub mod block_deviation;
 pub mod closed_loop;
-pub(crate) mod clusters;
+pub mod clusters;
 pub mod consistent;
 pub mod correlated_deviation;
 pub mod drive_gains;
@@ -12,7 +11,7 @@ pub mod huber;
 pub mod loss;
 pub mod payload;
 pub mod replicate_deviation;
-pub(crate) mod row_products;
+pub mod row_products;
 pub mod state_bands;
 pub mod weighted;
 pub mod wrench_load;

@@ -162,7 +162,7 @@ pub fn replicate_deviation(
 }
 
 /// By how much the error of each of several logs moves the parameters, times `slope`.
-pub(crate) fn moved_by_logs(
+pub fn moved_by_logs(
     whole: &Whole,
     observation: &Observation,
     solution: &Solution,
@@ -208,13 +208,13 @@ pub(crate) fn of_clusters(
 }
 
 /// The deviation by bands of speed or of position, times `wider`.
-pub(crate) fn by_band(whole: &Whole, bands: &[Cluster], wider: f64) -> Vec<f64> {
+pub fn by_band(whole: &Whole, bands: &[Cluster], wider: f64) -> Vec<f64> {
     let variance = whole.variance(bands, BAND_LEVERAGE_EXPONENT, REMAINDER_ROUNDING_SHARE);
     variance.into_iter().map(|v| wider * v.sqrt()).collect()
 }
 
 /// s sqrt(A^-1_cc): what white noise alone would leave.
-pub(crate) fn white_deviation(solution: &Solution) -> Vec<f64> {
+pub fn white_deviation(solution: &Solution) -> Vec<f64> {
     (0..solution.x.len()).map(|c| (solution.variance * solution.inverse[(c, c)]).sqrt()).collect()
 }
 

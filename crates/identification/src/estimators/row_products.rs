@@ -6,7 +6,7 @@ use numerics::row_block::RowBlock;
 
 /// Rows of one joint: the columns that its torque can depend on, then one number more, a residual or a torque.
 #[derive(Clone)]
-pub(crate) struct RowProducts {
+pub struct RowProducts {
     places: Vec<usize>,
     /// Products (i, j), i <= j, column by column.
     products: Vec<f64>,
@@ -16,14 +16,14 @@ pub(crate) struct RowProducts {
 
 impl RowProducts {
     /// Of `columns` columns, without rows.
-    pub(crate) fn new(columns: usize) -> RowProducts {
+    pub fn new(columns: usize) -> RowProducts {
         let entries = columns + 1;
         let places = (0..entries).collect();
         RowProducts { places, products: vec![0.0; entries * entries], block: RowBlock::new(entries) }
     }
 
     /// Takes in eight rows: their entries at `places`, then `right`, each multiplied by its weight.
-    pub(crate) fn push(&mut self, places: &[usize], entries: &[Eight], right: &[f64; 8], weights: &[f64; 8]) {
+    pub fn push(&mut self, places: &[usize], entries: &[Eight], right: &[f64; 8], weights: &[f64; 8]) {
         // A row that does not count may hold NaN, which a weight of zero does not remove.
         let weighted = |x: &[f64; 8]| {
             let mut row = Eight([0.0; 8]);
@@ -43,13 +43,13 @@ impl RowProducts {
     }
 
     /// Adds the rows that follow.
-    pub(crate) fn append(&mut self, next: RowProducts) {
+    pub fn append(&mut self, next: RowProducts) {
         let next = next.finish();
         self.products.iter_mut().zip(&next).for_each(|(sum, product)| *sum += product);
     }
 
     /// The products of all rows. Product (i, j), i <= j, of m columns and the number behind them stands at j (m + 1) + i.
-    pub(crate) fn finish(mut self) -> Vec<f64> {
+    pub fn finish(mut self) -> Vec<f64> {
         self.complete();
         self.products
     }

@@ -53,7 +53,7 @@ impl<'a> StateBands<'a> {
     }
 
     /// One cluster per band, by speed and by position.
-    pub(crate) fn clusters(self, model: &Model) -> [Vec<Cluster>; 2] {
+    pub fn clusters(self, model: &Model) -> [Vec<Cluster>; 2] {
         let columns = |j: usize| model.layout.joints[j].columns.clone();
         let mut of = [Vec::new(), Vec::new()];
         for (j, shared, products) in self.products() {

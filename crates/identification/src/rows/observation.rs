@@ -286,7 +286,7 @@ impl Observation {
 }
 
 /// The rows of several parts, a triangle for each joint; empty where there is no part.
-pub(crate) fn sum_by_joint<'a>(parts: impl IntoIterator<Item = &'a Vec<Triangle>>) -> Vec<Triangle> {
+pub fn sum_by_joint<'a>(parts: impl IntoIterator<Item = &'a Vec<Triangle>>) -> Vec<Triangle> {
     let mut parts = parts.into_iter();
     let mut joints = parts.next().cloned().unwrap_or_default();
     for part in parts {

@@ -63,7 +63,7 @@ pub fn residual_sums<R: Records + ?Sized, S: ResidualSum>(
 }
 
 /// Adds the rows of one record.
-pub(crate) fn add_record<S: ResidualSum>(all: &mut S, model: &Model, states: &States, x: &[f64], empty: &S) {
+pub fn add_record<S: ResidualSum>(all: &mut S, model: &Model, states: &States, x: &[f64], empty: &S) {
     let (len, count) = (states.len(), states.len().div_ceil(SAMPLES_PER_PART).max(1));
     let parts: Vec<Range<usize>> = (0..count).map(|k| k * len / count..(k + 1) * len / count).collect();
     let sum = |_, part: &Range<usize>| {

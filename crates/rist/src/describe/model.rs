@@ -226,7 +226,7 @@ impl Model {
     /// Puts the given gains, by coordinate, over those of all drives.
     ///
     /// Fails with the names there are.
-    pub(crate) fn give_gains<T: From<f64>>(&self, all: &mut [T], given: &[(String, f64)]) -> Result<(), Error> {
+    pub fn give_gains<T: From<f64>>(&self, all: &mut [T], given: &[(String, f64)]) -> Result<(), Error> {
         given.iter().try_for_each(|(name, gain)| {
             let of = self.coordinate(name).map_err(|e| Error::new(format_args!("[gain={name}={gain}]: {e}")))?;
             all[of] = T::from(*gain);
@@ -270,7 +270,7 @@ impl Model {
     }
 
     /// The same where it is known how the options of its description differ from those here.
-    pub(crate) fn check_read(
+    pub fn check_read(
         &self,
         file: &Path,
         made_with: &ModelReference,

@@ -99,7 +99,7 @@ const BY_HAND: &str = "write the log anew, with its columns in the order, sign a
 
 /// The passport of logs and their records. `gains`: the drive gains by which currents became torques, where they are
 /// known. `options`: how the records were made.
-pub(crate) fn passport_of<R: Records + ?Sized>(
+pub fn passport_of<R: Records + ?Sized>(
     model: &Model,
     logs: &[LogSource],
     records: &R,

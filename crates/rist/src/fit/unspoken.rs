@@ -35,7 +35,7 @@ pub(crate) fn rotating(model: &Model) -> Result<Model, Error> {
 /// With the torques by which a tilt of the mount shows, and the rotors of which nobody spoke.
 ///
 /// `fitted`: base parameters, to which the described bodies are brought by the column that each has its name from.
-pub(crate) fn with_open<T>(model: &Model, fitted: Option<&[f64]>, look: impl FnOnce(Open) -> T) -> T {
+pub fn with_open<T>(model: &Model, fitted: Option<&[f64]>, look: impl FnOnce(Open) -> T) -> T {
     let (of, described) = (&model.parameters, model.described_parameters().unwrap_or_default());
     let brought = of.base.iter().zip(fitted.unwrap_or_default().iter().zip(&described));
     let changes: Vec<_> = brought.map(|(base, (x, described))| (of.standard[base.column], x - described)).collect();

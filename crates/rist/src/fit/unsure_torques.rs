@@ -21,7 +21,7 @@ use crate::fit::motion_range::{allowed, seen};
 use identification::estimate::artefact::Estimate;
 
 /// What a fit tells of its noise.
-pub(crate) struct Noise {
+pub struct Noise {
     /// Any multiple of the covariance for white noise.
     inverse: DMatrix<f64>,
     /// Deviations of the solution of least norm, of parameters that are open: those for white noise, as much wider as those
@@ -40,7 +40,8 @@ pub(crate) struct Noise {
 }
 
 impl Noise {
-    pub(crate) fn of(fit: &Fit) -> Noise {
+    /// Of a fit.
+    pub fn of(fit: &Fit) -> Noise {
         let discount = fit.estimate.discount();
         let of_open = fit.deviation.white.iter().map(|white| discount.sqrt() * white).collect();
         let within = fit.deviation.within_logs().into_iter().zip(fit.deviation.sigma());
@@ -63,9 +64,9 @@ impl Noise {
 }
 
 /// What tells how unsure torques are.
-pub(crate) struct UnsureTorques {
+pub struct UnsureTorques {
     /// Whether what the logs leave open of the parameters is open in every motion, so that no torque shows it.
-    pub(crate) opens_in_any_motion: bool,
+    pub opens_in_any_motion: bool,
     /// Where the logs moved, and how many of their rows are worth one.
     seen: MotionRange,
     discount: f64,
@@ -91,7 +92,7 @@ struct Covariance {
 
 impl UnsureTorques {
     /// Widens the deviations of an estimate by gains and faults, and says in it how unsure torques are.
-    pub(crate) fn widening(
+    pub fn widening(
         estimate: &mut Estimate,
         noise: Noise,
         gains: Option<&DriveGains>,

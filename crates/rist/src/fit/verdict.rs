@@ -1,7 +1,6 @@
 //! Whether to trust an estimate: one of experiments by itself, one of logs by other logs.
 
 use identification::estimate::described::described_residuals;
-use identification::estimate::fleet::accumulator::Accumulator;
 use identification::estimate::options::Options;
 use identification::estimate::passport::finding::Fault;
 use identification::estimate::verdict::{Evidence, Prediction};
@@ -14,8 +13,6 @@ pub use identification::estimate::verdict::{Trust, UseVerdict, Verdict, claim_li
 use crate::describe::model::Model;
 use crate::error::Error;
 use crate::fit::doctor::examine;
-use crate::fit::fleet::check_sums;
-use crate::fit::unsure_torques::{Noise, UnsureTorques};
 use identification::estimate::artefact::Estimate;
 
 /// Whether to trust an estimate by its own evidence alone. [`crate::fit::samples::Identification::judged`] has more evidence.
@@ -28,25 +25,9 @@ pub fn predicted_verdict(estimate: &Estimate, predicted: Option<f64>) -> Verdict
     Verdict::of(&evidence(estimate, predicted))
 }
 
-/// The estimate of sums, and whether to trust it for each use of torques; `model`: that of the sums.
-///
-/// Fails where the sums are of another model, and where they have no estimate.
-pub fn sums_verdict(model: &Model, sums: &Accumulator) -> Result<(Estimate, Verdict), Error> {
-    check_sums(model, sums)?;
-    let (mut fit, faults) = sums.fit()?;
-    let (noise, options) = (Noise::of(&fit), &sums.settings().options);
-    let unsure = UnsureTorques::widening(&mut fit.estimate, noise, None, &faults, model, options);
-    let verdict = Verdict::of(&Evidence {
-        opens_in_any_motion: unsure.opens_in_any_motion,
-        faults: &faults,
-        ..evidence(&fit.estimate, None)
-    });
-    Ok((fit.estimate, verdict))
-}
-
 /// What an estimate says of itself. Which motion its parts left out were is not in it; each experiment of a plan is a motion of
 /// its own.
-fn evidence(estimate: &Estimate, predicted: Option<f64>) -> Evidence<'_> {
+pub fn evidence(estimate: &Estimate, predicted: Option<f64>) -> Evidence<'_> {
     let (held_out, parts_are_new) = (estimate.cross_validation, estimate.options.is_none());
     Evidence {
         estimate,

@@ -2,7 +2,6 @@
 
 use experiments::excitation::limits::LimitsFile;
 use identification::estimate::artefact::Estimate;
-use identification::estimate::fleet::comparison::Compared;
 use identification::estimate::options::Options;
 
 use linear_model::friction::terms::FrictionTerm;
@@ -77,16 +76,5 @@ impl VisibilityRequest {
     /// Fails where they are to be chosen by a log, or stand on a measured torque.
     pub fn friction_terms(&self) -> Result<Vec<FrictionTerm>, Error> {
         terms_without_torque(self.friction.as_ref())
-    }
-}
-
-request! {
-    /// How sums are compared.
-    pub struct CompareRequest {
-        /// The parameters that are asked about.
-        of: Compared = Compared::All;
-        /// False discovery rate: the expected share of unchanged robots among those reported as changed, and of unchanged
-        /// parameters among those reported.
-        fdr: f64 = 0.05, value_name("RATE");
     }
 }

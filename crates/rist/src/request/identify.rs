@@ -27,7 +27,8 @@ use super::{FrictionChoice, Range, request};
 use crate::error::Error;
 
 /// Headings of the help.
-const METHOD: &str = "Method";
+/// The heading of the help for what a method is.
+pub const METHOD: &str = "Method";
 const SIGNALS: &str = "Signals";
 const BODIES: &str = "Bodies and loads";
 
@@ -99,32 +100,6 @@ request! {
 }
 
 request! {
-    /// What is asked of sums over logs.
-    pub struct SumsRequest {
-        /// Torque per unit of current of every drive, N m/A [default: as the description says].
-        gain: Vec<(String, f64)> = Vec::new(), range(Range::Positive), value_name("COORDINATE=GAIN"), heading(METHOD);
-        ..
-        /// How logs become rows; nothing in it may need them twice.
-        rows: RowsRequest;
-    }
-}
-
-request! {
-    /// What is asked of sums over logs that are read one after the other. By default a log that fails ends it.
-    pub struct AccumulateRequest {
-        /// Leave out logs that cannot be used or are not of this robot; the sums say which and why.
-        skip_broken: bool = false;
-        /// Take logs in that do not belong to the description (rist doctor).
-        anyway: bool = false;
-        /// Logs that are read at a time [default: as many as there are processors]; the sums are the same.
-        threads: Option<usize> = None, range(1..), value_name("N");
-        ..
-        /// What is asked of the sums.
-        sums: SumsRequest;
-    }
-}
-
-request! {
     /// What is asked of the paper's equations, rows of the operator Sp.
     pub struct PaperRequest {
         /// Torque per unit of current of a drive, N m/A [default: as the file says; with [load], none]. Where only some
@@ -190,7 +165,8 @@ impl SignalRequest {
 }
 
 impl RowsRequest {
-    fn of_options(options: Options) -> RowsRequest {
+    /// The request with these options.
+    pub fn of_options(options: Options) -> RowsRequest {
         let signals = SignalRequest { options: Some(options), ..SignalRequest::default() };
         RowsRequest { signals, ..RowsRequest::default() }
     }
@@ -236,13 +212,6 @@ impl IdentifyRequest {
     /// The request with these options.
     pub fn of_options(options: Options) -> IdentifyRequest {
         IdentifyRequest { samples: SamplesRequest::of_options(options), ..IdentifyRequest::default() }
-    }
-}
-
-impl SumsRequest {
-    /// The request with these options.
-    pub fn of_options(options: Options) -> SumsRequest {
-        SumsRequest { rows: RowsRequest::of_options(options), ..SumsRequest::default() }
     }
 }
 

@@ -45,13 +45,15 @@ pub mod spelling;
 mod table;
 mod types;
 mod unknowns;
-mod words;
+pub mod words;
+
+use std::sync::OnceLock;
 
 pub use derive::DeriveRequest;
 pub use describe::{ConvertRequest, DescriptionFormat, EvaluateRequest, InspectRequest, SheetFormat, StateQuantity};
 pub use effect::{Delay, Whose};
 pub use examine::{
-    CheckRequest, CompareRequest, DoctorRequest, MOTION_CUTOFF, ValidateRequest, VisibilityRequest, WrenchRequest,
+    CheckRequest, DoctorRequest, MOTION_CUTOFF, ValidateRequest, VisibilityRequest, WrenchRequest,
 };
 pub use excite::{ExciteRequest, Family, Series};
 pub use field::Field;
@@ -59,8 +61,7 @@ pub use files::{BodiesFiles, PlanFiles, PointsFiles, ReportFiles, SamplesFiles, 
 pub use friction::FrictionChoice;
 pub use generate::{GenerateRequest, SourceLanguage, function_names};
 pub use identify::{
-    AccumulateRequest, ClosedLoopRequest, HarmonicRequest, IdentifyRequest, PaperRequest, RowsRequest, SamplesRequest,
-    SignalRequest, SumsRequest,
+    ClosedLoopRequest, HarmonicRequest, IdentifyRequest, METHOD, PaperRequest, RowsRequest, SamplesRequest, SignalRequest,
 };
 pub use method::{Method, MethodRequest};
 pub use model::ModelOptions;
@@ -70,7 +71,8 @@ pub use range::{Range, number};
 pub use shape::{Flag, Shape};
 pub use simulate::SimulateRequest;
 pub use table::{Request, of_values, unknown};
-pub(crate) use table::{has, in_range, request, value_of};
+pub use table::{has, in_range, value_of};
+pub(crate) use table::request;
 pub use types::FieldType;
 pub use unknowns::Unknown;
 pub use words::Words;
@@ -93,11 +95,20 @@ pub fn requests() -> Vec<(String, Vec<Field>)> {
         ("check", CheckRequest::fields()),
         ("play", PlayRequest::fields()),
         ("visibility", VisibilityRequest::fields()),
-        ("compare", CompareRequest::fields()),
-        ("accumulate", AccumulateRequest::fields()),
     ];
     let methods = Method::all().map(|method| (format!("identify-{}", method.word()), method.fields()));
-    steps.into_iter().map(|(name, fields)| (name.to_string(), fields)).chain(methods).collect()
+    let of_wings = WINGS.get().into_iter().flat_map(|wings| wings.iter()).flat_map(|requests| requests());
+    steps.into_iter().chain(of_wings).map(|(name, fields)| (name.to_string(), fields)).chain(methods).collect()
+}
+
+/// The requests of a wing by name.
+pub type WingRequests = fn() -> Vec<(&'static str, Vec<Field>)>;
+
+static WINGS: OnceLock<Vec<WingRequests>> = OnceLock::new();
+
+/// Adds the requests of wings, before the first text is spelled; only the first call counts.
+pub fn register_wings(requests: Vec<WingRequests>) {
+    WINGS.get_or_init(|| requests);
 }
 
 /// The fields of all requests, which is what a text may name.

@@ -47,12 +47,12 @@ pub fn unknown<'a>(name: &str, known: impl IntoIterator<Item = &'a str>) -> Erro
 }
 
 /// Whether a request has this field: one that stands in another as a part.
-pub(crate) fn has<R: Request>(name: &str) -> bool {
+pub fn has<R: Request>(name: &str) -> bool {
     R::fields().iter().any(|field| field.name == name)
 }
 
 /// Refuses numbers of a field that are out of its range.
-pub(crate) fn in_range<T: FieldType>(field: &Field, value: &T) -> Result<(), Error> {
+pub fn in_range<T: FieldType>(field: &Field, value: &T) -> Result<(), Error> {
     match value.numbers().into_iter().find(|x| !field.range.holds(*x)) {
         Some(x) => Err(field.range.refusal(field.name, x)),
         None => Ok(()),
@@ -62,7 +62,7 @@ pub(crate) fn in_range<T: FieldType>(field: &Field, value: &T) -> Result<(), Err
 /// The value of a field.
 ///
 /// Fails where it is not as the type expects, or out of range.
-pub(crate) fn value_of<T: FieldType>(field: &Field, value: &Value) -> Result<T, Error> {
+pub fn value_of<T: FieldType>(field: &Field, value: &Value) -> Result<T, Error> {
     let found = T::of_value(value).map_err(|e| e.about(field.name))?;
     let found = found
         .ok_or_else(|| Error::new(format_args!("[{}] is {value}; expected is {}", field.name, field.shape.expected)))?;
@@ -70,7 +70,8 @@ pub(crate) fn value_of<T: FieldType>(field: &Field, value: &Value) -> Result<T, 
     Ok(found)
 }
 
-/// Writes a request: a struct, its default, and the table of its fields.
+/// Writes a request: a struct, its default, and the table of its fields. Wings write theirs with it too.
+#[macro_export]
 macro_rules! request {
     (
         $(#[doc = $about:literal])*
@@ -106,7 +107,7 @@ macro_rules! request {
                 [own, $(<$part_type as $crate::request::Request>::fields(),)?].concat()
             }
 
-            fn set_texts(&mut self, name: &str, texts: &[String]) -> Result<(), $crate::error::Error> {
+            fn set_texts(&mut self, name: &str, texts: &[String]) -> Result<(), $crate::Error> {
                 match name {
                     $(stringify!($field) => {
                         self.$field = $crate::request::FieldType::of_texts(texts).map_err(|e| e.about(name))?;
@@ -117,7 +118,7 @@ macro_rules! request {
                 Ok(())
             }
 
-            fn set_value(&mut self, name: &str, value: &serde_json::Value) -> Result<(), $crate::error::Error> {
+            fn set_value(&mut self, name: &str, value: &serde_json::Value) -> Result<(), $crate::Error> {
                 let fields = Self::fields();
                 let Some(field) = fields.iter().find(|field| field.name == name) else {
                     return Err($crate::request::unknown(name, fields.iter().map(|field| field.name)));
@@ -143,7 +144,7 @@ macro_rules! request {
                 [own, $(self.$part.given(),)?].concat()
             }
 
-            fn check(&self) -> Result<(), $crate::error::Error> {
+            fn check(&self) -> Result<(), $crate::Error> {
                 let fields = Self::fields();
                 let mut fields = fields.iter();
                 $($crate::request::in_range(fields.next().expect("a field of the table"), &self.$field)?;)*
@@ -153,4 +154,4 @@ macro_rules! request {
         }
     };
 }
-pub(crate) use request;
+pub(crate) use crate::request;

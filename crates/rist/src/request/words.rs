@@ -4,7 +4,6 @@ use experiments::excitation::criterion::Aim;
 use experiments::motion::point_trajectory::Interpolation;
 use experiments::motion::profile::Profile;
 use experiments::plan::exchange::Criterion;
-use identification::estimate::fleet::comparison::Compared;
 use identification::estimators::weighted::Weights;
 use linear_model::description_options::RotorInertias;
 use robot::format::{Angles, Mimic};
@@ -31,7 +30,7 @@ pub trait Words: Copy + PartialEq + 'static {
 }
 
 /// How a choice is written.
-pub(super) fn shape<T: Words>() -> Shape {
+pub fn shape<T: Words>() -> Shape {
     let words: Vec<&str> = T::WORDS.iter().map(|(_, word, _)| *word).collect();
     let quoted: Vec<String> = words.iter().map(|word| format!("\"{word}\"")).collect();
     Shape {
@@ -46,6 +45,7 @@ pub(super) fn shape<T: Words>() -> Shape {
 }
 
 /// Makes a type one of a field: its choices, their words and what they mean. An `enum` is declared with them.
+#[macro_export]
 macro_rules! words {
     ($(#[doc = $about:literal])* pub enum $type:ident {
         $($(#[doc = $doc:literal])* $choice:ident = $word:literal $help:expr),* $(,)?
@@ -68,11 +68,11 @@ macro_rules! words {
                 $crate::request::words::shape::<$type>()
             }
 
-            fn of_texts(texts: &[String]) -> Result<$type, $crate::error::Error> {
+            fn of_texts(texts: &[String]) -> Result<$type, $crate::Error> {
                 $crate::request::words::of_texts(texts)
             }
 
-            fn of_value(value: &serde_json::Value) -> Result<Option<$type>, $crate::error::Error> {
+            fn of_value(value: &serde_json::Value) -> Result<Option<$type>, $crate::Error> {
                 Ok(value.as_str().and_then(<$type as $crate::request::words::Words>::of_word))
             }
 
@@ -82,9 +82,10 @@ macro_rules! words {
         }
     };
 }
-pub(crate) use words;
+pub use crate::words;
 
-pub(super) fn of_texts<T: Words>(texts: &[String]) -> Result<T, Error> {
+/// The choice of the last of these texts; fails where it is none of the words.
+pub fn of_texts<T: Words>(texts: &[String]) -> Result<T, Error> {
     let word = last(texts);
     T::of_word(word).ok_or_else(|| Error::new(format_args!("`{word}`: expected is {}", shape::<T>().expected)))
 }
@@ -108,11 +109,6 @@ words! { Interpolation:
 words! { Aim:
     Determinant = "determinant" "The determinant of the information",
     Condition = "condition" "The condition number of the columns, scaled to unit norm",
-}
-
-words! { Compared:
-    All = "all" "All that both determine",
-    Inertial = "inertial" "Those of bodies and rotors: friction may move from day to day",
 }
 
 words! { Mimic:

@@ -2,7 +2,7 @@
 
 /// The folders and files of each `src`, from bottom to top: a file imports only what stands before its own
 /// place in the list.
-pub(crate) const ORDERS: [(&str, &[&str]); 19] = [
+pub(crate) const ORDERS: [(&str, &[&str]); 20] = [
     ("crates/processor", &["threads", "lib"]),
     ("crates/gate", &["budget", "unfolding", "shown", "suggestion", "opened", "source"]),
     ("crates/random", &["split_mix", "random"]),
@@ -131,7 +131,6 @@ pub(crate) const ORDERS: [(&str, &[&str]); 19] = [
             "positive_definite",
             "information_matrix",
             "student",
-            "behrens_fisher",
         ],
     ),
     (
@@ -192,6 +191,26 @@ pub(crate) const ORDERS: [(&str, &[&str]); 19] = [
         &["error", "request", "output", "example", "tape", "describe", "motion", "fit", "write_back", "page"],
     ),
     (
+        "crates/wings/fleet",
+        &[
+            "behrens_fisher",
+            "block_deviation",
+            "settings",
+            "state_cells",
+            "replicate",
+            "accumulator",
+            "tri_words",
+            "tri_file",
+            "solution",
+            "false_discovery",
+            "comparison",
+            "request",
+            "sums",
+            "verdict",
+            "lib",
+        ],
+    ),
+    (
         "crates/cli",
         &[
             "failure",
@@ -214,10 +233,7 @@ pub(crate) const ORDERS: [(&str, &[&str]); 19] = [
             "derive",
             "report",
             "identify",
-            "accumulate",
-            "merge",
-            "solve",
-            "compare",
+            "fleet",
             "excite",
             "visibility",
             "inspect",
@@ -230,6 +246,7 @@ pub(crate) const ORDERS: [(&str, &[&str]); 19] = [
             "simulate",
             "validate",
             "schema",
+            "wings",
             "lib",
         ],
     ),

@@ -141,21 +141,6 @@ pub fn hypotheses<R: Records + ?Sized>(
     Ok(found.map(|one| Tested { torque_share: share(&one.of), ..one }).collect())
 }
 
-/// What sums keep of the hypotheses: one triangle per part of a record, as [`triangles`] makes them beside a fit to it alone.
-/// Empty where [`hypotheses`] is.
-///
-/// Fails when a record cannot be read.
-pub(crate) fn triangles_of_sums<R: Records + ?Sized>(
-    model: &Model,
-    records: &R,
-    fit: Point,
-    open: Open,
-    parts: usize,
-) -> Result<Vec<Triangle>, Error> {
-    let all = hypotheses_of(model, open);
-    if all.is_empty() { Ok(Vec::new()) } else { Ok(triangles(model, records, fit, open, &all, parts)?.0) }
-}
-
 /// Every hypothesis of a model; none for a robot of many coordinates, and where there is no parameter.
 pub fn hypotheses_of(model: &Model, open: Open) -> Vec<Hypothesis> {
     match model.n() > MOST_COORDINATES || model.regressor.parameters().is_empty() {
@@ -167,7 +152,7 @@ pub fn hypotheses_of(model: &Model, open: Open) -> Vec<Hypothesis> {
 /// One triangle per part of the records, of the rows [W | h] and tau, weighted as the fit weighs them; and the squares of these tau by joint.
 ///
 /// Fails when a record cannot be read.
-pub(super) fn triangles<R: Records + ?Sized>(
+pub fn triangles<R: Records + ?Sized>(
     model: &Model,
     records: &R,
     fit: Point,
@@ -209,7 +194,7 @@ pub(super) fn triangles<R: Records + ?Sized>(
 }
 
 /// The hypotheses by the triangles of parts of the record.
-pub(crate) fn tested(parts: &[Triangle], x: &[f64], all: &[Hypothesis]) -> Vec<Tested> {
+pub fn tested(parts: &[Triangle], x: &[f64], all: &[Hypothesis]) -> Vec<Tested> {
     let p = x.len();
     // Rows of the weight `HELD_COLUMN_SHARE` hold at x what the data leave open.
     let whole = merged(parts, None);

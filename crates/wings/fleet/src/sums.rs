@@ -2,8 +2,8 @@
 
 use std::path::{Path, PathBuf};
 
-use identification::estimate::fleet::replicate::Replicate;
-use identification::estimate::fleet::settings::Settings;
+use crate::replicate::Replicate;
+use crate::settings::Settings;
 use identification::estimate::options::Options;
 use identification::estimate::passport::finding::Fault;
 use identification::signals::cutoff::MotionEnergy;
@@ -13,15 +13,16 @@ use logs::LogSource;
 use numerics::interruption::Interruption;
 use processor::in_order;
 
-pub use identification::estimate::fleet::accumulator::Accumulator;
-pub use identification::estimate::fleet::comparison::{Compared, Comparison, compare};
+pub use crate::accumulator::Accumulator;
+pub use crate::comparison::{Compared, Comparison, compare};
 
-use crate::describe::model::Model;
-use crate::error::Error;
-use crate::fit::doctor::passport_of;
-use crate::fit::unspoken::with_open;
-pub use crate::request::{AccumulateRequest, SumsRequest};
-use crate::request::{ModelOptions, Request};
+use rist::describe::model::Model;
+use rist::Error;
+use rist::fit::doctor::passport_of;
+use rist::fit::unspoken::with_open;
+use rist::request::{ModelOptions, Request};
+
+use crate::request::{AccumulateRequest, SumsRequest};
 
 /// Sums over no logs yet.
 ///

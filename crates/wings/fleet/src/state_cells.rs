@@ -22,10 +22,10 @@ use std::f64::consts::TAU;
 use linear_model::linear_model::{Model, ResidualGroup};
 use linear_model::states::States;
 
-use crate::estimators::clusters::Cluster;
-use crate::estimators::row_products::RowProducts;
-use crate::estimators::state_bands::Shared;
-use crate::rows::residual_sums::{ResidualSum, add_record};
+use identification::estimators::clusters::Cluster;
+use identification::estimators::row_products::RowProducts;
+use identification::estimators::state_bands::Shared;
+use identification::rows::residual_sums::{ResidualSum, add_record};
 
 /// Cells of position in a turn.
 const CELLS_PER_TURN: f64 = 32.0;
@@ -246,11 +246,11 @@ fn position_cell(states: &States, at: usize, slides: bool) -> i32 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::estimators::clusters::Whole;
-    use crate::estimators::replicate_deviation::{by_band, state_bands, white_deviation};
-    use crate::estimators::weighted::{Weights, fit};
-    use crate::rows::observation::{Observation, weighted};
-    use crate::rows::residual_sums::residual_sums;
+    use identification::estimators::clusters::Whole;
+    use identification::estimators::replicate_deviation::{by_band, state_bands, white_deviation};
+    use identification::estimators::weighted::{Weights, fit};
+    use identification::rows::observation::{Observation, weighted};
+    use identification::rows::residual_sums::residual_sums;
     use crate::test_arm::Pendulum;
     use random::Random;
 

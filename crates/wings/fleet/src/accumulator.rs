@@ -25,10 +25,10 @@ use logs::Error;
 use numerics::triangle::Triangle;
 use serde::{Deserialize, Serialize};
 
-use crate::estimate::fleet::replicate::{LogAccount, MAX_BLOCKS_PER_LOG, Replicate};
-use crate::estimate::fleet::settings::Settings;
-use crate::estimate::fleet::state_cells::StateCells;
-use crate::rows::observation::Observation;
+use crate::replicate::{LogAccount, MAX_BLOCKS_PER_LOG, Replicate};
+use crate::settings::Settings;
+use crate::state_cells::StateCells;
+use identification::rows::observation::Observation;
 
 /// Largest number of logs, or groups of logs, that are kept apart.
 pub(crate) const MAX_REPLICATES: usize = 64;
@@ -216,10 +216,11 @@ fn settle_cutoff(settings: &mut Settings, observation: &Observation) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::estimate::fleet::replicate::MAX_FAULT_PARTS_PER_LOG;
-    use crate::estimate::ledger::hypotheses::{Open, Point, triangles_of_sums};
-    use crate::estimate::options::Options;
-    use crate::estimators::weighted::{Weights, fit};
+    use crate::replicate::of_hypotheses;
+    use crate::replicate::MAX_FAULT_PARTS_PER_LOG;
+    use identification::estimate::ledger::hypotheses::{Open, Point};
+    use identification::estimate::options::Options;
+    use identification::estimators::weighted::{Weights, fit};
     use crate::test_arm::Pendulum;
     use linear_model::linear_model::Model;
     use linear_model::reference::ModelReference;
@@ -260,7 +261,7 @@ mod tests {
         cells.add(&model, &states);
         let (solution, weights) = fit(&observation.joints(|_| true), Weights::Joint);
         let point = Point { x: &solution.x, weights: &weights, robust: None };
-        let faults = triangles_of_sums(&model, &[states][..], point, Open::default(), MAX_FAULT_PARTS_PER_LOG).unwrap();
+        let faults = of_hypotheses(&model, &[states][..], point, Open::default(), MAX_FAULT_PARTS_PER_LOG).unwrap();
         Replicate { logs: vec![account], observation, cells, faults }
     }
 

@@ -9,11 +9,11 @@ use logs::{Error, Log, LogSource};
 use numerics::triangle::Triangle;
 use serde::{Deserialize, Serialize};
 
-use crate::estimate::fleet::state_cells::{Grain, StateCells};
-use crate::estimate::ledger::hypotheses::{Open, Point, triangles_of_sums};
-use crate::estimators::weighted::{Weights, fit};
-use crate::rows::observation::{Observation, sum_by_joint};
-use crate::signals::records::{Records, SourceRecords};
+use crate::state_cells::{Grain, StateCells};
+use identification::estimate::ledger::hypotheses::{Open, Point, hypotheses_of, triangles};
+use identification::estimators::weighted::{Weights, fit};
+use identification::rows::observation::{Observation, sum_by_joint};
+use identification::signals::records::{Records, SourceRecords};
 
 /// Largest number of blocks of one log.
 pub(crate) const MAX_BLOCKS_PER_LOG: usize = 16;
@@ -92,7 +92,7 @@ impl Replicate {
         };
         let (solution, weights) = fit(&observation.joints(|_| true), Weights::Joint);
         let point = Point { x: &solution.x, weights: &weights, robust: None };
-        let faults = triangles_of_sums(model, records, point, open, MAX_FAULT_PARTS_PER_LOG)?;
+        let faults = of_hypotheses(model, records, point, open, MAX_FAULT_PARTS_PER_LOG)?;
         Ok(Replicate { logs: vec![account], observation, cells, faults })
     }
 
@@ -176,6 +176,21 @@ fn digest(log: &LogSource) -> Result<u64, Error> {
         })?,
     }
     Ok(digest.0)
+}
+
+/// What sums keep of the hypotheses: one triangle per part of a record, of the rows beside a fit to it alone. Empty where there is no
+/// hypothesis.
+///
+/// Fails when a record cannot be read.
+pub(crate) fn of_hypotheses<R: Records + ?Sized>(
+    model: &Model,
+    records: &R,
+    fit: Point,
+    open: Open,
+    parts: usize,
+) -> Result<Vec<Triangle>, Error> {
+    let all = hypotheses_of(model, open);
+    if all.is_empty() { Ok(Vec::new()) } else { Ok(triangles(model, records, fit, open, &all, parts)?.0) }
 }
 
 #[cfg(test)]

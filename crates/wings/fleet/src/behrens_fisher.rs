@@ -14,7 +14,7 @@
 //!   p = 2 int f(u) S((t - s_2 u) / s_1, nu_1) du,   u = sqrt(nu_2) sinh x,   f(u) du = C cosh(x)^-nu_2 dx
 //! The integrand falls exponentially and has no corner, so that equal steps converge exponentially.
 
-use crate::student::two_sided;
+use numerics::student::two_sided;
 
 /// The density f is left out below this share of its middle. The smallest p that can be told from zero is larger.
 const NEGLIGIBLE_DENSITY_SHARE: f64 = 1e-18;
@@ -30,10 +30,10 @@ const LARGEST_STEP_SIGMAS: f64 = 0.5;
 const MIN_DEGREES_OF_FREEDOM: f64 = 0.5;
 
 /// A number with its estimated deviation: (deviation, degrees of freedom).
-pub type Estimated = (f64, f64);
+pub(crate) type Estimated = (f64, f64);
 
 /// The probability that |s_1 T_1 + s_2 T_2| exceeds `difference`; 1 where a deviation has no degree of freedom.
-pub fn two_sided_difference(difference: f64, one: Estimated, other: Estimated) -> f64 {
+pub(crate) fn two_sided_difference(difference: f64, one: Estimated, other: Estimated) -> f64 {
     let (large, small) = if one.0 >= other.0 { (one, other) } else { (other, one) };
     let t = difference.abs();
     if !(large.0 > 0.0 && t.is_finite()) {

@@ -4,9 +4,10 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 
-use crate::accumulate::print_account;
-use crate::artefact::{read_sums, write_file};
+use crate::fleet::accumulate::print_account;
+use crate::artefact::write_file;
 use crate::failure::Failure;
+use crate::fleet::read_sums;
 use rist::output::check_output;
 
 /// Merge sums of rist accumulate: the same as one sum over all logs, in whatever order

@@ -6,10 +6,10 @@ use std::collections::BTreeMap;
 use gate::budget::Budget;
 use numerics::triangle::Triangle;
 
-use crate::estimate::fleet::replicate::{MAX_BLOCKS_PER_LOG, MAX_FAULT_PARTS_PER_LOG};
-use crate::estimate::fleet::state_cells::{Cell, Grain, StateCells};
-use crate::estimators::state_bands::Shared;
-use crate::rows::observation::Observation;
+use crate::replicate::{MAX_BLOCKS_PER_LOG, MAX_FAULT_PARTS_PER_LOG};
+use crate::state_cells::{Cell, Grain, StateCells};
+use identification::estimators::state_bands::Shared;
+use identification::rows::observation::Observation;
 
 /// Numbers on their way into a file.
 #[derive(Default)]

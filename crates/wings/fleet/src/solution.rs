@@ -14,21 +14,21 @@ use numerics::least_squares::Solution;
 use numerics::student::reach;
 use numerics::triangle::Triangle;
 
-use crate::estimate::artefact::Estimate;
-use crate::estimate::fleet::accumulator::Accumulator;
-use crate::estimate::fleet::settings::ColumnsAlone;
-use crate::estimate::fleet::state_cells::StateCells;
-use crate::estimate::held_out::cross_validate;
-use crate::estimate::identified::INTERVAL;
-use crate::estimate::identify::{Fit, NO_JOINT_MOVES, of_signals, report, with_deviations};
-use crate::estimate::ledger::hypotheses::{Tested, tested};
-use crate::estimate::ledger::{widen_by_faults, widen_by_what_may_be_there};
-use crate::estimate::logs_left_out::{logs_left_out, sentence as of_left_out};
-use crate::estimators::block_deviation::{BlockDeviation, block_deviation};
-use crate::estimators::clusters::Whole;
-use crate::estimators::replicate_deviation::{ReplicateDeviation, by_band, moved_by_logs, white_deviation};
-use crate::estimators::weighted::fit;
-use crate::rows::observation::{Observation, weighted};
+use identification::estimate::artefact::Estimate;
+use crate::accumulator::Accumulator;
+use crate::settings::ColumnsAlone;
+use crate::state_cells::StateCells;
+use identification::estimate::held_out::cross_validate;
+use identification::estimate::identified::INTERVAL;
+use identification::estimate::identify::{Fit, NO_JOINT_MOVES, of_signals, report, with_deviations};
+use identification::estimate::ledger::hypotheses::{Tested, tested};
+use identification::estimate::ledger::{widen_by_faults, widen_by_what_may_be_there};
+use identification::estimate::logs_left_out::{logs_left_out, sentence as of_left_out};
+use crate::block_deviation::{BlockDeviation, block_deviation};
+use identification::estimators::clusters::Whole;
+use identification::estimators::replicate_deviation::{ReplicateDeviation, by_band, moved_by_logs, white_deviation};
+use identification::estimators::weighted::fit;
+use identification::rows::observation::{Observation, weighted};
 
 /// With fewer blocks than this a deviation is uncertain by more than a half.
 const SUFFICIENT_BLOCKS: usize = 8;

@@ -24,10 +24,10 @@ use logs::Error;
 use numerics::triangle::Triangle;
 use serde::{Deserialize, Serialize};
 
-use crate::estimate::fleet::accumulator::{Accumulator, FailedLog, MAX_REPLICATES};
-use crate::estimate::fleet::replicate::{Digest, LogAccount, Replicate};
-use crate::estimate::fleet::settings::Settings;
-use crate::estimate::fleet::tri_words::{Body, Words};
+use crate::accumulator::{Accumulator, FailedLog, MAX_REPLICATES};
+use crate::replicate::{Digest, LogAccount, Replicate};
+use crate::settings::Settings;
+use crate::tri_words::{Body, Words};
 
 /// The word that such a file begins with.
 const TRI_MAGIC_WORD: &str = "rist-tri";
@@ -185,11 +185,11 @@ fn divided(bytes: &[u8]) -> Result<(&str, &[u8]), String> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::estimate::fleet::replicate::{MAX_BLOCKS_PER_LOG, MAX_FAULT_PARTS_PER_LOG};
-    use crate::estimate::fleet::state_cells::StateCells;
-    use crate::estimate::ledger::hypotheses::Open;
-    use crate::estimate::options::Options;
-    use crate::rows::observation::Observation;
+    use crate::replicate::{MAX_BLOCKS_PER_LOG, MAX_FAULT_PARTS_PER_LOG};
+    use crate::state_cells::StateCells;
+    use identification::estimate::ledger::hypotheses::Open;
+    use identification::estimate::options::Options;
+    use identification::rows::observation::Observation;
     use crate::test_arm::Pendulum;
     use linear_model::linear_model::Model;
     use linear_model::reference::ModelReference;

@@ -4,12 +4,12 @@ use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
 use clap::Args;
-use rist::Accumulator;
-use rist::request::AccumulateRequest;
+use fleet::{AccumulateRequest, Accumulator};
 use serde_json::json;
 
-use crate::artefact::{read_sums, write_file};
+use crate::artefact::write_file;
 use crate::failure::Failure;
+use crate::fleet::read_sums;
 use crate::flags::Flags;
 use crate::model::ModelArguments;
 use crate::terminal::{at_work, print_result};
@@ -54,15 +54,15 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
         Some(path) => {
             let like = read_sums(path)?;
             let model = arguments.model.derive_as(like.settings().description.as_ref())?;
-            rist::fit::fleet::check_sums(&model, &like)
+            fleet::sums::check_sums(&model, &like)
                 .map_err(|e| Failure::new(format_args!("{}: {e}", path.display())))?;
             told();
-            rist::fit::fleet::accumulate_like(&model, logs, &request, like.settings().options.clone())?
+            fleet::sums::accumulate_like(&model, logs, &request, like.settings().options.clone())?
         }
         None => {
             let model = arguments.model.derive()?;
             told();
-            rist::accumulate(&model, logs, &request)?
+            fleet::accumulate(&model, logs, &request)?
         }
     };
     write_file(&arguments.out, &sums.to_bytes()?)?;

@@ -2,7 +2,7 @@
 //!
 //! d_c = x_c - x_c(reference), var d_c = sigma_c^2 + sigma_c^2(reference), because the sums are of different logs. Each
 //! sigma is the larger of the white deviation and that between replicates, with degrees of freedom of its own.
-//! `numerics::behrens_fisher` says how likely d_c is without a change. The questions of all parameters and robots are
+//! `crate::behrens_fisher` says how likely d_c is without a change. The questions of all parameters and robots are
 //! answered together (`false_discovery`). Only parameters that both determine are compared; those that one leaves open
 //! are named.
 
@@ -12,12 +12,12 @@ use linear_model::artefact::{self, Kind, Seal};
 use linear_model::parameter::ParameterId;
 use linear_model::unit::Unit;
 use logs::Error;
-use numerics::behrens_fisher::two_sided_difference;
+use crate::behrens_fisher::two_sided_difference;
 use serde::{Deserialize, Serialize};
 
-use crate::estimate::fleet::accumulator::Accumulator;
-use crate::estimate::fleet::false_discovery::families;
-use crate::estimate::fleet::solution::Solved;
+use crate::accumulator::Accumulator;
+use crate::false_discovery::families;
+use crate::solution::Solved;
 
 /// Which parameters are asked about. Each question costs power: the rate is held over all that are asked.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
@@ -277,18 +277,18 @@ impl ComparedRobot {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::estimate::fleet::replicate::{LogAccount, MAX_BLOCKS_PER_LOG, Replicate};
-    use crate::estimate::fleet::settings::Settings;
-    use crate::estimate::ledger::hypotheses::Open;
-    use crate::estimate::options::Options;
-    use crate::rows::observation::Observation;
+    use crate::replicate::{LogAccount, MAX_BLOCKS_PER_LOG, Replicate};
+    use crate::settings::Settings;
+    use identification::estimate::ledger::hypotheses::Open;
+    use identification::estimate::options::Options;
+    use identification::rows::observation::Observation;
     use crate::test_arm::Pendulum;
     use linear_model::friction::terms::FrictionTerm;
     use linear_model::linear_model::Model;
     use linear_model::reference::ModelReference;
     use random::Random;
 
-    use crate::estimate::fleet::state_cells::StateCells;
+    use crate::state_cells::StateCells;
 
     /// Sums over one log of a pendulum whose MX is larger by `more`.
     fn sums(seed: u64, more: f64) -> Accumulator {

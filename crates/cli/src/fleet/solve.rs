@@ -4,8 +4,8 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 
-use crate::artefact::read_sums;
 use crate::failure::Failure;
+use crate::fleet::read_sums;
 use crate::verdict::conclude;
 use rist::output::check_output;
 use rist::{Model, ModelOptions};
@@ -40,7 +40,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
         Some(path) => {
             let options = sums.settings().description.as_ref().map(ModelOptions::of_description);
             let model = Model::read_with(path, &options.unwrap_or_default())?;
-            rist::fit::verdict::sums_verdict(&model, &sums)?
+            fleet::sums_verdict(&model, &sums)?
         }
     };
     conclude(&estimate, &verdict, arguments.out.as_deref())

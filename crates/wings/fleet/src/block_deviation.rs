@@ -22,12 +22,12 @@
 use numerics::least_squares::Solution;
 use numerics::triangle::Triangle;
 
-use crate::estimators::clusters::{Cluster, Whole};
-use crate::rows::observation::weighted;
+use identification::estimators::clusters::{Cluster, Whole};
+use identification::rows::observation::weighted;
 
 /// Deviations by the jackknife.
 #[derive(Clone, Debug, PartialEq)]
-pub struct BlockDeviation {
+pub(crate) struct BlockDeviation {
     /// One per parameter, in its unit; zero with fewer than two blocks.
     pub sigma: Vec<f64>,
     /// Degrees of freedom of each; zero where one block alone shows the parameter.
@@ -66,8 +66,8 @@ pub(crate) fn block_deviation(parts: &[Vec<Triangle>], weights: &[f64], solution
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::estimators::weighted::{Weights, fit};
-    use crate::rows::observation::Observation;
+    use identification::estimators::weighted::{Weights, fit};
+    use identification::rows::observation::Observation;
     use crate::test_arm::Pendulum;
     use linear_model::linear_model::Model;
     use numerics::least_squares::solve;

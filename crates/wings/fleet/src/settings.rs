@@ -14,9 +14,9 @@ use linear_model::unit::Unit;
 use logs::Error;
 use serde::{Deserialize, Serialize};
 
-use crate::estimate::ledger::hypotheses::{Hypothesis, Open, hypotheses_of};
-use crate::estimate::options::Options;
-use crate::estimators::weighted::Weights;
+use identification::estimate::ledger::hypotheses::{Hypothesis, Open, hypotheses_of};
+use identification::estimate::options::Options;
+use identification::estimators::weighted::Weights;
 
 /// What all logs of a sum have in common.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]

@@ -3,11 +3,11 @@
 use std::path::{Path, PathBuf};
 
 use clap::Args;
-use rist::Accumulator;
-use rist::request::CompareRequest;
+use fleet::{Accumulator, CompareRequest};
 
-use crate::artefact::{read_sums, write_file};
+use crate::artefact::write_file;
 use crate::failure::Failure;
+use crate::fleet::read_sums;
 use crate::flags::Flags;
 use crate::terminal::print_result;
 use rist::output::check_output;
@@ -42,7 +42,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let names: Vec<String> = arguments.robots.iter().map(name).collect();
     let named: Vec<(&str, &Accumulator)> = names.iter().map(String::as_str).zip(&robots).collect();
     let asked = arguments.request.read()?;
-    let found = rist::compare((&name(&arguments.reference), &reference), &named, asked.of, asked.fdr)?;
+    let found = fleet::compare((&name(&arguments.reference), &reference), &named, asked.of, asked.fdr)?;
     print_result(&found, || serde_json::to_value(&found))?;
     if let Some(out) = &arguments.out {
         write_file(out, &found.to_yaml()?)?;

@@ -57,7 +57,7 @@ pub(crate) fn families(p: &[Vec<f64>], rate: f64) -> Vec<Family> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use numerics::behrens_fisher::two_sided_difference;
+    use crate::behrens_fisher::two_sided_difference;
     use numerics::student::two_sided;
     use random::Random;
 

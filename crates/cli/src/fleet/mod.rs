@@ -1,0 +1,17 @@
+//! The commands of the wing `fleet`: accumulate, merge, solve, compare.
+
+pub(crate) mod accumulate;
+pub(crate) mod compare;
+pub(crate) mod merge;
+pub(crate) mod solve;
+
+use std::path::Path;
+
+use fleet::Accumulator;
+
+use crate::failure::Failure;
+
+/// Reads the sums of logs.
+fn read_sums(path: &Path) -> Result<Accumulator, Failure> {
+    Ok(Accumulator::read(path)?)
+}

@@ -1,0 +1,36 @@
+//! Wing: more logs than one machine holds, as sums of sufficient statistics, and what changed between two of them.
+//!
+//! A log becomes triangles ([`Replicate`](replicate::Replicate)). Replicates of equal [`Settings`](settings::Settings)
+//! become an [`Accumulator`], which is written ([`tri_file`]), merged, solved ([`solution`])
+//! and compared with others ([`comparison`]). No row is needed again. Not here, because they need the rows twice:
+//! robust weights, the search for a delay, a friction model or drive gains, autocorrelation of residuals from sample to
+//! sample.
+//!
+//! What the core promises this wing: `identification` has the rows of a log as triangles by joint
+//! (`rows::observation::Observation`), fits triangles whatever log they come from (`estimators`, `estimate::identify`), and takes
+//! replicates of sums in place of blocks of rows (`estimators::replicate_deviation`); `rist` has the request table and the verdict.
+
+#![warn(missing_docs)]
+
+pub mod accumulator;
+mod behrens_fisher;
+mod block_deviation;
+pub mod comparison;
+pub mod false_discovery;
+pub mod replicate;
+pub mod request;
+pub mod settings;
+pub mod solution;
+pub mod state_cells;
+pub mod sums;
+#[cfg(test)]
+mod test_arm;
+pub mod tri_file;
+mod tri_words;
+pub mod verdict;
+
+pub use accumulator::Accumulator;
+pub use comparison::{Compared, Comparison, compare};
+pub use request::{AccumulateRequest, CompareRequest, SumsRequest, requests};
+pub use sums::{accumulate, accumulator, update};
+pub use verdict::sums_verdict;

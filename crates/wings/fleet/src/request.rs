@@ -1,0 +1,60 @@
+//! What is asked of sums: how logs are added up, and how sums are compared.
+
+use rist::Options;
+use rist::request::{Field, METHOD, Range, Request, RowsRequest};
+
+use crate::comparison::Compared;
+
+/// The requests by name.
+pub fn requests() -> Vec<(&'static str, Vec<Field>)> {
+    vec![("compare", CompareRequest::fields()), ("accumulate", AccumulateRequest::fields())]
+}
+
+rist::words! { Compared:
+    All = "all" "All that both determine",
+    Inertial = "inertial" "Those of bodies and rotors: friction may move from day to day",
+}
+
+rist::request! {
+    /// How sums are compared.
+    pub struct CompareRequest {
+        /// The parameters that are asked about.
+        of: Compared = Compared::All;
+        /// False discovery rate: the expected share of unchanged robots among those reported as changed, and of unchanged
+        /// parameters among those reported.
+        fdr: f64 = 0.05, value_name("RATE");
+    }
+}
+
+rist::request! {
+    /// What is asked of sums over logs.
+    pub struct SumsRequest {
+        /// Torque per unit of current of every drive, N m/A [default: as the description says].
+        gain: Vec<(String, f64)> = Vec::new(), range(Range::Positive), value_name("COORDINATE=GAIN"), heading(METHOD);
+        ..
+        /// How logs become rows; nothing in it may need them twice.
+        rows: RowsRequest;
+    }
+}
+
+rist::request! {
+    /// What is asked of sums over logs that are read one after the other. By default a log that fails ends it.
+    pub struct AccumulateRequest {
+        /// Leave out logs that cannot be used or are not of this robot; the sums say which and why.
+        skip_broken: bool = false;
+        /// Take logs in that do not belong to the description (rist doctor).
+        anyway: bool = false;
+        /// Logs that are read at a time [default: as many as there are processors]; the sums are the same.
+        threads: Option<usize> = None, range(1..), value_name("N");
+        ..
+        /// What is asked of the sums.
+        sums: SumsRequest;
+    }
+}
+
+impl SumsRequest {
+    /// The request with these options.
+    pub fn of_options(options: Options) -> SumsRequest {
+        SumsRequest { rows: RowsRequest::of_options(options), ..SumsRequest::default() }
+    }
+}
