@@ -24,6 +24,7 @@
 use tests::program::folder;
 use tests::remedies::Situation;
 use tests::remedies::arms::{Arm, arms};
+use tests::remedies::case::{COMMANDS, Command};
 use tests::remedies::judge::Outcome;
 use tests::remedies::tally::{Tally, line, share};
 
@@ -40,10 +41,16 @@ fn main() {
         println!("no robots: nothing is tried");
         return;
     }
-    let place = usize::from(has("clean"));
+    let command = COMMANDS.iter().find(|command| has(command.word));
+    let place = usize::from(has("clean") || command.is_some());
     let count: u64 = words.get(place).and_then(|w| w.parse().ok()).unwrap_or(200);
     let first = behind("from").unwrap_or(1);
-    if has("clean") {
+    if let Some(command) = command {
+        match behind("seed") {
+            Some(seed) => of_command(command, &arms, seed..seed + 1, "seed"),
+            None => of_command(command, &arms, first..first + count, if has("each") { "each" } else { "" }),
+        }
+    } else if has("clean") {
         clean(&arms, behind("seed").unwrap_or(first), if has("seed") { 1 } else { count });
     } else if let Some(seed) = behind("seed") {
         let situation = Situation::of(seed, &arms);
@@ -58,7 +65,7 @@ fn main() {
                 println!("{}", line(&situation, &outcome));
             }
             eprintln!("{seed}: {:.1} s", start.elapsed().as_secs_f64());
-            tally.add(&situation, &outcome);
+            tally.add(situation.entry.map_or("none", |entry| entry.name), &situation, &outcome);
         }
         println!("{tally}");
     }
@@ -91,6 +98,26 @@ fn clean(arms: &[Arm], first: u64, count: u64) {
     println!("accused without a mistake: {}", share(accused, count as usize));
     println!("refused before it is looked at: {}", share(refused, count as usize));
     println!("too short, and nothing else: {}", share(short, count as usize));
+}
+
+/// Inputs of another command; `shown`: `each` prints every one, `seed` all that the program says.
+fn of_command(command: &Command, arms: &[Arm], seeds: std::ops::Range<u64>, shown: &str) {
+    let mut tally = Tally::default();
+    for seed in seeds {
+        let case = (command.case)(seed, arms);
+        let name = format!("seed {seed} {}: {}", case.arm.name, case.kind);
+        let outcome = command.outcome(&case);
+        if shown == "seed" {
+            println!("{}\n{}\n--- obeyed: {}", case.words.join(" "), outcome.said.whole, outcome.again);
+        }
+        if !shown.is_empty() {
+            println!("{}", line(&name, &outcome));
+        }
+        tally.add(case.kind, &name, &outcome);
+    }
+    if shown != "seed" {
+        println!("{tally}");
+    }
 }
 
 /// One situation, with all that is printed.

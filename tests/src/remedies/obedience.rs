@@ -124,7 +124,7 @@ pub fn options(steps: &[Step]) -> Result<Option<String>, String> {
 }
 
 /// Merges maps key by key; what is no map is replaced.
-fn merge(all: &mut Value, more: Value) {
+pub fn merge(all: &mut Value, more: Value) {
     match more {
         Value::Object(more) => {
             if !all.is_object() {
