@@ -9,7 +9,7 @@
 //! | `name the columns as currents`, `name the columns tau1_mNm` | the headers of the torques are changed |
 //! | `say the unit in the header` | `_deg` and `_deg_s` are added to the headers of angles |
 //!
-//! Other words need a person, and so does a list that the program leaves open (`[..]`).
+//! Other words need a person, and so does a list that the program leaves open (`..`).
 
 use std::fmt;
 
@@ -54,7 +54,7 @@ impl fmt::Display for Step {
 pub fn steps(finding: &str) -> Vec<Step> {
     let of_clause = |clause: &str| {
         if let Some((_, yaml)) = clause.split_once(OPTIONS) {
-            let is_open = yaml.contains("[..]");
+            let is_open = yaml.contains("..");
             return if is_open { Vec::new() } else { vec![Step::Options(yaml.trim().to_string())] };
         }
         // Behind ", or" stands another way.

@@ -17,7 +17,7 @@ const KINDS: [(&str, &[&str]); 14] = [
     ("swapped products", &["are they swapped?"]),
     ("Pinocchio's order", &["Pinocchio's order"]),
     ("moved twice", &["was that taken off once too often"]),
-    ("negative moment", &["none may be negative"]),
+    ("negative moment", &["none may be negative", "misses the largest by"]),
     ("no inertia", &["its inertia is 0"]),
     ("no mass", &["its mass is 0, its inertia is not"]),
     ("limits in degrees", &["are degrees meant?"]),
@@ -150,7 +150,9 @@ impl Element {
     fn place(&self, text: &str, child: &str, key: &str) -> Option<std::ops::Range<usize>> {
         let head = format!("<{} name=\"{}\"", self.tag, self.name);
         let begin = text.find(&head)?;
-        let end = begin + text[begin..].find(&format!("</{}>", self.tag))?;
+        // An empty element ends before the next begins.
+        let behind = begin + head.len();
+        let end = text[behind..].find(&format!("<{} ", self.tag)).map_or(text.len(), |length| behind + length);
         let begin = begin + if self.tag == "link" { text[begin..end].find("<inertial")? } else { 0 };
         let child = begin + text[begin..end].find(&format!("<{child} "))?;
         let close = child + text[child..].find('>')?;

@@ -22,7 +22,7 @@ const KINDS: [(&str, &str); 12] = [
     ("turned 30 deg", "turned against the frame of the poses"),
     ("turned 90 deg", "turned against the frame of the poses"),
     ("compensated", "takes the weight out"),
-    ("rpy in degrees", "deg"),
+    ("rpy in degrees", "in degrees, taken for radians"),
     ("tared", ""),
 ];
 /// s between samples, and between the points of a second difference.

@@ -18,7 +18,7 @@ use crate::estimate::digits::percent;
 use crate::estimate::identified::INTERVAL;
 use crate::estimate::topics::{BODIES, COMMON_SCALE, LOG, PARAMETERS, RESIDUAL, cannot_tell};
 use crate::estimate::verdict::{sentence, what_mends};
-use crate::estimators::wrench_load::{WrenchLoad, wrench_load};
+use crate::estimators::wrench_load::{WrenchLoad, wrench_load, wrench_load_under};
 use crate::estimators::wrench_turn::sensor_turn;
 
 /// What torques count beside forces, m.
@@ -33,6 +33,8 @@ const SMALL_TURN: f64 = 3.0 * std::f64::consts::PI / 180.0;
 /// No wrist carries more, kg; nor farther away, m.
 const LARGEST_MASS_KG: f64 = 500.0;
 const FARTHEST_CENTRE_M: f64 = 2.0;
+/// What mends signals without weight.
+const OWN_SIGNALS: &str = "log the sensor's own signals, without its driver's compensation of gravity";
 /// Deviations beyond which a body that cannot exist is no matter of noise.
 const SURE: f64 = 3.0;
 
@@ -52,7 +54,10 @@ impl WrenchVerdict {
     /// Of the load that was found in a log.
     pub fn of(log: &Wrenches, found: &WrenchLoad) -> WrenchVerdict {
         let mut claims = vec![of_residual(log, found)];
-        claims.extend([of_mass(found), of_centre(log, found), of_body(found)].into_iter().flatten());
+        // Of numbers that mean something else no body is told.
+        if claims[0].subject().topic != LOG {
+            claims.extend([of_mass(found), of_centre(log, found), of_body(found)].into_iter().flatten());
+        }
         let why = "a factor of all forces and torques would not have shown";
         let is_told = |claim: &Claim| claim.subject().topic == COMMON_SCALE;
         if !claims.iter().any(is_told) {
@@ -124,7 +129,7 @@ fn of_residual(log: &Wrenches, found: &WrenchLoad) -> Claim {
         return cannot_tell(Subject::whole(RESIDUAL), fault, advice);
     }
     let why =
-        "no order of the quaternion, inverse of the poses, axes of the base or turn of the sensor explains it".into();
+        "no unit of the angles, order of the quaternion, inverse of the poses, axes of the base or turn of the sensor explains it".into();
     contradicted(RESIDUAL, fault, advice.into(), Trial::NotTried { why })
 }
 
@@ -140,21 +145,29 @@ fn alternative(log: &Wrenches, as_given: f64) -> Option<Claim> {
         ("forces and torques are in the axes of the frame at rest".into(), Corrections { base_axes: true, ..plain }),
         ("are the torques in N mm?".into(), Corrections { torque: 1e-3, ..plain }),
     ];
+    if !log.in_degrees.is_empty() {
+        let what = "the angles of the orientation are in degrees, taken for radians".into();
+        all.push((what, Corrections { degrees: true, ..plain }));
+    }
     if let Some(turn) = sensor_turn(log) {
         let degrees = turn.map(|x| format!("{:.1}", x.to_degrees())).join(", ");
         let what = format!("the sensor is turned against the frame of the poses, by roll, pitch, yaw of {degrees} deg");
         all.extend((dot(&turn, &turn).sqrt() > SMALL_TURN).then_some((what, Corrections { turn, ..plain })));
     }
-    let tried = all.into_iter().filter_map(|(what, corrections)| {
+    let is_load = |found: &WrenchLoad| found.determined[9] && found.parameters[9] > INTERVAL * found.sigma[9];
+    let tried = all.into_iter().filter_map(|(what, corrections): (String, Corrections)| {
         let log = log.clone().corrected(&corrections);
-        let found = wrench_load(&log).ok()?;
-        let is_load = found.determined[9] && found.parameters[9] > INTERVAL * found.sigma[9];
-        is_load.then(|| (what, corrections, share_left(&log, &found)))
+        let found = wrench_load(&log).ok().filter(is_load)?;
+        Some((what, in_options(&corrections), share_left(&log, &found)))
     });
-    let (fault, corrections, after) = tried.min_by(|a, b| a.2.total_cmp(&b.2))?;
+    let weightless = wrench_load_under(log, 0.0).ok().filter(is_load).map(|found| {
+        let what = "the weight of the load is not in the forces: the driver takes the weight out".into();
+        (what, OWN_SIGNALS.into(), share_left(log, &found))
+    });
+    let (fault, advice, after) = tried.chain(weightless).min_by(|a, b| a.2.total_cmp(&b.2))?;
     let [before, shown] = [as_given, after].map(|x| Figure::new(100.0 * x, "% of what varies"));
     let trial = Trial::Tried { quantity: "what is left".into(), before, after: shown };
-    (NOISE_RATIO * after < as_given).then(|| contradicted(LOG, fault, in_options(&corrections), trial))
+    (NOISE_RATIO * after < as_given).then(|| contradicted(LOG, fault, advice, trial))
 }
 
 /// The noise of the signals, as what is left counts it.
@@ -278,6 +291,15 @@ mod tests {
         }
     }
 
+    /// Roll, pitch and yaw in degrees that are read as radians.
+    fn in_degrees(log: &Wrenches) -> Wrenches {
+        let read = changed(log, |turn, _| {
+            let (roll, pitch, yaw) = Rotation3::from_matrix_unchecked(turn).euler_angles();
+            Rotation3::from_euler_angles(roll.to_degrees(), pitch.to_degrees(), yaw.to_degrees()).into_inner()
+        });
+        Wrenches { in_degrees: log.rotation.clone(), ..read }
+    }
+
     /// Each mistake, with what is said of it and the correction that is printed.
     fn mistakes(log: &Wrenches) -> Vec<(Wrenches, &'static str, &'static str)> {
         let turned = |angle: [f64; 3]| {
@@ -288,6 +310,7 @@ mod tests {
             })
         };
         vec![
+            (in_degrees(log), "the angles of the orientation are in degrees", "corrections: {degrees: true}"),
             (turned([0.0, 0.0, 0.52]), "turned against the frame of the poses", "turn: ["),
             (turned([1.57, 0.0, 0.0]), "turned against the frame of the poses", "turn: ["),
             (turned([-2.0, 0.7, 2.8]), "turned against the frame of the poses", "turn: ["),
@@ -359,6 +382,22 @@ mod tests {
         let said = verdict(&pushed);
         assert!(said.trust == Trust::No && said.reasons[0].contains("times the noise"), "{:?}", said.reasons);
         assert!(!said.next.unwrap().contains("corrections"));
+    }
+
+    /// A driver that takes the weight out leaves what moves the load; that is told from noise and from other faults.
+    #[test]
+    fn signals_without_weight_are_named() {
+        let weightless = changed(&log(12.0, 0.03, 1.0, 5), |r, [f, n, _]| {
+            // 2.1 kg at the place where the load of the tests has its centre.
+            let weight = r.transpose() * nalgebra::Vector3::new(0.0, 0.0, 2.1 * 9.81);
+            let torque = nalgebra::Vector3::new(0.02, -0.03, 0.12).cross(&weight);
+            (0..3).for_each(|i| (f[i], n[i]) = (f[i] - weight[i], n[i] - torque[i]));
+            r
+        });
+        let said = verdict(&weightless);
+        assert!(said.trust == Trust::No && said.reasons.len() == 1, "{:?}", said.reasons);
+        assert!(said.reasons[0].contains("the driver takes the weight out"), "{:?}", said.reasons);
+        assert_eq!(said.next.unwrap(), OWN_SIGNALS);
     }
 
     /// Nothing is said against a log that is right, however noisy, by either sign and in either form.
