@@ -55,7 +55,15 @@ pub struct Corrections {
 impl Default for Corrections {
     fn default() -> Corrections {
         let (turn, force, torque) = ([0.0; 3], 1.0, 1.0);
-        Corrections { degrees: false, scalar_first: false, inverted_poses: false, base_axes: false, turn, force, torque }
+        Corrections {
+            degrees: false,
+            scalar_first: false,
+            inverted_poses: false,
+            base_axes: false,
+            turn,
+            force,
+            torque,
+        }
     }
 }
 

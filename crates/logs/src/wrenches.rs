@@ -79,7 +79,8 @@ impl Wrenches {
             log.rotation.push(rotation);
             if angles.len() == 3 {
                 let angles: Vec<f64> = angles.iter().map(|angle| angle.to_radians()).collect();
-                log.in_degrees.push(self::rotation(&angles, is_vector).map_err(|what| Error::at(&table.file, 0, what))?);
+                log.in_degrees
+                    .push(self::rotation(&angles, is_vector).map_err(|what| Error::at(&table.file, 0, what))?);
             }
             if clock.is_some() {
                 log.t.push(t);

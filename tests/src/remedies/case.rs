@@ -50,7 +50,13 @@ impl Command {
             (0, 0) if case.kind == "none" || (case.is_right)(&said.whole) => Cause::Right,
             (0, 0) => Cause::Silent,
             (0, _) => Cause::Wrong,
-            (right, all) => if right == all { Cause::Right } else { Cause::Among },
+            (right, all) => {
+                if right == all {
+                    Cause::Right
+                } else {
+                    Cause::Among
+                }
+            }
         };
         let told: Vec<_> = said.findings.iter().map(|finding| (self.obeyed)(case, finding)).collect();
         let needs_person = told.iter().filter(|told| told.is_none()).count();
@@ -65,7 +71,10 @@ impl Command {
                     let is_known = |claim: &String| before.contains(claim);
                     let gone = !now_claims.iter().any(is_known);
                     let nothing_new = now_claims.iter().all(is_known);
-                    (Obeyed { accepted: now.is_accepted(), gone, nothing_new }, format!("{}\n{}", words[1..].join(" "), now.whole))
+                    (
+                        Obeyed { accepted: now.is_accepted(), gone, nothing_new },
+                        format!("{}\n{}", words[1..].join(" "), now.whole),
+                    )
                 }
             };
             let so_far = all.unwrap_or(Obeyed { accepted: true, gone: true, nothing_new: true });
@@ -76,7 +85,17 @@ impl Command {
             });
             again += &text;
         }
-        Outcome { said, clean, cause, is_above: case.is_above, obeyed: all, needs_person, again, trust: None, left: None }
+        Outcome {
+            said,
+            clean,
+            cause,
+            is_above: case.is_above,
+            obeyed: all,
+            needs_person,
+            again,
+            trust: None,
+            left: None,
+        }
     }
 
     /// What it says beside what is known. What it refuses is a finding too.

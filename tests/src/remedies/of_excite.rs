@@ -38,7 +38,8 @@ fn case(seed: u64, arms: &[Arm]) -> Case<'_> {
         "margins" => format!("margins: {{encoder_zero: {}}}", 0.2 * size),
         _ => "{}".to_string(),
     };
-    let [limits, motion] = [written("limits.yaml", &limits), folder("remedies").join("motion.yaml").display().to_string()];
+    let [limits, motion] =
+        [written("limits.yaml", &limits), folder("remedies").join("motion.yaml").display().to_string()];
     let search = ["--limits", &limits, "--starts", "2", "--iterations", "20", "--out", &motion].map(String::from);
     let mut words = [vec!["excite".into(), arm.path.display().to_string()], search.to_vec(), arm.flags()].concat();
     if name == "effort" {

@@ -43,14 +43,16 @@ fn case(seed: u64, arms: &[Arm]) -> Case<'_> {
     let mut wrong = right.clone();
     let joints: Vec<Element> = Element::all(&right, "joint");
     let joints: Vec<&Element> = joints.iter().filter(|joint| arm.names().contains(&joint.name)).collect();
-    let turns = joints.iter().filter(|joint| !arm.slides(arm.names().iter().position(|n| *n == joint.name).unwrap_or(0)));
+    let turns =
+        joints.iter().filter(|joint| !arm.slides(arm.names().iter().position(|n| *n == joint.name).unwrap_or(0)));
     let turns: Vec<&&Element> = turns.collect();
     let mut subject = link.name.clone();
     let is_above = match name {
         "limits in degrees" | "limits exchanged" => {
             let joint = turns[draw.below(turns.len())];
             let limits = ["lower", "upper"].map(|side| joint.number(&right, "limit", side));
-            let [low, high] = if name == "limits exchanged" { [limits[1], limits[0]] } else { limits.map(f64::to_degrees) };
+            let [low, high] =
+                if name == "limits exchanged" { [limits[1], limits[0]] } else { limits.map(f64::to_degrees) };
             joint.set(&mut wrong, "limit", "upper", high);
             joint.set(&mut wrong, "limit", "lower", low);
             subject.clone_from(&joint.name);
@@ -142,7 +144,8 @@ impl Element {
     fn all(text: &str, tag: &'static str) -> Vec<Element> {
         let begin = format!("<{tag} ");
         let heads = text.split(&begin).skip(1);
-        let name = |head: &str| head.split_once("name=\"").and_then(|(_, rest)| Some(rest.split_once('"')?.0.to_string()));
+        let name =
+            |head: &str| head.split_once("name=\"").and_then(|(_, rest)| Some(rest.split_once('"')?.0.to_string()));
         heads.filter_map(name).map(|name| Element { tag, name }).collect()
     }
 

@@ -16,8 +16,17 @@ use crate::recursion;
 
 /// The kinds, of those of logs.
 const NAMES: [&str; 11] = [
-    "torque sign", "all torque signs", "motion sign", "degrees", "torque x0.25", "torque x4", "swapped torques",
-    "torques in N mm", "on a wall", "zero 30 deg", "zero 90 deg",
+    "torque sign",
+    "all torque signs",
+    "motion sign",
+    "degrees",
+    "torque x0.25",
+    "torque x4",
+    "swapped torques",
+    "torques in N mm",
+    "on a wall",
+    "zero 30 deg",
+    "zero 90 deg",
 ];
 /// Share of the dry friction that holds a joint at rest.
 const HOLDING: f64 = 0.2;
@@ -25,6 +34,8 @@ const HOLDING: f64 = 0.2;
 const SHOWS: f64 = 10.0;
 /// A direction of gravity or a zero so near to the true one is found, rad.
 const NEAR: f64 = 0.1;
+/// Smaller zeros may be those of other bodies, rad.
+const FAR: f64 = 0.1;
 
 pub const COMMAND: Command = Command { word: "postures", case, findings, obeyed };
 
@@ -110,19 +121,30 @@ fn is_right(entry: Option<&'static Entry>, joints: Vec<String>, a: usize, off: f
             let Some((_, flag)) = text.split_once("--base ") else { return false };
             let found: Vec<f64> = flag.split([',', ';', ' ']).filter_map(|x| x.parse().ok()).take(3).collect();
             let down = |[r, p, _]: [f64; 3]| [-p.sin(), p.cos() * r.sin(), p.cos() * r.cos()];
-            found.len() == 3 && down([found[0], found[1], 0.0]).iter().zip(down(base)).all(|(a, b)| (a - b).abs() < NEAR)
+            found.len() == 3
+                && down([found[0], found[1], 0.0]).iter().zip(down(base)).all(|(a, b)| (a - b).abs() < NEAR)
         }
-        Some(kind) => entry.into_iter().flat_map(|entry| entry.right).any(|words| {
-            let said = |a: &str, b: &str| text.contains(&words.replace("{a}", a).replace("{b}", b));
-            said(&joints[0], &joints[1]) || (kind == Kind::SwappedTorques && said(&joints[1], &joints[0]))
-        }) && (!entry.is_some_and(|entry| entry.right[0].contains("{a}")) || names(text, &joints[0])),
+        Some(kind) => {
+            entry.into_iter().flat_map(|entry| entry.right).any(|words| {
+                let said = |a: &str, b: &str| text.contains(&words.replace("{a}", a).replace("{b}", b));
+                said(&joints[0], &joints[1]) || (kind == Kind::SwappedTorques && said(&joints[1], &joints[0]))
+            }) && (!entry.is_some_and(|entry| entry.right[0].contains("{a}")) || names(text, &joints[0]))
+        }
     })
 }
 
 /// Mistakes of columns, or zeros and mount that are not as described.
 fn findings(_: &Case, run: &Run) -> Vec<String> {
-    let is_finding = |line: &&str| line.contains(": the description leaves ") || line.starts_with("to hold them: ");
+    let is_finding = |line: &&str| line.contains(": the description leaves ") || is_far(line);
     run.out.lines().filter(is_finding).map(str::to_string).collect()
+}
+
+/// Whether a line holds zeros or a mount that are far from those of the description. A centre of mass that is off by
+/// centimetres is a small one.
+fn is_far(line: &str) -> bool {
+    let Some((_, remedy)) = line.split_once("to hold them, if its bodies are as described: ") else { return false };
+    let numbers = remedy.split([',', ' ', '[', ']']).filter_map(|word| word.parse::<f64>().ok());
+    numbers.into_iter().any(|number| number.sin().abs() > FAR || number.cos() < 0.0)
 }
 
 fn obeyed(case: &Case, finding: &str) -> Option<Result<Vec<String>, String>> {

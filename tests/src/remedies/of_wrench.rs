@@ -58,7 +58,8 @@ fn case(seed: u64, arms: &[Arm]) -> Case<'_> {
         spoil(name, axis, &mut rows);
         text(&rows, is_motion, name)
     };
-    let [wrong, right] = [(name, "wrong.csv"), ("none", "right.csv")].map(|(kind, file)| written(file, &log(kind, &rows)));
+    let [wrong, right] =
+        [(name, "wrong.csv"), ("none", "right.csv")].map(|(kind, file)| written(file, &log(kind, &rows)));
     let words = |file: String| vec!["wrench".to_string(), file];
     let down = rows.iter().map(|row| row.turn.transpose() * Vector3::z());
     let mean = down.clone().sum::<Vector3<f64>>() / rows.len() as f64;
@@ -99,7 +100,8 @@ fn rows(arm: &Arm, is_motion: bool, draw: &mut Draw) -> Vec<Row> {
             force += push;
             torque += point.cross(&push);
         }
-        let (force, torque) = (force + offsets[0] + noise * vector(draw), torque + offsets[1] + 0.05 * noise * vector(draw));
+        let (force, torque) =
+            (force + offsets[0] + noise * vector(draw), torque + offsets[1] + 0.05 * noise * vector(draw));
         let weight = now.0.transpose() * (mass * GRAVITY * Vector3::z());
         let middle = points.iter().sum::<Vector3<f64>>() / 6.0;
         Row { turn: now.0, place: now.1, force, torque, weight: [weight, middle.cross(&weight)] }
@@ -170,7 +172,11 @@ fn findings(_: &Case, run: &Run) -> Vec<String> {
     let is_no = run.out.lines().any(|line| line == "trust: no");
     let next = run.out.lines().find_map(|line| line.strip_prefix("next: ")).unwrap_or_default();
     let reasons = run.out.lines().filter_map(|line| line.strip_prefix("  - "));
-    reasons.filter(|_| is_no).enumerate().map(|(k, why)| if k == 0 { format!("{why}; {next}") } else { why.into() }).collect()
+    reasons
+        .filter(|_| is_no)
+        .enumerate()
+        .map(|(k, why)| if k == 0 { format!("{why}; {next}") } else { why.into() })
+        .collect()
 }
 
 fn obeyed(case: &Case, finding: &str) -> Option<Result<Vec<String>, String>> {

@@ -263,12 +263,7 @@ impl Window {
 }
 
 /// The three equations of momentum and the three of angular momentum.
-fn equations(
-    log: &Wrenches,
-    velocities: &Velocities,
-    window: &Window,
-    down: Vector,
-) -> (Vec<Equation>, Vec<Equation>) {
+fn equations(log: &Wrenches, velocities: &Velocities, window: &Window, down: Vector) -> (Vec<Equation>, Vec<Equation>) {
     let (mut force, mut torque) = ([([0.0; UNKNOWNS], 0.0); 3], [([0.0; UNKNOWNS], 0.0); 3]);
     for (k, &(f, d, dd)) in (window.first..).zip(&window.samples) {
         let turn = &log.rotation[k];
@@ -458,11 +453,8 @@ pub(crate) mod tests {
     pub(crate) fn log(seconds: f64, noise: f64, sign: f64, seed: u64) -> Wrenches {
         let mut random = Random::new(seed);
         let count = (seconds * 250.0) as usize;
-        let mut log = Wrenches {
-            name: "w.csv".into(),
-            t: (0..count).map(|k| k as f64 / 250.0).collect(),
-            ..Wrenches::default()
-        };
+        let mut log =
+            Wrenches { name: "w.csv".into(), t: (0..count).map(|k| k as f64 / 250.0).collect(), ..Wrenches::default() };
         for &t in &log.t {
             let (force, torque, turn, place) = wrench(&body(), t);
             let mut noisy = |x: Vector, size: f64, at: usize| -> Vector {

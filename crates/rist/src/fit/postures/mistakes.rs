@@ -1,31 +1,42 @@
-//! Mistakes of columns that explain postures: signs, exchanged torques and units. Where several do, all are named.
+//! Mistakes of columns that explain postures: signs, exchanged torques and units; and a zero or a mount that is far off. Where
+//! several do, all are named.
 //!
 //! With T the torque of the described bodies at the changed positions and tau the changed torque, both without their means,
 //! ```text
 //! left^2 = mean over joints of min_s |tau_j - s T_j|^2 / |tau_j|^2     s from one half to two
 //! ```
-//! A mistake is named where it leaves much less than the postures as they are do, and nearly as little as the best one.
+//! over the joints of whose torque something explains a part. A mistake is named where it leaves much less than the postures as
+//! they are do, and nearly as little as the best one. Where the described bodies explain nothing so, bodies of their own do:
+//! with a mistake undone they leave much less than without.
 
-use identification::estimate::hypothesis::Hypothesis::{self, MotionSign, Reversed, Scale, SwappedTorques, TorqueSign};
+use claims::significant;
+use identification::estimate::hypothesis::Hypothesis::{
+    self, Degrees, MotionSign, Reversed, Scale, SwappedTorques, TorqueSign, Zero,
+};
 use identification::estimate::options::Options;
 use identification::estimate::passport::{AS_WELL_RATIO, Change};
 use logs::Postures;
-use nalgebra::DVector;
+use nalgebra::{DVector, Vector3};
+
+use crate::fit::postures::turned_joint::turned_joint;
 
 /// What a mistake leaves, over what the postures leave as they are, below which it explains them, in squares.
 const EXPLAINED_RATIO: f64 = 0.16;
 /// Nor does it explain them where it leaves more than this.
-const EXPLAINED: f64 = 0.25;
+pub(super) const EXPLAINED: f64 = 0.25;
 /// What bodies of their own leave of one joint with a mistake undone, over what they leave as it is, below which it is needed, in
 /// squares.
 const NEEDED_RATIO: f64 = 0.64;
 /// The same of a wrong scale, of which some number takes up a part of any other fault.
 const NEEDED_SCALE_RATIO: f64 = 0.25;
-/// A joint counts where the described torque is more than this share of the measured one, in squares.
-const COUNTED: f64 = 0.05;
+/// A joint counts where something leaves no more of its torque, in squares: of others noise is most.
+const TOLD: f64 = 0.2;
+/// What bodies of their own leave with a mistake undone, over what they leave as it is, in the geometric mean of the joints and in
+/// squares, below which they tell it where the described ones do not.
+const TOLD_BY_FREE_RATIO: f64 = 0.1;
 /// Common scales within these are errors of the described bodies.
 const NOMINAL_SCALES: std::ops::Range<f64> = 0.25..4.0;
-/// Scales of one joint beside those of the others within these are.
+/// Scales of one joint beside those of the others within these are; and a common one beside a power of ten is that.
 const NOMINAL_JOINT_SCALES: std::ops::Range<f64> = 0.6..1.67;
 
 /// A mistake that explains the postures.
@@ -39,83 +50,140 @@ pub struct Mistake {
     pub left: [f64; 2],
 }
 
-/// The torque of the described bodies at a position, N m (N) of each joint.
-pub(super) type Described<'a> = &'a dyn Fn(&[f64]) -> Vec<f64>;
+/// The torque of the described bodies at a position under gravity in the frame of the base, N m (N) of each joint.
+pub(super) type Described<'a> = &'a dyn Fn(&[f64], &Vector3<f64>) -> Vec<f64>;
 
 /// What bodies of their own leave of the torque of each joint at positions, in squares.
 pub(super) type Free<'a> = &'a dyn Fn(&[Vec<f64>], &[DVector<f64>]) -> Vec<f64>;
 
-/// Looks for them. `torques`: N m (N) of each joint, one per posture; `options`: those by which the postures were read.
-pub(super) fn mistakes(
-    postures: &Postures,
-    torques: &[DVector<f64>],
-    described: Described,
-    free: Free,
-    options: &Options,
-    turns: &[bool],
-) -> Vec<Mistake> {
-    let look = Look { postures, torques, described };
-    let scale = look.common_scale();
-    let before = look.left(&[]);
-    let all = look.candidates(scale);
-    let mut tried: Vec<(f64, Vec<Change>, String)> =
-        all.into_iter().map(|(changes, fault)| (look.left(&changes), changes, fault)).collect();
-    tried.sort_by(|a, b| a.0.total_cmp(&b.0));
-    // A description allows slopes of a factor of two, so that a wrong scale moves what it leaves by little.
-    let is_scale = |changes: &[Change]| matches!(changes, [Change { of: Scale(_), .. }]);
-    tried.retain(|(left, changes, _)| {
-        *left <= EXPLAINED * EXPLAINED && (is_scale(changes) || *left <= EXPLAINED_RATIO * before)
-    });
-    // Bodies of their own explain postures as they are, unless something else is wrong. Of all torques alike they explain any
-    // sign and unit, with masses below zero or of tons.
-    let as_it_is = free(&postures.q, torques);
-    let is_of_all = |changes: &[Change]| changes.len() >= torques.len();
-    tried.retain(|(_, changes, _)| {
-        let (q, torques) = undone(changes, &postures.q, torques);
-        let needed = if is_scale(changes) { NEEDED_SCALE_RATIO } else { NEEDED_RATIO };
-        is_of_all(changes) || is_lower(&free(&q, &torques), &as_it_is, needed)
-    });
-    // At least a rounding: exact torques leave nothing.
-    let least = tried.first().map_or(f64::INFINITY, |one| one.0);
-    tried.retain(|one| one.0 <= AS_WELL_RATIO * least + 1e-9);
-    let said = |changes: &[Change]| options.undoing(changes, &postures.names, turns)?.remedy_beside(options);
-    let mistake = |(left, changes, fault): (f64, Vec<Change>, String)| Mistake {
-        fault,
-        remedy: said(&changes).unwrap_or_else(|| "[base=3.14159,0,0]".into()),
-        left: [before.sqrt(), left.sqrt()],
-    };
-    tried.into_iter().map(mistake).collect()
+/// What postures are held against.
+pub(super) struct Look<'a> {
+    pub postures: &'a Postures,
+    /// N m (N) of each joint, one per posture.
+    pub torques: &'a [DVector<f64>],
+    pub described: Described<'a>,
+    pub free: Free<'a>,
+    /// Those by which the postures were read.
+    pub options: &'a Options,
+    /// Whether each joint turns.
+    pub turns: &'a [bool],
+    /// As described, m/s^2.
+    pub gravity: Vector3<f64>,
+    /// Another mount that explains the torques best, and the line that says it; `None`: zeros and mount are looked at elsewhere.
+    pub mount: Option<(Vector3<f64>, String)>,
 }
 
-struct Look<'a> {
-    postures: &'a Postures,
-    torques: &'a [DVector<f64>],
-    described: Described<'a>,
+/// What may be wrong.
+struct Candidate {
+    /// What undoes it; a mount has none.
+    changes: Vec<Change>,
+    fault: String,
+    /// What is left of the torque of each joint, in squares.
+    shares: Vec<f64>,
 }
 
 impl Look<'_> {
-    /// What may be wrong, each with the changes that undo it. Gravity upside down has none: no column of a table has it.
-    fn candidates(&self, scale: f64) -> Vec<(Vec<Change>, String)> {
+    /// Looks for them.
+    pub(super) fn mistakes(&self) -> Vec<Mistake> {
+        let as_it_is = self.candidate(Vec::new(), String::new(), &self.gravity);
+        let unit = self.unit();
+        let of_unit = unit.as_ref().map(|(changes, _)| self.candidate(changes.clone(), String::new(), &self.gravity));
+        let all = self.candidates(unit.as_ref());
+        let counts = |j: &usize| all.iter().chain([&as_it_is]).any(|one| one.shares[*j] <= TOLD);
+        let counted: Vec<usize> = (0..self.torques.len()).filter(counts).collect();
+        let left = |one: &Candidate| {
+            let sum: f64 = counted.iter().map(|&j| one.shares[j]).sum();
+            if counted.is_empty() { 1.0 } else { sum / counted.len() as f64 }
+        };
+        let before = left(&as_it_is);
+        // A fault beside a unit is needed where the unit alone explains less.
+        let beside = |one: &Candidate| match &of_unit {
+            Some(unit) if one.changes.len() > unit.changes.len() => left(unit),
+            _ => before,
+        };
+        let is_explained = |one: &&Candidate| {
+            let explains = is_scale(&one.changes) || left(one) <= EXPLAINED_RATIO * beside(one);
+            left(one) <= EXPLAINED * EXPLAINED && explains && self.is_needed(one, &counted)
+        };
+        let mut tried: Vec<&Candidate> = all.iter().filter(is_explained).collect();
+        tried.sort_by(|a, b| left(a).total_cmp(&left(b)));
+        // At least a rounding: exact torques leave nothing.
+        let least = tried.first().map_or(f64::INFINITY, |one| left(one));
+        tried.retain(|one| left(one) <= AS_WELL_RATIO * least + 1e-9);
+        if tried.is_empty() && of_unit.is_none() {
+            tried = self.told_by_free(&all);
+        }
+        let mistake = |one: &Candidate| Mistake {
+            fault: one.fault.clone(),
+            remedy: self.remedy(one),
+            left: [before.sqrt(), left(one).sqrt()],
+        };
+        tried.into_iter().map(mistake).collect()
+    }
+
+    /// What mends it. Gravity upside down is no change of columns.
+    fn remedy(&self, one: &Candidate) -> String {
+        let of_mount = self.mount.as_ref().filter(|_| one.changes.is_empty()).map(|(_, line)| line.clone());
+        let said = || self.options.undoing(&one.changes, &self.postures.names, self.turns)?.remedy_beside(self.options);
+        of_mount.or_else(said).unwrap_or_else(|| "[base=3.14159,0,0]".into())
+    }
+
+    /// Whether bodies of their own do not explain the postures as they are as well. Of all torques alike they explain any sign and
+    /// unit, with masses below zero or of tons; and a turned joint or base by other first moments.
+    fn is_needed(&self, one: &Candidate, counted: &[usize]) -> bool {
+        let changes_torque = |j: &usize| {
+            let of = |change: &Change| matches!(change.of, TorqueSign(k) | Scale(k) if k == *j);
+            one.changes.iter().any(of)
+        };
+        if counted.iter().all(changes_torque) || matches!(one.changes[..], [] | [Change { of: Zero(_), .. }]) {
+            return true;
+        }
+        let (q, torques) = undone(&one.changes, &self.postures.q, self.torques, self.turns);
+        let needed = if is_scale(&one.changes) { NEEDED_SCALE_RATIO } else { NEEDED_RATIO };
+        let ratios = ratios(&(self.free)(&q, &torques), &(self.free)(&self.postures.q, self.torques));
+        ratios.iter().any(|ratio| *ratio < needed) && geometric_mean(&ratios) < 1.0
+    }
+
+    /// Those with which bodies of their own explain the postures, and by far better than without.
+    fn told_by_free<'b>(&self, all: &'b [Candidate]) -> Vec<&'b Candidate> {
+        let as_it_is = (self.free)(&self.postures.q, self.torques);
+        let ratio = |one: &'b Candidate| {
+            let (q, torques) = undone(&one.changes, &self.postures.q, self.torques, self.turns);
+            (geometric_mean(&ratios(&(self.free)(&q, &torques), &as_it_is)), one)
+        };
+        let has_column = |one: &&Candidate| !matches!(one.changes[..], [] | [Change { of: Zero(_), .. }]);
+        let mut tried: Vec<(f64, &Candidate)> = all.iter().filter(has_column).map(ratio).collect();
+        tried.retain(|(ratio, _)| *ratio < TOLD_BY_FREE_RATIO);
+        tried.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let least = tried.first().map_or(f64::INFINITY, |one| one.0);
+        tried.into_iter().filter(|one| one.0 <= AS_WELL_RATIO * least).map(|one| one.1).collect()
+    }
+
+    /// The changes of a common unit that is not that of the description, and how large it is.
+    fn unit(&self) -> Option<(Vec<Change>, f64)> {
+        let scale = self.common_scale();
+        let power = 10f64.powf(scale.log10().round());
+        let scale = if NOMINAL_JOINT_SCALES.contains(&(scale / power)) { power } else { scale };
+        let changes = (0..self.torques.len()).map(|k| Change { of: Scale(k), size: scale - 1.0 }).collect();
+        (!NOMINAL_SCALES.contains(&scale)).then_some((changes, scale))
+    }
+
+    /// What may be wrong, each with the changes that undo it.
+    fn candidates(&self, unit: Option<&(Vec<Change>, f64)>) -> Vec<Candidate> {
         let n = self.torques.len();
-        let names: Vec<&str> = self.postures.coordinates.iter().map(String::as_str).collect();
         let change = |of: Hypothesis, size: f64| Change { of, size };
-        let units: Vec<Change> = match NOMINAL_SCALES.contains(&scale) {
-            true => Vec::new(),
-            false => (0..n).map(|k| change(Scale(k), scale - 1.0)).collect(),
-        };
         let mut all = Vec::new();
-        let mut push = |changes: Vec<Change>, fault: String| match units.is_empty() {
-            true => all.push((changes, fault)),
-            false => {
-                let power = scale.log10().round();
-                let unit = format!("the torques are in another unit: 10^{power} times those of the description");
-                all.push((
-                    [units.clone(), changes].concat(),
-                    if fault.is_empty() { unit } else { format!("{unit}; {fault}") },
-                ));
-            }
+        let units = unit.map_or(&[][..], |(changes, _)| changes);
+        let said = unit.map_or(String::new(), |(_, scale)| {
+            let power = scale.log10().round();
+            let times = if *scale == 10f64.powf(power) { format!("10^{power}") } else { significant(*scale, 2) };
+            format!("the torques are in another unit: {times} times those of the description")
+        });
+        let mut push = |changes: Vec<Change>, fault: String| {
+            let fault = [&said, &fault].into_iter().filter(|s| !s.is_empty()).cloned().collect::<Vec<_>>().join("; ");
+            all.push(self.candidate([units, &changes].concat(), fault, &self.gravity));
         };
-        if !units.is_empty() {
+        if unit.is_some() {
             push(Vec::new(), String::new());
         }
         let of_all = (0..n).map(|k| change(TorqueSign(k), 0.0)).collect();
@@ -123,26 +191,55 @@ impl Look<'_> {
             of_all,
             "the torques of all joints have the wrong sign, or the base hangs upside down ([base=3.14159,0,0])".into(),
         );
-        for k in 0..n {
-            let slope = self.slope(k) / scale;
-            if slope > 0.0 && !NOMINAL_JOINT_SCALES.contains(&slope) {
-                let off = format!("{:.0} %", 100.0 * (slope - 1.0));
-                push(vec![change(Scale(k), slope - 1.0)], Scale(k).statement(&off, &[names[k]]));
-            }
-            for of in [TorqueSign(k), MotionSign(k), Reversed(k)] {
-                push(vec![change(of, 0.0)], of.statement("", &[names[k]]));
-            }
-            for l in k + 1..n {
-                push(
-                    vec![change(SwappedTorques(k, l), 0.0)],
-                    SwappedTorques(k, l).statement("", &[names[k], names[l]]),
-                );
-            }
+        push(vec![change(Degrees, 0.0)], Degrees.statement("", &["the positions of joints that turn are"]));
+        self.of_joints(unit.map_or(1.0, |unit| unit.1), &mut push);
+        if let (None, Some((gravity, _))) = (unit, &self.mount) {
+            let zeros = (0..n).filter(|k| self.turns[*k]).filter_map(|k| self.zero(k));
+            all.extend(zeros);
+            all.push(self.candidate(Vec::new(), "the base is mounted otherwise than described".into(), gravity));
         }
         all
     }
 
-    /// Measured per described torque, the median of the joints that count.
+    /// What may be wrong with one joint, or with two. `scale`: of all torques.
+    fn of_joints(&self, scale: f64, push: &mut impl FnMut(Vec<Change>, String)) {
+        let n = self.torques.len();
+        let names: Vec<&str> = self.postures.coordinates.iter().map(String::as_str).collect();
+        for k in 0..n {
+            let slope = self.slope(k) / scale;
+            if slope > 0.0 && !NOMINAL_JOINT_SCALES.contains(&slope) {
+                let off = format!("{:.0} %", 100.0 * (slope - 1.0));
+                push(vec![Change { of: Scale(k), size: slope - 1.0 }], Scale(k).statement(&off, &[names[k]]));
+            }
+            for of in [TorqueSign(k), MotionSign(k), Reversed(k)] {
+                push(vec![Change { of, size: 0.0 }], of.statement("", &[names[k]]));
+            }
+            for l in k + 1..n {
+                let of = SwappedTorques(k, l);
+                push(vec![Change { of, size: 0.0 }], of.statement("", &[names[k], names[l]]));
+            }
+        }
+    }
+
+    /// The zero of a joint, where one explains more than none.
+    fn zero(&self, k: usize) -> Option<Candidate> {
+        let left = |size: f64| {
+            let (q, torques) = undone(&[Change { of: Zero(k), size }], &self.postures.q, self.torques, self.turns);
+            self.shares(&q, &torques, &self.gravity).iter().sum::<f64>()
+        };
+        let size = turned_joint(&left)?;
+        let off = format!("{:.0} degrees", -size.to_degrees());
+        let fault = Zero(k).statement(&off, &[&self.postures.coordinates[k]]);
+        Some(self.candidate(vec![Change { of: Zero(k), size }], fault, &self.gravity))
+    }
+
+    fn candidate(&self, changes: Vec<Change>, fault: String, gravity: &Vector3<f64>) -> Candidate {
+        let (q, torques) = undone(&changes, &self.postures.q, self.torques, self.turns);
+        let shares = self.shares(&q, &torques, gravity);
+        Candidate { changes, fault, shares }
+    }
+
+    /// Measured per described torque, the median of the joints that tell it.
     fn common_scale(&self) -> f64 {
         let mut sizes: Vec<f64> = (0..self.torques.len()).map(|k| self.slope(k).abs()).filter(|s| *s > 0.0).collect();
         sizes.sort_by(f64::total_cmp);
@@ -151,43 +248,50 @@ impl Look<'_> {
 
     /// Measured per described torque of a joint; 0 where the description explains less than half of it.
     fn slope(&self, k: usize) -> f64 {
-        let (described, measured) = (&self.at(&self.postures.q)[k], centred(&self.torques[k]));
+        let (described, measured) = (&self.at(&self.postures.q, &self.gravity)[k], centred(&self.torques[k]));
         let (square, both) = (described.norm_squared(), described.dot(&measured));
         let is_told = both * both > 0.5 * square * measured.norm_squared();
         if is_told { both / square } else { 0.0 }
     }
 
     /// The described torques at the positions of these postures, without their means.
-    fn at(&self, postures: &[Vec<f64>]) -> Vec<DVector<f64>> {
-        let rows: Vec<Vec<f64>> = postures.iter().map(|q| (self.described)(q)).collect();
+    fn at(&self, postures: &[Vec<f64>], gravity: &Vector3<f64>) -> Vec<DVector<f64>> {
+        let rows: Vec<Vec<f64>> = postures.iter().map(|q| (self.described)(q, gravity)).collect();
         let joint = |j: usize| centred(&DVector::from_iterator(rows.len(), rows.iter().map(|row| row[j])));
         (0..self.torques.len()).map(joint).collect()
     }
 
-    /// The share of the torques that the description leaves with changes undone, joints alike, in squares.
-    fn left(&self, changes: &[Change]) -> f64 {
-        let (q, torques) = undone(changes, &self.postures.q, self.torques);
+    /// The share of the torque of each joint that the description leaves, in squares.
+    fn shares(&self, q: &[Vec<f64>], torques: &[DVector<f64>], gravity: &Vector3<f64>) -> Vec<f64> {
         let of_joint = |(described, torque): (&DVector<f64>, &DVector<f64>)| {
             let torque = centred(torque);
             let (whole, square) = (torque.norm_squared(), described.norm_squared());
-            if whole == 0.0 || square < COUNTED * whole {
-                return None;
+            if whole == 0.0 || square == 0.0 {
+                return 1.0;
             }
             let slope = (described.dot(&torque) / square).clamp(0.5, 2.0);
-            Some(((torque - slope * described).norm_squared() / whole).min(1.0))
+            ((torque - slope * described).norm_squared() / whole).min(1.0)
         };
-        let all: Vec<f64> = self.at(&q).iter().zip(&torques).filter_map(of_joint).collect();
-        if all.is_empty() { 1.0 } else { all.iter().sum::<f64>() / all.len() as f64 }
+        self.at(q, gravity).iter().zip(torques).map(of_joint).collect()
     }
 }
 
 /// Positions and torques with changes undone.
-fn undone(changes: &[Change], q: &[Vec<f64>], torques: &[DVector<f64>]) -> (Vec<Vec<f64>>, Vec<DVector<f64>>) {
+fn undone(
+    changes: &[Change],
+    q: &[Vec<f64>],
+    torques: &[DVector<f64>],
+    turns: &[bool],
+) -> (Vec<Vec<f64>>, Vec<DVector<f64>>) {
     let (mut q, mut torques) = (q.to_vec(), torques.to_vec());
     for change in changes {
-        if let MotionSign(k) | Reversed(k) = change.of {
-            q.iter_mut().for_each(|q| q[k] = -q[k]);
-        }
+        let undo = |q: &mut Vec<f64>| match change.of {
+            MotionSign(k) | Reversed(k) => q[k] = -q[k],
+            Zero(k) => q[k] += change.size,
+            Degrees => q.iter_mut().zip(turns).filter(|(_, turns)| **turns).for_each(|(q, _)| *q = q.to_radians()),
+            _ => {}
+        };
+        q.iter_mut().for_each(undo);
         match change.of {
             TorqueSign(k) | Reversed(k) => torques[k].neg_mut(),
             SwappedTorques(k, l) => torques.swap(k, l),
@@ -198,10 +302,18 @@ fn undone(changes: &[Change], q: &[Vec<f64>], torques: &[DVector<f64>]) -> (Vec<
     (q, torques)
 }
 
-/// Whether the first are lower than the second: one of them by far, and all in the geometric mean.
-fn is_lower(with: &[f64], without: &[f64], needed: f64) -> bool {
-    let ratios: Vec<f64> = with.iter().zip(without).map(|(a, b)| a / b).filter(|x| x.is_finite() && *x > 0.0).collect();
-    ratios.iter().any(|ratio| *ratio < needed) && ratios.iter().map(|ratio| ratio.ln()).sum::<f64>() < 0.0
+/// A description allows slopes of a factor of two, so that a wrong scale moves what it leaves by little.
+fn is_scale(changes: &[Change]) -> bool {
+    matches!(changes, [Change { of: Scale(_), .. }])
+}
+
+/// What is left of each joint, over what was.
+fn ratios(with: &[f64], without: &[f64]) -> Vec<f64> {
+    with.iter().zip(without).map(|(a, b)| a / b).filter(|x| x.is_finite() && *x > 0.0).collect()
+}
+
+fn geometric_mean(ratios: &[f64]) -> f64 {
+    (ratios.iter().map(|ratio| ratio.ln()).sum::<f64>() / ratios.len().max(1) as f64).exp()
 }
 
 fn centred(x: &DVector<f64>) -> DVector<f64> {

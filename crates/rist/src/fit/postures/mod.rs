@@ -12,6 +12,7 @@
 mod fit;
 mod mistakes;
 mod placement;
+mod turned_joint;
 
 use std::fmt;
 
@@ -149,11 +150,13 @@ pub fn identify_postures(model: &Model, postures: &Postures, options: &Options) 
         parameters.iter().map(value).collect()
     });
     let size = |x: &DVector<f64>| (x.norm_squared() / count as f64).sqrt();
+    let placed = placed(model, postures, &torques, &fit.deviations, options)?;
+    let mistakes = looks_for_mistakes(model, (postures, &torques), &left, options, placed.as_ref())?;
     Ok(PostureEstimate {
         values: fit.told[..p].to_vec(),
         offsets: fit.told[p..].to_vec(),
-        placed: placed(model, postures, &torques, &fit.deviations)?,
-        mistakes: looks_for_mistakes(model, postures, &torques, &left, options),
+        placed,
+        mistakes,
         residuals: fit.residuals.iter().map(size).collect(),
         torques: torques.iter().map(size).collect(),
         coordinates: postures.coordinates.clone(),
@@ -330,7 +333,7 @@ impl fmt::Display for PostureEstimate {
         }
         writeln!(f, "  {:width$}  {} turn of gravity, rad", "mount", shown(&placed.tilt))?;
         match placed.differs() {
-            true => writeln!(f, "to hold them: {}", placed.remedy()),
+            true => writeln!(f, "to hold them, if its bodies are as described: {}", placed.remedy()),
             false => writeln!(f, "zeros and mount are as described"),
         }
     }

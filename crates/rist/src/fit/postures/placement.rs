@@ -6,7 +6,9 @@
 //! T_i is the torque of the described bodies under gravity along axis i of the base, one; Gauss-Newton in z and in two turns
 //! of g across it. A joint whose axis is along gravity as described has no zero: a mount beside it would be turned with it.
 
+use identification::estimate::hypothesis::Hypothesis;
 use identification::estimate::options::Options;
+use identification::estimate::passport::Change;
 use logs::Postures;
 use nalgebra::{DMatrix, DVector, Rotation3, Vector3};
 
@@ -16,8 +18,10 @@ use crate::error::Error;
 use crate::fit::gravity_direction::{base, mounted};
 use crate::fit::mount::{Tilt, axes};
 use crate::fit::postures::fit::{Fit, Told};
-use crate::fit::postures::mistakes::{Free, Mistake, mistakes};
+use crate::fit::postures::mistakes::{EXPLAINED, Free, Look as Held, Mistake};
 
+/// The most postures that mistakes are looked for in.
+const LOOKED_AT: usize = 400;
 /// Steps until the search for zeros and mount is given up.
 const MOST_STEPS: usize = 50;
 /// rad, the largest change in a step.
@@ -49,6 +53,8 @@ pub struct Placed {
     pub left: [f64; 2],
     /// Whether it then leaves no more than bodies of its own would explain.
     pub explains: bool,
+    /// The options that hold the zeros, where there are any.
+    held: Option<String>,
 }
 
 /// Zeros and mount from those of the description; `None` where it has no bodies, or loops that are solved numerically.
@@ -57,6 +63,7 @@ pub(super) fn placed(
     postures: &Postures,
     torques: &[DVector<f64>],
     deviations: &[f64],
+    options: &Options,
 ) -> Result<Option<Placed>, Error> {
     let described = Vector3::from(model.robot.gravity_number());
     let is_described = model.robot.links.iter().any(|link| link.inertial.is_some());
@@ -75,39 +82,64 @@ pub(super) fn placed(
         let left: f64 = search.look(zeros, gravity).1.iter().map(|x| x.add_scalar(-x.mean()).norm_squared()).sum();
         (left / torques.iter().map(|x| x.norm_squared()).sum::<f64>().max(f64::MIN_POSITIVE)).sqrt()
     };
+    let after = share(&zeros, &gravity);
     let told = |k: usize, value: f64| fit.told[k].map(|(_, deviation)| (value, deviation));
+    let zeros_told: Vec<Told> = zeros.iter().enumerate().map(|(k, zero)| told(k, *zero)).collect();
+    let changes: Vec<Change> = zeros_told
+        .iter()
+        .enumerate()
+        .filter(|(_, zero)| tells(zero))
+        .map(|(k, zero)| Change { of: Hypothesis::Zero(k), size: zero.map_or(0.0, |zero| zero.0) })
+        .collect();
+    let undoing = options.undoing(&changes, &postures.names, &vec![true; n]);
     let tilt = match (fit.told[n], fit.told[n + 1]) {
         (Some((_, a)), Some((_, b))) => Some((gravity.angle(&described), a.max(b))),
         _ => None,
     };
     Ok(Some(Placed {
-        zeros: zeros.iter().enumerate().map(|(k, zero)| told(k, *zero)).collect(),
+        zeros: zeros_told,
+        held: undoing.and_then(|undoing| undoing.remedy_beside(options)),
         base: rounded_rpy(&base(model, &gravity), 5),
         tilt,
-        left: [share(&vec![0.0; n], &described), share(&zeros, &gravity)],
-        explains: misfit.sqrt() < EXPLAINED_TIMES,
+        left: [share(&vec![0.0; n], &described), after],
+        explains: misfit.sqrt() < EXPLAINED_TIMES && after < EXPLAINED,
     }))
 }
 
 /// Mistakes of the columns by the bodies of the description; none where it has no bodies, or loops that are solved numerically.
+/// `placed`: zeros and mount, which are looked at here where they explain nothing.
 pub(super) fn looks_for_mistakes(
     model: &Model,
-    postures: &Postures,
-    torques: &[DVector<f64>],
+    (postures, torques): (&Postures, &[DVector<f64>]),
     free: Free,
     options: &Options,
-) -> Vec<Mistake> {
-    let gravity = model.robot.gravity_number();
+    placed: Option<&Placed>,
+) -> Result<Vec<Mistake>, Error> {
+    let gravity = Vector3::from(model.robot.gravity_number());
     let is_described = model.robot.links.iter().any(|link| link.inertial.is_some());
     let axes = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
-    let tilts: Option<Vec<Tilt>> = axes.into_iter().map(|axis| Tilt::of(&model.robot, axis)).collect();
-    let Some(tilts) = tilts.filter(|_| is_described && model.robot.passive.is_empty()) else { return Vec::new() };
-    let described = |q: &[f64]| {
-        let by_axis: Vec<Vec<f64>> = tilts.iter().map(|tilt| tilt.torques(q)).collect();
-        (0..q.len()).map(|j| (0..3).map(|i| gravity[i] * by_axis[i][j]).sum()).collect()
+    let axes: Option<Vec<Tilt>> = axes.into_iter().map(|axis| Tilt::of(&model.robot, axis)).collect();
+    let Some(axes) = axes.filter(|_| is_described && model.robot.passive.is_empty()) else { return Ok(Vec::new()) };
+    // Large tables say no more, and take long.
+    let step = postures.q.len().div_ceil(LOOKED_AT);
+    let some = Postures { q: postures.q.iter().step_by(step).cloned().collect(), ..postures.clone() };
+    let torques: Vec<DVector<f64>> =
+        torques.iter().map(|x| DVector::from_iterator(some.q.len(), x.iter().step_by(step).copied())).collect();
+    // Joints alike: what nothing explains yet has no deviation.
+    let size = |x: &DVector<f64>| x.add_scalar(-x.mean()).norm().max(f64::MIN_POSITIVE);
+    let deviations: Vec<f64> = torques.iter().map(size).collect();
+    let search = Search { axes, postures: &some, torques: &torques, deviations: &deviations };
+    let mount = match placed {
+        Some(placed) if !placed.explains => {
+            let found = search.gravity_alone()? * gravity.norm();
+            Some((found, mounted(rounded_rpy(&base(model, &found), 5))))
+        }
+        _ => None,
     };
+    let described = |q: &[f64], gravity: &Vector3<f64>| search.under(q, gravity);
     let turns: Vec<bool> = (0..torques.len()).map(|k| !model.regressor().is_prismatic(k)).collect();
-    mistakes(postures, torques, &described, free, options, &turns)
+    let (postures, torques, turns) = (&some, &torques[..], &turns[..]);
+    Ok(Held { postures, torques, described: &described, free, options, turns, gravity, mount }.mistakes())
 }
 
 /// The columns of each joint, and what is left of its torques.
@@ -254,17 +286,9 @@ impl Placed {
         self.zeros.iter().chain([&self.tilt]).any(tells)
     }
 
-    /// The lines that hold what was found.
+    /// The lines that hold what was found, the mount before the zeros.
     pub fn remedy(&self) -> String {
-        let digits = |told: &Told| format!("{:.4}", told.filter(|_| tells(told)).map_or(0.0, |told| told.0));
-        let mut lines = Vec::new();
-        if self.zeros.iter().any(tells) {
-            let zeros: Vec<String> = self.zeros.iter().map(digits).collect();
-            lines.push(format!("transmission: {{offsets: [{}]}}", zeros.join(", ")));
-        }
-        if tells(&self.tilt) {
-            lines.push(mounted(self.base));
-        }
-        lines.join("; ")
+        let mount = tells(&self.tilt).then(|| mounted(self.base));
+        mount.into_iter().chain(self.held.clone()).collect::<Vec<_>>().join("; and ")
     }
 }
