@@ -2,7 +2,7 @@
 
 use super::arms::Arm;
 use super::case::{Case, Command, with_steps};
-use super::kinds::{Entry, KINDS, Kind};
+use super::kinds::{Entry, KINDS, Kind, Mistake};
 use super::machine::Machine;
 use super::motion::Motion;
 use super::said::names;
@@ -59,24 +59,26 @@ fn case(seed: u64, arms: &[Arm]) -> Case<'_> {
     let noise = |k: usize, draw: &mut Draw| {
         HOLDING * machine.coulomb[k] * draw.uniform(-1.0, 1.0) + machine.sensors.noise * machine.size[k] * draw.normal()
     };
-    let table = |base: Option<[f64; 3]>| {
-        let mut tau = at_rest(base, &postures);
+    let table = |mistake: Option<Mistake>, is_noisy: bool| {
+        let mut tau = at_rest(base.filter(|_| mistake.is_some()), &postures);
         let draw = &mut Draw::of(seed, 5);
+        let noise = |k: usize, draw: &mut Draw| if is_noisy { noise(k, draw) } else { 0.0 };
         tau.iter_mut().enumerate().for_each(|(k, tau)| tau.iter_mut().for_each(|x| *x += noise(k, draw)));
-        JointLog { t: (0..postures.len()).map(|r| r as f64).collect(), q: transposed(&postures), dq: vec![], tau }
+        let (t, q) = ((0..postures.len()).map(|r| r as f64).collect(), transposed(&postures));
+        let mut log = JointLog { t, dq: q.clone(), q, tau };
+        mistake.iter().for_each(|mistake| spoil(arm, mistake, &mut log));
+        log.dq.clear();
+        log
     };
-    let (right, mut wrong) = (table(None), table(base));
-    wrong.dq.clone_from(&wrong.q);
-    mistake.iter().for_each(|mistake| spoil(arm, mistake, &mut wrong));
-    wrong.dq.clear();
+    let (right, wrong, exact) = (table(None, true), table(mistake, true), table(mistake, false));
     // What the description would leave of the wrong postures, had it the true bodies.
-    let left = |log: &JointLog, k: usize, of: &[Vec<f64>]| {
-        let left: Vec<f64> = log.tau[k].iter().zip(&of[k]).map(|(a, b)| a - b).collect();
+    let of_wrong = at_rest(None, &transposed(&exact.q));
+    let left = |a: &[f64], b: &[f64]| {
+        let left: Vec<f64> = a.iter().zip(b).map(|(a, b)| a - b).collect();
         let mean = left.iter().sum::<f64>() / left.len() as f64;
         (left.iter().map(|x| (x - mean).powi(2)).sum::<f64>() / left.len() as f64).sqrt()
     };
-    let [of_right, of_wrong] = [&right, &wrong].map(|log| at_rest(None, &transposed(&log.q)));
-    let shows = (0..arm.n()).any(|k| left(&wrong, k, &of_wrong) > SHOWS * left(&right, k, &of_right));
+    let shows = (0..arm.n()).any(|k| left(&exact.tau[k], &of_wrong[k]) > SHOWS * left(&wrong.tau[k], &exact.tau[k]));
     let is_of_place = matches!(entry.map(|entry| entry.kind), Some(Kind::Zero(_) | Kind::Base(_) | Kind::Scaled(_)));
     let words = |log: &JointLog, file: &str| {
         let path = folder("remedies").join(file);

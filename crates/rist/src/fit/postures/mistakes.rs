@@ -31,9 +31,11 @@ const NEEDED_RATIO: f64 = 0.64;
 const NEEDED_SCALE_RATIO: f64 = 0.25;
 /// A joint counts where something leaves no more of its torque, in squares: of others noise is most.
 const TOLD: f64 = 0.2;
-/// What bodies of their own leave with a mistake undone, over what they leave as it is, in the geometric mean of the joints and in
-/// squares, below which they tell it where the described ones do not.
-const TOLD_BY_FREE_RATIO: f64 = 0.1;
+/// What bodies of their own leave with a mistake undone, over what they leave as it is or with another undone, in squares and the
+/// joints one times the other, below which they tell it from that.
+const TOLD_BY_FREE: f64 = 0.01;
+/// A zero beyond this is none of centres of mass that are off, rad.
+const FAR_TURN: f64 = 0.7;
 /// Common scales within these are errors of the described bodies.
 const NOMINAL_SCALES: std::ops::Range<f64> = 0.25..4.0;
 /// Scales of one joint beside those of the others within these are; and a common one beside a power of ten is that.
@@ -88,30 +90,34 @@ impl Look<'_> {
         let as_it_is = self.candidate(Vec::new(), String::new(), &self.gravity);
         let unit = self.unit();
         let of_unit = unit.as_ref().map(|(changes, _)| self.candidate(changes.clone(), String::new(), &self.gravity));
-        let all = self.candidates(unit.as_ref());
-        let counts = |j: &usize| all.iter().chain([&as_it_is]).any(|one| one.shares[*j] <= TOLD);
+        let first = self.candidates(unit.as_ref(), false);
+        let counts = |j: &usize| first.iter().chain([&as_it_is]).any(|one| one.shares[*j] <= TOLD);
         let counted: Vec<usize> = (0..self.torques.len()).filter(counts).collect();
         let left = |one: &Candidate| {
             let sum: f64 = counted.iter().map(|&j| one.shares[j]).sum();
             if counted.is_empty() { 1.0 } else { sum / counted.len() as f64 }
         };
         let before = left(&as_it_is);
+        let all = self.candidates(unit.as_ref(), counted.len() == 1);
         // A fault beside a unit is needed where the unit alone explains less.
-        let beside = |one: &Candidate| match &of_unit {
-            Some(unit) if one.changes.len() > unit.changes.len() => left(unit),
-            _ => before,
-        };
+        let beside = |one: &Candidate| of_unit.as_ref().filter(|unit| one.changes.len() > unit.changes.len());
         let is_explained = |one: &&Candidate| {
-            let explains = is_scale(&one.changes) || left(one) <= EXPLAINED_RATIO * beside(one);
-            left(one) <= EXPLAINED * EXPLAINED && explains && self.is_needed(one, &counted)
+            let of = |one: &Candidate| if is_of_all(one, &counted) { median(one, &counted) } else { left(one) };
+            let than = beside(one)
+                .map_or_else(|| if is_of_all(one, &counted) { median(&as_it_is, &counted) } else { before }, left);
+            let explains = is_scale(&one.changes) || of(one) <= EXPLAINED_RATIO * than;
+            of(one) <= EXPLAINED * EXPLAINED && explains && self.is_needed(one, &counted)
         };
-        let mut tried: Vec<&Candidate> = all.iter().filter(is_explained).collect();
-        tried.sort_by(|a, b| left(a).total_cmp(&left(b)));
-        // At least a rounding: exact torques leave nothing.
-        let least = tried.first().map_or(f64::INFINITY, |one| left(one));
-        tried.retain(|one| left(one) <= AS_WELL_RATIO * least + 1e-9);
+        let explained: Vec<&Candidate> = all.iter().filter(is_explained).collect();
+        let mut tried = self.told_by_free(explained, f64::INFINITY);
         if tried.is_empty() && of_unit.is_none() {
-            tried = self.told_by_free(&all);
+            let has_column = |one: &&Candidate| !matches!(one.changes[..], [] | [Change { of: Zero(_), .. }]);
+            tried = self.told_by_free(all.iter().filter(has_column).collect(), TOLD_BY_FREE);
+        } else {
+            tried.sort_by(|a, b| left(a).total_cmp(&left(b)));
+            // At least a rounding: exact torques leave nothing.
+            let least = tried.first().map_or(f64::INFINITY, |one| left(one));
+            tried.retain(|one| left(one) <= AS_WELL_RATIO * least + 1e-9);
         }
         let mistake = |one: &Candidate| Mistake {
             fault: one.fault.clone(),
@@ -129,34 +135,32 @@ impl Look<'_> {
     }
 
     /// Whether bodies of their own do not explain the postures as they are as well. Of all torques alike they explain any sign and
-    /// unit, with masses below zero or of tons; and a turned joint or base by other first moments.
+    /// unit, with masses below zero or of tons; and a far turned joint or base with centres of mass that nobody would describe so.
     fn is_needed(&self, one: &Candidate, counted: &[usize]) -> bool {
-        let changes_torque = |j: &usize| {
-            let of = |change: &Change| matches!(change.of, TorqueSign(k) | Scale(k) if k == *j);
-            one.changes.iter().any(of)
-        };
-        if counted.iter().all(changes_torque) || matches!(one.changes[..], [] | [Change { of: Zero(_), .. }]) {
-            return true;
+        match one.changes[..] {
+            [Change { of: Zero(_), size }] if size.abs() > FAR_TURN => return true,
+            [Change { of: Zero(_), .. }] => {}
+            _ if is_of_all(one, counted) || counted.len() == 1 => return true,
+            _ => {}
         }
         let (q, torques) = undone(&one.changes, &self.postures.q, self.torques, self.turns);
         let needed = if is_scale(&one.changes) { NEEDED_SCALE_RATIO } else { NEEDED_RATIO };
         let ratios = ratios(&(self.free)(&q, &torques), &(self.free)(&self.postures.q, self.torques));
-        ratios.iter().any(|ratio| *ratio < needed) && geometric_mean(&ratios) < 1.0
+        ratios.iter().any(|ratio| *ratio < needed) && ratios.iter().product::<f64>() < 1.0
     }
 
-    /// Those with which bodies of their own explain the postures, and by far better than without.
-    fn told_by_free<'b>(&self, all: &'b [Candidate]) -> Vec<&'b Candidate> {
+    /// Those with which bodies of their own explain the postures about as well as with the best one, the best first. `most`: of
+    /// what they leave, over that without, the joints one times the other.
+    fn told_by_free<'b>(&self, all: Vec<&'b Candidate>, most: f64) -> Vec<&'b Candidate> {
         let as_it_is = (self.free)(&self.postures.q, self.torques);
         let ratio = |one: &'b Candidate| {
             let (q, torques) = undone(&one.changes, &self.postures.q, self.torques, self.turns);
-            (geometric_mean(&ratios(&(self.free)(&q, &torques), &as_it_is)), one)
+            (ratios(&(self.free)(&q, &torques), &as_it_is).iter().product::<f64>(), one)
         };
-        let has_column = |one: &&Candidate| !matches!(one.changes[..], [] | [Change { of: Zero(_), .. }]);
-        let mut tried: Vec<(f64, &Candidate)> = all.iter().filter(has_column).map(ratio).collect();
-        tried.retain(|(ratio, _)| *ratio < TOLD_BY_FREE_RATIO);
+        let mut tried: Vec<(f64, &Candidate)> = all.into_iter().map(ratio).filter(|one| one.0 < most).collect();
         tried.sort_by(|a, b| a.0.total_cmp(&b.0));
         let least = tried.first().map_or(f64::INFINITY, |one| one.0);
-        tried.into_iter().filter(|one| one.0 <= AS_WELL_RATIO * least).map(|one| one.1).collect()
+        tried.into_iter().filter(|one| one.0 <= least / TOLD_BY_FREE).map(|one| one.1).collect()
     }
 
     /// The changes of a common unit that is not that of the description, and how large it is.
@@ -169,7 +173,7 @@ impl Look<'_> {
     }
 
     /// What may be wrong, each with the changes that undo it.
-    fn candidates(&self, unit: Option<&(Vec<Change>, f64)>) -> Vec<Candidate> {
+    fn candidates(&self, unit: Option<&(Vec<Change>, f64)>, turned: bool) -> Vec<Candidate> {
         let n = self.torques.len();
         let change = |of: Hypothesis, size: f64| Change { of, size };
         let mut all = Vec::new();
@@ -193,9 +197,10 @@ impl Look<'_> {
         );
         push(vec![change(Degrees, 0.0)], Degrees.statement("", &["the positions of joints that turn are"]));
         self.of_joints(unit.map_or(1.0, |unit| unit.1), &mut push);
+        if unit.is_none() && (turned || self.mount.is_some()) {
+            all.extend((0..n).filter(|k| self.turns[*k]).filter_map(|k| self.zero(k)));
+        }
         if let (None, Some((gravity, _))) = (unit, &self.mount) {
-            let zeros = (0..n).filter(|k| self.turns[*k]).filter_map(|k| self.zero(k));
-            all.extend(zeros);
             all.push(self.candidate(Vec::new(), "the base is mounted otherwise than described".into(), gravity));
         }
         all
@@ -312,8 +317,17 @@ fn ratios(with: &[f64], without: &[f64]) -> Vec<f64> {
     with.iter().zip(without).map(|(a, b)| a / b).filter(|x| x.is_finite() && *x > 0.0).collect()
 }
 
-fn geometric_mean(ratios: &[f64]) -> f64 {
-    (ratios.iter().map(|ratio| ratio.ln()).sum::<f64>() / ratios.len().max(1) as f64).exp()
+/// Whether a fault is one of all joints that count.
+fn is_of_all(one: &Candidate, counted: &[usize]) -> bool {
+    let of = |change: &Change, j: usize| matches!(change.of, TorqueSign(k) | Scale(k) if k == j);
+    one.changes.is_empty() || counted.iter().all(|&j| one.changes.iter().any(|change| of(change, j)))
+}
+
+/// What is left of the joint in the middle: of all of them one whose bodies are other ones says nothing.
+fn median(one: &Candidate, counted: &[usize]) -> f64 {
+    let mut shares: Vec<f64> = counted.iter().map(|&j| one.shares[j]).collect();
+    shares.sort_by(f64::total_cmp);
+    shares.get(shares.len() / 2).copied().unwrap_or(1.0)
 }
 
 fn centred(x: &DVector<f64>) -> DVector<f64> {
