@@ -24,6 +24,8 @@ use crate::fit::postures::turned_joint::turned_joint;
 const EXPLAINED_RATIO: f64 = 0.16;
 /// Nor does it explain them where it leaves more than this.
 pub(super) const EXPLAINED: f64 = 0.25;
+/// One that leaves less than this more than the best one explains as well, in squares: as much is of the bodies.
+const AS_WELL: f64 = 0.002;
 /// What bodies of their own leave of one joint with a mistake undone, over what they leave as it is, below which it is needed, in
 /// squares.
 const NEEDED_RATIO: f64 = 0.64;
@@ -90,15 +92,17 @@ impl Look<'_> {
         let as_it_is = self.candidate(Vec::new(), String::new(), &self.gravity);
         let unit = self.unit();
         let of_unit = unit.as_ref().map(|(changes, _)| self.candidate(changes.clone(), String::new(), &self.gravity));
-        let first = self.candidates(unit.as_ref(), false);
-        let counts = |j: &usize| first.iter().chain([&as_it_is]).any(|one| one.shares[*j] <= TOLD);
+        let mut all = self.candidates(unit.as_ref());
+        let counts = |j: &usize| all.iter().chain([&as_it_is]).any(|one| one.shares[*j] <= TOLD);
         let counted: Vec<usize> = (0..self.torques.len()).filter(counts).collect();
         let left = |one: &Candidate| {
             let sum: f64 = counted.iter().map(|&j| one.shares[j]).sum();
             if counted.is_empty() { 1.0 } else { sum / counted.len() as f64 }
         };
         let before = left(&as_it_is);
-        let all = self.candidates(unit.as_ref(), counted.len() == 1);
+        if counted.len() == 1 && unit.is_none() && self.mount.is_none() {
+            all.extend(self.zeros());
+        }
         // A fault beside a unit is needed where the unit alone explains less.
         let beside = |one: &Candidate| of_unit.as_ref().filter(|unit| one.changes.len() > unit.changes.len());
         let is_explained = |one: &&Candidate| {
@@ -115,9 +119,8 @@ impl Look<'_> {
             tried = self.told_by_free(all.iter().filter(has_column).collect(), TOLD_BY_FREE);
         } else {
             tried.sort_by(|a, b| left(a).total_cmp(&left(b)));
-            // At least a rounding: exact torques leave nothing.
             let least = tried.first().map_or(f64::INFINITY, |one| left(one));
-            tried.retain(|one| left(one) <= AS_WELL_RATIO * least + 1e-9);
+            tried.retain(|one| left(one) <= AS_WELL_RATIO * least + AS_WELL);
         }
         let mistake = |one: &Candidate| Mistake {
             fault: one.fault.clone(),
@@ -173,7 +176,7 @@ impl Look<'_> {
     }
 
     /// What may be wrong, each with the changes that undo it.
-    fn candidates(&self, unit: Option<&(Vec<Change>, f64)>, turned: bool) -> Vec<Candidate> {
+    fn candidates(&self, unit: Option<&(Vec<Change>, f64)>) -> Vec<Candidate> {
         let n = self.torques.len();
         let change = |of: Hypothesis, size: f64| Change { of, size };
         let mut all = Vec::new();
@@ -197,10 +200,15 @@ impl Look<'_> {
         );
         push(vec![change(Degrees, 0.0)], Degrees.statement("", &["the positions of joints that turn are"]));
         self.of_joints(unit.map_or(1.0, |unit| unit.1), &mut push);
-        if unit.is_none() && (turned || self.mount.is_some()) {
-            all.extend((0..n).filter(|k| self.turns[*k]).filter_map(|k| self.zero(k)));
+        // A unit that one joint tells may be that of this joint.
+        let told: Vec<usize> = (0..n).filter(|k| self.slope(*k) > 0.0).collect();
+        if let ([k], Some(_)) = (&told[..], unit) {
+            let size = self.slope(*k) - 1.0;
+            let fault = Scale(*k).statement(&format!("{:.0} %", 100.0 * size), &[&self.postures.coordinates[*k]]);
+            all.push(self.candidate(vec![Change { of: Scale(*k), size }], fault, &self.gravity));
         }
         if let (None, Some((gravity, _))) = (unit, &self.mount) {
+            all.extend(self.zeros());
             all.push(self.candidate(Vec::new(), "the base is mounted otherwise than described".into(), gravity));
         }
         all
@@ -224,6 +232,10 @@ impl Look<'_> {
                 push(vec![Change { of, size: 0.0 }], of.statement("", &[names[k], names[l]]));
             }
         }
+    }
+
+    fn zeros(&self) -> Vec<Candidate> {
+        (0..self.torques.len()).filter(|k| self.turns[*k]).filter_map(|k| self.zero(k)).collect()
     }
 
     /// The zero of a joint, where one explains more than none.
@@ -327,7 +339,7 @@ fn is_of_all(one: &Candidate, counted: &[usize]) -> bool {
 fn median(one: &Candidate, counted: &[usize]) -> f64 {
     let mut shares: Vec<f64> = counted.iter().map(|&j| one.shares[j]).collect();
     shares.sort_by(f64::total_cmp);
-    shares.get(shares.len() / 2).copied().unwrap_or(1.0)
+    shares.get(shares.len().saturating_sub(1) / 2).copied().unwrap_or(1.0)
 }
 
 fn centred(x: &DVector<f64>) -> DVector<f64> {

@@ -19,6 +19,7 @@ use crate::fit::gravity_direction::{base, mounted};
 use crate::fit::mount::{Tilt, axes};
 use crate::fit::postures::fit::{Fit, Told};
 use crate::fit::postures::mistakes::{EXPLAINED, Free, Look as Held, Mistake};
+use crate::fit::postures::turned_joint::turned_joint;
 
 /// The most postures that mistakes are looked for in.
 const LOOKED_AT: usize = 400;
@@ -73,13 +74,15 @@ pub(super) fn placed(
     let axes = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
     let axes: Option<Vec<Tilt>> = axes.into_iter().map(|axis| Tilt::of(&model.robot, axis)).collect();
     let Some(axes) = axes else { return Ok(None) };
-    let search = Search { axes, postures, torques, deviations };
+    let turns = turns(model);
+    let search = Search { axes, postures, torques, deviations, turns: &turns };
     let Found { zeros, gravity, fit, left } = search.found(described)?;
     let n = torques.len();
     let misfit = left[1] / (postures.q.len() * n) as f64;
     // Of all torques alike: a joint that free bodies explain badly has a large deviation.
     let share = |zeros: &[f64], gravity: &Vector3<f64>| {
-        let left: f64 = search.look(zeros, gravity).1.iter().map(|x| x.add_scalar(-x.mean()).norm_squared()).sum();
+        let left: f64 =
+            search.residuals(zeros, gravity, usize::MAX).iter().map(|x| x.add_scalar(-x.mean()).norm_squared()).sum();
         (left / torques.iter().map(|x| x.norm_squared()).sum::<f64>().max(f64::MIN_POSITIVE)).sqrt()
     };
     let after = share(&zeros, &gravity);
@@ -91,7 +94,7 @@ pub(super) fn placed(
         .filter(|(_, zero)| tells(zero))
         .map(|(k, zero)| Change { of: Hypothesis::Zero(k), size: zero.map_or(0.0, |zero| zero.0) })
         .collect();
-    let undoing = options.undoing(&changes, &postures.names, &vec![true; n]);
+    let undoing = options.undoing(&changes, &postures.names, &turns);
     let tilt = match (fit.told[n], fit.told[n + 1]) {
         (Some((_, a)), Some((_, b))) => Some((gravity.angle(&described), a.max(b))),
         _ => None,
@@ -107,7 +110,7 @@ pub(super) fn placed(
 }
 
 /// Mistakes of the columns by the bodies of the description; none where it has no bodies, or loops that are solved numerically.
-/// `placed`: zeros and mount, which are looked at here where they explain nothing.
+/// `placed`: zeros and mount, which are looked at here where they explain nothing, or are not told.
 pub(super) fn looks_for_mistakes(
     model: &Model,
     (postures, torques): (&Postures, &[DVector<f64>]),
@@ -128,18 +131,23 @@ pub(super) fn looks_for_mistakes(
     // Joints alike: what nothing explains yet has no deviation.
     let size = |x: &DVector<f64>| x.add_scalar(-x.mean()).norm().max(f64::MIN_POSITIVE);
     let deviations: Vec<f64> = torques.iter().map(size).collect();
-    let search = Search { axes, postures: &some, torques: &torques, deviations: &deviations };
+    let turns = turns(model);
+    let search = Search { axes, postures: &some, torques: &torques, deviations: &deviations, turns: &turns };
     let mount = match placed {
-        Some(placed) if !placed.explains => {
+        Some(placed) if !placed.explains || !placed.differs() => {
             let found = search.gravity_alone()? * gravity.norm();
             Some((found, mounted(rounded_rpy(&base(model, &found), 5))))
         }
         _ => None,
     };
     let described = |q: &[f64], gravity: &Vector3<f64>| search.under(q, gravity);
-    let turns: Vec<bool> = (0..torques.len()).map(|k| !model.regressor().is_prismatic(k)).collect();
     let (postures, torques, turns) = (&some, &torques[..], &turns[..]);
     Ok(Held { postures, torques, described: &described, free, options, turns, gravity, mount }.mistakes())
+}
+
+/// Whether each joint turns.
+fn turns(model: &Model) -> Vec<bool> {
+    (0..model.regressor().coordinates().len()).map(|k| !model.regressor().is_prismatic(k)).collect()
 }
 
 /// The columns of each joint, and what is left of its torques.
@@ -160,6 +168,8 @@ struct Search<'a> {
     postures: &'a Postures,
     torques: &'a [DVector<f64>],
     deviations: &'a [f64],
+    /// Whether each joint turns.
+    turns: &'a [bool],
 }
 
 impl Search<'_> {
@@ -173,9 +183,21 @@ impl Search<'_> {
         let mut left = before;
         // A robot on a ceiling is one whose shoulder is off by half a turn: the mount alone is tried first.
         let by_mount = self.gravity_alone()? * described.norm();
-        let left_by_mount = self.left(&self.look(&zeros, &by_mount).1);
+        let left_by_mount = self.left(&self.residuals(&zeros, &by_mount, usize::MAX));
         if left_by_mount < before {
             (gravity, left) = (by_mount, left_by_mount);
+        }
+        // And so is a joint alone: from far away the steps end beside it.
+        if before > EXPLAINED_TIMES.powi(2) * (n * self.postures.q.len()) as f64 {
+            for k in (0..n).filter(|k| self.turns[*k] && !idle.contains(k)) {
+                let alone = |zero: f64| (0..n).map(|j| if j == k { zero } else { 0.0 }).collect::<Vec<_>>();
+                let of_some = |zero: f64| self.left(&self.residuals(&alone(zero), &described, LOOKED_AT));
+                let Some(zero) = turned_joint(&of_some) else { continue };
+                let left_by_zero = self.left(&self.residuals(&alone(zero), &described, usize::MAX));
+                if left_by_zero < left {
+                    (zeros, gravity, left) = (alone(zero), described, left_by_zero);
+                }
+            }
         }
         let mut fit = self.step(&zeros, &gravity, &idle)?;
         for _ in 0..MOST_STEPS {
@@ -184,7 +206,7 @@ impl Search<'_> {
             let at = |share: f64| {
                 let moved: Vec<f64> = zeros.iter().enumerate().map(|(k, zero)| zero + angle(k, share)).collect();
                 let turned = Rotation3::new(first * angle(n, share) + second * angle(n + 1, share)) * gravity;
-                let left = self.left(&self.look(&moved, &turned).1);
+                let left = self.left(&self.residuals(&moved, &turned, usize::MAX));
                 (moved, turned, left)
             };
             let tried = (0..MOST_HALVINGS).map(|k| at(0.5_f64.powi(k))).find(|(.., moved)| *moved < left);
@@ -212,16 +234,23 @@ impl Search<'_> {
         (0..q.len()).map(|j| (0..3).map(|i| gravity[i] * by_axis[i][j]).sum()).collect()
     }
 
+    /// What is left of the torques of postures, of so many at most.
+    fn residuals(&self, zeros: &[f64], gravity: &Vector3<f64>, most: usize) -> Vec<DVector<f64>> {
+        let step = self.postures.q.len().div_ceil(most).max(1);
+        let rows = self.postures.q.iter().step_by(step);
+        let torques = rows.map(|q| self.under(&q.iter().zip(zeros).map(|(q, z)| q + z).collect::<Vec<_>>(), gravity));
+        let torques: Vec<Vec<f64>> = torques.collect();
+        let joint = |j: usize| DVector::from_fn(torques.len(), |r, _| self.torques[j][r * step] - torques[r][j]);
+        (0..zeros.len()).map(joint).collect()
+    }
+
     /// Columns of the zeros, of the two turns, of the offsets.
     fn look(&self, zeros: &[f64], gravity: &Vector3<f64>) -> Look {
         let n = zeros.len();
         let turns = axes(gravity).map(|(_, axis)| axis.cross(gravity));
         let mut columns = vec![DMatrix::zeros(self.postures.q.len(), 2 * n + 2); n];
-        let mut left = self.torques.to_vec();
         for (r, q) in self.postures.q.iter().enumerate() {
             let q: Vec<f64> = q.iter().zip(zeros).map(|(q, z)| q + z).collect();
-            let torque = self.under(&q, gravity);
-            (0..n).for_each(|j| left[j][r] -= torque[j]);
             for k in 0..n {
                 let at = |step: f64| {
                     let mut moved = q.clone();
@@ -237,7 +266,7 @@ impl Search<'_> {
             }
             (0..n).for_each(|j| columns[j][(r, n + 2 + j)] = 1.0);
         }
-        (columns, left)
+        (columns, self.residuals(zeros, gravity, usize::MAX))
     }
 
     /// The sum of squares, each joint over its deviation.
