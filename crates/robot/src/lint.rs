@@ -89,14 +89,16 @@ fn about_centre(part: &Part, file_frame: &Pose, findings: &mut Vec<Finding>) {
         }
         return;
     }
-    units(part, file_frame.inverse().compose(&part.pose).position, &mut find);
+    let in_file = file_frame.inverse().compose(&part.pose);
+    units(part, in_file.position, &mut find);
     if possible(&part.inertia) {
         return;
     }
     impossible(&part.inertia, &mut find);
     swaps(&part.inertia, |six| possible(&six), &mut find);
     // Tests a shift from the origin to the centre of mass made once too often, by adding back what it took off.
-    let c = part.pose.position;
+    // From the origin that the file means, in the axes of the inertia.
+    let c = in_file.inverse().position;
     let mut x = [0.0; 10];
     x[..6].copy_from_slice(&part.inertia);
     x[9] = part.mass;

@@ -90,6 +90,12 @@ fn exchanged(mut six: [f64; 6], a: usize, b: usize) -> [f64; 6] {
     six
 }
 
+/// The moments and products with m (c.c E - c c^T) added.
+fn shifted(six: [f64; 6], mass: f64, [x, y, z]: [f64; 3]) -> [f64; 6] {
+    let shift = [y * y + z * z, -x * y, -x * z, x * x + z * z, -y * z, x * x + y * y];
+    std::array::from_fn(|i| six[i] + mass * shift[i])
+}
+
 /// Whether a body has these moments.
 fn can_exist([xx, xy, xz, yy, yz, zz]: [f64; 6]) -> bool {
     let moments = Matrix3::new(xx, xy, xz, xy, yy, yz, xz, yz, zz).symmetric_eigenvalues();
@@ -101,7 +107,6 @@ fn spoil(kind: &str, link: &Element, text: &mut String, draw: &mut Draw) -> bool
     let mass = link.number(text, "mass", "value");
     let six = INERTIA.map(|key| link.number(text, "inertia", key));
     let centre = link.centre(text);
-    let [x, y, z] = centre;
     match kind {
         "none" => {
             let factor = draw.uniform(0.85, 1.15);
@@ -116,9 +121,7 @@ fn spoil(kind: &str, link: &Element, text: &mut String, draw: &mut Draw) -> bool
         "swapped products" => link.set_inertia(text, &exchanged(six, 2, 4)),
         "Pinocchio's order" => link.set_inertia(text, &exchanged(six, 2, 3)),
         "moved twice" => {
-            let square = x * x + y * y + z * z;
-            let shift = [square - x * x, -x * y, -x * z, square - y * y, -y * z, square - z * z];
-            let moved = std::array::from_fn(|i| six[i] - mass * shift[i]);
+            let moved = shifted(six, -mass, centre);
             link.set_inertia(text, &moved);
             return !can_exist(moved);
         }
@@ -208,15 +211,17 @@ fn obeyed(case: &Case, finding: &str) -> Option<Result<Vec<String>, String>> {
     let tag = if case.arm.names().contains(&name) { "joint" } else { "link" };
     let element = Element { tag, name };
     let six = INERTIA.map(|key| element.number(&text, "inertia", key));
-    if finding.contains("are they swapped?") {
+    let mass = element.number(&text, "mass", "value");
+    let centre = element.centre(&text);
+    if finding.contains("was that taken off once too often") {
+        element.set_inertia(&mut text, &shifted(six, mass, centre));
+    } else if finding.contains("are they swapped?") {
         element.set_inertia(&mut text, &exchanged(six, 2, 4));
     } else if finding.contains("Pinocchio's order") {
         element.set_inertia(&mut text, &exchanged(six, 2, 3));
     } else if finding.contains("are grams meant?") {
-        let mass = element.number(&text, "mass", "value");
         element.set(&mut text, "mass", "value", 1e-3 * mass);
     } else if finding.contains("are millimetres meant?") {
-        let centre = element.centre(&text);
         element.set_centre(&mut text, centre.map(|x| 1e-3 * x));
     } else if finding.contains("are degrees meant?") {
         for side in ["lower", "upper"] {

@@ -1,5 +1,7 @@
 //! Postures at rest with one mistake, of machines as their description says and of others.
 
+use std::f64::consts::PI;
+
 use super::arms::Arm;
 use super::case::{Case, Command, with_steps};
 use super::kinds::{Entry, KINDS, Kind, Mistake};
@@ -119,7 +121,10 @@ fn is_right(entry: Option<&'static Entry>, joints: Vec<String>, a: usize, off: f
             let zero = list.split([',', ']']).nth(a).and_then(|x| x.trim().parse::<f64>().ok());
             zero.is_some_and(|zero| (zero + off).sin().abs() < NEAR && (zero + off).cos() > 0.0)
         }
-        Some(Kind::Base(base)) => {
+        Some(Kind::AllTorqueSigns) if text.contains("all joints have the wrong sign") => true,
+        Some(kind @ (Kind::Base(_) | Kind::AllTorqueSigns)) => {
+            // At rest torques of the other sign are those under gravity upside down.
+            let base = if let Kind::Base(base) = kind { base } else { [PI, 0.0, 0.0] };
             let Some((_, flag)) = text.split_once("--base ") else { return false };
             let found: Vec<f64> = flag.split([',', ';', ' ']).filter_map(|x| x.parse().ok()).take(3).collect();
             let down = |[r, p, _]: [f64; 3]| [-p.sin(), p.cos() * r.sin(), p.cos() * r.cos()];
@@ -137,16 +142,17 @@ fn is_right(entry: Option<&'static Entry>, joints: Vec<String>, a: usize, off: f
 
 /// Mistakes of columns, or zeros and mount that are not as described.
 fn findings(_: &Case, run: &Run) -> Vec<String> {
-    let is_finding = |line: &&str| line.contains(": the description leaves ") || is_far(line);
+    let is_far = run.out.lines().any(is_far);
+    let is_finding = |line: &&str| line.contains(", with that undone ") || (is_far && line.starts_with("to hold them"));
     run.out.lines().filter(is_finding).map(str::to_string).collect()
 }
 
-/// Whether a line holds zeros or a mount that are far from those of the description. A centre of mass that is off by
-/// centimetres is a small one.
+/// Whether a line tells a zero or a mount far from that of the description. A centre of mass that is off by centimetres is a near
+/// one.
 fn is_far(line: &str) -> bool {
-    let Some((_, remedy)) = line.split_once("to hold them, if its bodies are as described: ") else { return false };
-    let numbers = remedy.split([',', ' ', '[', ']']).filter_map(|word| word.parse::<f64>().ok());
-    numbers.into_iter().any(|number| number.sin().abs() > FAR || number.cos() < 0.0)
+    let Some((told, _)) = line.split_once(" zero, ").or(line.split_once(" turn of gravity")) else { return false };
+    let numbers: Vec<f64> = told.split_whitespace().filter_map(|word| word.parse().ok()).collect();
+    matches!(numbers[..], [value, deviation] if value.abs() > FAR && value.abs() > 3.0 * deviation)
 }
 
 fn obeyed(case: &Case, finding: &str) -> Option<Result<Vec<String>, String>> {

@@ -50,8 +50,10 @@ pub struct Mistake {
     pub fault: String,
     /// What mends it.
     pub remedy: String,
-    /// Share of the torques that the description leaves as they are, and with the mistake undone.
+    /// Share of the torques that bodies leave as they are, and with the mistake undone.
     pub left: [f64; 2],
+    /// Whether these are bodies that are free, and not those of the description.
+    pub by_free_bodies: bool,
 }
 
 /// The torque of the described bodies at a position under gravity in the frame of the base, N m (N) of each joint.
@@ -92,7 +94,7 @@ impl Look<'_> {
         let as_it_is = self.candidate(Vec::new(), String::new(), &self.gravity);
         let unit = self.unit();
         let of_unit = unit.as_ref().map(|(changes, _)| self.candidate(changes.clone(), String::new(), &self.gravity));
-        let mut all = self.candidates(unit.as_ref());
+        let all = self.candidates(unit.as_ref());
         let counts = |j: &usize| all.iter().chain([&as_it_is]).any(|one| one.shares[*j] <= TOLD);
         let counted: Vec<usize> = (0..self.torques.len()).filter(counts).collect();
         let left = |one: &Candidate| {
@@ -100,9 +102,6 @@ impl Look<'_> {
             if counted.is_empty() { 1.0 } else { sum / counted.len() as f64 }
         };
         let before = left(&as_it_is);
-        if counted.len() == 1 && unit.is_none() && self.mount.is_none() {
-            all.extend(self.zeros());
-        }
         // A fault beside a unit is needed where the unit alone explains less.
         let beside = |one: &Candidate| of_unit.as_ref().filter(|unit| one.changes.len() > unit.changes.len());
         let is_explained = |one: &&Candidate| {
@@ -113,21 +112,25 @@ impl Look<'_> {
             of(one) <= EXPLAINED * EXPLAINED && explains && self.is_needed(one, &counted)
         };
         let explained: Vec<&Candidate> = all.iter().filter(is_explained).collect();
-        let mut tried = self.told_by_free(explained, f64::INFINITY);
-        if tried.is_empty() && of_unit.is_none() {
-            let has_column = |one: &&Candidate| !matches!(one.changes[..], [] | [Change { of: Zero(_), .. }]);
-            tried = self.told_by_free(all.iter().filter(has_column).collect(), TOLD_BY_FREE);
-        } else {
-            tried.sort_by(|a, b| left(a).total_cmp(&left(b)));
-            let least = tried.first().map_or(f64::INFINITY, |one| left(one));
-            tried.retain(|one| left(one) <= AS_WELL_RATIO * least + AS_WELL);
-        }
-        let mistake = |one: &Candidate| Mistake {
+        let by_free_bodies = explained.is_empty();
+        let mistake = |one: &Candidate, left: [f64; 2]| Mistake {
             fault: one.fault.clone(),
             remedy: self.remedy(one),
-            left: [before.sqrt(), left(one).sqrt()],
+            left: left.map(f64::sqrt),
+            by_free_bodies,
         };
-        tried.into_iter().map(mistake).collect()
+        if by_free_bodies {
+            let some = all.iter().filter(|one| of_unit.is_none() && !one.changes.is_empty()).collect();
+            let mean = |shares: &[f64]| shares.iter().map(|x| x.min(1.0)).sum::<f64>() / shares.len().max(1) as f64;
+            let (as_it_is, tried) = self.told_by_free(some, TOLD_BY_FREE);
+            return tried.iter().map(|(one, shares)| mistake(one, [mean(&as_it_is), mean(shares)])).collect();
+        }
+        let mut tried: Vec<&Candidate> =
+            self.told_by_free(explained, f64::INFINITY).1.into_iter().map(|one| one.0).collect();
+        tried.sort_by(|a, b| left(a).total_cmp(&left(b)));
+        let least = tried.first().map_or(f64::INFINITY, |one| left(one));
+        tried.retain(|one| left(one) <= AS_WELL_RATIO * least + AS_WELL);
+        tried.into_iter().map(|one| mistake(one, [before, left(one)])).collect()
     }
 
     /// What mends it. Gravity upside down is no change of columns.
@@ -152,18 +155,21 @@ impl Look<'_> {
         ratios.iter().any(|ratio| *ratio < needed) && ratios.iter().product::<f64>() < 1.0
     }
 
-    /// Those with which bodies of their own explain the postures about as well as with the best one, the best first. `most`: of
-    /// what they leave, over that without, the joints one times the other.
-    fn told_by_free<'b>(&self, all: Vec<&'b Candidate>, most: f64) -> Vec<&'b Candidate> {
+    /// What bodies of their own leave as it is; and the candidates with which they explain the postures about as well as with the
+    /// best one, the best first, with what they leave. `most`: over that without, the joints one times the other.
+    fn told_by_free<'b>(&self, all: Vec<&'b Candidate>, most: f64) -> (Vec<f64>, Vec<(&'b Candidate, Vec<f64>)>) {
         let as_it_is = (self.free)(&self.postures.q, self.torques);
         let ratio = |one: &'b Candidate| {
             let (q, torques) = undone(&one.changes, &self.postures.q, self.torques, self.turns);
-            (ratios(&(self.free)(&q, &torques), &as_it_is).iter().product::<f64>(), one)
+            let shares = (self.free)(&q, &torques);
+            (ratios(&shares, &as_it_is).iter().product::<f64>(), one, shares)
         };
-        let mut tried: Vec<(f64, &Candidate)> = all.into_iter().map(ratio).filter(|one| one.0 < most).collect();
+        let mut tried: Vec<(f64, &Candidate, Vec<f64>)> =
+            all.into_iter().map(ratio).filter(|one| one.0 < most).collect();
         tried.sort_by(|a, b| a.0.total_cmp(&b.0));
         let least = tried.first().map_or(f64::INFINITY, |one| one.0);
-        tried.into_iter().filter(|one| one.0 <= least / TOLD_BY_FREE).map(|one| one.1).collect()
+        tried.retain(|one| one.0 <= least / TOLD_BY_FREE);
+        (as_it_is, tried.into_iter().map(|(_, one, shares)| (one, shares)).collect())
     }
 
     /// The changes of a common unit that is not that of the description, and how large it is.
@@ -207,8 +213,13 @@ impl Look<'_> {
             let fault = Scale(*k).statement(&format!("{:.0} %", 100.0 * size), &[&self.postures.coordinates[*k]]);
             all.push(self.candidate(vec![Change { of: Scale(*k), size }], fault, &self.gravity));
         }
+        if unit.is_none() {
+            // Nearer ones stand beside each other where zeros and mount are looked at.
+            let is_meant = |one: &Candidate| self.mount.is_some() || one.changes[0].size.abs() > FAR_TURN;
+            let zeros = (0..n).filter(|k| self.turns[*k]).filter_map(|k| self.zero(k));
+            all.extend(zeros.filter(is_meant));
+        }
         if let (None, Some((gravity, _))) = (unit, &self.mount) {
-            all.extend(self.zeros());
             all.push(self.candidate(Vec::new(), "the base is mounted otherwise than described".into(), gravity));
         }
         all
@@ -232,10 +243,6 @@ impl Look<'_> {
                 push(vec![Change { of, size: 0.0 }], of.statement("", &[names[k], names[l]]));
             }
         }
-    }
-
-    fn zeros(&self) -> Vec<Candidate> {
-        (0..self.torques.len()).filter(|k| self.turns[*k]).filter_map(|k| self.zero(k)).collect()
     }
 
     /// The zero of a joint, where one explains more than none.

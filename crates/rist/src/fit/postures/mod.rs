@@ -264,6 +264,7 @@ impl PostureEstimate {
                 "remedy": mistake.remedy,
                 "left_before": mistake.left[0],
                 "left": mistake.left[1],
+                "by_free_bodies": mistake.by_free_bodies,
             })).collect::<Vec<_>>(),
             "with_described_bodies": self.placed.as_ref().map(|placed| json!({
                 "zeros": placed.zeros.iter().map(told).collect::<Vec<_>>(),
@@ -308,10 +309,11 @@ impl fmt::Display for PostureEstimate {
         }
         for (k, mistake) in self.mistakes.iter().enumerate() {
             let [before, after] = mistake.left.map(|share| significant(100.0 * share, 2));
+            let bodies = if mistake.by_free_bodies { "bodies that are free leave" } else { "the description leaves" };
             let (head, instead) = (if k == 0 { "\n" } else { "" }, if k == 0 { "" } else { "or else " });
             writeln!(
                 f,
-                "{head}{instead}{}: the description leaves {before} % of the torques (joints alike), with that undone {after} %; {}",
+                "{head}{instead}{}: {bodies} {before} % of the torques (joints alike), with that undone {after} %; {}",
                 mistake.fault, mistake.remedy
             )?;
         }
