@@ -33,6 +33,9 @@ fn case(seed: u64, arms: &[Arm]) -> Case<'_> {
     let (name, says) = KINDS[(seed % KINDS.len() as u64) as usize];
     let arm = &arms[draw.below(arms.len())];
     let given = std::fs::read_to_string(&arm.path).unwrap_or_else(|e| panic!("{}: {e}", arm.path.display()));
+    // Numbers in comments are none.
+    let parts = given.split("<!--").map(|part| part.split_once("-->").map_or(part, |(_, behind)| behind));
+    let given: String = parts.collect();
     let able: Vec<Element> =
         Element::all(&given, "link").into_iter().filter(|link| link.number(&given, "mass", "value") > 0.05).collect();
     let link = able[draw.below(able.len())].clone();

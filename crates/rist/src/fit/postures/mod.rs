@@ -150,7 +150,10 @@ pub fn identify_postures(model: &Model, postures: &Postures, options: &Options) 
         parameters.iter().map(value).collect()
     });
     let size = |x: &DVector<f64>| (x.norm_squared() / count as f64).sqrt();
-    let placed = placed(model, postures, &torques, &fit.deviations, options)?;
+    let mut placed = placed(model, postures, &torques, &fit.deviations, options)?;
+    if let Some(placed) = placed.as_mut().filter(|placed| placed.explains && !placed.is_near()) {
+        placed.explains = mends(model, &parameters, (postures, &torques), placed, options)?;
+    }
     let mistakes = looks_for_mistakes(model, (postures, &torques), &left, options, placed.as_ref())?;
     Ok(PostureEstimate {
         values: fit.told[..p].to_vec(),
@@ -166,6 +169,23 @@ pub fn identify_postures(model: &Model, postures: &Postures, options: &Options) 
         are_plateaus: postures.are_plateaus,
         parameters,
     })
+}
+
+/// Whether zeros that are found leave no other ones far away. Bodies of their own explain badly what zeros far away are in, so
+/// that much is within their deviations.
+fn mends(
+    model: &Model,
+    parameters: &[GravityParameter],
+    (postures, torques): (&Postures, &[DVector<f64>]),
+    found: &Placed,
+    options: &Options,
+) -> Result<bool, Error> {
+    let mut held = postures.clone();
+    let zeros: Vec<f64> = found.zeros.iter().map(|told| told.map_or(0.0, |told| told.0)).collect();
+    held.q.iter_mut().for_each(|q| q.iter_mut().zip(&zeros).for_each(|(q, zero)| *q += zero));
+    let deviations = free_bodies(model, parameters, &held.q, torques)?.deviations;
+    let again = placed(model, &held, torques, &deviations, options)?;
+    Ok(again.is_some_and(|again| again.explains && again.is_near()))
 }
 
 /// The fit of gravity parameters, and of an offset of each joint's torque, to torques at positions.

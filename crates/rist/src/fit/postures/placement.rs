@@ -21,8 +21,12 @@ use crate::fit::postures::fit::{Fit, Told};
 use crate::fit::postures::mistakes::{EXPLAINED, Free, Look as Held, Mistake};
 use crate::fit::postures::turned_joint::turned_joint;
 
+/// Torques of a joint below this share of those of the largest are of no weight in another mount.
+const SMALL_TORQUE: f64 = 1e-3;
 /// The most postures that mistakes are looked for in.
 const LOOKED_AT: usize = 400;
+/// A zero that is left where zeros are held is none of noise, rad (m).
+const FAR: f64 = 0.1;
 /// Steps until the search for zeros and mount is given up.
 const MOST_STEPS: usize = 50;
 /// rad, the largest change in a step.
@@ -128,9 +132,10 @@ pub(super) fn looks_for_mistakes(
     let some = Postures { q: postures.q.iter().step_by(step).cloned().collect(), ..postures.clone() };
     let torques: Vec<DVector<f64>> =
         torques.iter().map(|x| DVector::from_iterator(some.q.len(), x.iter().step_by(step).copied())).collect();
-    // Joints alike: what nothing explains yet has no deviation.
-    let size = |x: &DVector<f64>| x.add_scalar(-x.mean()).norm().max(f64::MIN_POSITIVE);
-    let deviations: Vec<f64> = torques.iter().map(size).collect();
+    // Joints alike, but for those that gravity does not move: what nothing explains yet has no deviation.
+    let sizes: Vec<f64> = torques.iter().map(|x| x.add_scalar(-x.mean()).norm()).collect();
+    let least = SMALL_TORQUE * sizes.iter().fold(0.0, |m: f64, x| m.max(*x));
+    let deviations: Vec<f64> = sizes.iter().map(|x| x.max(least).max(f64::MIN_POSITIVE)).collect();
     let turns = turns(model);
     let search = Search { axes, postures: &some, torques: &torques, deviations: &deviations, turns: &turns };
     let mount = match placed {
@@ -313,6 +318,11 @@ impl Placed {
     /// Whether a zero or the mount differs from the description.
     pub fn differs(&self) -> bool {
         self.zeros.iter().chain([&self.tilt]).any(tells)
+    }
+
+    /// Whether no zero is far away.
+    pub(super) fn is_near(&self) -> bool {
+        !self.zeros.iter().any(|told| tells(told) && told.is_some_and(|(zero, _)| zero.abs() > FAR))
     }
 
     /// The lines that hold what was found, the mount before the zeros.
