@@ -30,8 +30,8 @@ pub struct Command {
     pub word: &'static str,
     /// The input of a seed.
     pub case: for<'a> fn(u64, &'a [Arm]) -> Case<'a>,
-    /// What contradicts an input.
-    pub findings: fn(&Case, &Run) -> Vec<String>,
+    /// What contradicts an input, of a run with these words.
+    pub findings: fn(&[String], &Run) -> Vec<String>,
     /// The words again, with a finding obeyed; `None`: it needs a person.
     pub obeyed: fn(&Case, &str) -> Option<Result<Vec<String>, String>>,
 }
@@ -42,9 +42,9 @@ pub const COMMANDS: [Command; 4] = [of_postures::COMMAND, of_wrench::COMMAND, of
 impl Command {
     /// Runs it, and obeys.
     pub fn outcome(&self, case: &Case) -> Outcome {
-        let clean = case.clean.as_ref().map(|words| self.said(case, words, &[]));
+        let clean = case.clean.as_ref().map(|words| self.said(words, &[]));
         let known = clean.as_ref().map_or(vec![], |clean| clean.findings.clone());
-        let said = self.said(case, &case.words, &known);
+        let said = self.said(&case.words, &known);
         let right = said.findings.iter().filter(|finding| (case.is_right)(finding)).count();
         let cause = match (right, said.findings.len()) {
             (0, 0) if case.kind == "none" || (case.is_right)(&said.whole) => Cause::Right,
@@ -65,7 +65,7 @@ impl Command {
             let (one, text) = match told {
                 Err(why) => (Obeyed { accepted: false, gone: false, nothing_new: false }, why),
                 Ok(words) => {
-                    let now = self.said(case, &words, &known);
+                    let now = self.said(&words, &known);
                     let claims = |said: &Said| said.findings.iter().map(|line| claim(line)).collect::<Vec<_>>();
                     let (before, now_claims) = (claims(&said), claims(&now));
                     let is_known = |claim: &String| before.contains(claim);
@@ -99,10 +99,10 @@ impl Command {
     }
 
     /// What it says beside what is known. What it refuses is a finding too.
-    fn said(&self, case: &Case, words: &[String], known: &[String]) -> Said {
+    fn said(&self, words: &[String], known: &[String]) -> Said {
         let run = rist(&folder("remedies"), &words.iter().map(String::as_str).collect::<Vec<_>>());
         let is_refused = !matches!(run.code, Some(0 | 1));
-        let mut findings = if is_refused { vec![run.err.trim().to_string()] } else { (self.findings)(case, &run) };
+        let mut findings = if is_refused { vec![run.err.trim().to_string()] } else { (self.findings)(words, &run) };
         findings.retain(|finding| !known.contains(finding));
         let code = if is_refused { run.code } else { Some(i32::from(!findings.is_empty())) };
         Said { code, findings, whole: format!("{}{}", run.out, run.err), error: run.err, ..Said::default() }

@@ -5,6 +5,7 @@ use serde_json::Value;
 use super::arms::Arm;
 use super::case::{Case, Command, written};
 use super::obedience::merge;
+use super::of_lint::{Element, text_of};
 use crate::program::{Run, folder, rist};
 use crate::random_situations::draw::Draw;
 
@@ -17,7 +18,7 @@ const KINDS: [(&str, &[&str]); 8] = [
     ("box", &["box"]),
     ("narrow", &["limit of", "tells the parameters apart"]),
     ("effort", &["effort"]),
-    ("margins", &["margin", "encoder", "tracking"]),
+    ("margins", &["the errors of margins"]),
 ];
 
 pub const COMMAND: Command = Command { word: "excite", case, findings, obeyed };
@@ -41,31 +42,56 @@ fn case(seed: u64, arms: &[Arm]) -> Case<'_> {
     let [limits, motion] =
         [written("limits.yaml", &limits), folder("remedies").join("motion.yaml").display().to_string()];
     let search = ["--limits", &limits, "--starts", "2", "--iterations", "20", "--out", &motion].map(String::from);
-    let mut words = [vec!["excite".into(), arm.path.display().to_string()], search.to_vec(), arm.flags()].concat();
+    let robot = written("robot.urdf", &with_shapes(arm));
+    let mut words = [vec!["excite".into(), robot], search.to_vec(), arm.flags()].concat();
     if name == "effort" {
         words.extend(["--effort-share".to_string(), size.to_string()]);
     }
     // Where there is a motion, there is nothing to say.
-    let is_right = move |text: &str| !text.contains("no motion") || says.iter().any(|words| text.contains(words));
+    let is_right = move |text: &str| !text.contains("rist: ") || says.iter().any(|words| text.contains(words));
     Case { arm, kind: name, is_right: Box::new(is_right), is_above: name != "none", words, clean: None }
 }
 
+/// The description with a box about the centre of mass of each link in place of its shapes, as large as water of its mass would be.
+fn with_shapes(arm: &Arm) -> String {
+    let mut text = text_of(arm, "<collision", "</collision>");
+    for link in Element::all(&text.clone(), "link") {
+        let edge = (link.number(&text, "mass", "value") / 1000.0).cbrt();
+        let [x, y, z] = link.centre(&text);
+        let shape = format!(
+            "<collision><origin xyz=\"{x} {y} {z}\"/><geometry><box size=\"{edge} {edge} {edge}\"/></geometry></collision>"
+        );
+        if edge > 0.0 {
+            link.append(&mut text, &shape);
+        }
+    }
+    text
+}
+
 /// Motions that are not proven, or that `rist check` does not take.
-fn findings(case: &Case, run: &Run) -> Vec<String> {
+fn findings(words: &[String], run: &Run) -> Vec<String> {
     if run.code != Some(0) {
         return vec![run.err.trim().to_string()];
     }
-    let words = ["check", &case.words[1], word(case, "--out"), "--limits", word(case, "--limits")];
-    let flags = case.arm.flags();
-    let words: Vec<&str> = words.into_iter().chain(flags.iter().map(String::as_str)).collect();
-    let check = rist(&folder("remedies"), &words);
+    let locks = words.windows(2).filter(|pair| pair[0] == "--lock").flatten();
+    let check = ["check", &words[1], word(words, "--out"), "--limits", word(words, "--limits")];
+    let check: Vec<&str> = check.into_iter().chain(locks.map(String::as_str)).collect();
+    let check = rist(&folder("remedies"), &check);
     if check.code == Some(0) { vec![] } else { vec![format!("rist check: {}", check.err.trim())] }
 }
 
 /// Puts the lines that were tried into the file of limits.
 fn obeyed(case: &Case, finding: &str) -> Option<Result<Vec<String>, String>> {
     let (_, remedy) = finding.split_once("tried, and a motion is proven: ")?;
-    let path = word(case, "--limits");
+    if let Some((_, share)) = remedy.split_once("--effort-share ") {
+        let asked = word(&case.words, "--effort-share");
+        return Some(Ok(case
+            .words
+            .iter()
+            .map(|word| if word == asked { share.into() } else { word.clone() })
+            .collect()));
+    }
+    let path = word(&case.words, "--limits");
     let text = std::fs::read_to_string(path).unwrap_or_else(|e| panic!("{path}: {e}"));
     let mut limits: Value = serde_yaml::from_str(&text).unwrap_or_else(|e| panic!("{path}: {e}"));
     if remedy.contains("space without `distance") {
@@ -82,6 +108,6 @@ fn obeyed(case: &Case, finding: &str) -> Option<Result<Vec<String>, String>> {
     Some(Ok(case.words.iter().map(|word| if word == path { obeyed.clone() } else { word.clone() }).collect()))
 }
 
-fn word<'a>(case: &'a Case, flag: &str) -> &'a str {
-    case.words.iter().position(|word| word == flag).map_or("", |k| &case.words[k + 1])
+fn word<'a>(words: &'a [String], flag: &str) -> &'a str {
+    words.iter().position(|word| word == flag).map_or("", |k| &words[k + 1])
 }

@@ -32,10 +32,7 @@ fn case(seed: u64, arms: &[Arm]) -> Case<'_> {
     let draw = &mut Draw::of(seed, 1);
     let (name, says) = KINDS[(seed % KINDS.len() as u64) as usize];
     let arm = &arms[draw.below(arms.len())];
-    let given = std::fs::read_to_string(&arm.path).unwrap_or_else(|e| panic!("{}: {e}", arm.path.display()));
-    // Numbers in comments are none.
-    let parts = given.split("<!--").map(|part| part.split_once("-->").map_or(part, |(_, behind)| behind));
-    let given: String = parts.collect();
+    let given = text_of(arm, "<!--", "-->");
     let able: Vec<Element> =
         Element::all(&given, "link").into_iter().filter(|link| link.number(&given, "mass", "value") > 0.05).collect();
     let link = able[draw.below(able.len())].clone();
@@ -68,6 +65,12 @@ fn case(seed: u64, arms: &[Arm]) -> Case<'_> {
     let is_right =
         move |text: &str| says.iter().any(|words| text.contains(words)) && text.starts_with(&format!("{subject}: "));
     Case { arm, kind: name, is_right: Box::new(is_right), is_above, words: words(wrong), clean: Some(words(right)) }
+}
+
+/// The file of a robot without what stands between two words.
+pub(super) fn text_of(arm: &Arm, begin: &str, end: &str) -> String {
+    let text = std::fs::read_to_string(&arm.path).unwrap_or_else(|e| panic!("{}: {e}", arm.path.display()));
+    text.split(begin).map(|part| part.split_once(end).map_or(part, |(_, behind)| behind)).collect()
 }
 
 /// A slender body of a mass that can exist, turned so that its numbers in the wrong order, or moved, are of none.
@@ -141,18 +144,26 @@ fn spoil(kind: &str, link: &Element, text: &mut String, draw: &mut Draw) -> bool
 
 /// An element of a URDF, by its name.
 #[derive(Clone)]
-struct Element {
+pub(super) struct Element {
     tag: &'static str,
     name: String,
 }
 
 impl Element {
-    fn all(text: &str, tag: &'static str) -> Vec<Element> {
+    pub(super) fn all(text: &str, tag: &'static str) -> Vec<Element> {
         let begin = format!("<{tag} ");
         let heads = text.split(&begin).skip(1);
         let name =
             |head: &str| head.split_once("name=\"").and_then(|(_, rest)| Some(rest.split_once('"')?.0.to_string()));
         heads.filter_map(name).map(|name| Element { tag, name }).collect()
+    }
+
+    /// Puts a text at its end, where it has one.
+    pub(super) fn append(&self, text: &mut String, more: &str) {
+        let begin = text.find(&format!("<{} name=\"{}\"", self.tag, self.name));
+        let end = format!("</{}>", self.tag);
+        let place = begin.and_then(|begin| Some(begin + text[begin..].find(&end)?));
+        place.into_iter().for_each(|place| text.insert_str(place, more));
     }
 
     /// Where the value of an attribute of an element within it stands.
@@ -173,7 +184,7 @@ impl Element {
         self.place(text, child, key).map_or("", |place| &text[place])
     }
 
-    fn number(&self, text: &str, child: &str, key: &str) -> f64 {
+    pub(super) fn number(&self, text: &str, child: &str, key: &str) -> f64 {
         self.string(text, child, key).parse().unwrap_or(0.0)
     }
 
@@ -191,7 +202,7 @@ impl Element {
         INERTIA.iter().zip(six).for_each(|(key, value)| self.set(text, "inertia", key, *value));
     }
 
-    fn centre(&self, text: &str) -> [f64; 3] {
+    pub(super) fn centre(&self, text: &str) -> [f64; 3] {
         let numbers = self.string(text, "origin", "xyz").split_whitespace();
         let numbers: Vec<f64> = numbers.filter_map(|x| x.parse().ok()).collect();
         std::array::from_fn(|i| numbers.get(i).copied().unwrap_or(0.0))
@@ -202,7 +213,7 @@ impl Element {
     }
 }
 
-fn findings(_: &Case, run: &Run) -> Vec<String> {
+fn findings(_: &[String], run: &Run) -> Vec<String> {
     let is_count = |line: &&str| line.contains(" of them without parameters");
     run.out.lines().filter(|line| !is_count(line)).map(str::to_string).collect()
 }

@@ -168,7 +168,7 @@ fn text(rows: &[Row], is_motion: bool, kind: &str) -> String {
 }
 
 /// What forbids the use of a load, with what mends it.
-fn findings(_: &Case, run: &Run) -> Vec<String> {
+fn findings(_: &[String], run: &Run) -> Vec<String> {
     let is_no = run.out.lines().any(|line| line == "trust: no");
     let next = run.out.lines().find_map(|line| line.strip_prefix("next: ")).unwrap_or_default();
     let reasons = run.out.lines().filter_map(|line| line.strip_prefix("  - "));
