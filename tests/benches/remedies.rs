@@ -7,6 +7,9 @@
 //! `cargo bench --profile dev -p tests --bench remedies -- clean [COUNT] [from SEED]`: logs without a mistake, and those that
 //! are accused.
 //!
+//! `cargo bench --profile dev -p tests --bench remedies -- postures [COUNT] [from SEED] [each]`, and the same with `wrench`, `lint`
+//! and `excite`: inputs of these commands, each with one mistake or none; with `seed SEED` one, with all that is printed.
+//!
 //! The robots are those of `../shared/findings/inputs/statistics2`, and those of the folder that `RIST_ARMS` names. Which robot
 //! a seed takes depends on how many there are.
 //!
@@ -19,7 +22,13 @@
 //! | accepted | of these, the program takes it |
 //! | claim gone, new claim | of these, the obeyed findings are gone; others came up |
 //! | by a person | findings that only a person can obey |
-//! | yes, and wrong | `rist identify`, given two such logs, trusts an estimate that leaves more than 5 % of the torque on a third motion |
+//! | yes, and wrong | of logs: `rist identify`, given two such logs, trusts an estimate that leaves more than 5 % of the torque on a third motion |
+//!
+//! Of the other commands each finding is obeyed alone, also what is said in place of the first, and what is refused is a finding
+//! too. They print no power. Above is, of postures: the mistake moves a torque by ten times what else does, and of a zero, mount or
+//! scale the bodies are as described; of wrenches: gravity turns in the sensor; of descriptions: the numbers are those of no body, or
+//! beyond what lint bounds; of motions: something is limited. What lint says of the robot's own description is known before, and
+//! stands in the list of what is accused.
 
 use tests::program::folder;
 use tests::remedies::Situation;

@@ -24,6 +24,9 @@ pub struct Case<'a> {
     pub clean: Option<Vec<String>>,
 }
 
+/// The words again, with a finding obeyed, or why that cannot be; `None`: it needs a person.
+pub type Told = Option<Result<Vec<String>, String>>;
+
 /// A command, and how it is tried.
 pub struct Command {
     /// Its word.
@@ -32,8 +35,8 @@ pub struct Command {
     pub case: for<'a> fn(u64, &'a [Arm]) -> Case<'a>,
     /// What contradicts an input, of a run with these words.
     pub findings: fn(&[String], &Run) -> Vec<String>,
-    /// The words again, with a finding obeyed; `None`: it needs a person.
-    pub obeyed: fn(&Case, &str) -> Option<Result<Vec<String>, String>>,
+    /// Obeys a finding.
+    pub obeyed: fn(&Case, &str) -> Told,
 }
 
 /// The commands.
@@ -109,8 +112,8 @@ impl Command {
     }
 }
 
-/// The words of a case with what a finding says beside them: flags, and options in a file behind `flag`.
-pub fn with_steps(case: &Case, finding: &str, flag: &str) -> Option<Result<Vec<String>, String>> {
+/// The words of a case with what a finding says beside them: flags, and options in a file.
+pub fn with_steps(case: &Case, finding: &str) -> Told {
     let steps = steps(finding);
     if steps.is_empty() {
         return None;
@@ -123,7 +126,7 @@ pub fn with_steps(case: &Case, finding: &str, flag: &str) -> Option<Result<Vec<S
     }
     Some(options(&steps).map(|yaml| {
         if let Some(yaml) = yaml {
-            words.extend([format!("--{flag}"), written("options.yaml", &yaml)]);
+            words.extend(["--options".to_string(), written("options.yaml", &yaml)]);
         }
         words
     }))

@@ -3,7 +3,7 @@
 use serde_json::Value;
 
 use super::arms::Arm;
-use super::case::{Case, Command, written};
+use super::case::{Case, Command, Told, written};
 use super::obedience::merge;
 use super::of_lint::{Element, text_of};
 use crate::program::{Run, folder, rist};
@@ -31,11 +31,14 @@ fn case(seed: u64, arms: &[Arm]) -> Case<'_> {
     let joint = &arm.names()[draw.below(arm.n())];
     let reach = draw.uniform(0.2, 1.2);
     let limits = match name {
-        "floor" => format!("space: {{floor: {}}}", draw.uniform(-0.5, 0.3)),
+        "floor" => format!("space: {{floor: {}}}", draw.uniform(-0.4, 0.6)),
         "distance" => format!("space: {{distance: {size}}}"),
-        "wall" => format!("space: {{walls: [{{point: [{reach}, 0, 0], normal: [-1, 0, 0]}}]}}"),
-        "box" => format!("space: {{boxes: [{{low: [{0}, {0}, {0}], high: [{reach}, {reach}, 2]}}]}}", -reach),
-        "narrow" => format!("coordinates: {{{joint}: {{position: [0, {}]}}}}", 1e-2 * size),
+        "wall" => {
+            let normal = ["[-1, 0, 0]", "[0, 0, -1]", "[0, 1, 0]"][draw.below(3)];
+            format!("space: {{walls: [{{point: [{size}, 0, {size}], normal: {normal}}}]}}")
+        }
+        "box" => format!("space: {{boxes: [{{low: [{0}, {0}, {0}], high: [{reach}, {reach}, 2]}}]}}", -0.5 * size),
+        "narrow" => format!("coordinates: {{{joint}: {{position: [0, {}]}}}}", size.powi(8)),
         "margins" => format!("margins: {{encoder_zero: {}}}", 0.2 * size),
         _ => "{}".to_string(),
     };
@@ -81,8 +84,10 @@ fn findings(words: &[String], run: &Run) -> Vec<String> {
 }
 
 /// Puts the lines that were tried into the file of limits.
-fn obeyed(case: &Case, finding: &str) -> Option<Result<Vec<String>, String>> {
-    let (_, remedy) = finding.split_once("tried, and a motion is proven: ")?;
+fn obeyed(case: &Case, finding: &str) -> Told {
+    let said =
+        ["tried, and a motion is proven: ", "moves it away: "].into_iter().find_map(|words| finding.split_once(words));
+    let (_, remedy) = said?;
     if let Some((_, share)) = remedy.split_once("--effort-share ") {
         let asked = word(&case.words, "--effort-share");
         return Some(Ok(case
@@ -98,7 +103,8 @@ fn obeyed(case: &Case, finding: &str) -> Option<Result<Vec<String>, String>> {
         limits["space"].as_object_mut().map(|space| space.remove("distance"));
     } else {
         let begin = ["coordinates: {", "space: {"].iter().filter_map(|key| remedy.find(key)).min()?;
-        let yaml = remedy[begin..].split_once(" in --limits").map_or(&remedy[begin..], |(yaml, _)| yaml);
+        let end = [" in --limits", " is below it"].iter().filter_map(|words| remedy[begin..].find(words)).min();
+        let yaml = end.map_or(&remedy[begin..], |end| &remedy[begin..begin + end]);
         match serde_yaml::from_str::<Value>(yaml) {
             Ok(more) => merge(&mut limits, more),
             Err(_) => return Some(Err(format!("`{yaml}` is no file of limits"))),

@@ -3,7 +3,7 @@
 use nalgebra::{Matrix3, Rotation3, Vector3};
 
 use super::arms::Arm;
-use super::case::{Case, Command, written};
+use super::case::{Case, Command, Told, written};
 use crate::program::Run;
 use crate::random_situations::draw::Draw;
 
@@ -219,7 +219,7 @@ fn findings(_: &[String], run: &Run) -> Vec<String> {
 }
 
 /// Does what a question asks: exchanges, or another unit.
-fn obeyed(case: &Case, finding: &str) -> Option<Result<Vec<String>, String>> {
+fn obeyed(case: &Case, finding: &str) -> Told {
     let mut text = std::fs::read_to_string(&case.words[1]).ok()?;
     let name = finding.split_once(": ")?.0.to_string();
     let tag = if case.arm.names().contains(&name) { "joint" } else { "link" };

@@ -39,7 +39,7 @@ const NEAR: f64 = 0.1;
 /// Smaller zeros may be those of other bodies, rad.
 const FAR: f64 = 0.1;
 
-pub const COMMAND: Command = Command { word: "postures", case, findings, obeyed };
+pub const COMMAND: Command = Command { word: "postures", case, findings, obeyed: with_steps };
 
 fn case(seed: u64, arms: &[Arm]) -> Case<'_> {
     let draw = &mut Draw::of(seed, 1);
@@ -153,8 +153,4 @@ fn is_far(line: &str) -> bool {
     let Some((told, _)) = line.split_once(" zero, ").or(line.split_once(" turn of gravity")) else { return false };
     let numbers: Vec<f64> = told.split_whitespace().filter_map(|word| word.parse().ok()).collect();
     matches!(numbers[..], [value, deviation] if value.abs() > FAR && value.abs() > 3.0 * deviation)
-}
-
-fn obeyed(case: &Case, finding: &str) -> Option<Result<Vec<String>, String>> {
-    with_steps(case, finding, "options")
 }

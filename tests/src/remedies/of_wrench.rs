@@ -33,7 +33,7 @@ const GRAVITY: f64 = 9.80665;
 /// The least deviation of the direction of gravity in the sensor by which a load is told.
 const TURNS: f64 = 0.3;
 
-pub const COMMAND: Command = Command { word: "wrench", case, findings, obeyed };
+pub const COMMAND: Command = Command { word: "wrench", case, findings, obeyed: with_steps };
 
 /// Pose of the sensor, force and torque on the load in its axes.
 #[derive(Clone, Copy)]
@@ -177,8 +177,4 @@ fn findings(_: &[String], run: &Run) -> Vec<String> {
         .enumerate()
         .map(|(k, why)| if k == 0 { format!("{why}; {next}") } else { why.into() })
         .collect()
-}
-
-fn obeyed(case: &Case, finding: &str) -> Option<Result<Vec<String>, String>> {
-    with_steps(case, finding, "options")
 }

@@ -75,8 +75,21 @@ impl Searched<'_> {
             ),
             NoMotion::TooWeak { .. } | NoMotion::TooNarrow { .. } => return self.no_free_pose(problem),
         };
-        let candidates = if matches!(why, NoMotion::TooWeak { .. }) { self.with_more_effort() } else { vec![] };
+        let candidates = match why {
+            NoMotion::TooWeak { .. } => self.with_more_effort(),
+            NoMotion::TooSmall { coordinate, .. } => vec![self.locking(coordinate)],
+            _ => vec![],
+        };
         Refusal { message, candidates }
+    }
+
+    /// With a coordinate held in the middle of its positions.
+    fn locking(&self, k: usize) -> ExciteRequest {
+        let mut limits = self.request.limits.clone().unwrap_or_default();
+        let (low, high) = self.limits[k].position;
+        let own = limits.coordinates.entry(self.names[k].clone()).or_default();
+        *own = AskedLimits { locked: Some((0.5e3 * (low + high)).round() / 1e3), ..AskedLimits::default() };
+        ExciteRequest { limits: Some(limits), ..self.request.clone() }
     }
 
     /// The usual share of the drives, where less is asked for.
@@ -95,7 +108,8 @@ impl Searched<'_> {
             Obstacle::Effort(k) => format!("effort of {} at rest in {}", self.names[k], broken.poses),
         };
         let all: Vec<String> = broken.iter().take(MOST_TOLD).map(told).collect();
-        let errors = match self.request.limits.as_ref().is_some_and(|limits| limits.margins != ErrorMargins::default()) {
+        let errors = match self.request.limits.as_ref().is_some_and(|limits| limits.margins != ErrorMargins::default())
+        {
             true => " with room for the errors of margins",
             false => "",
         };
