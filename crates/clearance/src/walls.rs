@@ -154,7 +154,7 @@ impl Clearance {
         let far = shown_length(-reached);
         let remedy = match self.floor.filter(|_| name == FLOOR) {
             // A floor that touches the body is beyond it by a rounding.
-            Some(height) => format!("space: {{floor: {}}} is below it", (1e3 * (height + reached)).floor() / 1e3),
+            Some(height) => format!("space: {{floor: {}}} is below it", (1e3 * (height + reached) - 0.5).floor() / 1e3),
             None => format!("name the links that must stay in (links: [..]), or move {name} by more than that"),
         };
         format!("{body} is {far} m beyond {name}, and no joint that is not locked moves it away: {remedy}")
