@@ -33,7 +33,8 @@
 use tests::program::folder;
 use tests::remedies::Situation;
 use tests::remedies::arms::{Arm, arms};
-use tests::remedies::case::{COMMANDS, Command};
+use tests::remedies::case::Command;
+use tests::remedies::commands::COMMANDS;
 use tests::remedies::judge::Outcome;
 use tests::remedies::tally::{Tally, line, share};
 

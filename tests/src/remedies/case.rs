@@ -5,7 +5,6 @@ use super::arms::Arm;
 use super::judge::{Cause, Obeyed, Outcome};
 use super::obedience::{Step, options, steps};
 use super::said::{Said, claim};
-use super::{of_excite, of_lint, of_postures, of_wrench};
 use crate::program::{Run, folder, rist};
 
 /// An input with one mistake.
@@ -38,9 +37,6 @@ pub struct Command {
     /// Obeys a finding.
     pub obeyed: fn(&Case, &str) -> Told,
 }
-
-/// The commands.
-pub const COMMANDS: [Command; 4] = [of_postures::COMMAND, of_wrench::COMMAND, of_lint::COMMAND, of_excite::COMMAND];
 
 impl Command {
     /// Runs it, and obeys.

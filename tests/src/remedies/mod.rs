@@ -6,6 +6,7 @@
 
 pub mod arms;
 pub mod case;
+pub mod commands;
 pub mod judge;
 pub mod kinds;
 pub mod machine;

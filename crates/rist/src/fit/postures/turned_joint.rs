@@ -1,4 +1,4 @@
-//! The angle by which a joint is turned, of all the one that leaves least: a grid, then a golden section [Press 2007].
+//! The angle by which a joint is turned, of all the one that leaves least: a grid, then a golden section.
 
 use std::f64::consts::TAU;
 
