@@ -29,7 +29,7 @@ const AS_WELL: f64 = 0.002;
 /// What bodies of their own leave of one joint with a mistake undone, over what they leave as it is, below which it is needed, in
 /// squares.
 const NEEDED_RATIO: f64 = 0.64;
-/// The same of a wrong scale, of which some number takes up a part of any other fault.
+/// The same of a wrong scale, of which some number takes up a part of any other fault; and of the description with a zero far off.
 const NEEDED_SCALE_RATIO: f64 = 0.25;
 /// A joint counts where something leaves no more of its torque, in squares: of others noise is most.
 const TOLD: f64 = 0.2;
@@ -109,7 +109,7 @@ impl Look<'_> {
             let than = beside(one)
                 .map_or_else(|| if is_of_all(one, &counted) { median(&as_it_is, &counted) } else { before }, left);
             let explains = is_scale(&one.changes) || of(one) <= EXPLAINED_RATIO * than;
-            of(one) <= EXPLAINED * EXPLAINED && explains && self.is_needed(one, &counted)
+            of(one) <= EXPLAINED * EXPLAINED && explains && self.is_needed(one, &as_it_is, &counted)
         };
         let explained: Vec<&Candidate> = all.iter().filter(is_explained).collect();
         let by_free_bodies = explained.is_empty();
@@ -142,9 +142,11 @@ impl Look<'_> {
 
     /// Whether bodies of their own do not explain the postures as they are as well. Of all torques alike they explain any sign and
     /// unit, with masses below zero or of tons; and a far turned joint or base with centres of mass that nobody would describe so.
-    fn is_needed(&self, one: &Candidate, counted: &[usize]) -> bool {
+    /// A wrist alone is turned by a centimetre of its centre of mass: a zero far off shows in other joints too.
+    fn is_needed(&self, one: &Candidate, as_it_is: &Candidate, counted: &[usize]) -> bool {
+        let mended = counted.iter().filter(|&&j| one.shares[j] < NEEDED_SCALE_RATIO * as_it_is.shares[j]).count();
         match one.changes[..] {
-            [Change { of: Zero(_), size }] if size.abs() > FAR_TURN => return true,
+            [Change { of: Zero(_), size }] if size.abs() > FAR_TURN && mended >= counted.len().min(2) => return true,
             [Change { of: Zero(_), .. }] => {}
             _ if is_of_all(one, counted) || counted.len() == 1 => return true,
             _ => {}
