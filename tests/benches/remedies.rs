@@ -7,6 +7,9 @@
 //! `cargo bench --profile dev -p tests --bench remedies -- clean [COUNT] [from SEED]`: logs without a mistake, and those that
 //! are accused.
 //!
+//! `cargo bench --profile dev -p tests --bench remedies -- postures [COUNT] [from SEED] [each]`, and the same with `wrench`, `lint`
+//! and `excite`: inputs of these commands, each with one mistake or none; with `seed SEED` one, with all that is printed.
+//!
 //! The robots are those of `../shared/findings/inputs/statistics2`, and those of the folder that `RIST_ARMS` names. Which robot
 //! a seed takes depends on how many there are.
 //!
@@ -19,11 +22,19 @@
 //! | accepted | of these, the program takes it |
 //! | claim gone, new claim | of these, the obeyed findings are gone; others came up |
 //! | by a person | findings that only a person can obey |
-//! | yes, and wrong | `rist identify`, given two such logs, trusts an estimate that leaves more than 5 % of the torque on a third motion |
+//! | yes, and wrong | of logs: `rist identify`, given two such logs, trusts an estimate that leaves more than 5 % of the torque on a third motion |
+//!
+//! Of the other commands each finding is obeyed alone, also what is said in place of the first, and what is refused is a finding
+//! too. They print no power. Above is, of postures: the mistake moves a torque by ten times what else does, and of a zero, mount or
+//! scale the bodies are as described; of wrenches: gravity turns in the sensor; of descriptions: the numbers are those of no body, or
+//! beyond what lint bounds; of motions: something is limited. What lint says of the robot's own description is known before, and
+//! stands in the list of what is accused.
 
 use tests::program::folder;
 use tests::remedies::Situation;
 use tests::remedies::arms::{Arm, arms};
+use tests::remedies::case::Command;
+use tests::remedies::commands::COMMANDS;
 use tests::remedies::judge::Outcome;
 use tests::remedies::tally::{Tally, line, share};
 
@@ -40,10 +51,16 @@ fn main() {
         println!("no robots: nothing is tried");
         return;
     }
-    let place = usize::from(has("clean"));
+    let command = COMMANDS.iter().find(|command| has(command.word));
+    let place = usize::from(has("clean") || command.is_some());
     let count: u64 = words.get(place).and_then(|w| w.parse().ok()).unwrap_or(200);
     let first = behind("from").unwrap_or(1);
-    if has("clean") {
+    if let Some(command) = command {
+        match behind("seed") {
+            Some(seed) => of_command(command, &arms, seed..seed + 1, "seed"),
+            None => of_command(command, &arms, first..first + count, if has("each") { "each" } else { "" }),
+        }
+    } else if has("clean") {
         clean(&arms, behind("seed").unwrap_or(first), if has("seed") { 1 } else { count });
     } else if let Some(seed) = behind("seed") {
         let situation = Situation::of(seed, &arms);
@@ -58,7 +75,7 @@ fn main() {
                 println!("{}", line(&situation, &outcome));
             }
             eprintln!("{seed}: {:.1} s", start.elapsed().as_secs_f64());
-            tally.add(&situation, &outcome);
+            tally.add(situation.entry.map_or("none", |entry| entry.name), &situation, &outcome);
         }
         println!("{tally}");
     }
@@ -91,6 +108,26 @@ fn clean(arms: &[Arm], first: u64, count: u64) {
     println!("accused without a mistake: {}", share(accused, count as usize));
     println!("refused before it is looked at: {}", share(refused, count as usize));
     println!("too short, and nothing else: {}", share(short, count as usize));
+}
+
+/// Inputs of another command; `shown`: `each` prints every one, `seed` all that the program says.
+fn of_command(command: &Command, arms: &[Arm], seeds: std::ops::Range<u64>, shown: &str) {
+    let mut tally = Tally::default();
+    for seed in seeds {
+        let case = (command.case)(seed, arms);
+        let name = format!("seed {seed} {}: {}", case.arm.name, case.kind);
+        let outcome = command.outcome(&case);
+        if shown == "seed" {
+            println!("{}\n{}\n--- obeyed: {}", case.words.join(" "), outcome.said.whole, outcome.again);
+        }
+        if !shown.is_empty() {
+            println!("{}", line(&name, &outcome));
+        }
+        tally.add(case.kind, &name, &outcome);
+    }
+    if shown != "seed" {
+        println!("{tally}");
+    }
 }
 
 /// One situation, with all that is printed.

@@ -88,6 +88,7 @@ impl Clearance {
         let HalfSpace { name, links, .. } = self.half_spaces[wall].clone();
         let matter = if name == FLOOR { Matter::Floor } else { Matter::Region };
         let mut points = Vec::new();
+        let mut beyond: Option<(String, f64)> = None;
         for at in 0..self.bodies.len() {
             let body = &self.bodies[at];
             // A rule may name a body, the link that carries it, or a frame that one of its points stands for.
@@ -133,14 +134,12 @@ impl Clearance {
             if now.reached - now.at_least > CONSTANT_GAP_CHANGE + PLACE_ROUNDING_M {
                 let bound = self.spacing_to_floor(&gap, situation, rules);
                 self.gaps.push(Gap { bound, ..gap });
-            } else if now.reached < 0.0 {
-                return Err(format!(
-                    "{} is {} m beyond {name}, and no joint that is not locked moves it away: name the links that must \
-                     stay in (links: [..]), or move {name}",
-                    body.name,
-                    shown_length(-now.reached)
-                ));
+            } else if now.reached < beyond.as_ref().map_or(0.0, |(_, reached)| *reached) {
+                beyond = Some((body.name.clone(), now.reached));
             }
+        }
+        if let Some((body, reached)) = beyond {
+            return Err(self.always_beyond(&body, reached, &name));
         }
         if !points.is_empty() {
             let of = points.iter().map(|link| format!("{link} at {name}")).collect();
@@ -148,6 +147,17 @@ impl Clearance {
             self.left_out.push(LeftOut::assumed(matter, of, what, "default"));
         }
         Ok(())
+    }
+
+    /// That a body always is beyond a half-space, and what leaves it out.
+    fn always_beyond(&self, body: &str, reached: f64, name: &str) -> String {
+        let far = shown_length(-reached);
+        let remedy = match self.floor.filter(|_| name == FLOOR) {
+            // A floor that touches the body is beyond it by a rounding.
+            Some(height) => format!("space: {{floor: {}}} is below it", (1e3 * (height + reached) - 0.5).floor() / 1e3),
+            None => format!("name the links that must stay in (links: [..]), or move {name} by more than that"),
+        };
+        format!("{body} is {far} m beyond {name}, and no joint that is not locked moves it away: {remedy}")
     }
 }
 

@@ -36,6 +36,8 @@ pub struct WrenchColumns {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Corrections {
+    /// Roll, pitch and yaw, or the rotation vector, are in degrees.
+    pub degrees: bool,
     /// The numbers of a quaternion are w, x, y, z.
     pub scalar_first: bool,
     /// The poses are those of the frame at rest in the sensor.
@@ -53,13 +55,22 @@ pub struct Corrections {
 impl Default for Corrections {
     fn default() -> Corrections {
         let (turn, force, torque) = ([0.0; 3], 1.0, 1.0);
-        Corrections { scalar_first: false, inverted_poses: false, base_axes: false, turn, force, torque }
+        Corrections {
+            degrees: false,
+            scalar_first: false,
+            inverted_poses: false,
+            base_axes: false,
+            turn,
+            force,
+            torque,
+        }
     }
 }
 
 impl fmt::Display for Corrections {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let words = [
+            ("degrees", self.degrees),
             ("scalar_first", self.scalar_first),
             ("inverted_poses", self.inverted_poses),
             ("base_axes", self.base_axes),
@@ -77,7 +88,7 @@ impl fmt::Display for Corrections {
 type Matrix = [[f64; 3]; 3];
 
 impl Corrections {
-    /// Corrects a row.
+    /// Corrects a row, whose orientation is in its unit already.
     pub(crate) fn correct(&self, turn: &mut Matrix, place: &mut [f64; 3], wrench: [&mut [f64; 3]; 2]) {
         if self.scalar_first {
             let [x, y, z, w] = quaternion(turn);

@@ -26,6 +26,8 @@ pub struct Wrenches {
     pub position: Vec<[f64; 3]>,
     /// The axes of the sensor in that frame, row by row.
     pub rotation: Vec<[[f64; 3]; 3]>,
+    /// The same where the angles that were read are degrees without saying so; empty where quaternions were read.
+    pub in_degrees: Vec<[[f64; 3]; 3]>,
     /// Rows left out: without a number, or a clock that does not go on.
     pub left_out: usize,
 }
@@ -75,12 +77,21 @@ impl Wrenches {
             log.torque.push(n);
             log.position.push(p);
             log.rotation.push(rotation);
+            if angles.len() == 3 {
+                let angles: Vec<f64> = angles.iter().map(|angle| angle.to_radians()).collect();
+                log.in_degrees
+                    .push(self::rotation(&angles, is_vector).map_err(|what| Error::at(&table.file, 0, what))?);
+            }
             if clock.is_some() {
                 log.t.push(t);
             }
         }
         if log.force.len() < 3 {
             let message = format!("{} rows have a number for each signal: three are the least", log.force.len());
+            return Err(Error::at(&table.file, 0, message));
+        }
+        if options.corrections.degrees && log.in_degrees.is_empty() {
+            let message = "[options.corrections.degrees]: its orientations are quaternions, and have no unit";
             return Err(Error::at(&table.file, 0, message));
         }
         Ok(log.corrected(&options.corrections))
@@ -90,6 +101,9 @@ impl Wrenches {
 impl Wrenches {
     /// The same log with its numbers corrected.
     pub fn corrected(mut self, by: &Corrections) -> Wrenches {
+        if by.degrees {
+            self.rotation.clone_from(&self.in_degrees);
+        }
         let poses = self.rotation.iter_mut().zip(&mut self.position);
         for ((turn, place), (force, torque)) in poses.zip(self.force.iter_mut().zip(&mut self.torque)) {
             by.correct(turn, place, [force, torque]);

@@ -29,7 +29,7 @@ const SMALL_RADIUS_M: f64 = 1e-4;
 pub fn lint(robot: &Robot) -> Vec<Finding> {
     let mut findings = Vec::new();
     for part in &robot.base.parts {
-        about_centre(part, &Pose::IDENTITY, &mut findings);
+        about_centre(part, &Pose::IDENTITY, false, &mut findings);
     }
     for link in &robot.links {
         if link.parts.is_empty() {
@@ -39,7 +39,7 @@ pub fn lint(robot: &Robot) -> Vec<Finding> {
             continue;
         }
         for part in &link.parts {
-            about_centre(part, &link.file_frame, &mut findings);
+            about_centre(part, &link.file_frame, part.name == link.name, &mut findings);
             turned_frame(link, part, &mut findings);
         }
     }
@@ -77,8 +77,8 @@ fn about_origin(name: &str, x: &[f64; 10], findings: &mut Vec<Finding>) {
     }
 }
 
-/// A part given about its centre of mass; `file_frame`: the frame that its file means, in the link's.
-fn about_centre(part: &Part, file_frame: &Pose, findings: &mut Vec<Finding>) {
+/// A part given about its centre of mass; `file_frame`: the frame that its file means, in the link's, where it is its `own`.
+fn about_centre(part: &Part, file_frame: &Pose, own: bool, findings: &mut Vec<Finding>) {
     let mut find = |mistake, text| findings.push(Finding { link: part.name.clone(), mistake, text });
     if part.mass < 0.0 {
         return find(Mistake::NegativeMass, format!("its mass is {} kg", part.mass));
@@ -89,20 +89,22 @@ fn about_centre(part: &Part, file_frame: &Pose, findings: &mut Vec<Finding>) {
         }
         return;
     }
-    units(part, file_frame.inverse().compose(&part.pose).position, &mut find);
+    let in_file = file_frame.inverse().compose(&part.pose);
+    units(part, in_file.position, &mut find);
     if possible(&part.inertia) {
         return;
     }
     impossible(&part.inertia, &mut find);
     swaps(&part.inertia, |six| possible(&six), &mut find);
     // Tests a shift from the origin to the centre of mass made once too often, by adding back what it took off.
-    let c = part.pose.position;
+    // From the origin that the file means, in the axes of the inertia.
+    let c = in_file.inverse().position;
     let mut x = [0.0; 10];
     x[..6].copy_from_slice(&part.inertia);
     x[9] = part.mass;
     let moved = transform_inertial(&x, &Pose { position: c, ..Pose::IDENTITY });
     let six: [f64; 6] = std::array::from_fn(|k| moved[k]);
-    if c != [0.0; 3] && possible(&six) {
+    if own && c != [0.0; 3] && possible(&six) {
         let text = "with m (c.c E - c c^T) added, the six numbers are possible: was that taken off once too often on \
                     the way to the centre of mass?";
         find(Mistake::WrongPoint, text.into());

@@ -23,6 +23,7 @@ fn each_mistake_is_found() {
         ("products_swapped.yaml", Some(SwappedProducts)),
         ("order_of_pinocchio.yaml", Some(SwappedOrder)),
         ("wrong_point.yaml", Some(WrongPoint)),
+        ("moved_twice.urdf", Some(WrongPoint)),
         ("grams.yaml", Some(Units)),
         ("turned_frame.urdf", Some(TurnedInertialFrame)),
         ("sound.urdf", None),

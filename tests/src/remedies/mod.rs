@@ -5,11 +5,17 @@
 //! the description does not know. Robot, motion, mistake and noise follow from the seed and the list of robots alone.
 
 pub mod arms;
+pub mod case;
+pub mod commands;
 pub mod judge;
 pub mod kinds;
 pub mod machine;
 pub mod motion;
 pub mod obedience;
+pub mod of_excite;
+pub mod of_lint;
+pub mod of_postures;
+pub mod of_wrench;
 pub mod said;
 pub mod simulation;
 pub mod tally;

@@ -1,6 +1,7 @@
 //! What a machine does that obeys a finding to the letter.
 //!
-//! It takes the first clause of the remedy in which it finds one of these, and all of them in that clause:
+//! It takes the first clause of the remedy in which it finds one of these, and all of them in that clause and in those behind it
+//! that begin with `and`:
 //!
 //! | words | what is done |
 //! |---|---|
@@ -9,7 +10,7 @@
 //! | `name the columns as currents`, `name the columns tau1_mNm` | the headers of the torques are changed |
 //! | `say the unit in the header` | `_deg` and `_deg_s` are added to the headers of angles |
 //!
-//! Other words need a person, and so does a list that the program leaves open (`[..]`).
+//! Other words need a person, and so does a list that the program leaves open (`..`).
 
 use std::fmt;
 
@@ -52,9 +53,9 @@ impl fmt::Display for Step {
 
 /// What a machine does for a finding; nothing: it needs a person.
 pub fn steps(finding: &str) -> Vec<Step> {
-    let of_clause = |clause: &str| {
+    let of_clause = |clause: &&str| {
         if let Some((_, yaml)) = clause.split_once(OPTIONS) {
-            let is_open = yaml.contains("[..]");
+            let is_open = yaml.contains("..");
             return if is_open { Vec::new() } else { vec![Step::Options(yaml.trim().to_string())] };
         }
         // Behind ", or" stands another way.
@@ -71,7 +72,10 @@ pub fn steps(finding: &str) -> Vec<Step> {
         found.extend(flags(clause));
         found
     };
-    clauses(finding).into_iter().map(of_clause).find(|steps| !steps.is_empty()).unwrap_or_default()
+    let clauses = clauses(finding);
+    let Some(first) = clauses.iter().position(|clause| !of_clause(clause).is_empty()) else { return Vec::new() };
+    let beside = clauses[first + 1..].iter().take_while(|clause| clause.starts_with(" and "));
+    std::iter::once(&clauses[first]).chain(beside).flat_map(of_clause).collect()
 }
 
 /// Whether `rist doctor` has the flag of a step, or the step is none of a flag.
@@ -124,7 +128,7 @@ pub fn options(steps: &[Step]) -> Result<Option<String>, String> {
 }
 
 /// Merges maps key by key; what is no map is replaced.
-fn merge(all: &mut Value, more: Value) {
+pub fn merge(all: &mut Value, more: Value) {
     match more {
         Value::Object(more) => {
             if !all.is_object() {
@@ -172,6 +176,8 @@ mod tests {
         let mount =
             "turned: 1 %; --base 1.5,-0.4,-0.4, or in a URDF <joint name=\"mount\"/>; near: --unknowns mount finds it";
         assert_eq!(steps(mount), [Step::Flag("base".into(), "1.5,-0.4,-0.4".into())]);
+        let both = "off: 1; --base 1,2,3, or in a URDF; and in the file of --options: a: {b: 1}; and see";
+        assert_eq!(steps(both), [Step::Flag("base".into(), "1,2,3".into()), Step::Options("a: {b: 1}".into())]);
         let current =
             "no torques: 1; name the columns as currents (i1, ..) and give about --gain j1=2,j2=3; or the ratios";
         assert_eq!(steps(current), [Step::Currents, Step::Flag("gain".into(), "j1=2,j2=3".into())]);

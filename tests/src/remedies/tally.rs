@@ -3,9 +3,7 @@
 use std::collections::BTreeMap;
 use std::fmt;
 
-use super::Situation;
 use super::judge::{Cause, Outcome};
-use super::kinds::KINDS;
 
 /// Counts of one kind.
 #[derive(Clone, Debug, Default)]
@@ -58,18 +56,17 @@ impl Counts {
 #[derive(Default)]
 pub struct Tally {
     all: Counts,
-    kinds: BTreeMap<usize, Counts>,
+    kinds: BTreeMap<&'static str, Counts>,
     wrong: Vec<String>,
     unmended: Vec<String>,
     accused: Vec<String>,
 }
 
 impl Tally {
-    /// Adds one.
-    pub fn add(&mut self, situation: &Situation, outcome: &Outcome) {
-        let place = KINDS.iter().position(|kind| situation.entry.is_some_and(|entry| entry.name == kind.name));
+    /// Adds one of a kind.
+    pub fn add(&mut self, kind: &'static str, situation: &dyn fmt::Display, outcome: &Outcome) {
         self.all.add(outcome);
-        self.kinds.entry(place.unwrap_or(KINDS.len())).or_default().add(outcome);
+        self.kinds.entry(kind).or_default().add(outcome);
         let said = line(situation, outcome);
         if outcome.cause == Cause::Wrong || outcome.is_silent_yes() {
             self.wrong.push(said.clone());
@@ -82,13 +79,13 @@ impl Tally {
         if let Some(clean) = outcome.clean.as_ref().filter(|clean| clean.code != Some(0)) {
             let what =
                 if clean.findings.is_empty() { clean.error.trim().to_string() } else { clean.findings.join(" | ") };
-            self.accused.push(format!("seed {} {}: {what}", situation.seed, situation.arm.name));
+            self.accused.push(format!("{situation}: {what}"));
         }
     }
 }
 
 /// One situation in one line.
-pub fn line(situation: &Situation, outcome: &Outcome) -> String {
+pub fn line(situation: &dyn fmt::Display, outcome: &Outcome) -> String {
     let what = match outcome.cause {
         Cause::Untold => "it cannot be told".to_string(),
         _ if !outcome.said.is_accepted() => outcome.said.error.trim().replace('\n', " "),
@@ -125,9 +122,8 @@ impl fmt::Display for Tally {
              new claim | by a person | yes, and wrong |"
         )?;
         writeln!(f, "|---{}|", "|---".repeat(13))?;
-        let named =
-            self.kinds.iter().map(|(place, counts)| (KINDS.get(*place).map_or("none", |kind| kind.name), counts));
-        for (name, c) in named.chain([("all", &self.all)]) {
+        let kinds = self.kinds.iter().map(|(name, counts)| (*name, counts));
+        for (name, c) in kinds.chain([("all", &self.all)]) {
             let [right, among, wrong, untold, silent] = c.causes;
             writeln!(
                 f,

@@ -192,7 +192,8 @@ fn mistakes_of_columns_are_named_and_not_zeros() {
     let good = postures(&model, &[0.0; 6], 0.05, 100, 11);
     assert!(identify_postures(&model, &good, &Options::default()).unwrap().mistakes.is_empty());
     type Change = fn(&mut Vec<f64>, &mut Vec<f64>);
-    let cases: [(Change, &str); 5] = [
+    let cases: [(Change, &str); 6] = [
+        (|q, _| q.iter_mut().for_each(|q| *q = q.to_degrees()), "in degrees, taken for radians"),
         (|_, tau| tau[1] = -tau[1], "the torque of shoulder_lift has the wrong sign"),
         (|q, _| q[2] = -q[2], "the position of elbow has the wrong sign"),
         (|_, tau| tau.iter_mut().for_each(|x| *x *= 1e3), "another unit: 10^3 times"),
@@ -232,6 +233,30 @@ fn reread(postures: &Postures, names: &ColumnNames) -> Postures {
         let places: Vec<(usize, f64)> = each.iter().map(place).collect();
         rows.iter().map(|row| places.iter().map(|(k, sign)| sign * row[*k]).collect()).collect()
     };
-    let (q, effort) = (chosen(&names.position, "q_", &postures.q), chosen(&names.torque, "tau_", &postures.effort));
+    let (mut q, effort) = (chosen(&names.position, "q_", &postures.q), chosen(&names.torque, "tau_", &postures.effort));
+    if names.units.position.as_deref() == Some("deg") {
+        q.iter_mut().flatten().for_each(|q| *q = q.to_radians());
+    }
     Postures { q, effort, ..postures.clone() }
+}
+
+/// Bodies that are nearly as described tell no small zero; a joint that is off by a right angle, and a base on a wall, they do. A
+/// wrist whose torque is noise hides neither.
+#[test]
+fn far_zeros_and_mounts_are_told_by_nearly_the_bodies() {
+    let nearly = |base: Option<[f64; 3]>| {
+        let text = std::fs::read_to_string(model_path("ur5.urdf")).unwrap();
+        let text = text.replacen("mass value=\"2.275\"", "mass value=\"2.5\"", 1);
+        let text = text.replacen("mass value=\"8.393\"", "mass value=\"7.4\"", 1);
+        Model::parse(&text, "ur5.urdf", &ModelOptions { base, ..ModelOptions::default() }).unwrap()
+    };
+    let (model, truth) = (ur5(None), nearly(None));
+    let said = |measured: &Postures| identify_postures(&model, measured, &Options::default()).unwrap().to_string();
+    let right = said(&postures(&truth, &[0.0; 6], 0.1, 60, 21));
+    assert!(!right.contains("to hold them") && !right.contains("with that undone"), "{right}");
+    let off = said(&postures(&truth, &[0.0, 0.0, std::f64::consts::FRAC_PI_2, 0.0, 0.0, 0.0], 0.1, 60, 22));
+    assert!(off.contains("the zero of elbow is off by -"), "{off}");
+    let wall = nearly(Some([0.0, std::f64::consts::FRAC_PI_2, 0.0]));
+    let wall = said(&postures(&wall, &[0.0; 6], 0.1, 60, 23));
+    assert!(wall.contains("[base="), "{wall}");
 }

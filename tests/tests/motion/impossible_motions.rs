@@ -82,13 +82,22 @@ fn impossible_limits_get_an_answer() {
         ("coordinates: {q1: {power: 1e-6}}", vec!["no motion keeps the power limit of q1"]),
         ("all: {acceleration: 1e-9}", vec!["a blend 1.2500e10 s (by the limits of velocity and acceleration"]),
         ("all: {jerk: 1e-9}", vec!["tells the parameters apart: q2, the slowest", "its limit of jerk"]),
-        ("coordinates: {q2: {position: [1, 1.0000001]}}", vec!["q2, the slowest", "its limit of position: raise it"]),
+        (
+            "coordinates: {q2: {position: [1, 1.0000001]}}",
+            vec![
+                "q2, the slowest",
+                "its limit of position: raise it",
+                "tried, and a motion is proven: coordinates: {q2: {locked: 1}}",
+            ],
+        ),
         ("coordinates: {q3: {velocity: 1}}", vec!["there is no coordinate `q3`; there are q1, q2"]),
         ("speed: 3", vec!["limits.yaml", "unknown field `speed`"]),
     ] {
         std::fs::write(here.join("limits.yaml"), limits).unwrap();
         refused(&here, &[&["--limits", "limits.yaml"], &QUICK[..]].concat(), &said);
     }
+    let small = ["--effort-share", "0.001", "--starts", "1", "--iterations", "3"];
+    refused(&here, &small, &["tried, and a motion is proven: --effort-share 0.9"]);
     refused(&here, &["--limits", "nothing.yaml"], &["nothing.yaml: there is no such file"]);
     refused(&here, &["--out", "m.yaml", "--report", "m.yaml"], &["m.yaml: two outputs have this name"]);
 }
@@ -125,6 +134,7 @@ fn limits_of_an_arm_are_read_or_refused() {
         ("coordinates: {shoulder_lift: {effort: 0}}", "shoulder_lift: the limit of effort leaves no room: 0"),
         ("all: {power: 0.001}", "no motion keeps the power limit of elbow"),
         ("space: {floor: 3}", "shoulder is 2.9108 m beyond the floor, and no joint that is not locked moves it away"),
+        ("space: {floor: 3}", "space: {floor: 0.088} is below it"),
         ("space: {walls: [{point: [0,0,0], normal: [0,0,0]}]}", "the wall: normal [0.0, 0.0, 0.0]"),
         ("space: {boxes: [{low: [1,1,1], high: [0,0,0]}]}", "the box: it leaves no room along x: from 1 to 0"),
         (

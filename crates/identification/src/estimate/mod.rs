@@ -33,4 +33,5 @@ pub mod torque_error;
 pub mod undone;
 pub mod validation;
 pub mod verdict;
+mod wrench_meaning;
 pub mod wrench_verdict;

@@ -7,7 +7,7 @@
 //!
 //! Not here: the scale of all signals, which nothing in a log tells but a mass that no wrist carries.
 
-use claims::{Claim, Figure, Need, Outcome, Purpose, Remedy, Standing, Subject, Topic, Trial, Trust, lowering, worst};
+use claims::{Claim, Figure, Need, Outcome, Purpose, Standing, Subject, Trial, Trust, lowering, worst};
 use linear_model::pseudo_inertia::{Ten, smallest_eigenvalue};
 use logs::{Corrections, Wrenches};
 use numerics::least_squares::solve;
@@ -18,18 +18,12 @@ use crate::estimate::digits::percent;
 use crate::estimate::identified::INTERVAL;
 use crate::estimate::topics::{BODIES, COMMON_SCALE, LOG, PARAMETERS, RESIDUAL, cannot_tell};
 use crate::estimate::verdict::{sentence, what_mends};
+use crate::estimate::wrench_meaning::{ARM_M, NOISE_RATIO, alternative, contradicted, in_options, left, share_left};
 use crate::estimators::wrench_load::{WrenchLoad, wrench_load};
-use crate::estimators::wrench_turn::sensor_turn;
 
-/// What torques count beside forces, m.
-const ARM_M: f64 = 0.1;
 /// Share of what varies that a good sensor may leave, and that none leaves.
 const SMALL_SHARE: f64 = 0.03;
 const LARGE_SHARE: f64 = 0.1;
-/// What is left is more than noise beyond so many times it; and an alternative explains it that divides it by as many.
-const NOISE_RATIO: f64 = 3.0;
-/// A smaller turn is one of calibration, rad.
-const SMALL_TURN: f64 = 3.0 * std::f64::consts::PI / 180.0;
 /// No wrist carries more, kg; nor farther away, m.
 const LARGEST_MASS_KG: f64 = 500.0;
 const FARTHEST_CENTRE_M: f64 = 2.0;
@@ -52,7 +46,10 @@ impl WrenchVerdict {
     /// Of the load that was found in a log.
     pub fn of(log: &Wrenches, found: &WrenchLoad) -> WrenchVerdict {
         let mut claims = vec![of_residual(log, found)];
-        claims.extend([of_mass(found), of_centre(log, found), of_body(found)].into_iter().flatten());
+        // Of numbers that mean something else no body is told.
+        if claims[0].subject().topic != LOG {
+            claims.extend([of_mass(found), of_centre(log, found), of_body(found)].into_iter().flatten());
+        }
         let why = "a factor of all forces and torques would not have shown";
         let is_told = |claim: &Claim| claim.subject().topic == COMMON_SCALE;
         if !claims.iter().any(is_told) {
@@ -69,31 +66,6 @@ impl WrenchVerdict {
         let (reasons, next) = (lowered.iter().map(|c| sentence(c)).collect(), lowered.first().map(|c| what_mends(c)));
         WrenchVerdict { trust: standing.trust(), reasons, next, claims }
     }
-}
-
-fn contradicted(topic: Topic, fault: String, advice: String, trial: Trial) -> Claim {
-    Claim::new(Subject::whole(topic), Outcome::Contradicted { fault, remedy: Remedy::new("wrench", advice), trial })
-}
-
-fn in_options(corrections: &Corrections) -> String {
-    format!("in the file of [options]: {corrections}")
-}
-
-fn left(found: &WrenchLoad) -> f64 {
-    found.residuals[0].hypot(found.residuals[1] / ARM_M)
-}
-
-/// What is left of what varies in a log.
-fn share_left(log: &Wrenches, found: &WrenchLoad) -> f64 {
-    let spread = |signal: &[[f64; 3]]| {
-        let n = signal.len() as f64;
-        let of_axis = |i: usize| {
-            let mean = signal.iter().map(|x| x[i]).sum::<f64>() / n;
-            signal.iter().map(|x| (x[i] - mean).powi(2)).sum::<f64>() / (3.0 * n)
-        };
-        (0..3).map(of_axis).sum::<f64>().sqrt()
-    };
-    left(found) / spread(&log.force).hypot(spread(&log.torque) / ARM_M)
 }
 
 /// What is left, or what explains it.
@@ -124,37 +96,8 @@ fn of_residual(log: &Wrenches, found: &WrenchLoad) -> Claim {
         return cannot_tell(Subject::whole(RESIDUAL), fault, advice);
     }
     let why =
-        "no order of the quaternion, inverse of the poses, axes of the base or turn of the sensor explains it".into();
+        "no unit of the angles, order of the quaternion, inverse of the poses, axes of the base or turn of the sensor explains it".into();
     contradicted(RESIDUAL, fault, advice.into(), Trial::NotTried { why })
-}
-
-/// What the numbers mean instead, where that explains what is left; `as_given`: the share that is left.
-fn alternative(log: &Wrenches, as_given: f64) -> Option<Claim> {
-    let plain = Corrections::default();
-    let mut all = vec![
-        ("the first number of the quaternions is w".into(), Corrections { scalar_first: true, ..plain }),
-        (
-            "the poses are those of the frame at rest in the sensor".into(),
-            Corrections { inverted_poses: true, ..plain },
-        ),
-        ("forces and torques are in the axes of the frame at rest".into(), Corrections { base_axes: true, ..plain }),
-        ("are the torques in N mm?".into(), Corrections { torque: 1e-3, ..plain }),
-    ];
-    if let Some(turn) = sensor_turn(log) {
-        let degrees = turn.map(|x| format!("{:.1}", x.to_degrees())).join(", ");
-        let what = format!("the sensor is turned against the frame of the poses, by roll, pitch, yaw of {degrees} deg");
-        all.extend((dot(&turn, &turn).sqrt() > SMALL_TURN).then_some((what, Corrections { turn, ..plain })));
-    }
-    let tried = all.into_iter().filter_map(|(what, corrections)| {
-        let log = log.clone().corrected(&corrections);
-        let found = wrench_load(&log).ok()?;
-        let is_load = found.determined[9] && found.parameters[9] > INTERVAL * found.sigma[9];
-        is_load.then(|| (what, corrections, share_left(&log, &found)))
-    });
-    let (fault, corrections, after) = tried.min_by(|a, b| a.2.total_cmp(&b.2))?;
-    let [before, shown] = [as_given, after].map(|x| Figure::new(100.0 * x, "% of what varies"));
-    let trial = Trial::Tried { quantity: "what is left".into(), before, after: shown };
-    (NOISE_RATIO * after < as_given).then(|| contradicted(LOG, fault, in_options(&corrections), trial))
 }
 
 /// The noise of the signals, as what is left counts it.
@@ -254,6 +197,7 @@ mod tests {
     use nalgebra::{Matrix3, Rotation3, UnitQuaternion};
 
     use super::*;
+    use crate::estimate::wrench_meaning::OWN_SIGNALS;
     use crate::estimators::wrench_load::tests::{log, rests};
 
     fn verdict(log: &Wrenches) -> WrenchVerdict {
@@ -278,6 +222,15 @@ mod tests {
         }
     }
 
+    /// Roll, pitch and yaw in degrees that are read as radians.
+    fn in_degrees(log: &Wrenches) -> Wrenches {
+        let read = changed(log, |turn, _| {
+            let (roll, pitch, yaw) = Rotation3::from_matrix_unchecked(turn).euler_angles();
+            Rotation3::from_euler_angles(roll.to_degrees(), pitch.to_degrees(), yaw.to_degrees()).into_inner()
+        });
+        Wrenches { in_degrees: log.rotation.clone(), ..read }
+    }
+
     /// Each mistake, with what is said of it and the correction that is printed.
     fn mistakes(log: &Wrenches) -> Vec<(Wrenches, &'static str, &'static str)> {
         let turned = |angle: [f64; 3]| {
@@ -288,6 +241,7 @@ mod tests {
             })
         };
         vec![
+            (in_degrees(log), "the angles of the orientation are in degrees", "corrections: {degrees: true}"),
             (turned([0.0, 0.0, 0.52]), "turned against the frame of the poses", "turn: ["),
             (turned([1.57, 0.0, 0.0]), "turned against the frame of the poses", "turn: ["),
             (turned([-2.0, 0.7, 2.8]), "turned against the frame of the poses", "turn: ["),
@@ -359,6 +313,22 @@ mod tests {
         let said = verdict(&pushed);
         assert!(said.trust == Trust::No && said.reasons[0].contains("times the noise"), "{:?}", said.reasons);
         assert!(!said.next.unwrap().contains("corrections"));
+    }
+
+    /// A driver that takes the weight out leaves what moves the load; that is told from noise and from other faults.
+    #[test]
+    fn signals_without_weight_are_named() {
+        let weightless = changed(&log(12.0, 0.03, 1.0, 5), |r, [f, n, _]| {
+            // 2.1 kg at the place where the load of the tests has its centre.
+            let weight = r.transpose() * nalgebra::Vector3::new(0.0, 0.0, 2.1 * 9.81);
+            let torque = nalgebra::Vector3::new(0.02, -0.03, 0.12).cross(&weight);
+            (0..3).for_each(|i| (f[i], n[i]) = (f[i] - weight[i], n[i] - torque[i]));
+            r
+        });
+        let said = verdict(&weightless);
+        assert!(said.trust == Trust::No && said.reasons.len() == 1, "{:?}", said.reasons);
+        assert!(said.reasons[0].contains("the driver takes the weight out"), "{:?}", said.reasons);
+        assert_eq!(said.next.unwrap(), OWN_SIGNALS);
     }
 
     /// Nothing is said against a log that is right, however noisy, by either sign and in either form.

@@ -35,6 +35,8 @@ const GAP_STEPS: f64 = 3.0;
 const UNKNOWNS: usize = 16;
 /// Rounds in which the weights of forces and torques settle.
 const ROUNDS: usize = 4;
+/// A column of an inertia below this share of the largest of them is rounding of the poses: the sensor turns about fewer axes.
+const ROUNDING: f64 = 1e-9;
 /// The largest correlation from window to window that is reckoned with.
 const LARGEST_CORRELATION: f64 = 0.9;
 
@@ -67,7 +69,14 @@ pub struct WrenchLoad {
 ///
 /// Fails where no window of it is free of gaps, and where the numbers leave the range of numbers.
 pub fn wrench_load(log: &Wrenches) -> Result<WrenchLoad, Error> {
-    let groups = if log.t.is_empty() { postures(log) } else { windows(log) };
+    wrench_load_under(log, GRAVITY)
+}
+
+/// The same under another gravity along z, m/s^2: none where the weight was taken out of the signals.
+pub(crate) fn wrench_load_under(log: &Wrenches, gravity: f64) -> Result<WrenchLoad, Error> {
+    let down = [0.0, 0.0, gravity];
+    let mut groups = if log.t.is_empty() { postures(log, down) } else { windows(log, down) };
+    leave_out_rounding(&mut groups);
     let windows = groups[0].rows.len() / 3;
     if 3 * windows < 2 * UNKNOWNS {
         let what = if log.t.is_empty() { "postures" } else { "windows of a quarter of a second without a gap" };
@@ -132,6 +141,16 @@ impl Group {
     }
 }
 
+/// Sets the columns of inertias to zero that are rounding.
+fn leave_out_rounding(groups: &mut [Group]) {
+    let norm = |c: usize| groups.iter().flat_map(|g| &g.rows).map(|(row, _)| row[c] * row[c]).sum::<f64>().sqrt();
+    let norms: [f64; 6] = std::array::from_fn(norm);
+    let largest = norms.into_iter().fold(0.0, f64::max);
+    for (row, _) in groups.iter_mut().flat_map(|group| &mut group.rows) {
+        row.iter_mut().zip(norms).filter(|(_, norm)| *norm < ROUNDING * largest).for_each(|(x, _)| *x = 0.0);
+    }
+}
+
 fn weighted(groups: &[Group], deviations: &[f64]) -> Solution {
     let mut block = TriangleBuilder::new(UNKNOWNS);
     for (group, deviation) in groups.iter().zip(deviations) {
@@ -156,10 +175,10 @@ fn correlation(groups: &[Group], deviations: &[f64], solution: &Solution) -> f64
 }
 
 /// Equations of rows at rest: forces, torques.
-fn postures(log: &Wrenches) -> Vec<Group> {
+fn postures(log: &Wrenches, down: Vector) -> Vec<Group> {
     let mut groups = vec![Group::new(1.0), Group::new(0.1)];
     for ((rotation, force), torque) in log.rotation.iter().zip(&log.force).zip(&log.torque) {
-        let down = back(rotation, [0.0, 0.0, GRAVITY]);
+        let down = back(rotation, down);
         for i in 0..3 {
             let (mut of_force, mut of_torque) = ([0.0; UNKNOWNS], [0.0; UNKNOWNS]);
             of_force[9] = -down[i];
@@ -176,7 +195,7 @@ fn postures(log: &Wrenches) -> Vec<Group> {
 }
 
 /// Equations of windows: forces and torques with an even function, then with an odd one.
-fn windows(log: &Wrenches) -> Vec<Group> {
+fn windows(log: &Wrenches, down: Vector) -> Vec<Group> {
     let mut groups = vec![Group::new(1.0), Group::new(0.1), Group::new(1.0), Group::new(0.1)];
     let mut squares = [0.0; 2];
     let velocities = Velocities::of(log);
@@ -184,7 +203,7 @@ fn windows(log: &Wrenches) -> Vec<Group> {
         for odd in [0, 1] {
             let window = Window::of(log, first, last, odd == 1);
             squares[odd] += window.samples.iter().map(|s| s.0 * s.0).sum::<f64>();
-            let (force, torque) = equations(log, &velocities, &window);
+            let (force, torque) = equations(log, &velocities, &window, down);
             groups[2 * odd].rows.extend(force);
             groups[2 * odd + 1].rows.extend(torque);
         }
@@ -244,9 +263,8 @@ impl Window {
 }
 
 /// The three equations of momentum and the three of angular momentum.
-fn equations(log: &Wrenches, velocities: &Velocities, window: &Window) -> (Vec<Equation>, Vec<Equation>) {
+fn equations(log: &Wrenches, velocities: &Velocities, window: &Window, down: Vector) -> (Vec<Equation>, Vec<Equation>) {
     let (mut force, mut torque) = ([([0.0; UNKNOWNS], 0.0); 3], [([0.0; UNKNOWNS], 0.0); 3]);
-    let down = [0.0, 0.0, GRAVITY];
     for (k, &(f, d, dd)) in (window.first..).zip(&window.samples) {
         let turn = &log.rotation[k];
         let place = minus(log.position[k], window.point);
@@ -435,15 +453,8 @@ pub(crate) mod tests {
     pub(crate) fn log(seconds: f64, noise: f64, sign: f64, seed: u64) -> Wrenches {
         let mut random = Random::new(seed);
         let count = (seconds * 250.0) as usize;
-        let mut log = Wrenches {
-            name: "w.csv".into(),
-            t: (0..count).map(|k| k as f64 / 250.0).collect(),
-            force: Vec::new(),
-            torque: Vec::new(),
-            position: Vec::new(),
-            rotation: Vec::new(),
-            left_out: 0,
-        };
+        let mut log =
+            Wrenches { name: "w.csv".into(), t: (0..count).map(|k| k as f64 / 250.0).collect(), ..Wrenches::default() };
         for &t in &log.t {
             let (force, torque, turn, place) = wrench(&body(), t);
             let mut noisy = |x: Vector, size: f64, at: usize| -> Vector {
@@ -527,5 +538,16 @@ pub(crate) mod tests {
         log.rotation.truncate(5);
         let message = wrench_load(&log).unwrap_err().to_string();
         assert!(message.contains("5 postures are too few for a load: 11 are the least"), "{message}");
+    }
+    /// A sensor that turns about one axis alone tells the entries of the inertia of that axis; rounding in its poses tells none of
+    /// the others.
+    #[test]
+    fn one_axis_tells_no_whole_inertia() {
+        let mut log = log(10.0, 0.02, 1.0, 4);
+        // The sine of pi is no zero.
+        log.rotation = log.t.iter().map(|t| rotation([std::f64::consts::PI, 0.0, (2.0 * t).sin()])).collect();
+        let found = wrench_load(&log).unwrap();
+        assert_eq!(found.determined[..6], [false, false, true, false, true, true]);
+        assert!(found.parameters.iter().all(|x| x.abs() < 1e3), "{:?}", found.parameters);
     }
 }

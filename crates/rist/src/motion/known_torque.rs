@@ -71,9 +71,11 @@ impl<'a> KnownTorque<'a> {
     ) -> Result<(), String> {
         let is_taken = |(name, l, dry): (&String, &CoordinateLimits, f64)| {
             let effort = l.effort.filter(|effort| share * effort <= dry)?;
+            // No share is more than all of it.
+            let or_share = if effort > dry { " or [effort_share]" } else { "" };
             Some(format!(
                 "the effort limit of {name} is {effort}, of which [effort_share] leaves {:.4}, and its dry friction alone takes \
-                 {dry}: raise the limit or [effort_share], or correct the friction",
+                 {dry}: raise the limit{or_share}, or correct the friction",
                 share * effort
             ))
         };

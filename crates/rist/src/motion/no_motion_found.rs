@@ -2,6 +2,7 @@
 
 use clearance::shown_length::shown_length;
 use experiments::excitation::centre::{Broken, Obstacle, broken_at_poses};
+use experiments::excitation::error_margins::ErrorMargins;
 use experiments::excitation::gap_proof::Gap;
 use experiments::excitation::limits::{AskedLimits, CoordinateLimits, LimitKind, LimitsFile};
 use experiments::excitation::no_motion::NoMotion;
@@ -32,8 +33,8 @@ const POSES_SEED: u64 = 41;
 /// Why there is no motion, and what may be tried.
 pub(crate) struct Refusal {
     message: String,
-    /// Limits that may help, as they are printed.
-    candidates: Vec<LimitsFile>,
+    /// Requests that may help, as they are printed.
+    candidates: Vec<ExciteRequest>,
 }
 
 /// What was searched.
@@ -74,7 +75,28 @@ impl Searched<'_> {
             ),
             NoMotion::TooWeak { .. } | NoMotion::TooNarrow { .. } => return self.no_free_pose(problem),
         };
-        Refusal { message, candidates: vec![] }
+        let candidates = match why {
+            NoMotion::TooWeak { .. } => self.with_more_effort(),
+            NoMotion::TooSmall { coordinate, .. } => vec![self.locking(coordinate)],
+            _ => vec![],
+        };
+        Refusal { message, candidates }
+    }
+
+    /// With a coordinate held in the middle of its positions.
+    fn locking(&self, k: usize) -> ExciteRequest {
+        let mut limits = self.request.limits.clone().unwrap_or_default();
+        let (low, high) = self.limits[k].position;
+        let own = limits.coordinates.entry(self.names[k].clone()).or_default();
+        *own = AskedLimits { locked: Some((0.5e3 * (low + high)).round() / 1e3), ..AskedLimits::default() };
+        ExciteRequest { limits: Some(limits), ..self.request.clone() }
+    }
+
+    /// The usual share of the drives, where less is asked for.
+    fn with_more_effort(&self) -> Vec<ExciteRequest> {
+        let usual = ExciteRequest::default().effort_share;
+        let request = ExciteRequest { effort_share: usual, ..self.request.clone() };
+        if self.request.effort_share < usual { vec![request] } else { vec![] }
     }
 
     /// What poses break, the commonest first, and limits that may mend it.
@@ -86,18 +108,28 @@ impl Searched<'_> {
             Obstacle::Effort(k) => format!("effort of {} at rest in {}", self.names[k], broken.poses),
         };
         let all: Vec<String> = broken.iter().take(MOST_TOLD).map(told).collect();
+        let errors = match self.request.limits.as_ref().is_some_and(|limits| limits.margins != ErrorMargins::default())
+        {
+            true => " with room for the errors of margins",
+            false => "",
+        };
         let more = match broken.len().saturating_sub(MOST_TOLD) {
             0 => String::new(),
             more => format!("; {more} more in fewer"),
         };
         let message = format!(
-            "{}: no motion was found: of {COUNTED_POSES} poses within the limits {free} keep all of them; broken are {}{more}; descents \
+            "{}: no motion was found: of {COUNTED_POSES} poses within the limits {free} keep all of them{errors}; broken are {}{more}; descents \
              from the zero pose, the middle of the limits and random poses led to none about which a small motion does: either the limits of position leave no place that is free, or the limit is too tight, \
              or the search is not enough",
             self.model.path.display(),
             all.join(", ")
         );
-        Refusal { message, candidates: self.candidates(&broken) }
+        let of_limits = |limits: LimitsFile| ExciteRequest { limits: Some(limits), ..self.request.clone() };
+        let mut candidates: Vec<ExciteRequest> = self.candidates(&broken).into_iter().map(of_limits).collect();
+        if broken.iter().any(|broken| matches!(broken.what, Obstacle::Effort(_))) {
+            candidates.extend(self.with_more_effort());
+        }
+        Refusal { message, candidates }
     }
 
     /// Limits that may help: without the distance that is asked for, with the joints held that keep the worst pair apart, with
@@ -159,17 +191,11 @@ impl Searched<'_> {
 impl Refusal {
     /// The refusal, with the first of the candidates that leads to a motion that is proven; `proves`: whether a request does.
     pub(crate) fn with_remedies(self, request: &ExciteRequest, proves: impl Fn(&ExciteRequest) -> bool) -> Error {
-        let helps = |limits: &&LimitsFile| {
-            let request = ExciteRequest {
-                limits: Some((*limits).clone()),
-                starts: TRIAL.0,
-                iterations: TRIAL.1,
-                ..request.clone()
-            };
-            proves(&request) && Interruption::check().is_ok()
+        let helps = |candidate: &&ExciteRequest| {
+            let candidate = ExciteRequest { starts: TRIAL.0, iterations: TRIAL.1, ..(*candidate).clone() };
+            proves(&candidate) && Interruption::check().is_ok()
         };
-        let asked = request.limits.clone().unwrap_or_default();
-        let remedy = self.candidates.iter().find(helps).map(|limits| words(limits, &asked));
+        let remedy = self.candidates.iter().find(helps).map(|candidate| words(candidate, request));
         if Interruption::check().is_err() {
             return Error::new("interrupted before there was a motion");
         }
@@ -180,8 +206,13 @@ impl Refusal {
     }
 }
 
-/// What a limits file has more, or less, than the one that was asked for.
-fn words(limits: &LimitsFile, asked: &LimitsFile) -> String {
+/// What a request has more, or less, than the one that was made.
+fn words(candidate: &ExciteRequest, request: &ExciteRequest) -> String {
+    if candidate.effort_share != request.effort_share {
+        return format!("[effort_share={}]", candidate.effort_share);
+    }
+    let [limits, asked] = [candidate, request].map(|one| one.limits.clone().unwrap_or_default());
+    let (limits, asked) = (&limits, &asked);
     let distance = |limits: &LimitsFile| limits.space.as_ref().and_then(|space| space.distance);
     if let Some(distance) = distance(asked).filter(|_| distance(limits).is_none()) {
         return format!("space without `distance: {}`", shown_length(distance));

@@ -12,6 +12,7 @@
 mod fit;
 mod mistakes;
 mod placement;
+mod turned_joint;
 
 use std::fmt;
 
@@ -149,11 +150,16 @@ pub fn identify_postures(model: &Model, postures: &Postures, options: &Options) 
         parameters.iter().map(value).collect()
     });
     let size = |x: &DVector<f64>| (x.norm_squared() / count as f64).sqrt();
+    let mut placed = placed(model, postures, &torques, &fit.deviations, options)?;
+    if let Some(placed) = placed.as_mut().filter(|placed| placed.explains && !placed.is_near()) {
+        placed.explains = mends(model, &parameters, (postures, &torques), placed, options)?;
+    }
+    let mistakes = looks_for_mistakes(model, (postures, &torques), &left, options, placed.as_ref())?;
     Ok(PostureEstimate {
         values: fit.told[..p].to_vec(),
         offsets: fit.told[p..].to_vec(),
-        placed: placed(model, postures, &torques, &fit.deviations)?,
-        mistakes: looks_for_mistakes(model, postures, &torques, &left, options),
+        placed,
+        mistakes,
         residuals: fit.residuals.iter().map(size).collect(),
         torques: torques.iter().map(size).collect(),
         coordinates: postures.coordinates.clone(),
@@ -163,6 +169,23 @@ pub fn identify_postures(model: &Model, postures: &Postures, options: &Options) 
         are_plateaus: postures.are_plateaus,
         parameters,
     })
+}
+
+/// Whether zeros that are found leave no other ones far away. Bodies of their own explain badly what zeros far away are in, so
+/// that much is within their deviations.
+fn mends(
+    model: &Model,
+    parameters: &[GravityParameter],
+    (postures, torques): (&Postures, &[DVector<f64>]),
+    found: &Placed,
+    options: &Options,
+) -> Result<bool, Error> {
+    let mut held = postures.clone();
+    let zeros: Vec<f64> = found.zeros.iter().map(|told| told.map_or(0.0, |told| told.0)).collect();
+    held.q.iter_mut().for_each(|q| q.iter_mut().zip(&zeros).for_each(|(q, zero)| *q += zero));
+    let deviations = free_bodies(model, parameters, &held.q, torques)?.deviations;
+    let again = placed(model, &held, torques, &deviations, options)?;
+    Ok(again.is_some_and(|again| again.explains && again.is_near()))
 }
 
 /// The fit of gravity parameters, and of an offset of each joint's torque, to torques at positions.
@@ -261,6 +284,7 @@ impl PostureEstimate {
                 "remedy": mistake.remedy,
                 "left_before": mistake.left[0],
                 "left": mistake.left[1],
+                "by_free_bodies": mistake.by_free_bodies,
             })).collect::<Vec<_>>(),
             "with_described_bodies": self.placed.as_ref().map(|placed| json!({
                 "zeros": placed.zeros.iter().map(told).collect::<Vec<_>>(),
@@ -305,10 +329,11 @@ impl fmt::Display for PostureEstimate {
         }
         for (k, mistake) in self.mistakes.iter().enumerate() {
             let [before, after] = mistake.left.map(|share| significant(100.0 * share, 2));
+            let bodies = if mistake.by_free_bodies { "bodies that are free leave" } else { "the description leaves" };
             let (head, instead) = (if k == 0 { "\n" } else { "" }, if k == 0 { "" } else { "or else " });
             writeln!(
                 f,
-                "{head}{instead}{}: the description leaves {before} % of the torques (joints alike), with that undone {after} %; {}",
+                "{head}{instead}{}: {bodies} {before} % of the torques (joints alike), with that undone {after} %; {}",
                 mistake.fault, mistake.remedy
             )?;
         }
@@ -330,7 +355,7 @@ impl fmt::Display for PostureEstimate {
         }
         writeln!(f, "  {:width$}  {} turn of gravity, rad", "mount", shown(&placed.tilt))?;
         match placed.differs() {
-            true => writeln!(f, "to hold them: {}", placed.remedy()),
+            true => writeln!(f, "to hold them, if its bodies are as described: {}", placed.remedy()),
             false => writeln!(f, "zeros and mount are as described"),
         }
     }

@@ -6,7 +6,9 @@
 //! T_i is the torque of the described bodies under gravity along axis i of the base, one; Gauss-Newton in z and in two turns
 //! of g across it. A joint whose axis is along gravity as described has no zero: a mount beside it would be turned with it.
 
+use identification::estimate::hypothesis::Hypothesis;
 use identification::estimate::options::Options;
+use identification::estimate::passport::Change;
 use logs::Postures;
 use nalgebra::{DMatrix, DVector, Rotation3, Vector3};
 
@@ -16,8 +18,15 @@ use crate::error::Error;
 use crate::fit::gravity_direction::{base, mounted};
 use crate::fit::mount::{Tilt, axes};
 use crate::fit::postures::fit::{Fit, Told};
-use crate::fit::postures::mistakes::{Free, Mistake, mistakes};
+use crate::fit::postures::mistakes::{EXPLAINED, Free, Look as Held, Mistake};
+use crate::fit::postures::turned_joint::turned_joint;
 
+/// Torques of a joint below this share of those of the largest are of no weight in another mount.
+const SMALL_TORQUE: f64 = 1e-3;
+/// The most postures that mistakes are looked for in.
+const LOOKED_AT: usize = 400;
+/// A zero that is left where zeros are held is none of noise, rad (m).
+const FAR: f64 = 0.1;
 /// Steps until the search for zeros and mount is given up.
 const MOST_STEPS: usize = 50;
 /// rad, the largest change in a step.
@@ -49,6 +58,8 @@ pub struct Placed {
     pub left: [f64; 2],
     /// Whether it then leaves no more than bodies of its own would explain.
     pub explains: bool,
+    /// The options that hold the zeros, where there are any.
+    held: Option<String>,
 }
 
 /// Zeros and mount from those of the description; `None` where it has no bodies, or loops that are solved numerically.
@@ -57,6 +68,7 @@ pub(super) fn placed(
     postures: &Postures,
     torques: &[DVector<f64>],
     deviations: &[f64],
+    options: &Options,
 ) -> Result<Option<Placed>, Error> {
     let described = Vector3::from(model.robot.gravity_number());
     let is_described = model.robot.links.iter().any(|link| link.inertial.is_some());
@@ -66,48 +78,81 @@ pub(super) fn placed(
     let axes = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
     let axes: Option<Vec<Tilt>> = axes.into_iter().map(|axis| Tilt::of(&model.robot, axis)).collect();
     let Some(axes) = axes else { return Ok(None) };
-    let search = Search { axes, postures, torques, deviations };
+    let turns = turns(model);
+    let search = Search { axes, postures, torques, deviations, turns: &turns };
     let Found { zeros, gravity, fit, left } = search.found(described)?;
     let n = torques.len();
     let misfit = left[1] / (postures.q.len() * n) as f64;
     // Of all torques alike: a joint that free bodies explain badly has a large deviation.
     let share = |zeros: &[f64], gravity: &Vector3<f64>| {
-        let left: f64 = search.look(zeros, gravity).1.iter().map(|x| x.add_scalar(-x.mean()).norm_squared()).sum();
+        let left: f64 =
+            search.residuals(zeros, gravity, usize::MAX).iter().map(|x| x.add_scalar(-x.mean()).norm_squared()).sum();
         (left / torques.iter().map(|x| x.norm_squared()).sum::<f64>().max(f64::MIN_POSITIVE)).sqrt()
     };
+    let after = share(&zeros, &gravity);
     let told = |k: usize, value: f64| fit.told[k].map(|(_, deviation)| (value, deviation));
+    let zeros_told: Vec<Told> = zeros.iter().enumerate().map(|(k, zero)| told(k, *zero)).collect();
+    let changes: Vec<Change> = zeros_told
+        .iter()
+        .enumerate()
+        .filter(|(_, zero)| tells(zero))
+        .map(|(k, zero)| Change { of: Hypothesis::Zero(k), size: zero.map_or(0.0, |zero| zero.0) })
+        .collect();
+    let undoing = options.undoing(&changes, &postures.names, &turns);
     let tilt = match (fit.told[n], fit.told[n + 1]) {
         (Some((_, a)), Some((_, b))) => Some((gravity.angle(&described), a.max(b))),
         _ => None,
     };
     Ok(Some(Placed {
-        zeros: zeros.iter().enumerate().map(|(k, zero)| told(k, *zero)).collect(),
+        zeros: zeros_told,
+        held: undoing.and_then(|undoing| undoing.remedy_beside(options)),
         base: rounded_rpy(&base(model, &gravity), 5),
         tilt,
-        left: [share(&vec![0.0; n], &described), share(&zeros, &gravity)],
-        explains: misfit.sqrt() < EXPLAINED_TIMES,
+        left: [share(&vec![0.0; n], &described), after],
+        explains: misfit.sqrt() < EXPLAINED_TIMES && after < EXPLAINED,
     }))
 }
 
 /// Mistakes of the columns by the bodies of the description; none where it has no bodies, or loops that are solved numerically.
+/// `placed`: zeros and mount, which are looked at here where they explain nothing, or are not told.
 pub(super) fn looks_for_mistakes(
     model: &Model,
-    postures: &Postures,
-    torques: &[DVector<f64>],
+    (postures, torques): (&Postures, &[DVector<f64>]),
     free: Free,
     options: &Options,
-) -> Vec<Mistake> {
-    let gravity = model.robot.gravity_number();
+    placed: Option<&Placed>,
+) -> Result<Vec<Mistake>, Error> {
+    let gravity = Vector3::from(model.robot.gravity_number());
     let is_described = model.robot.links.iter().any(|link| link.inertial.is_some());
     let axes = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
-    let tilts: Option<Vec<Tilt>> = axes.into_iter().map(|axis| Tilt::of(&model.robot, axis)).collect();
-    let Some(tilts) = tilts.filter(|_| is_described && model.robot.passive.is_empty()) else { return Vec::new() };
-    let described = |q: &[f64]| {
-        let by_axis: Vec<Vec<f64>> = tilts.iter().map(|tilt| tilt.torques(q)).collect();
-        (0..q.len()).map(|j| (0..3).map(|i| gravity[i] * by_axis[i][j]).sum()).collect()
+    let axes: Option<Vec<Tilt>> = axes.into_iter().map(|axis| Tilt::of(&model.robot, axis)).collect();
+    let Some(axes) = axes.filter(|_| is_described && model.robot.passive.is_empty()) else { return Ok(Vec::new()) };
+    // Large tables say no more, and take long.
+    let step = postures.q.len().div_ceil(LOOKED_AT);
+    let some = Postures { q: postures.q.iter().step_by(step).cloned().collect(), ..postures.clone() };
+    let torques: Vec<DVector<f64>> =
+        torques.iter().map(|x| DVector::from_iterator(some.q.len(), x.iter().step_by(step).copied())).collect();
+    // Joints alike, but for those that gravity does not move: what nothing explains yet has no deviation.
+    let sizes: Vec<f64> = torques.iter().map(|x| x.add_scalar(-x.mean()).norm()).collect();
+    let least = SMALL_TORQUE * sizes.iter().fold(0.0, |m: f64, x| m.max(*x));
+    let deviations: Vec<f64> = sizes.iter().map(|x| x.max(least).max(f64::MIN_POSITIVE)).collect();
+    let turns = turns(model);
+    let search = Search { axes, postures: &some, torques: &torques, deviations: &deviations, turns: &turns };
+    let mount = match placed {
+        Some(placed) if !placed.explains || !placed.differs() => {
+            let found = search.gravity_alone()? * gravity.norm();
+            Some((found, mounted(rounded_rpy(&base(model, &found), 5))))
+        }
+        _ => None,
     };
-    let turns: Vec<bool> = (0..torques.len()).map(|k| !model.regressor().is_prismatic(k)).collect();
-    mistakes(postures, torques, &described, free, options, &turns)
+    let described = |q: &[f64], gravity: &Vector3<f64>| search.under(q, gravity);
+    let (postures, torques, turns) = (&some, &torques[..], &turns[..]);
+    Ok(Held { postures, torques, described: &described, free, options, turns, gravity, mount }.mistakes())
+}
+
+/// Whether each joint turns.
+fn turns(model: &Model) -> Vec<bool> {
+    (0..model.regressor().coordinates().len()).map(|k| !model.regressor().is_prismatic(k)).collect()
 }
 
 /// The columns of each joint, and what is left of its torques.
@@ -128,6 +173,8 @@ struct Search<'a> {
     postures: &'a Postures,
     torques: &'a [DVector<f64>],
     deviations: &'a [f64],
+    /// Whether each joint turns.
+    turns: &'a [bool],
 }
 
 impl Search<'_> {
@@ -141,9 +188,21 @@ impl Search<'_> {
         let mut left = before;
         // A robot on a ceiling is one whose shoulder is off by half a turn: the mount alone is tried first.
         let by_mount = self.gravity_alone()? * described.norm();
-        let left_by_mount = self.left(&self.look(&zeros, &by_mount).1);
+        let left_by_mount = self.left(&self.residuals(&zeros, &by_mount, usize::MAX));
         if left_by_mount < before {
             (gravity, left) = (by_mount, left_by_mount);
+        }
+        // And so is a joint alone: from far away the steps end beside it.
+        if before > EXPLAINED_TIMES.powi(2) * (n * self.postures.q.len()) as f64 {
+            for k in (0..n).filter(|k| self.turns[*k] && !idle.contains(k)) {
+                let alone = |zero: f64| (0..n).map(|j| if j == k { zero } else { 0.0 }).collect::<Vec<_>>();
+                let of_some = |zero: f64| self.left(&self.residuals(&alone(zero), &described, LOOKED_AT));
+                let Some(zero) = turned_joint(&of_some) else { continue };
+                let left_by_zero = self.left(&self.residuals(&alone(zero), &described, usize::MAX));
+                if left_by_zero < left {
+                    (zeros, gravity, left) = (alone(zero), described, left_by_zero);
+                }
+            }
         }
         let mut fit = self.step(&zeros, &gravity, &idle)?;
         for _ in 0..MOST_STEPS {
@@ -152,7 +211,7 @@ impl Search<'_> {
             let at = |share: f64| {
                 let moved: Vec<f64> = zeros.iter().enumerate().map(|(k, zero)| zero + angle(k, share)).collect();
                 let turned = Rotation3::new(first * angle(n, share) + second * angle(n + 1, share)) * gravity;
-                let left = self.left(&self.look(&moved, &turned).1);
+                let left = self.left(&self.residuals(&moved, &turned, usize::MAX));
                 (moved, turned, left)
             };
             let tried = (0..MOST_HALVINGS).map(|k| at(0.5_f64.powi(k))).find(|(.., moved)| *moved < left);
@@ -180,16 +239,23 @@ impl Search<'_> {
         (0..q.len()).map(|j| (0..3).map(|i| gravity[i] * by_axis[i][j]).sum()).collect()
     }
 
+    /// What is left of the torques of postures, of so many at most.
+    fn residuals(&self, zeros: &[f64], gravity: &Vector3<f64>, most: usize) -> Vec<DVector<f64>> {
+        let step = self.postures.q.len().div_ceil(most).max(1);
+        let rows = self.postures.q.iter().step_by(step);
+        let torques = rows.map(|q| self.under(&q.iter().zip(zeros).map(|(q, z)| q + z).collect::<Vec<_>>(), gravity));
+        let torques: Vec<Vec<f64>> = torques.collect();
+        let joint = |j: usize| DVector::from_fn(torques.len(), |r, _| self.torques[j][r * step] - torques[r][j]);
+        (0..zeros.len()).map(joint).collect()
+    }
+
     /// Columns of the zeros, of the two turns, of the offsets.
     fn look(&self, zeros: &[f64], gravity: &Vector3<f64>) -> Look {
         let n = zeros.len();
         let turns = axes(gravity).map(|(_, axis)| axis.cross(gravity));
         let mut columns = vec![DMatrix::zeros(self.postures.q.len(), 2 * n + 2); n];
-        let mut left = self.torques.to_vec();
         for (r, q) in self.postures.q.iter().enumerate() {
             let q: Vec<f64> = q.iter().zip(zeros).map(|(q, z)| q + z).collect();
-            let torque = self.under(&q, gravity);
-            (0..n).for_each(|j| left[j][r] -= torque[j]);
             for k in 0..n {
                 let at = |step: f64| {
                     let mut moved = q.clone();
@@ -205,7 +271,7 @@ impl Search<'_> {
             }
             (0..n).for_each(|j| columns[j][(r, n + 2 + j)] = 1.0);
         }
-        (columns, left)
+        (columns, self.residuals(zeros, gravity, usize::MAX))
     }
 
     /// The sum of squares, each joint over its deviation.
@@ -254,17 +320,14 @@ impl Placed {
         self.zeros.iter().chain([&self.tilt]).any(tells)
     }
 
-    /// The lines that hold what was found.
+    /// Whether no zero is far away.
+    pub(super) fn is_near(&self) -> bool {
+        !self.zeros.iter().any(|told| tells(told) && told.is_some_and(|(zero, _)| zero.abs() > FAR))
+    }
+
+    /// The lines that hold what was found, the mount before the zeros.
     pub fn remedy(&self) -> String {
-        let digits = |told: &Told| format!("{:.4}", told.filter(|_| tells(told)).map_or(0.0, |told| told.0));
-        let mut lines = Vec::new();
-        if self.zeros.iter().any(tells) {
-            let zeros: Vec<String> = self.zeros.iter().map(digits).collect();
-            lines.push(format!("transmission: {{offsets: [{}]}}", zeros.join(", ")));
-        }
-        if tells(&self.tilt) {
-            lines.push(mounted(self.base));
-        }
-        lines.join("; ")
+        let mount = tells(&self.tilt).then(|| mounted(self.base));
+        mount.into_iter().chain(self.held.clone()).collect::<Vec<_>>().join("; and ")
     }
 }
