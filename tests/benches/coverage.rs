@@ -18,10 +18,10 @@
 
 use std::path::Path;
 
-use identification::estimate::artefact::Estimate;
 use fleet::accumulator::Accumulator;
 use fleet::replicate::Replicate;
 use fleet::settings::Settings;
+use identification::estimate::artefact::Estimate;
 use identification::estimate::identified::Identified;
 use identification::estimate::identify::identify;
 use identification::estimate::ledger::hypotheses::Open;

@@ -6,16 +6,16 @@ use std::io::Write;
 use std::path::Path;
 
 use experiments::excitation::limits::LimitsFile;
+use fleet::Accumulator;
+use fleet::Comparison;
 use identification::estimate::options::Options;
 use linear_model::known_load::KnownLoad;
 use logs::Table;
 use peak_alloc::PeakAlloc;
 use rist::describe::description::parse_robot;
-use fleet::Comparison;
 use rist::motion::exciting::ExcitingMotion;
 use rist::motion::planning::ExperimentPlan;
 use rist::write_back::mjcf_into::mjcf_into;
-use fleet::Accumulator;
 use rist::{Estimate, ModelOptions, Validation};
 use robot::format::{REPEATS_TOO_MUCH, read_urdf};
 use tests::hostile::{files, hardening};

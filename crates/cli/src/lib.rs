@@ -15,9 +15,9 @@ mod evaluate;
 mod example;
 mod excite;
 mod failure;
+mod flags;
 #[cfg(feature = "fleet")]
 mod fleet;
-mod flags;
 mod generate;
 mod groups;
 mod help;

@@ -10,12 +10,12 @@
 
 use std::f64::consts::TAU;
 
+use fleet::Accumulator;
+use fleet::{Compared, Comparison, SumsRequest, compare};
 use identification::estimate::options::Options;
 use logs::{Effort, Log, LogReport, LogSource};
 use processor::{in_order, threads};
 use random::Random;
-use fleet::{Compared, Comparison, SumsRequest, compare};
-use fleet::Accumulator;
 use rist::Model;
 use robot::{Inertial, StandardParameter};
 

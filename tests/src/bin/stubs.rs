@@ -10,9 +10,8 @@ use std::process::ExitCode;
 use fleet::{CompareRequest, SumsRequest};
 use rist::request::spelling::{Reader, spelled};
 use rist::request::{
-    CheckRequest, DoctorRequest, ExciteRequest, Field, Flag, Method, MethodRequest, ModelOptions,
-    PlanRequest, PointsFiles, Range, Request, SimulateRequest, ValidateRequest, WrenchRequest, number, register_wings,
-    requests,
+    CheckRequest, DoctorRequest, ExciteRequest, Field, Flag, Method, MethodRequest, ModelOptions, PlanRequest,
+    PointsFiles, Range, Request, SimulateRequest, ValidateRequest, WrenchRequest, number, register_wings, requests,
 };
 use serde_json::Value;
 use tests::docstrings::Docstrings;

@@ -4,8 +4,8 @@
 use std::path::{Path, PathBuf};
 
 use proc_macro2::{Delimiter, TokenStream, TokenTree};
-use rist::request::{all_fields, register_wings};
 use rist::request::spelling::{Reader, spelled};
+use rist::request::{all_fields, register_wings};
 use tests::snapshot::assert_snapshot;
 use tests::workspace;
 

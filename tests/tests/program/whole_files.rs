@@ -2,9 +2,9 @@
 //! not as rist wrote it: the promise of docs/files.md, over every line and every key of every artefact.
 use std::path::Path;
 
+use fleet::Accumulator;
 use fleet::comparison::Comparison;
 use linear_model::artefact::Seal;
-use fleet::Accumulator;
 use rist::{Estimate, ExcitingMotion, ExperimentPlan, Validation};
 use tests::mutation::{Seed, bounded, written};
 use tests::program::{folder, program, rist};

@@ -7,3 +7,4 @@ mod pages;
 mod source;
 mod supply;
 mod tidy;
+mod weight;

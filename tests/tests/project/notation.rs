@@ -30,8 +30,9 @@ fn is_public(text: &str, name: &str) -> bool {
 fn leads(path: &str) -> bool {
     let parts: Vec<&str> = path.split("::").collect();
     let [package, modules @ .., name] = parts.as_slice() else { return false };
-    let source = workspace().join("crates").join(package).join("src");
-    file_of(&source, modules).is_some_and(|file| is_public(&std::fs::read_to_string(file).unwrap(), name))
+    let sources = ["crates", "crates/wings"].map(|folder| workspace().join(folder).join(package).join("src"));
+    let file = sources.iter().find_map(|source| file_of(source, modules));
+    file.is_some_and(|file| is_public(&std::fs::read_to_string(file).unwrap(), name))
 }
 
 #[test]

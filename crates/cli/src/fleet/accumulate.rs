@@ -9,8 +9,8 @@ use serde_json::json;
 
 use crate::artefact::write_file;
 use crate::failure::Failure;
-use crate::fleet::read_sums;
 use crate::flags::Flags;
+use crate::fleet::read_sums;
 use crate::model::ModelArguments;
 use crate::terminal::{at_work, print_result};
 use rist::output::{check_given_once, check_output};

@@ -7,8 +7,8 @@ use fleet::{Accumulator, CompareRequest};
 
 use crate::artefact::write_file;
 use crate::failure::Failure;
-use crate::fleet::read_sums;
 use crate::flags::Flags;
+use crate::fleet::read_sums;
 use crate::terminal::print_result;
 use rist::output::check_output;
 

@@ -4,9 +4,9 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 
-use crate::fleet::accumulate::print_account;
 use crate::artefact::write_file;
 use crate::failure::Failure;
+use crate::fleet::accumulate::print_account;
 use crate::fleet::read_sums;
 use rist::output::check_output;
 

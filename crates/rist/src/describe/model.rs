@@ -270,12 +270,7 @@ impl Model {
     }
 
     /// The same where it is known how the options of its description differ from those here.
-    pub fn check_read(
-        &self,
-        file: &Path,
-        made_with: &ModelReference,
-        differences: &[String],
-    ) -> Result<(), Error> {
+    pub fn check_read(&self, file: &Path, made_with: &ModelReference, differences: &[String]) -> Result<(), Error> {
         let ours = &self.reference;
         if made_with.fingerprint == ours.fingerprint {
             return Ok(());

@@ -52,16 +52,15 @@ use std::sync::OnceLock;
 pub use derive::DeriveRequest;
 pub use describe::{ConvertRequest, DescriptionFormat, EvaluateRequest, InspectRequest, SheetFormat, StateQuantity};
 pub use effect::{Delay, Whose};
-pub use examine::{
-    CheckRequest, DoctorRequest, MOTION_CUTOFF, ValidateRequest, VisibilityRequest, WrenchRequest,
-};
+pub use examine::{CheckRequest, DoctorRequest, MOTION_CUTOFF, ValidateRequest, VisibilityRequest, WrenchRequest};
 pub use excite::{ExciteRequest, Family, Series};
 pub use field::Field;
 pub use files::{BodiesFiles, PlanFiles, PointsFiles, ReportFiles, SamplesFiles, TrajectoryFiles};
 pub use friction::FrictionChoice;
 pub use generate::{GenerateRequest, SourceLanguage, function_names};
 pub use identify::{
-    ClosedLoopRequest, HarmonicRequest, IdentifyRequest, METHOD, PaperRequest, RowsRequest, SamplesRequest, SignalRequest,
+    ClosedLoopRequest, HarmonicRequest, IdentifyRequest, METHOD, PaperRequest, RowsRequest, SamplesRequest,
+    SignalRequest,
 };
 pub use method::{Method, MethodRequest};
 pub use model::ModelOptions;
@@ -70,9 +69,9 @@ pub use play::{Controller, PlayRequest};
 pub use range::{Range, number};
 pub use shape::{Flag, Shape};
 pub use simulate::SimulateRequest;
+pub(crate) use table::request;
 pub use table::{Request, of_values, unknown};
 pub use table::{has, in_range, value_of};
-pub(crate) use table::request;
 pub use types::FieldType;
 pub use unknowns::Unknown;
 pub use words::Words;

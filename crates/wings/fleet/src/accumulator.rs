@@ -216,12 +216,12 @@ fn settle_cutoff(settings: &mut Settings, observation: &Observation) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::replicate::of_hypotheses;
     use crate::replicate::MAX_FAULT_PARTS_PER_LOG;
+    use crate::replicate::of_hypotheses;
+    use crate::test_arm::Pendulum;
     use identification::estimate::ledger::hypotheses::{Open, Point};
     use identification::estimate::options::Options;
     use identification::estimators::weighted::{Weights, fit};
-    use crate::test_arm::Pendulum;
     use linear_model::linear_model::Model;
     use linear_model::reference::ModelReference;
     use linear_model::states::States;

@@ -66,9 +66,9 @@ pub(crate) fn block_deviation(parts: &[Vec<Triangle>], weights: &[f64], solution
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::test_arm::Pendulum;
     use identification::estimators::weighted::{Weights, fit};
     use identification::rows::observation::Observation;
-    use crate::test_arm::Pendulum;
     use linear_model::linear_model::Model;
     use numerics::least_squares::solve;
     use numerics::student::reach;

@@ -8,11 +8,11 @@
 
 use std::fmt;
 
+use crate::behrens_fisher::two_sided_difference;
 use linear_model::artefact::{self, Kind, Seal};
 use linear_model::parameter::ParameterId;
 use linear_model::unit::Unit;
 use logs::Error;
-use crate::behrens_fisher::two_sided_difference;
 use serde::{Deserialize, Serialize};
 
 use crate::accumulator::Accumulator;
@@ -279,10 +279,10 @@ mod tests {
     use super::*;
     use crate::replicate::{LogAccount, MAX_BLOCKS_PER_LOG, Replicate};
     use crate::settings::Settings;
+    use crate::test_arm::Pendulum;
     use identification::estimate::ledger::hypotheses::Open;
     use identification::estimate::options::Options;
     use identification::rows::observation::Observation;
-    use crate::test_arm::Pendulum;
     use linear_model::friction::terms::FrictionTerm;
     use linear_model::linear_model::Model;
     use linear_model::reference::ModelReference;

@@ -246,12 +246,12 @@ fn position_cell(states: &States, at: usize, slides: bool) -> i32 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::test_arm::Pendulum;
     use identification::estimators::clusters::Whole;
     use identification::estimators::replicate_deviation::{by_band, state_bands, white_deviation};
     use identification::estimators::weighted::{Weights, fit};
     use identification::rows::observation::{Observation, weighted};
     use identification::rows::residual_sums::residual_sums;
-    use crate::test_arm::Pendulum;
     use random::Random;
 
     /// However coarse the cells are, those of speed hold each row once, and those of position too: their columns' products

@@ -16,8 +16,8 @@ use processor::in_order;
 pub use crate::accumulator::Accumulator;
 pub use crate::comparison::{Compared, Comparison, compare};
 
-use rist::describe::model::Model;
 use rist::Error;
+use rist::describe::model::Model;
 use rist::fit::doctor::passport_of;
 use rist::fit::unspoken::with_open;
 use rist::request::{ModelOptions, Request};

@@ -187,10 +187,10 @@ mod tests {
     use super::*;
     use crate::replicate::{MAX_BLOCKS_PER_LOG, MAX_FAULT_PARTS_PER_LOG};
     use crate::state_cells::StateCells;
+    use crate::test_arm::Pendulum;
     use identification::estimate::ledger::hypotheses::Open;
     use identification::estimate::options::Options;
     use identification::rows::observation::Observation;
-    use crate::test_arm::Pendulum;
     use linear_model::linear_model::Model;
     use linear_model::reference::ModelReference;
 
