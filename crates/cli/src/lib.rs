@@ -9,7 +9,6 @@ mod artefact;
 mod check;
 mod columns;
 mod convert;
-mod derive;
 mod doctor;
 mod evaluate;
 mod example;
@@ -18,6 +17,8 @@ mod failure;
 mod flags;
 #[cfg(feature = "fleet")]
 mod fleet;
+#[cfg(feature = "formulas")]
+mod formulas;
 mod generate;
 mod groups;
 mod help;
@@ -87,7 +88,8 @@ enum Command {
     #[cfg(feature = "fleet")]
     Compare(fleet::compare::Arguments),
     Generate(generate::Arguments),
-    Derive(derive::Arguments),
+    #[cfg(feature = "formulas")]
+    Derive(formulas::derive::Arguments),
     Evaluate(evaluate::Arguments),
     Schema(schema::Arguments),
     Completions(shell::CompletionArguments),
@@ -103,6 +105,7 @@ impl Command {
             Command::Convert(_) => Some("convert writes a description, or CSV"),
             Command::Evaluate(_) => Some("evaluate writes CSV"),
             Command::Generate(_) => Some("generate writes source"),
+            #[cfg(feature = "formulas")]
             Command::Derive(_) => Some("derive writes formulas"),
             Command::Report(_) => Some("report writes a page"),
             Command::Completions(_) => Some("completions are for a shell"),
@@ -176,7 +179,8 @@ fn run(command: Command) -> Result<(), Failure> {
         Command::Lint(arguments) => lint::run(&arguments),
         Command::Evaluate(arguments) => evaluate::run(&arguments),
         Command::Generate(arguments) => generate::run(&arguments),
-        Command::Derive(arguments) => derive::run(&arguments),
+        #[cfg(feature = "formulas")]
+        Command::Derive(arguments) => formulas::derive::run(&arguments),
         Command::Plan(arguments) => plan::run(&arguments),
         Command::Excite(arguments) => excite::run(&arguments),
         Command::Check(arguments) => check::run(&arguments),

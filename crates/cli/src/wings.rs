@@ -5,14 +5,18 @@ use std::ffi::OsString;
 use rist::request::{WingRequests, register_wings};
 
 /// Commands of each wing, and whether the program has it.
-const WINGS: [(&str, &[&str], bool); 1] =
-    [("fleet", &["accumulate", "merge", "solve", "compare"], cfg!(feature = "fleet"))];
+const WINGS: [(&str, &[&str], bool); 2] = [
+    ("fleet", &["accumulate", "merge", "solve", "compare"], cfg!(feature = "fleet")),
+    ("formulas", &["derive"], cfg!(feature = "formulas")),
+];
 
 /// Makes the requests of the wings known, before a text is spelled. The program does so itself; a package does when it is loaded.
 pub fn register() {
     let all: Vec<WingRequests> = vec![
         #[cfg(feature = "fleet")]
         ::fleet::requests,
+        #[cfg(feature = "formulas")]
+        ::formulas::requests,
     ];
     register_wings(all);
 }

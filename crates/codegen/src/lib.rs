@@ -5,13 +5,11 @@
 mod c;
 mod c_sine;
 mod controller;
-mod formula;
 mod numbers;
 mod rust_file;
 mod rust_function;
 mod sine;
-mod steps;
+pub mod steps;
 
 pub use c::{CFiles, c_files};
-pub use formula::{FormulaLanguage, Formulas, Place, TooLong, formula_file, output_name, printed_symbols};
 pub use rust_file::{index_file, rust_file};

@@ -9,7 +9,7 @@ use std::collections::BTreeMap;
 use expr::{Expr, Function, Fusion, Node, Operation, SymbolKind, operands};
 
 /// A text of somebody's file as one line: characters that would end the line become spaces.
-pub(crate) fn in_line(text: &str) -> String {
+pub fn in_line(text: &str) -> String {
     gate::shown::line(text).into_owned()
 }
 

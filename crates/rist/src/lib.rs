@@ -47,7 +47,6 @@ pub mod write_back;
 // The steps, each with its request and its result.
 pub use describe::conversion::{Converted, convert, inertial_table};
 pub use describe::description::{parse_robot, read_robot};
-pub use describe::formulas::derive;
 pub use describe::inspection::{Inspection, inspect};
 pub use describe::linting::{Lint, lint, lint_with_meshes};
 pub use describe::model::Model;
@@ -97,7 +96,6 @@ pub use ::experiments::motion::trajectory_file::{TrajectoryFormat, trajectory_fi
 pub use ::experiments::plan::exchange::Criterion;
 pub use ::experiments::plan::exciting_trajectory::ExcitingTrajectory;
 pub use claims::{LeftOut, significant};
-pub use codegen::FormulaLanguage;
 pub use expr::{Count, Function};
 pub use gate;
 pub use identification::estimate::artefact::Estimate;

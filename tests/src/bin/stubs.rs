@@ -318,7 +318,7 @@ fn run(is_check: bool) -> Result<(), String> {
 }
 
 fn main() -> ExitCode {
-    register_wings(vec![fleet::requests]);
+    register_wings(vec![fleet::requests, formulas::requests]);
     let arguments: Vec<String> = std::env::args().skip(1).collect();
     let is_check = match arguments.iter().map(String::as_str).collect::<Vec<_>>()[..] {
         [] => false,

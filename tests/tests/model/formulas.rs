@@ -5,8 +5,8 @@ use std::collections::HashMap;
 use std::fmt::Write as _;
 use std::process::Command;
 
-use codegen::{FormulaLanguage, Formulas, formula_file, printed_symbols};
 use expr::{Function, Tape};
+use formulas::{FormulaLanguage, Formulas, formula_file, printed_symbols};
 use modeling::{LinkFrame, RobotFunction};
 use robot::Robot;
 use tests::formula_text::{assignments, evaluated};
@@ -62,7 +62,7 @@ fn by_file(function: &Function, file: &str, language: FormulaLanguage, values: &
     let lines: Vec<&String> = lines.iter().filter(|line| !is_frame(line)).collect();
     let found = evaluated(lines.iter().map(|line| line.as_str()), symbols.clone());
     let entry = |(o, k): (&expr::Output, usize)| {
-        let name = codegen::output_name(&o.name);
+        let name = formulas::output_name(&o.name);
         let (row, column) = (k / o.columns + 1, k % o.columns + 1);
         let place = if o.columns == 1 { row.to_string() } else { format!("{row},{column}") };
         let name = match language {
@@ -151,7 +151,7 @@ fn one_entry_is_that_of_the_matrix() {
         let lines = assignments(&text);
         let symbols = printed_symbols(&function, FormulaLanguage::Text).into_iter().zip(values).collect();
         let found = evaluated(lines.iter().map(String::as_str), symbols);
-        let name = format!("{}[2,3]", codegen::output_name(&o.name));
+        let name = format!("{}[2,3]", formulas::output_name(&o.name));
         agree(&function.name, &[found[&name]], &[expected[row * o.columns + column]]);
         assert_eq!(text.lines().filter(|line| line.contains("] = ")).count(), 1, "{text}");
     }

@@ -1,15 +1,14 @@
-//! What a description says of a robot: the model with its base parameters, its functions at states, as formulas and as source.
+//! What a description says of a robot: the model with its base parameters, its functions at states and as source.
 
 pub(crate) mod adapters;
 pub(crate) mod conversion;
 pub mod description;
 pub mod evaluation;
-pub(crate) mod formulas;
 pub mod inspection;
 pub mod linting;
 pub mod model;
 pub(crate) mod named_function;
 pub mod source;
 pub mod states_file;
-pub(crate) mod symbols;
+pub mod symbols;
 pub mod torque_difference;

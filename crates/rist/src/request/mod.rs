@@ -21,7 +21,6 @@
 //!
 //! Not here: what needs a model, such as whether there is a coordinate of a name.
 
-mod derive;
 mod describe;
 mod effect;
 mod examine;
@@ -49,7 +48,6 @@ pub mod words;
 
 use std::sync::OnceLock;
 
-pub use derive::DeriveRequest;
 pub use describe::{ConvertRequest, DescriptionFormat, EvaluateRequest, InspectRequest, SheetFormat, StateQuantity};
 pub use effect::{Delay, Whose};
 pub use examine::{CheckRequest, DoctorRequest, MOTION_CUTOFF, ValidateRequest, VisibilityRequest, WrenchRequest};
@@ -84,7 +82,6 @@ pub fn requests() -> Vec<(String, Vec<Field>)> {
         ("convert", ConvertRequest::fields()),
         ("evaluate", EvaluateRequest::fields()),
         ("generate", GenerateRequest::fields()),
-        ("derive", DeriveRequest::fields()),
         ("plan", PlanRequest::fields()),
         ("excite", ExciteRequest::fields()),
         ("simulate", SimulateRequest::fields()),

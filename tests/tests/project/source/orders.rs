@@ -2,7 +2,7 @@
 
 /// The folders and files of each `src`, from bottom to top: a file imports only what stands before its own
 /// place in the list.
-pub(crate) const ORDERS: [(&str, &[&str]); 20] = [
+pub(crate) const ORDERS: [(&str, &[&str]); 21] = [
     ("crates/processor", &["threads", "lib"]),
     ("crates/gate", &["budget", "unfolding", "shown", "suggestion", "opened", "source"]),
     ("crates/random", &["split_mix", "random"]),
@@ -191,6 +191,13 @@ pub(crate) const ORDERS: [(&str, &[&str]); 20] = [
         &["error", "request", "output", "example", "tape", "describe", "motion", "fit", "write_back", "page"],
     ),
     (
+        "crates/wings/formulas",
+        &[
+            "listing", "expand", "print", "shown", "text", "latex", "sympy", "matlab", "file", "request", "symbols",
+            "derive", "lib",
+        ],
+    ),
+    (
         "crates/wings/fleet",
         &[
             "behrens_fisher",
@@ -225,12 +232,11 @@ pub(crate) const ORDERS: [(&str, &[&str]); 20] = [
             "check",
             "columns",
             "convert",
-            "derive",
             "doctor",
             "evaluate",
             "example",
             "generate",
-            "derive",
+            "formulas",
             "report",
             "identify",
             "fleet",

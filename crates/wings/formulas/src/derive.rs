@@ -1,15 +1,16 @@
 //! A robot's functions as formulas, with the symbols that its file names or that are asked for.
 
-use codegen::{Formulas, Place, formula_file};
 use expr::Function;
 use modeling::{RobotFormulas, RobotFunction};
+use rist::Error;
+use rist::describe::description::check_size;
+use rist::describe::source::{function_named, function_names};
 use robot::Robot;
 
-use crate::describe::description::check_size;
-use crate::describe::source::{function_named, function_names};
-use crate::describe::symbols::Kept;
-use crate::error::Error;
+use crate::file::{FormulaLanguage, Formulas, formula_file};
+use crate::listing::{Place, output_name};
 use crate::request::DeriveRequest;
+use crate::symbols::Kept;
 
 /// The formulas that the request asks for as the text of one file; `made_by`: the command that its head names.
 ///
@@ -52,7 +53,7 @@ fn wanted(robot: &Robot, request: &DeriveRequest) -> Result<Vec<RobotFunction>, 
         (Some(entry), _) if count > 1 => {
             Err(Error::new(format_args!("[entry={entry}] is of one function, and [function] names {count}: name one")))
         }
-        (_, codegen::FormulaLanguage::Matlab) if count > 1 => Err(Error::new(format_args!(
+        (_, FormulaLanguage::Matlab) if count > 1 => Err(Error::new(format_args!(
             "[language=matlab] finds one function in a file, and [function] names {count}: write a file each"
         ))),
         _ => Ok(functions),
@@ -63,8 +64,8 @@ fn wanted(robot: &Robot, request: &DeriveRequest) -> Result<Vec<RobotFunction>, 
 fn place(function: &Function, text: &str) -> Result<Place, Error> {
     let there = || {
         let shape = |o: &expr::Output| match o.columns {
-            1 => format!("{}[1] to {0}[{}]", codegen::output_name(&o.name), o.rows),
-            _ => format!("{}[1,1] to {0}[{},{}]", codegen::output_name(&o.name), o.rows, o.columns),
+            1 => format!("{}[1] to {0}[{}]", output_name(&o.name), o.rows),
+            _ => format!("{}[1,1] to {0}[{},{}]", output_name(&o.name), o.rows, o.columns),
         };
         function.outputs.iter().map(shape).collect::<Vec<_>>().join(", ")
     };

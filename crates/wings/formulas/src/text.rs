@@ -1,7 +1,7 @@
 //! Formulas as plain text: an assignment a line, `#` before what is none.
 
-use crate::formula::print::{PLAIN, comment, place};
-use crate::formula::shown::Shown;
+use crate::print::{PLAIN, comment, place};
+use crate::shown::Shown;
 
 /// The file.
 pub(crate) fn file(head: &[String], functions: &[Shown]) -> String {

@@ -3,8 +3,9 @@
 use std::path::PathBuf;
 
 use clap::Args;
+use formulas::DeriveRequest;
+use rist::request::Request;
 use rist::request::spelling::flags;
-use rist::request::{DeriveRequest, Request};
 
 use crate::artefact::write_file;
 use crate::failure::Failure;
@@ -33,7 +34,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let robot = arguments.model.read()?;
     at_work(format_args!("deriving the formulas of {path}"));
     let refused = |e| Failure::new(format_args!("{path}: {e}"));
-    let text = rist::derive(&robot, &request, &made_by, options.any_size).map_err(refused)?;
+    let text = formulas::derive(&robot, &request, &made_by, options.any_size).map_err(refused)?;
     match &arguments.out {
         None => print(&text),
         Some(out) => Ok(write_file(out, &text)?),

@@ -3,21 +3,12 @@
 //! All languages print the same [`listing`]: assignments to named variables, or each entry expanded ([`expand`]). A
 //! language is a grammar ([`print`]) and the frame of its file.
 
-mod expand;
-mod latex;
-mod listing;
-mod matlab;
-mod print;
-mod shown;
-mod sympy;
-mod text;
-
 use expr::Function;
 
-pub use expand::TooLong;
-use listing::Listing;
-pub use listing::{Place, output_name};
-use shown::Shown;
+use crate::expand::{self, TooLong};
+use crate::listing::{Listing, Place};
+use crate::shown::Shown;
+use crate::{latex, matlab, sympy, text};
 
 /// The language of formulas.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -55,7 +46,7 @@ pub fn formula_file(
 ) -> Result<String, TooLong> {
     let mut head = vec![format!("Made by `{made_by}`.")];
     head.extend(doc.iter().cloned());
-    let head: Vec<String> = head.iter().map(|line| crate::steps::in_line(line).trim_end().to_string()).collect();
+    let head: Vec<String> = head.iter().map(|line| codegen::steps::in_line(line).trim_end().to_string()).collect();
     let mut shown = Vec::new();
     for f in functions {
         let listing = match f.is_expanded {

@@ -1,7 +1,7 @@
 //! Formulas as LaTeX: one `align*` a function, for `\input` into a document with amsmath.
 
-use crate::formula::print::{Grammar, comment, place};
-use crate::formula::shown::Shown;
+use crate::print::{Grammar, comment, place};
+use crate::shown::Shown;
 
 const GRAMMAR: Grammar = Grammar {
     times: r" \, ",

@@ -1,18 +1,22 @@
 //! Which formulas of a robot are written.
 
-use codegen::FormulaLanguage;
+use rist::request::{Field, Request, function_names};
 
-use super::words::words;
-use super::{function_names, request};
+use crate::file::FormulaLanguage;
 
-words! { FormulaLanguage:
+/// The requests by name.
+pub fn requests() -> Vec<(&'static str, Vec<Field>)> {
+    vec![("derive", DeriveRequest::fields())]
+}
+
+rist::words! { FormulaLanguage:
     Text = "text" "One assignment a line",
     Latex = "latex" "align* environments for a document with amsmath",
     Sympy = "sympy" "A Python function each, of SymPy's symbols or numbers",
     Matlab = "matlab" "A function of MATLAB or Octave",
 }
 
-request! {
+rist::request! {
     /// Which formulas of a robot are written.
     pub struct DeriveRequest {
         /// Functions to write:

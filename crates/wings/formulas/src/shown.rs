@@ -1,6 +1,6 @@
 //! A function as every language gets it.
 
-use crate::formula::listing::Listing;
+use crate::listing::Listing;
 
 /// A function as its language prints it.
 pub(crate) struct Shown<'a> {

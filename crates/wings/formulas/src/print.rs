@@ -1,6 +1,6 @@
 //! Terms as text, by what sets one language apart from another.
 
-use crate::formula::listing::{ListedOutput, Term};
+use crate::listing::{ListedOutput, Term};
 
 /// How a language writes an expression.
 pub(crate) struct Grammar {

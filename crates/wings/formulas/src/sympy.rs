@@ -1,8 +1,8 @@
 //! Formulas as Python: a function each, which takes symbols of SymPy or numbers and returns matrices of SymPy.
 
-use crate::formula::listing::{ListedOutput, Term};
-use crate::formula::print::{Grammar, PLAIN, comment};
-use crate::formula::shown::Shown;
+use crate::listing::{ListedOutput, Term};
+use crate::print::{Grammar, PLAIN, comment};
+use crate::shown::Shown;
 
 const GRAMMAR: Grammar = Grammar { power: ["**", ""], ..PLAIN };
 

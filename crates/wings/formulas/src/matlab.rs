@@ -1,7 +1,7 @@
 //! Formulas as a function of MATLAB or Octave, which takes numbers or symbols of the Symbolic Math Toolbox.
 
-use crate::formula::print::{PLAIN, comment};
-use crate::formula::shown::Shown;
+use crate::print::{PLAIN, comment};
+use crate::shown::Shown;
 
 /// The file: MATLAB finds the first function of a file by the file's name, others only from within it.
 pub(crate) fn file(head: &[String], functions: &[Shown]) -> String {

@@ -7,7 +7,7 @@ use std::collections::BTreeMap;
 
 use expr::{Expr, Function, Node};
 
-use crate::formula::listing::{Listing, Names, Place, Reader, Term, sum};
+use crate::listing::{Listing, Names, Place, Reader, Term, sum};
 
 /// Factor (a node) and power, in the order of the nodes.
 type Monomial = Vec<(usize, u32)>;
@@ -68,7 +68,7 @@ pub(crate) fn expanded(function: &Function, place: Option<Place>) -> Result<List
             let value = Reader { function, names: &names }.node(n);
             names.give_to_variable(function, n);
             if let Some((name, negative)) = names.name(n) {
-                let value = if *negative { crate::formula::listing::negated(value) } else { value };
+                let value = if *negative { crate::listing::negated(value) } else { value };
                 assignments.push((name.clone(), value));
             }
         }

@@ -1,0 +1,3 @@
+//! The command of the wing `formulas`.
+
+pub(crate) mod derive;

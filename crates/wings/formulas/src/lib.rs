@@ -1,0 +1,28 @@
+//! Wing: functions of a robot as formulas that people read, and that tools of algebra compute with.
+//!
+//! All languages print the same `listing`: assignments to named variables, or each entry expanded (`expand`). A language is a
+//! grammar (`print`) and the frame of its file.
+//!
+//! What the core promises this wing: `modeling::formulas` derives the functions with every length, angle and component of gravity as a
+//! named constant and every intermediate result with the name that Khalil's books give it; `expr` goes through a function node by node.
+
+#![warn(missing_docs)]
+
+mod derive;
+mod expand;
+mod file;
+mod latex;
+mod listing;
+mod matlab;
+mod print;
+mod request;
+mod shown;
+mod symbols;
+mod sympy;
+mod text;
+
+pub use derive::derive;
+pub use expand::TooLong;
+pub use file::{FormulaLanguage, Formulas, formula_file, printed_symbols};
+pub use listing::{Place, output_name};
+pub use request::{DeriveRequest, requests};
