@@ -86,7 +86,7 @@ pub(crate) const ORDERS: [(&str, &[&str]); 21] = [
     ),
     (
         "crates/codegen",
-        &["steps", "sine", "numbers", "controller", "rust_function", "rust_file", "c_sine", "c", "formula"],
+        &["steps", "sine", "numbers", "controller", "rust_function", "rust_file", "c_sine", "c"],
     ),
     (
         "crates/logs",
