@@ -29,17 +29,17 @@ mod lint;
 mod model;
 mod plan;
 mod play;
-mod postures;
 mod report;
 mod schema;
 mod shell;
 mod simulate;
+#[cfg(feature = "statics")]
+mod statics;
 mod terminal;
 mod validate;
 mod verdict;
 mod visibility;
 pub mod wings;
-mod wrench;
 
 use std::ffi::OsString;
 use std::io::{self, Write};
@@ -73,8 +73,10 @@ enum Command {
     Plan(plan::Arguments),
     Simulate(simulate::Arguments),
     Columns(columns::Arguments),
-    Postures(postures::Arguments),
-    Wrench(wrench::Arguments),
+    #[cfg(feature = "statics")]
+    Postures(statics::postures::Arguments),
+    #[cfg(feature = "statics")]
+    Wrench(statics::wrench::Arguments),
     Doctor(doctor::Arguments),
     Identify(Box<identify::Arguments>),
     Validate(validate::Arguments),
@@ -188,8 +190,10 @@ fn run(command: Command) -> Result<(), Failure> {
         Command::Visibility(arguments) => visibility::run(&arguments),
         Command::Simulate(arguments) => simulate::run(&arguments),
         Command::Columns(arguments) => columns::run(&arguments),
-        Command::Postures(arguments) => postures::run(&arguments),
-        Command::Wrench(arguments) => wrench::run(&arguments),
+        #[cfg(feature = "statics")]
+        Command::Postures(arguments) => statics::postures::run(&arguments),
+        #[cfg(feature = "statics")]
+        Command::Wrench(arguments) => statics::wrench::run(&arguments),
         Command::Doctor(arguments) => doctor::run(&arguments),
         Command::Identify(arguments) => identify::run(&arguments),
         Command::Validate(arguments) => validate::run(&arguments),

@@ -5,9 +5,10 @@ use std::ffi::OsString;
 use rist::request::{WingRequests, register_wings};
 
 /// Commands of each wing, and whether the program has it.
-const WINGS: [(&str, &[&str], bool); 2] = [
+const WINGS: [(&str, &[&str], bool); 3] = [
     ("fleet", &["accumulate", "merge", "solve", "compare"], cfg!(feature = "fleet")),
     ("formulas", &["derive"], cfg!(feature = "formulas")),
+    ("statics", &["postures", "wrench"], cfg!(feature = "statics")),
 ];
 
 /// Makes the requests of the wings known, before a text is spelled. The program does so itself; a package does when it is loaded.
@@ -17,6 +18,8 @@ pub fn register() {
         ::fleet::requests,
         #[cfg(feature = "formulas")]
         ::formulas::requests,
+        #[cfg(feature = "statics")]
+        ::statics::requests,
     ];
     register_wings(all);
 }

@@ -23,8 +23,6 @@ mod read;
 mod stream;
 mod table;
 mod timeline;
-mod wrench_options;
-mod wrenches;
 
 pub use cleaning::account::{LeftOutRows, LogReport};
 pub use cleaning::clock::{Clock, GAP_PERIODS};
@@ -50,5 +48,3 @@ pub use log::{Log, Window};
 pub use postures::Postures;
 pub use stream::{LogSource, LogStream};
 pub use table::{Lines, Table};
-pub use wrench_options::{Corrections, WrenchColumns, WrenchOptions};
-pub use wrenches::Wrenches;

@@ -25,6 +25,7 @@ mod program;
 mod validation;
 mod verdict;
 mod work;
+#[cfg(feature = "statics")]
 mod wrench;
 
 use pyo3::prelude::*;
@@ -59,6 +60,7 @@ mod module {
     use crate::validation::{Validation, validate};
     #[pymodule_export]
     use crate::verdict::{_verdict, Verdict};
+    #[cfg(feature = "statics")]
     #[pymodule_export]
     use crate::wrench::wrench;
 

@@ -4,7 +4,9 @@ use std::path::{Path, PathBuf};
 
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList, PyTuple};
-use rist::{Array, ColumnNames, LogSource, Table, WrenchOptions, Wrenches};
+use rist::{Array, ColumnNames, LogSource, Table};
+#[cfg(feature = "statics")]
+use statics::{WrenchOptions, Wrenches};
 
 use crate::arrays::{Rows, seconds};
 use crate::arrow;
@@ -26,6 +28,7 @@ impl Given {
     }
 
     /// The log of a force-torque sensor in it.
+    #[cfg(feature = "statics")]
     pub fn wrenches(self, options: &WrenchOptions) -> Result<Wrenches, rist::Error> {
         Ok(match self {
             Given::Path(path) => Wrenches::read(&path, options)?,

@@ -2,7 +2,7 @@
 
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
-use rist::request::WrenchRequest;
+use statics::WrenchRequest;
 
 use crate::call::{Call, object};
 use crate::error::{error, for_python};
@@ -39,7 +39,7 @@ pub fn wrench<'py>(
         return Err(error("wrench: one log is expected"));
     };
     let (options, link) = (request.options.unwrap_or_default(), request.link);
-    let found = work(py, None, |_| rist::identify_wrench(&log.wrenches(&options)?, &link))?;
+    let found = work(py, None, |_| statics::identify_wrench(&log.wrenches(&options)?, &link))?;
     let dict = object(py, &found.to_json())?.cast_into::<PyDict>()?;
     dict.set_item("text", for_python(&found.to_string()))?;
     Ok(dict)

@@ -57,11 +57,9 @@ pub use fit::closed_loop::identify_experiments_in_loop;
 pub use fit::column_proposal::{ColumnProposal, propose_columns};
 pub use fit::doctor::{Passport, examine};
 pub use fit::experiments::{ExperimentLogs, identify_experiments, identify_gains_of_rows, identify_paper_rows};
-pub use fit::postures::{PostureEstimate, gravity_parameters, identify_postures};
 pub use fit::samples::{Identification, identify, identify_essential, identify_loaded};
 pub use fit::validation::{Validation, predicted_torques, validate};
 pub use fit::verdict::{Trust, Verdict};
-pub use fit::wrench::{WrenchEstimate, identify_wrench};
 pub use motion::checking::{Checked, check};
 pub use motion::checking_courses::{check_experiments, check_points, efficiency_again, points_of_table};
 pub use motion::exciting::{ExcitingMotion, excite};
@@ -126,7 +124,6 @@ pub use linear_model::regressor::Regressor;
 pub use linear_model::standard_map::StandardMap;
 pub use logs::{
     Array, ColumnNames, Columns, Effort, Error as LogError, LogSource, Postures, Proposal, Proposed, Table,
-    WrenchOptions, Wrenches,
 };
 pub use modeling::{BaseParameters, Closure, RobotFunction, Rules};
 pub use robot::convention::Convention;

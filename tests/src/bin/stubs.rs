@@ -8,10 +8,11 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use fleet::{CompareRequest, SumsRequest};
+use statics::WrenchRequest;
 use rist::request::spelling::{Reader, spelled};
 use rist::request::{
     CheckRequest, DoctorRequest, ExciteRequest, Field, Flag, Method, MethodRequest, ModelOptions, PlanRequest,
-    PointsFiles, Range, Request, SimulateRequest, ValidateRequest, WrenchRequest, number, register_wings, requests,
+    PointsFiles, Range, Request, SimulateRequest, ValidateRequest, number, register_wings, requests,
 };
 use serde_json::Value;
 use tests::docstrings::Docstrings;
@@ -318,7 +319,7 @@ fn run(is_check: bool) -> Result<(), String> {
 }
 
 fn main() -> ExitCode {
-    register_wings(vec![fleet::requests, formulas::requests]);
+    register_wings(vec![fleet::requests, formulas::requests, statics::requests]);
     let arguments: Vec<String> = std::env::args().skip(1).collect();
     let is_check = match arguments.iter().map(String::as_str).collect::<Vec<_>>()[..] {
         [] => false,

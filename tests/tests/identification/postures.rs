@@ -3,7 +3,8 @@
 use identification::estimate::options::Options;
 use logs::{ColumnNames, Effort, Names, Postures};
 use random::Random;
-use rist::{Model, ModelOptions, gravity_parameters, identify_postures};
+use rist::{Model, ModelOptions};
+use statics::{gravity_parameters, identify_postures};
 use tests::{model_path, shared};
 
 /// Torques of the description at rest.
@@ -143,7 +144,7 @@ fn too_few_postures_are_refused_and_what_they_can_tell_is_listed() {
     let parameters = gravity_parameters(&model).unwrap();
     let names: Vec<&str> = parameters.iter().map(|p| p.name.as_str()).collect();
     assert!(names.iter().all(|name| name.starts_with('M')), "{names:?}");
-    assert!(rist::fit::postures::gravity_text(&parameters).contains("[kg m]"));
+    assert!(statics::postures::gravity_text(&parameters).contains("[kg m]"));
 }
 
 /// The tables and the log of the field, where a table has no clock or one that steps by a second.

@@ -99,7 +99,7 @@ fn no_text_of_a_library_has_a_flag_in_it() {
         let is_there = [format!("\ndef {name}("), format!("\nclass {name}")].iter().any(|line| stub.contains(line));
         assert!(is_there, "[:{step}] is {call}, which the package lacks");
     }
-    register_wings(vec![fleet::requests, formulas::requests]);
+    register_wings(vec![fleet::requests, formulas::requests, statics::requests]);
     for field in all_fields() {
         assert!(!has_flag(&field.doc), "{}: {}", field.name, field.doc);
     }
@@ -107,7 +107,7 @@ fn no_text_of_a_library_has_a_flag_in_it() {
 
 #[test]
 fn fields_in_texts_are_spelled_as_they_were() {
-    register_wings(vec![fleet::requests, formulas::requests]);
+    register_wings(vec![fleet::requests, formulas::requests, statics::requests]);
     let named = |text: &str| spelled(text, Reader::Program) != text;
     let mut table = String::new();
     for (_, text) in library_texts().iter().filter(|(file, text)| named(text) && !file.ends_with("spelling.rs")) {

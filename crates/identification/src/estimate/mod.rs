@@ -33,5 +33,3 @@ pub mod torque_error;
 pub mod undone;
 pub mod validation;
 pub mod verdict;
-mod wrench_meaning;
-pub mod wrench_verdict;

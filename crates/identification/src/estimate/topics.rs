@@ -7,7 +7,7 @@ pub const LOG: Topic = Topic("log");
 /// Which way torque and motion count.
 pub(crate) const SIGN: Topic = Topic("sign");
 /// Torque per torque of the description, of all joints alike.
-pub(crate) const COMMON_SCALE: Topic = Topic("common scale of the torques");
+pub const COMMON_SCALE: Topic = Topic("common scale of the torques");
 /// Torque of a joint beside that of the others.
 pub const SCALE: Topic = Topic("scale beside the other joints");
 /// Where a joint is at zero.
@@ -33,7 +33,7 @@ pub(crate) const ACCELERATION: Topic = Topic("acceleration column");
 /// Friction.
 pub const FRICTION: Topic = Topic("friction");
 /// What the fit leaves.
-pub(crate) const RESIDUAL: Topic = Topic("residual");
+pub const RESIDUAL: Topic = Topic("residual");
 /// Whether parameters are determined.
 pub const PARAMETERS: Topic = Topic("parameters");
 /// Motion that was not fitted.
@@ -62,7 +62,7 @@ pub fn mended(topic: Topic, what: &str) -> Claim {
 }
 
 /// That something cannot be told.
-pub(crate) fn cannot_tell(subject: Subject, why: impl Into<String>, would_tell: impl Into<String>) -> Claim {
+pub fn cannot_tell(subject: Subject, why: impl Into<String>, would_tell: impl Into<String>) -> Claim {
     Claim::new(subject, Outcome::CannotTell { why: why.into(), would_tell: would_tell.into() })
 }
 

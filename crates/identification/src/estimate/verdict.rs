@@ -254,7 +254,7 @@ fn claims_of_bodies(evidence: &Evidence) -> Vec<Claim> {
 }
 
 /// A claim that lowers trust, as a reason.
-pub(crate) fn sentence(claim: &Claim) -> String {
+pub fn sentence(claim: &Claim) -> String {
     match claim.outcome() {
         Outcome::Contradicted { fault, trial, .. } => match trial {
             Trial::Tried { quantity, before, after } => {
@@ -268,7 +268,7 @@ pub(crate) fn sentence(claim: &Claim) -> String {
 }
 
 /// What to do about a claim that lowers trust.
-pub(crate) fn what_mends(claim: &Claim) -> String {
+pub fn what_mends(claim: &Claim) -> String {
     match claim.outcome() {
         Outcome::Contradicted { remedy, .. } => remedy.sentence.clone(),
         Outcome::CannotTell { would_tell, .. } | Outcome::NotLookedAt { would_tell, .. } => would_tell.clone(),

@@ -14,5 +14,3 @@ pub mod replicate_deviation;
 pub mod row_products;
 pub mod state_bands;
 pub mod weighted;
-pub mod wrench_load;
-pub mod wrench_turn;

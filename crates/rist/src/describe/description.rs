@@ -78,7 +78,7 @@ pub(crate) fn turn_of_rpy([roll, pitch, yaw]: [f64; 3]) -> Rotation3<f64> {
 const WRITTEN_ANGLE_RAD: f64 = 2e-5;
 
 /// Roll, pitch and yaw of a turn, rounded to so many digits behind the point, rad: what is printed is what counts.
-pub(crate) fn rounded_rpy(turn: &Rotation3<f64>, digits: i32) -> [f64; 3] {
+pub fn rounded_rpy(turn: &Rotation3<f64>, digits: i32) -> [f64; 3] {
     let (roll, pitch, yaw) = turn.euler_angles();
     let unit = 10f64.powi(digits);
     // No zero is negative.

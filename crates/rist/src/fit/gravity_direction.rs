@@ -71,7 +71,7 @@ pub(crate) fn gravity<R: Records + ?Sized>(model: &Model, records: &R) -> Result
 }
 
 /// The base, from where it is described by the shortest turn, under which gravity points so.
-pub(crate) fn base(model: &Model, gravity: &Vector3<f64>) -> Rotation3<f64> {
+pub fn base(model: &Model, gravity: &Vector3<f64>) -> Rotation3<f64> {
     let described = Vector3::from(model.robot.gravity_number());
     // Opposite: half a turn about an axis across it.
     let turn = Rotation3::rotation_between(gravity, &described)
@@ -149,7 +149,7 @@ impl Gravity {
 }
 
 /// What holds the mount: an option, and the joint of a URDF.
-pub(crate) fn mounted([roll, pitch, yaw]: [f64; 3]) -> String {
+pub fn mounted([roll, pitch, yaw]: [f64; 3]) -> String {
     format!(
         "[base={roll},{pitch},{yaw}], or in a URDF <joint name=\"mount\" type=\"fixed\"><parent link=\"world\"/><child \
          link=\"ROOT\"/><origin rpy=\"{roll} {pitch} {yaw}\"/></joint> with the root link of the file for ROOT"

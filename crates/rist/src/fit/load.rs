@@ -37,7 +37,7 @@ pub struct Load {
     /// Whose scale they have.
     pub scale: LoadScale,
     /// Whether they are in the frame that the user means, though not all are determined.
-    pub(crate) in_file_frame: bool,
+    pub in_file_frame: bool,
 }
 
 /// Whose scale a load has: all ten parameters are as much too large as the signals are.
@@ -219,7 +219,7 @@ fn words_of_controllers(
 
 impl Load {
     /// The parameters and the centre of mass; where the load may be used, the words of controllers.
-    pub(crate) fn tell(&self, f: &mut fmt::Formatter<'_>, may_be_used: bool) -> fmt::Result {
+    pub fn tell(&self, f: &mut fmt::Formatter<'_>, may_be_used: bool) -> fmt::Result {
         let (x, sigma) = (&self.parameters, &self.sigma);
         for (k, inertial) in Inertial::BODY.into_iter().enumerate() {
             let name = inertial.letters();

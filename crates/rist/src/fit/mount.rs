@@ -15,7 +15,7 @@ use robot::{Robot, StandardParameter};
 
 /// Two axes across gravity, which is not zero, at right angles, each with the number of the axis of the base that it is nearest
 /// to.
-pub(crate) fn axes(gravity: &Vector3<f64>) -> [(usize, Vector3<f64>); 2] {
+pub fn axes(gravity: &Vector3<f64>) -> [(usize, Vector3<f64>); 2] {
     let along = gravity.normalize();
     let across = |axis: usize, others: &[Vector3<f64>]| {
         others.iter().fold(Vector3::ith(axis, 1.0), |e, other| e - other * e.dot(other)).normalize()
@@ -26,7 +26,7 @@ pub(crate) fn axes(gravity: &Vector3<f64>) -> [(usize, Vector3<f64>); 2] {
 }
 
 /// The torques per radian of one axis.
-pub(crate) struct Tilt {
+pub struct Tilt {
     tape: Tape,
     work: RefCell<Workspace>,
     bodies: Vec<f64>,
@@ -53,7 +53,7 @@ impl Tilt {
     }
 
     /// Of gravity as given, m/s^2 in the frame of the base, per unit of 1.
-    pub(crate) fn of(robot: &Robot, gravity: [f64; 3]) -> Option<Tilt> {
+    pub fn of(robot: &Robot, gravity: [f64; 3]) -> Option<Tilt> {
         let mut turned = robot.clone();
         turned.gravity = gravity.map(Value::Number);
         let mut derivation = Derivation::new(&turned).ok()?;
@@ -64,7 +64,7 @@ impl Tilt {
     }
 
     /// N m (N) per rad, one per coordinate, at the position `q`.
-    pub(crate) fn torques(&self, q: &[f64]) -> Vec<f64> {
+    pub fn torques(&self, q: &[f64]) -> Vec<f64> {
         let at_rest = std::iter::repeat_n(0.0, 2 * self.n);
         let inputs: Vec<f64> = q.iter().copied().chain(at_rest).chain(self.bodies.iter().copied()).collect();
         let mut torques = vec![0.0; self.tape.n_outputs()];

@@ -5,7 +5,6 @@ use identification::estimate::artefact::Estimate;
 use identification::estimate::options::Options;
 
 use linear_model::friction::terms::FrictionTerm;
-use logs::WrenchOptions;
 
 use super::friction::terms_without_torque;
 use super::{FrictionChoice, Range, request};
@@ -22,16 +21,6 @@ request! {
         options: Option<Options> = None, value_name("FILE");
         /// Torque per unit of current of a drive, N m/A; below 0 where the current counts the other way [default: as the file says].
         gain: Vec<(String, f64)> = Vec::new(), range(Range::NonZero), value_name("COORDINATE=GAIN");
-    }
-}
-
-request! {
-    /// How a log of a force-torque sensor is read.
-    pub struct WrenchRequest {
-        /// YAML with the columns of the log, and with corrections of its numbers.
-        options: Option<WrenchOptions> = None, value_name("FILE");
-        /// Name of the link whose frame is the sensor's, for the file of a load.
-        link: String = "tool0".into(), value_name("LINK");
     }
 }
 

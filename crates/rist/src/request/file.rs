@@ -6,7 +6,6 @@ use experiments::excitation::limits::LimitsFile;
 use identification::estimate::artefact::Estimate;
 use identification::estimate::options::Options;
 use linear_model::known_load::KnownLoad;
-use logs::WrenchOptions;
 use serde_json::{Value, json};
 
 use super::shape::{Flag, Shape};
@@ -14,7 +13,7 @@ use super::types::{FieldType, every_text, last};
 use crate::error::Error;
 
 /// What stands in a file of YAML.
-trait FileType: Sized {
+pub trait FileType: Sized {
     /// Of its text; `file` stands in messages.
     fn parse(file: &str, text: &str) -> Result<Self, Error>;
 
@@ -24,7 +23,8 @@ trait FileType: Sized {
     }
 }
 
-fn shape(what: &str) -> Shape {
+/// How a file is given.
+pub fn shape(what: &str) -> Shape {
     let json = json!({"anyOf": [{"type": "string"}, {"type": "object"}, {"type": "null"}]});
     let expected = format!("the path of {what}, or its content");
     let shape = Shape::plain(&expected, "Path | Mapping[str, Any] | None", json, Flag::One, every_text);
@@ -32,7 +32,7 @@ fn shape(what: &str) -> Shape {
 }
 
 /// Of a path, or of what the file would hold; a text with a colon or a line break is the content, as YAML.
-fn of_value<T: FileType>(name: &str, value: &Value) -> Result<Option<T>, Error> {
+pub fn of_value<T: FileType>(name: &str, value: &Value) -> Result<Option<T>, Error> {
     match value {
         // JSON is YAML.
         Value::Object(_) => T::parse(name, &value.to_string()).map(Some),
@@ -44,30 +44,37 @@ fn of_value<T: FileType>(name: &str, value: &Value) -> Result<Option<T>, Error> 
     }
 }
 
+/// Of the last of these paths.
+pub fn of_texts<T: FileType>(texts: &[String]) -> Result<T, Error> {
+    T::read(Path::new(last(texts)))
+}
+
+/// Makes a type one of a field that is a file: its name in texts, and its content from a file's name and text.
+#[macro_export]
 macro_rules! file_type {
     ($type:ty, $what:literal, $parse:expr) => {
-        impl FileType for $type {
-            fn parse(file: &str, text: &str) -> Result<$type, Error> {
+        impl $crate::request::file::FileType for $type {
+            fn parse(file: &str, text: &str) -> Result<$type, $crate::Error> {
                 let parse: fn(&str, &str) -> Result<$type, logs::Error> = $parse;
                 Ok(parse(file, text)?)
             }
         }
 
-        impl FieldType for $type {
-            fn shape() -> Shape {
-                shape($what)
+        impl $crate::request::FieldType for $type {
+            fn shape() -> $crate::request::Shape {
+                $crate::request::file::shape($what)
             }
 
-            fn of_texts(texts: &[String]) -> Result<$type, Error> {
-                <$type as FileType>::read(Path::new(last(texts)))
+            fn of_texts(texts: &[String]) -> Result<$type, $crate::Error> {
+                $crate::request::file::of_texts(texts)
             }
 
-            fn of_value(value: &Value) -> Result<Option<$type>, Error> {
-                of_value($what, value)
+            fn of_value(value: &serde_json::Value) -> Result<Option<$type>, $crate::Error> {
+                $crate::request::file::of_value($what, value)
             }
 
-            fn to_value(&self) -> Value {
-                Value::Null
+            fn to_value(&self) -> serde_json::Value {
+                serde_json::Value::Null
             }
         }
     };
@@ -75,9 +82,6 @@ macro_rules! file_type {
 
 file_type!(LimitsFile, "limits", LimitsFile::from_yaml);
 file_type!(Options, "options", Options::parse);
-file_type!(WrenchOptions, "options of a wrench", |file, text| {
-    linear_model::yaml::read(text).map_err(|e| logs::Error::at(file, 0, e))
-});
 file_type!(Estimate, "an estimate", Estimate::from_yaml);
 
 /// A known load, with the file that it was read from.

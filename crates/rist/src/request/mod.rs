@@ -26,7 +26,7 @@ mod effect;
 mod examine;
 mod excite;
 mod field;
-mod file;
+pub mod file;
 mod files;
 mod friction;
 mod gains;
@@ -50,7 +50,7 @@ use std::sync::OnceLock;
 
 pub use describe::{ConvertRequest, DescriptionFormat, EvaluateRequest, InspectRequest, SheetFormat, StateQuantity};
 pub use effect::{Delay, Whose};
-pub use examine::{CheckRequest, DoctorRequest, MOTION_CUTOFF, ValidateRequest, VisibilityRequest, WrenchRequest};
+pub use examine::{CheckRequest, DoctorRequest, MOTION_CUTOFF, ValidateRequest, VisibilityRequest};
 pub use excite::{ExciteRequest, Family, Series};
 pub use field::Field;
 pub use files::{BodiesFiles, PlanFiles, PointsFiles, ReportFiles, SamplesFiles, TrajectoryFiles};
@@ -85,7 +85,6 @@ pub fn requests() -> Vec<(String, Vec<Field>)> {
         ("plan", PlanRequest::fields()),
         ("excite", ExciteRequest::fields()),
         ("simulate", SimulateRequest::fields()),
-        ("wrench", WrenchRequest::fields()),
         ("doctor", DoctorRequest::fields()),
         ("validate", ValidateRequest::fields()),
         ("check", CheckRequest::fields()),

@@ -2,7 +2,7 @@
 
 /// The folders and files of each `src`, from bottom to top: a file imports only what stands before its own
 /// place in the list.
-pub(crate) const ORDERS: [(&str, &[&str]); 21] = [
+pub(crate) const ORDERS: [(&str, &[&str]); 22] = [
     ("crates/processor", &["threads", "lib"]),
     ("crates/gate", &["budget", "unfolding", "shown", "suggestion", "opened", "source"]),
     ("crates/random", &["split_mix", "random"]),
@@ -104,8 +104,6 @@ pub(crate) const ORDERS: [(&str, &[&str]); 21] = [
             "packed",
             "read",
             "postures",
-            "wrench_options",
-            "wrenches",
             "ahead",
             "part",
             "file_state",
@@ -191,6 +189,21 @@ pub(crate) const ORDERS: [(&str, &[&str]); 21] = [
         &["error", "request", "output", "example", "tape", "describe", "motion", "fit", "write_back", "page"],
     ),
     (
+        "crates/wings/statics",
+        &[
+            "wrench_options",
+            "wrenches",
+            "wrench_load",
+            "wrench_turn",
+            "wrench_meaning",
+            "wrench_verdict",
+            "wrench",
+            "postures",
+            "request",
+            "lib",
+        ],
+    ),
+    (
         "crates/wings/formulas",
         &[
             "listing", "expand", "print", "shown", "text", "latex", "sympy", "matlab", "file", "request", "symbols",
@@ -246,8 +259,7 @@ pub(crate) const ORDERS: [(&str, &[&str]); 21] = [
             "lint",
             "plan",
             "play",
-            "postures",
-            "wrench",
+            "statics",
             "shell",
             "simulate",
             "validate",

@@ -7,8 +7,8 @@
 
 use std::path::Path;
 
-use crate::Error;
-use crate::table::Table;
+use logs::Error;
+use logs::Table;
 use crate::wrench_options::{Corrections, WrenchOptions, matrix, roll_pitch_yaw};
 
 /// A log of a force-torque sensor.

@@ -4,8 +4,7 @@ use std::path::PathBuf;
 
 use clap::Args;
 use rist::fit::verdict::Trust;
-use rist::request::WrenchRequest;
-use rist::{Wrenches, identify_wrench};
+use statics::{WrenchRequest, Wrenches, identify_wrench};
 
 use crate::failure::Failure;
 use crate::flags::Flags;

@@ -18,7 +18,7 @@ use identification::estimate::passport::{AS_WELL_RATIO, Change};
 use logs::Postures;
 use nalgebra::{DVector, Vector3};
 
-use crate::fit::postures::turned_joint::turned_joint;
+use crate::postures::turned_joint::turned_joint;
 
 /// What a mistake leaves, over what the postures leave as they are, below which it explains them, in squares.
 const EXPLAINED_RATIO: f64 = 0.16;

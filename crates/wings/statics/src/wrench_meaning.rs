@@ -2,13 +2,14 @@
 //! left.
 
 use claims::{Claim, Figure, Outcome, Remedy, Subject, Topic, Trial};
-use logs::{Corrections, Wrenches};
+use crate::wrench_options::Corrections;
+use crate::wrenches::Wrenches;
 use numerics::vector::dot;
 
-use crate::estimate::identified::INTERVAL;
-use crate::estimate::topics::LOG;
-use crate::estimators::wrench_load::{WrenchLoad, wrench_load, wrench_load_under};
-use crate::estimators::wrench_turn::sensor_turn;
+use identification::estimate::identified::INTERVAL;
+use identification::estimate::topics::LOG;
+use crate::wrench_load::{WrenchLoad, wrench_load, wrench_load_under};
+use crate::wrench_turn::sensor_turn;
 
 /// What is left is more than noise beyond so many times it; and an alternative explains it that divides it by as many.
 pub(super) const NOISE_RATIO: f64 = 3.0;

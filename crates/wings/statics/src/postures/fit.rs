@@ -4,7 +4,7 @@ use nalgebra::{DMatrix, DVector};
 use numerics::least_squares::solve_within;
 use numerics::triangle::TriangleBuilder;
 
-use crate::error::Error;
+use rist::Error;
 
 /// A value with its deviation; `None` where the postures do not tell it.
 pub type Told = Option<(f64, f64)>;

@@ -3,13 +3,13 @@
 use std::fmt;
 
 use identification::estimate::verdict::{Trust, claim_line};
-pub use identification::estimate::wrench_verdict::WrenchVerdict;
-use identification::estimators::wrench_load::{WrenchLoad, wrench_load};
-use logs::Wrenches;
+use crate::wrench_verdict::WrenchVerdict;
+use crate::wrench_load::{WrenchLoad, wrench_load};
+use crate::wrenches::Wrenches;
 use serde_json::{Value, json};
 
-use crate::error::Error;
-use crate::fit::load::{Load, LoadScale};
+use rist::Error;
+use rist::fit::load::{Load, LoadScale};
 
 /// What a log of a force-torque sensor tells of its load.
 pub struct WrenchEstimate {

@@ -26,13 +26,13 @@ use nalgebra::{DMatrix, DVector};
 use random::Random;
 use serde_json::{Value, json};
 
-use crate::describe::model::Model;
-use crate::error::Error;
-use crate::fit::postures::fit::Fit;
-pub use crate::fit::postures::fit::Told;
-pub use crate::fit::postures::mistakes::Mistake;
-pub use crate::fit::postures::placement::Placed;
-use crate::fit::postures::placement::{looks_for_mistakes, placed};
+use rist::Model;
+use rist::Error;
+use crate::postures::fit::Fit;
+pub use crate::postures::fit::Told;
+pub use crate::postures::mistakes::Mistake;
+pub use crate::postures::placement::Placed;
+use crate::postures::placement::{looks_for_mistakes, placed};
 
 /// A share of a column in another is none below this.
 const NOTHING: f64 = 1e-8;

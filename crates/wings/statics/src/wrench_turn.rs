@@ -7,19 +7,19 @@
 //! of which Q/m, the offset b and the centre of mass c are linear. Q is the rotation nearest to what least squares finds for Q/m
 //! [Golub, Van Loan 2013]; m < 0 is that of a sensor which gives what the load does to it.
 
-use logs::Wrenches;
+use crate::wrenches::Wrenches;
 use nalgebra::Matrix3;
 use numerics::least_squares::solve;
 use numerics::triangle::TriangleBuilder;
 
-use crate::estimators::wrench_load::{GRAVITY, Window, spans};
+use crate::wrench_load::{GRAVITY, Window, spans};
 
 /// Nine of Q/m, three offsets, three of the centre of mass.
 const UNKNOWNS: usize = 15;
 
 /// Roll, pitch and yaw of the sensor's axes in the frame of the poses, rad: Rz(yaw) Ry(pitch) Rx(roll); `None` where the log
 /// does not tell them.
-pub fn sensor_turn(log: &Wrenches) -> Option<[f64; 3]> {
+pub(crate) fn sensor_turn(log: &Wrenches) -> Option<[f64; 3]> {
     let mut block = TriangleBuilder::new(UNKNOWNS);
     let windows: Vec<Window> = match log.t.is_empty() {
         true => (0..log.force.len())

@@ -3,9 +3,10 @@
 use std::path::PathBuf;
 
 use clap::Args;
-use rist::fit::postures::gravity_text;
+use statics::postures::gravity_text;
 use rist::request::DoctorRequest;
-use rist::{Postures, gravity_parameters, identify_postures};
+use rist::Postures;
+use statics::{gravity_parameters, identify_postures};
 use serde_json::json;
 
 use crate::failure::Failure;

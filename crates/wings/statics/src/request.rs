@@ -1,0 +1,24 @@
+//! What is asked of the log of a force-torque sensor.
+
+use rist::request::{Field, Request};
+
+use crate::wrench_options::WrenchOptions;
+
+/// The requests by name.
+pub fn requests() -> Vec<(&'static str, Vec<Field>)> {
+    vec![("wrench", WrenchRequest::fields())]
+}
+
+rist::request! {
+    /// How a log of a force-torque sensor is read.
+    pub struct WrenchRequest {
+        /// YAML with the columns of the log, and with corrections of its numbers.
+        options: Option<WrenchOptions> = None, value_name("FILE");
+        /// Name of the link whose frame is the sensor's, for the file of a load.
+        link: String = "tool0".into(), value_name("LINK");
+    }
+}
+
+rist::file_type!(WrenchOptions, "options of a wrench", |file, text| {
+    linear_model::yaml::read(text).map_err(|e| logs::Error::at(file, 0, e))
+});
