@@ -65,7 +65,7 @@ mod module {
     use crate::wrench::wrench;
 
     #[pymodule_init]
-    fn init(_module: &Bound<'_, PyModule>) -> PyResult<()> {
+    fn init(_module: &pyo3::Bound<'_, pyo3::types::PyModule>) -> pyo3::PyResult<()> {
         cli::wings::register();
         Ok(())
     }
