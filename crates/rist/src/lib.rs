@@ -42,6 +42,7 @@ pub mod output;
 pub mod page;
 pub mod request;
 mod tape;
+pub mod wings;
 pub mod write_back;
 
 // The steps, each with its request and its result.

@@ -8,13 +8,13 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use fleet::{CompareRequest, SumsRequest};
-use statics::WrenchRequest;
 use rist::request::spelling::{Reader, spelled};
 use rist::request::{
     CheckRequest, DoctorRequest, ExciteRequest, Field, Flag, Method, MethodRequest, ModelOptions, PlanRequest,
     PointsFiles, Range, Request, SimulateRequest, ValidateRequest, number, register_wings, requests,
 };
 use serde_json::Value;
+use statics::WrenchRequest;
 use tests::docstrings::Docstrings;
 
 const STUB: &str = "crates/python/python/rist/__init__.pyi";

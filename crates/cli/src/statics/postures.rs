@@ -3,11 +3,11 @@
 use std::path::PathBuf;
 
 use clap::Args;
-use statics::postures::gravity_text;
-use rist::request::DoctorRequest;
 use rist::Postures;
-use statics::{gravity_parameters, identify_postures};
+use rist::request::DoctorRequest;
 use serde_json::json;
+use statics::postures::gravity_text;
+use statics::{gravity_parameters, identify_postures};
 
 use crate::failure::Failure;
 use crate::flags::Flags;

@@ -2,9 +2,6 @@
 
 use robot::convention::Convention;
 
-use super::request;
-use super::words::words;
-
 words! {
     /// How a model is shown.
     pub enum SheetFormat {

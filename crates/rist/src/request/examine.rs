@@ -7,7 +7,7 @@ use identification::estimate::options::Options;
 use linear_model::friction::terms::FrictionTerm;
 
 use super::friction::terms_without_torque;
-use super::{FrictionChoice, Range, request};
+use super::{FrictionChoice, Range};
 use crate::error::Error;
 
 /// Hz: default low-pass on position and torque of motions of a plan. It is twice the cut-off of the equations, up to

@@ -9,8 +9,7 @@ use identification::estimate::artefact::Estimate;
 use linear_model::friction::terms::FrictionTerm;
 
 use super::friction::terms_without_torque;
-use super::words::words;
-use super::{FrictionChoice, Range, Request, request};
+use super::{FrictionChoice, Range, Request};
 use crate::error::Error;
 
 words! {

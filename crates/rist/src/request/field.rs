@@ -1,6 +1,6 @@
 //! A field of a request as data: its name, what it says, its default, its range and the words that it takes.
 //!
-//! The fields of a request are written once, by [`request!`](super::request). Flags and their help, keywords of Python,
+//! The fields of a request are written once, by [`request!`](crate::request!). Flags and their help, keywords of Python,
 //! stubs, tables and the JSON schema are made from what stands here.
 
 use serde_json::Value;

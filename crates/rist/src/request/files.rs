@@ -6,9 +6,6 @@ use std::path::PathBuf;
 use experiments::motion::point_trajectory::Interpolation;
 use experiments::motion::trajectory_file::TrajectoryFormat;
 
-use super::request;
-use super::words::words;
-
 const METHOD: &str = "Method";
 const BODIES: &str = "Bodies and loads";
 const OUTPUTS: &str = "Outputs";

@@ -4,9 +4,6 @@ use std::path::PathBuf;
 
 use modeling::RobotFunction;
 
-use super::request;
-use super::words::words;
-
 words! {
     /// The language of source.
     pub enum SourceLanguage {

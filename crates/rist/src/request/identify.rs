@@ -23,7 +23,7 @@ use logs::ColumnNames;
 use super::effect::{Delay, Whose};
 use super::friction::words;
 use super::unknowns::Unknown;
-use super::{FrictionChoice, Range, request};
+use super::{FrictionChoice, Range};
 use crate::error::Error;
 
 /// Headings of the help.

@@ -2,8 +2,8 @@
 
 use super::files::{BodiesFiles, PlanFiles, SamplesFiles};
 use super::identify::{ClosedLoopRequest, HarmonicRequest, IdentifyRequest, PaperRequest, SamplesRequest};
-use super::words::{Words, words};
-use super::{Field, Request, request};
+use super::words::Words;
+use super::{Field, Request};
 use crate::error::Error;
 
 words! {

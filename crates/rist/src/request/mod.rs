@@ -21,6 +21,12 @@
 //!
 //! Not here: what needs a model, such as whether there is a coordinate of a name.
 
+// Their macros first: what stands below uses them.
+#[macro_use]
+mod table;
+#[macro_use]
+pub mod words;
+
 mod describe;
 mod effect;
 mod examine;
@@ -41,10 +47,8 @@ pub mod schema;
 mod shape;
 mod simulate;
 pub mod spelling;
-mod table;
 mod types;
 mod unknowns;
-pub mod words;
 
 use std::sync::OnceLock;
 
@@ -67,7 +71,6 @@ pub use play::{Controller, PlayRequest};
 pub use range::{Range, number};
 pub use shape::{Flag, Shape};
 pub use simulate::SimulateRequest;
-pub(crate) use table::request;
 pub use table::{Request, of_values, unknown};
 pub use table::{has, in_range, value_of};
 pub use types::FieldType;

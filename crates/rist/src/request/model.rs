@@ -6,7 +6,7 @@ use linear_model::description_options::{DescriptionOptions, RotorInertias};
 use robot::format::{Angles, Mimic};
 use serde_json::Value;
 
-use super::{Request, number, of_values, request};
+use super::{Request, number, of_values};
 use crate::error::Error;
 
 request! {

@@ -4,7 +4,7 @@ use experiments::excitation::limits::LimitsFile;
 use experiments::motion::profile::Profile;
 use experiments::plan::exchange::Criterion;
 
-use super::{Range, request};
+use super::Range;
 
 request! {
     /// The request for a plan.

@@ -3,8 +3,7 @@
 use experiments::excitation::limits::LimitsFile;
 use identification::estimate::artefact::Estimate;
 
-use super::words::words;
-use super::{Range, request};
+use super::Range;
 
 words! {
     /// Who plays a motion.

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use identification::estimate::artefact::Estimate;
 use linear_model::known_load::KnownLoad;
 
-use super::{Range, request};
+use super::Range;
 
 request! {
     /// How motions are simulated.

@@ -154,4 +154,3 @@ macro_rules! request {
         }
     };
 }
-pub(crate) use crate::request;

@@ -4,7 +4,7 @@ use serde_json::{Value, json};
 
 use super::shape::{Flag, Shape};
 use super::types::{FieldType, last, plain_type};
-use super::words::{Words, words};
+use super::words::Words;
 use crate::error::Error;
 
 words! {

@@ -56,7 +56,7 @@ macro_rules! words {
             $($(#[doc = $doc])* $choice),*
         }
 
-        $crate::request::words::words! { $type: $($choice = $word $help),* }
+        $crate::words! { $type: $($choice = $word $help),* }
     };
     ($type:ty: $($choice:ident = $word:literal $help:expr),* $(,)?) => {
         impl $crate::request::words::Words for $type {
@@ -82,8 +82,6 @@ macro_rules! words {
         }
     };
 }
-pub use crate::words;
-
 /// The choice of the last of these texts; fails where it is none of the words.
 pub fn of_texts<T: Words>(texts: &[String]) -> Result<T, Error> {
     let word = last(texts);

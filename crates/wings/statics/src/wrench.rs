@@ -2,10 +2,10 @@
 
 use std::fmt;
 
-use identification::estimate::verdict::{Trust, claim_line};
-use crate::wrench_verdict::WrenchVerdict;
 use crate::wrench_load::{WrenchLoad, wrench_load};
+use crate::wrench_verdict::WrenchVerdict;
 use crate::wrenches::Wrenches;
+use identification::estimate::verdict::{Trust, claim_line};
 use serde_json::{Value, json};
 
 use rist::Error;

@@ -17,8 +17,8 @@
 //!
 //! Not here: springs and drift of the sensor, and its crosstalk.
 
-use linear_model::pseudo_inertia::Ten;
 use crate::wrenches::Wrenches;
+use linear_model::pseudo_inertia::Ten;
 use logs::Error;
 use numerics::least_squares::{Solution, solve};
 use numerics::triangle::TriangleBuilder;

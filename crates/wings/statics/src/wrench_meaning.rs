@@ -1,15 +1,15 @@
 //! What the numbers of a log of a force-torque sensor may mean instead: each meaning is tried, and said where it explains what is
 //! left.
 
-use claims::{Claim, Figure, Outcome, Remedy, Subject, Topic, Trial};
 use crate::wrench_options::Corrections;
 use crate::wrenches::Wrenches;
+use claims::{Claim, Figure, Outcome, Remedy, Subject, Topic, Trial};
 use numerics::vector::dot;
 
-use identification::estimate::identified::INTERVAL;
-use identification::estimate::topics::LOG;
 use crate::wrench_load::{WrenchLoad, wrench_load, wrench_load_under};
 use crate::wrench_turn::sensor_turn;
+use identification::estimate::identified::INTERVAL;
+use identification::estimate::topics::LOG;
 
 /// What is left is more than noise beyond so many times it; and an alternative explains it that divides it by as many.
 pub(super) const NOISE_RATIO: f64 = 3.0;

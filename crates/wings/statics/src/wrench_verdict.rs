@@ -7,20 +7,20 @@
 //!
 //! Not here: the scale of all signals, which nothing in a log tells but a mass that no wrist carries.
 
-use claims::{Claim, Figure, Need, Outcome, Purpose, Standing, Subject, Trial, Trust, lowering, worst};
-use linear_model::pseudo_inertia::{Ten, smallest_eigenvalue};
 use crate::wrench_options::Corrections;
 use crate::wrenches::Wrenches;
+use claims::{Claim, Figure, Need, Outcome, Purpose, Standing, Subject, Trial, Trust, lowering, worst};
+use linear_model::pseudo_inertia::{Ten, smallest_eigenvalue};
 use numerics::least_squares::solve;
 use numerics::triangle::TriangleBuilder;
 use numerics::vector::dot;
 
+use crate::wrench_load::{WrenchLoad, wrench_load};
+use crate::wrench_meaning::{ARM_M, NOISE_RATIO, alternative, contradicted, in_options, left, share_left};
 use identification::estimate::digits::percent;
 use identification::estimate::identified::INTERVAL;
 use identification::estimate::topics::{BODIES, COMMON_SCALE, LOG, PARAMETERS, RESIDUAL, cannot_tell};
 use identification::estimate::verdict::{sentence, what_mends};
-use crate::wrench_meaning::{ARM_M, NOISE_RATIO, alternative, contradicted, in_options, left, share_left};
-use crate::wrench_load::{WrenchLoad, wrench_load};
 
 /// Share of what varies that a good sensor may leave, and that none leaves.
 const SMALL_SHARE: f64 = 0.03;
@@ -198,8 +198,8 @@ mod tests {
     use nalgebra::{Matrix3, Rotation3, UnitQuaternion};
 
     use super::*;
-    use crate::wrench_meaning::OWN_SIGNALS;
     use crate::wrench_load::tests::{log, rests};
+    use crate::wrench_meaning::OWN_SIGNALS;
 
     fn verdict(log: &Wrenches) -> WrenchVerdict {
         WrenchVerdict::of(log, &wrench_load(log).unwrap())

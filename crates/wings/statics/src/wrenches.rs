@@ -7,9 +7,9 @@
 
 use std::path::Path;
 
+use crate::wrench_options::{Corrections, WrenchOptions, matrix, roll_pitch_yaw};
 use logs::Error;
 use logs::Table;
-use crate::wrench_options::{Corrections, WrenchOptions, matrix, roll_pitch_yaw};
 
 /// A log of a force-torque sensor.
 #[derive(Clone, Debug, Default, PartialEq)]

@@ -84,10 +84,7 @@ pub(crate) const ORDERS: [(&str, &[&str]); 22] = [
         "crates/modeling",
         &["kinematics", "derivation", "base", "dynamics", "robot_function", "robot_module", "robot_formulas", "size"],
     ),
-    (
-        "crates/codegen",
-        &["steps", "sine", "numbers", "controller", "rust_function", "rust_file", "c_sine", "c"],
-    ),
+    ("crates/codegen", &["steps", "sine", "numbers", "controller", "rust_function", "rust_file", "c_sine", "c"]),
     (
         "crates/logs",
         &[
@@ -186,7 +183,7 @@ pub(crate) const ORDERS: [(&str, &[&str]); 22] = [
     ),
     (
         "crates/rist",
-        &["error", "request", "output", "example", "tape", "describe", "motion", "fit", "write_back", "page"],
+        &["error", "request", "output", "example", "tape", "describe", "motion", "fit", "write_back", "page", "wings"],
     ),
     (
         "crates/wings/statics",
@@ -200,15 +197,11 @@ pub(crate) const ORDERS: [(&str, &[&str]); 22] = [
             "wrench",
             "postures",
             "request",
-            "lib",
         ],
     ),
     (
         "crates/wings/formulas",
-        &[
-            "listing", "expand", "print", "shown", "text", "latex", "sympy", "matlab", "file", "request", "symbols",
-            "derive", "lib",
-        ],
+        &["listing", "expand", "print", "shown", "text", "latex", "sympy", "matlab", "file", "request", "symbols"],
     ),
     (
         "crates/wings/fleet",
@@ -227,7 +220,6 @@ pub(crate) const ORDERS: [(&str, &[&str]); 22] = [
             "request",
             "sums",
             "verdict",
-            "lib",
         ],
     ),
     (

@@ -26,13 +26,13 @@ use nalgebra::{DMatrix, DVector};
 use random::Random;
 use serde_json::{Value, json};
 
-use rist::Model;
-use rist::Error;
 use crate::postures::fit::Fit;
 pub use crate::postures::fit::Told;
 pub use crate::postures::mistakes::Mistake;
 pub use crate::postures::placement::Placed;
 use crate::postures::placement::{looks_for_mistakes, placed};
+use rist::Error;
+use rist::Model;
 
 /// A share of a column in another is none below this.
 const NOTHING: f64 = 1e-8;

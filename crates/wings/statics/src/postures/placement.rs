@@ -12,14 +12,14 @@ use identification::estimate::passport::Change;
 use logs::Postures;
 use nalgebra::{DMatrix, DVector, Rotation3, Vector3};
 
-use rist::describe::description::rounded_rpy;
-use rist::Model;
-use rist::Error;
-use rist::fit::gravity_direction::{base, mounted};
-use rist::fit::mount::{Tilt, axes};
 use crate::postures::fit::{Fit, Told};
 use crate::postures::mistakes::{EXPLAINED, Free, Look as Held, Mistake};
 use crate::postures::turned_joint::turned_joint;
+use rist::Error;
+use rist::Model;
+use rist::describe::description::rounded_rpy;
+use rist::fit::gravity_direction::{base, mounted};
+use rist::fit::mount::{Tilt, axes};
 
 /// Torques of a joint below this share of those of the largest are of no weight in another mount.
 const SMALL_TORQUE: f64 = 1e-3;

@@ -1,0 +1,8 @@
+//! What wings take of this package beside what everybody does, and the types of its signatures that are of other packages. It may change
+//! with any version.
+
+pub use identification::estimate::identify::Fit;
+pub use identification::estimate::ledger::hypotheses::Open;
+pub use identification::estimate::verdict::Evidence;
+pub use identification::estimators::drive_gains::likelihood::DriveGains;
+pub use identification::signals::records::Records;
