@@ -201,7 +201,10 @@ pub(crate) const ORDERS: [(&str, &[&str]); 22] = [
     ),
     (
         "crates/wings/formulas",
-        &["listing", "expand", "print", "shown", "text", "latex", "sympy", "matlab", "file", "request", "symbols"],
+        &[
+            "listing", "expand", "print", "shown", "text", "latex", "sympy", "matlab", "file", "request", "symbols",
+            "derive",
+        ],
     ),
     (
         "crates/wings/fleet",
