@@ -8,11 +8,11 @@ use std::cell::OnceCell;
 use std::path::Path;
 
 use experiments::excitation::limits::LimitsFile;
+use fleet::Comparison;
 use identification::estimate::options::Options;
 use libfuzzer_sys::fuzz_target;
 use linear_model::known_load::KnownLoad;
 use logs::Table;
-use fleet::Comparison;
 use rist::motion::exciting::ExcitingMotion;
 use rist::motion::planning::ExperimentPlan;
 use rist::page::{PageRequest, page};

@@ -3,6 +3,7 @@
 
 use std::cell::OnceCell;
 
+use fleet::SumsRequest;
 use identification::estimate::options::Options;
 use identification::estimators::drive_gains::likelihood::Gain;
 use identification::estimators::weighted::Weights;
@@ -10,7 +11,6 @@ use libfuzzer_sys::fuzz_target;
 use logs::{ColumnNames, LogSource, Table};
 use rist::fit::samples::identify_essential;
 use rist::page::{PageRequest, page};
-use fleet::SumsRequest;
 use rist::request::{Delay, FrictionChoice};
 use rist::{Estimate, IdentifyRequest, Model, ModelOptions};
 

@@ -4,10 +4,10 @@
 //! reader's own test. Law: what was read is written as the same bytes, but for the text of its head.
 #![no_main]
 
-use fleet::replicate::Digest;
-use libfuzzer_sys::fuzz_target;
 use fleet::Accumulator;
+use fleet::replicate::Digest;
 use fleet::{Compared, compare};
+use libfuzzer_sys::fuzz_target;
 use rist::fit::verdict::estimate_verdict;
 
 /// Sums of another log of the robot.

@@ -3,10 +3,10 @@
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
+use fleet::CompareRequest;
+use fleet::SumsRequest;
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict};
-use fleet::SumsRequest;
-use fleet::CompareRequest;
 
 use crate::artefact::artefact;
 use crate::call::Call;
