@@ -3,8 +3,7 @@
 //! A log becomes rows, and rows become a [`triangle`]: R, z, rho of a QR decomposition that never holds the rows.
 //! [`reflection`] and [`row_block`] feed it; [`least_squares`], [`total_least_squares`] and [`information_matrix`] ask
 //! it. [`interval`], [`range`] and [`jet`] enclose what a function can be between two instants. [`fft`] and [`fourier`]
-//! transform, [`student`] and [`behrens_fisher`] tell chance from difference, and
-//! [`interruption`] ends long work.
+//! transform, [`student`] tells chance from difference, and [`interruption`] ends long work.
 //!
 //! It knows the lanes of `generated`: the triangle takes eight samples abreast, as a generated function writes them.
 //!

@@ -112,7 +112,7 @@ impl Whole {
         left.cholesky()
     }
 
-    /// S_g of a cluster with k = `share`; `None` as for [`Whole::without`].
+    /// S_g of a cluster with k = `share`; `None` where A - k A_g is not positive definite.
     pub fn moved(&self, cluster: &Cluster, share: f64, held: f64) -> Option<Vec<f64>> {
         let mut score = DVector::zeros(self.scale.len());
         for (b, &column) in cluster.columns.iter().enumerate() {
