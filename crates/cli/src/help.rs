@@ -9,7 +9,7 @@ use rist::ModelOptions;
 use rist::request::Request;
 
 use crate::groups::Shown::{All, Only, Own};
-use crate::groups::{CommandHelp, groups};
+use crate::groups::{CommandHelp, Group, groups};
 use crate::terminal::folded;
 
 /// The first three commands of somebody who has a description and a log.
@@ -26,8 +26,9 @@ const TERMINAL_HEADING: &str = "Terminal";
 
 /// The program with its help: commands by groups, flags in their order.
 pub(crate) fn arranged(program: Command) -> Command {
-    let list = list(&program);
-    let helps = groups().into_iter().flat_map(|group| group.commands);
+    let groups = groups_of(&program);
+    let list = list(&program, &groups);
+    let helps = groups.into_iter().flat_map(|group| group.commands);
     let program = helps.fold(program, |program, help| program.mut_subcommand(help.name, |command| of(&help, command)));
     program
         .disable_help_flag(true)
@@ -36,14 +37,21 @@ pub(crate) fn arranged(program: Command) -> Command {
         .help_template(format!("{{about-with-newline}}\n{{usage-heading}} {{usage}}\n\n{list}\nOptions:\n{{options}}"))
 }
 
+/// The groups with the commands that this program has: it may lack wings.
+fn groups_of(program: &Command) -> Vec<Group> {
+    let mut groups = groups();
+    groups.iter_mut().for_each(|group| group.commands.retain(|help| program.find_subcommand(help.name).is_some()));
+    groups.retain(|group| !group.commands.is_empty());
+    groups
+}
+
 /// All commands by groups, and what to begin with.
-fn list(program: &Command) -> String {
+fn list(program: &Command, groups: &[Group]) -> String {
     let styles = program.get_styles();
     let (header, literal) = (styles.get_header(), styles.get_literal());
-    let groups = groups();
     let width = groups.iter().flat_map(|group| &group.commands).map(|help| help.name.len()).max().unwrap_or(0);
     let mut text = String::new();
-    for group in &groups {
+    for group in groups {
         text += &format!("{header}{}:{header:#}\n", group.title);
         for CommandHelp { name, .. } in &group.commands {
             let about =
@@ -115,6 +123,15 @@ mod tests {
     /// At this width whatever the terminal of the test.
     fn program() -> Command {
         arranged(crate::Arguments::command()).term_width(COLUMNS)
+    }
+
+    /// A program without wings lists the commands that it has, and no group of others.
+    #[test]
+    fn a_command_that_is_not_built_in_is_not_listed() {
+        let merge = Command::new("merge").about("Merge sums");
+        let help = arranged(Command::new("rist").subcommand(merge)).render_help().to_string();
+        assert!(help.contains("  merge  Merge sums"), "{help}");
+        assert!(!help.contains("postures") && !help.contains("wrench"), "{help}");
     }
 
     fn helps() -> impl Iterator<Item = CommandHelp> {
