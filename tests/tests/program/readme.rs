@@ -84,6 +84,8 @@ fn holds(page: &str, folder: &Path) {
     let text = std::fs::read_to_string(workspace().join(page)).unwrap_or_else(|e| panic!("{page}: {e}"));
     let transcripts = transcripts(&text);
     assert!(!transcripts.is_empty(), "{page} shows no `$ rist` in a console block");
+    // Pages write below `target`, which cargo makes elsewhere where CARGO_TARGET_DIR says so.
+    std::fs::create_dir_all(folder.join("target")).unwrap();
     for (arguments, shown) in transcripts {
         let run = rist_in_pipe(folder, &arguments.split_whitespace().collect::<Vec<_>>());
         let lines: Vec<&str> = run.out.lines().map(str::trim_end).collect();
