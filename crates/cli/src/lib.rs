@@ -141,8 +141,8 @@ pub fn run_program(words: Vec<OsString>) -> u8 {
     let matches = program().try_get_matches_from(&words);
     let code = match matches.and_then(|matches| Arguments::from_arg_matches(&matches)) {
         Ok(arguments) => run_command(arguments, &words),
-        Err(e) if wings::of_absent(&words).is_some() && e.use_stderr() => {
-            eprintln!("rist: {}", wings::of_absent(&words).unwrap_or_default());
+        Err(e) if let Some(missing) = wings::of_absent(&words).filter(|_| e.use_stderr()) => {
+            eprintln!("rist: {missing}");
             UNUSABLE
         }
         Err(e) => {

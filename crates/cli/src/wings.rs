@@ -24,11 +24,29 @@ pub fn register() {
     register_wings(all);
 }
 
-/// What is missing, where the first word of a command line is a command of a wing that this program lacks.
+/// What is missing, where the first word of a command line that is no flag is a command of a wing that this program lacks.
 pub(crate) fn of_absent(words: &[OsString]) -> Option<String> {
-    let command = words.get(1)?.to_str()?;
+    let command = words.iter().skip(1).filter_map(|word| word.to_str()).find(|word| !word.starts_with('-'))?;
     let (wing, ..) = WINGS.iter().find(|(_, commands, is_here)| !is_here && commands.contains(&command))?;
     Some(format!(
         "{command} is of the wing {wing}, which this program was built without; build it with --features {wing}"
     ))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The commands of a wing are there exactly where it is built in, and a wing that is there is not missed.
+    #[test]
+    fn commands_of_wings_are_those_of_the_program() {
+        let program = crate::program();
+        for (wing, commands, is_here) in WINGS {
+            for command in commands {
+                assert_eq!(program.find_subcommand(command).is_some(), is_here, "{wing}: {command}");
+                let words = ["rist", "--json", command].map(OsString::from);
+                assert_eq!(of_absent(&words).is_some(), !is_here, "{wing}: {command}");
+            }
+        }
+    }
 }

@@ -1,5 +1,4 @@
-//! What wings take of this package beside what everybody does, and the types of its signatures that are of other packages. It may change
-//! with any version.
+//! Types of other packages in signatures that wings alone call. They may change with any version.
 
 pub use identification::estimate::identify::Fit;
 pub use identification::estimate::ledger::hypotheses::Open;

@@ -196,7 +196,7 @@ fn a_load_that_is_picked_up_is_named_with_its_times() {
     };
     for puts_down in [false, true] {
         let found = look(&picking_up(&model, puts_down));
-        let [Finding { fault: Fault::ChangedLoad { from, to, mass }, .. }] = found.findings[..] else {
+        let [Finding { fault: Fault::ChangedLoad { log: None, from, to, mass }, .. }] = found.findings[..] else {
             panic!("{:?}", found.findings)
         };
         // To two of a hundred parts of ten seconds.
@@ -212,6 +212,13 @@ fn a_load_that_is_picked_up_is_named_with_its_times() {
         assert!(verdict.reasons[0].contains("carries another load from"), "{:?}", verdict.reasons);
         assert!(!verdict.reasons.iter().any(|why| why.contains("too short or too poor")), "{:?}", verdict.reasons);
     }
+    // Of two logs, the one is named.
+    let paths = ["log.csv", "good.csv"].map(|name| here.join(name));
+    good.write(&paths[1], model.regressor().coordinates());
+    let both = [&paths[1], &paths[0]].map(|path| model.open_log(path, &Default::default()).unwrap().0);
+    let found = rist::examine(&model, &both, &Options::default()).unwrap();
+    let said: Vec<String> = found.findings.iter().map(ToString::to_string).collect();
+    assert!(said.iter().any(|said| said.contains(" in log 2, about ")), "{said:?}");
     let push = changed(&good, |log| {
         for (r, _) in log.t.iter().enumerate().filter(|(_, t)| (4.0..5.0).contains(*t)) {
             log.tau[2][r] += 12.0;

@@ -98,6 +98,7 @@ fn some(states: &States, first: usize, every: usize) -> States {
     };
     States {
         n,
+        log: states.log,
         t: series(&states.t, 1),
         q: series(&states.q, n),
         dq: series(&states.dq, n),

@@ -38,6 +38,8 @@ pub enum Fault {
     Unidentified,
     /// A link carries another load than in the rest of the log.
     ChangedLoad {
+        /// Which of several logs, from 1.
+        log: Option<usize>,
         /// s by the clock of the log; `None`: from its first sample on.
         from: Option<f64>,
         /// s; `None`: to its last sample.
@@ -163,10 +165,11 @@ impl Finding {
             Fault::OtherRobot => "this log is not of this robot as it is described".into(),
             Fault::Unidentified => format!("something is wrong at {of}; its cause is not identified"),
             Fault::Normalised => "the positions are normalised: -100 to 100 of the range of each joint".into(),
-            Fault::ChangedLoad { from, to, mass } => {
+            Fault::ChangedLoad { log, from, to, mass } => {
+                let log = log.map_or(String::new(), |log| format!(" in log {log}"));
                 let from = from.map_or(String::new(), |t| format!(" from {t:.1} s on"));
                 let to = to.map_or(String::new(), |t| format!(" up to {t:.1} s"));
-                format!("{of} carries another load{from}{to}{}", of_mass(mass))
+                format!("{of} carries another load{from}{to}{log}{}", of_mass(mass))
             }
             Fault::OtherLoad(mass) => format!("{of} carries another load than described{}", of_mass(mass)),
             Fault::Computed => "the torques are computed from this description, not measured".into(),

@@ -100,6 +100,8 @@ struct Sums {
 
 /// The sums of one record.
 struct Record {
+    /// Of which log, from 0.
+    log: usize,
     /// When each part begins, s, and when the last ends.
     times: Vec<f64>,
     /// Of all parts before each.
@@ -141,7 +143,7 @@ impl Sums {
         };
         for (_, states) in &thinned.records {
             let mut total = DMatrix::zeros(p + 1, p + 1);
-            let mut record = Record { times: Vec::new(), before: Vec::new() };
+            let mut record = Record { log: states.log, times: Vec::new(), before: Vec::new() };
             let mut rows = DMatrix::zeros(n * part, p + 1);
             for first in (0..states.len()).step_by(part) {
                 record.times.push(states.t[first]);
@@ -184,13 +186,18 @@ impl Sums {
                 };
                 least = found.error;
                 let time = |part: usize| (part > 0 && part < record.parts()).then(|| record.times[part]);
-                let fault = Fault::ChangedLoad { from: time(from), to: time(to), mass: found.mass };
+                let log = self.records.iter().any(|other| other.log != record.log).then_some(record.log + 1);
+                let fault = Fault::ChangedLoad { log, from: time(from), to: time(to), mass: found.mass };
                 best = Some((fault, link, record.longest_beside(from, to)));
             }
         }
         let (fault, link, (from, to)) = best?;
         let remedy = match self.records.as_slice() {
-            [_] => format!("{OF_OPTIONS} signal: {{window: {{seconds: [{from:.2}, {to:.2}]}}}}"),
+            // The window was tried: its rows alone have parameters that leave as little.
+            [record] if self.within(record, from, to).is_some_and(|error| error < NAMED_ERROR_RATIO * without) => {
+                let [from, to] = [from, to].map(|part| record.times[part]);
+                format!("{OF_OPTIONS} signal: {{window: {{seconds: [{from:.2}, {to:.2}]}}}}")
+            }
             _ => "log each load by itself, and give the log of the second as [loaded]".into(),
         };
         Some(finding(fault, link, "one set of parameters", [without, least], &remedy))
@@ -226,6 +233,12 @@ impl Sums {
     /// [W tau]' W B_L of the rows whose [W tau]' [W tau] these are.
     fn beside(rows: &DMatrix<f64>, load: &DMatrix<f64>) -> DMatrix<f64> {
         rows.columns(0, load.nrows()) * load
+    }
+
+    /// The error of parameters of these parts of a record alone.
+    fn within(&self, record: &Record, from: usize, to: usize) -> Option<f64> {
+        let all = &record.before[to] - &record.before[from];
+        Sums { all, records: Vec::new(), ..*self }.parameters().map(|found| found.error())
     }
 
     /// The parameters alone.
@@ -323,9 +336,9 @@ impl Record {
         self.before.len() - 1
     }
 
-    /// From when to when the load stays as it is for the longest time, s, where it changes at these parts: a part away from them, since the
-    /// instants of a change are as far apart.
-    fn longest_beside(&self, from: usize, to: usize) -> (f64, f64) {
+    /// The parts during which the load stays as it is for the longest time, where it changes at these: a part away from them, since
+    /// the instants of a change are as far apart.
+    fn longest_beside(&self, from: usize, to: usize) -> (usize, usize) {
         let parts = self.parts();
         let pieces = [
             (0, from.saturating_sub(1)),
@@ -333,8 +346,7 @@ impl Record {
             ((to + 1).min(parts), parts),
         ];
         let length = |(a, b): &(usize, usize)| self.times[*b] - self.times[*a];
-        let (a, b) = pieces.into_iter().max_by(|x, y| length(x).total_cmp(&length(y))).unwrap_or((0, parts));
-        (self.times[a], self.times[b])
+        pieces.into_iter().max_by(|x, y| length(x).total_cmp(&length(y))).unwrap_or((0, parts))
     }
 
     /// The parts during which a load explains most, with what it leaves: first where it begins, then where it ends, then where it
