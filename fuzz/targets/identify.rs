@@ -24,6 +24,7 @@ thread_local! {
 }
 
 fuzz_target!(|data: &[u8]| {
+    rist::wings::register(vec![foreign::wing()]);
     let Ok(table) = Table::from_bytes("log.csv", data) else { return };
     let which = data.iter().fold(0_usize, |sum, byte| sum + usize::from(*byte)) % REQUESTS;
     MODEL.with(|model| {

@@ -10,6 +10,7 @@ use logs::{ColumnNames, LogSource, Table};
 const COORDINATES: [[&str; 2]; 2] = [["q1", "q2"], ["a", "b"]];
 
 fuzz_target!(|data: &[u8]| {
+    rist::wings::register(vec![foreign::wing()]);
     let Ok(table) = Table::from_bytes("log", data) else { return };
     // Every row knows the line it came from; a column has every row, or is text and has none.
     for row in 0..table.rows() {

@@ -12,6 +12,7 @@ use libfuzzer_sys::fuzz_target;
 use robot::Pose;
 
 fuzz_target!(|data: &[u8]| {
+    rist::wings::register(vec![foreign::wing()]);
     for path in ["mesh.stl", "mesh.obj", "mesh.dae"].map(Path::new) {
         if let Ok(vertices) = parse_vertices(data, path) {
             held(&vertices);

@@ -6,11 +6,12 @@
 
 use std::path::Path;
 
+use foreign::write_par;
 use libfuzzer_sys::fuzz_target;
 use rist::ModelOptions;
 use rist::describe::description::parse_robot;
 use robot::Robot;
-use robot::format::{Angles, Mimic, read_yaml, write_par, write_urdf, write_yaml};
+use robot::format::{Angles, Mimic, read_yaml, write_urdf, write_yaml};
 
 fuzz_target!(|data: &[u8]| {
     let Ok(text) = std::str::from_utf8(data) else { return };

@@ -38,6 +38,11 @@ use std::path::{Path, PathBuf};
 
 use robot::{Inertial, LinkId, Robot, StandardParameter};
 
+/// Makes all wings known, as the program does.
+pub fn register_wings() {
+    rist::wings::register(vec![fleet::wing(), foreign::wing(), formulas::wing(), statics::wing()]);
+}
+
 /// The root of the workspace.
 pub fn workspace() -> PathBuf {
     let manifest = Path::new(env!("CARGO_MANIFEST_DIR"));

@@ -280,6 +280,7 @@ fn peak_of(work: impl FnOnce()) -> usize {
 
 #[test]
 fn what_an_input_takes_is_bounded_by_its_size() {
+    tests::register_wings();
     let mut beyond = Vec::new();
     for input in hostile() {
         let mut answer = Ok(());

@@ -135,15 +135,11 @@ mod tests {
         let expected = vec![[0.0, 0.0, 0.5], [0.0, 1.0, 0.0], [1.0, 0.0, 0.0]];
         let text = "solid one\n facet normal 0 0 1\n outer loop\n  vertex 1 0 0\n  vertex 0 1 0\r\n  vertex 0 0 5e-1\n \
                     endloop\n endfacet\nendsolid\n";
-        let collada = "<COLLADA><library_geometries><geometry><mesh><source id='p'><float_array>1 0 0 0 1 0 0 0 \
-                       5e-1</float_array></source><vertices><input semantic='POSITION' source='#p'/></vertices></mesh>\
-                       </geometry></library_geometries></COLLADA>";
         let object = "# a triangle\nv 1 0 0\nv 0 1 0 1.0\nvn 0 0 1\nv 0 0 0.5\nf 1 2 3\n";
         for (name, bytes) in [
             ("a.STL", binary(&[[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 0.5]])),
             ("b.stl", text.as_bytes().to_vec()),
             ("c.obj", object.as_bytes().to_vec()),
-            ("d.dae", collada.as_bytes().to_vec()),
         ] {
             std::fs::write(folder.join(name), bytes).unwrap();
             assert_eq!(vertices(&folder.join(name)).unwrap(), expected, "{name}");
@@ -154,7 +150,6 @@ mod tests {
             ("none.obj", b"f 1 2 3\n".to_vec(), "no vertex"),
             ("far.obj", b"v 1 2 inf\n".to_vec(), "no robot reaches"),
             ("broken.obj", b"v 1 2\n".to_vec(), "line 1: a v has three numbers"),
-            ("tool.dae", vec![], "no Collada"),
             ("tool.fbx", vec![], "convert it"),
         ] {
             std::fs::write(folder.join(name), bytes).unwrap();

@@ -1,8 +1,9 @@
-//! The wings that this program was built with: their requests, and what is said of those that it lacks.
+//! The wings that this program was built with, and what is said of those that it lacks.
 
 use std::ffi::OsString;
 
-use rist::request::{WingRequests, register_wings};
+use rist::DescriptionFormat;
+use rist::wings::{DescriptionWriter, LogFormat, LogReader, MeshFormat, Wing};
 
 /// Commands of each wing, and whether the program has it.
 const WINGS: [(&str, &[&str], bool); 3] = [
@@ -11,17 +12,57 @@ const WINGS: [(&str, &[&str], bool); 3] = [
     ("statics", &["postures", "wrench"], cfg!(feature = "statics")),
 ];
 
-/// Makes the requests of the wings known, before a text is spelled. The program does so itself; a package does when it is loaded.
+/// Makes the wings known, before a text is spelled and a file is read. The program does so itself; a package does when it is loaded.
 pub fn register() {
-    let all: Vec<WingRequests> = vec![
+    rist::wings::register(vec![
         #[cfg(feature = "fleet")]
-        ::fleet::requests,
+        ::fleet::wing(),
+        #[cfg(feature = "foreign")]
+        ::foreign::wing(),
         #[cfg(feature = "formulas")]
-        ::formulas::requests,
+        ::formulas::wing(),
         #[cfg(feature = "statics")]
-        ::statics::requests,
-    ];
-    register_wings(all);
+        ::statics::wing(),
+        absent(),
+    ]);
+}
+
+/// What the sentence of an absent feature says behind what was found.
+macro_rules! without {
+    ($found:literal, $feature:literal) => {
+        concat!(
+            $found,
+            ": this program was built without the feature `",
+            $feature,
+            "`; the programs and wheels of a release have it, and docs/how-to/install.md says how to build one"
+        )
+    };
+}
+
+/// What is said of formats whose readers this program lacks.
+fn absent() -> Wing {
+    let mut wing = Wing::default();
+    let mut log = |magic: &'static [u8], what: &'static str| {
+        wing.log_formats.push(LogFormat { magic, reader: LogReader::Absent(what) });
+    };
+    if cfg!(not(feature = "foreign")) {
+        log(b"ARROW1\0\0", without!("an Arrow or Feather file", "foreign"));
+        log(b"\xff\xff\xff\xff", without!("an Arrow stream", "foreign"));
+        log(b"MATLAB 5.0 MAT", without!("a .mat of version 5", "foreign"));
+    }
+    if cfg!(not(feature = "rosbag2-sqlite")) {
+        let what = concat!(
+            without!("a rosbag2 in sqlite3", "rosbag2-sqlite"),
+            "; or convert it: `mcap convert IN.db3 OUT.mcap`"
+        );
+        log(b"SQLite format 3\0", what);
+    }
+    if cfg!(not(feature = "foreign")) {
+        wing.mesh_formats.push(MeshFormat { extension: "dae", vertices: Err(without!("a Collada mesh", "foreign")) });
+        let write = Err(without!("[to=par]", "foreign"));
+        wing.writers.push(DescriptionWriter { format: DescriptionFormat::Par, write });
+    }
+    wing
 }
 
 /// What is missing, where the first word of a command line that is no flag is a command of a wing that this program lacks.

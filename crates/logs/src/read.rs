@@ -1,8 +1,8 @@
 //! Which format a file has, and its reader.
 //!
-//! The formats are delimited text (`formats::delimited`), plain or gzip; the arrays of a .npz or a .mat; an Arrow or Parquet
-//! file; a data set of LeRobot; the messages of a ROS recording. The content decides the format, not the name. `-` is standard
-//! input. Of a text, of Arrow, and of a Parquet file on disk, some rows are read at a time; another file is held whole, up to [`MAX_FILE_BYTES`]. A text ends at [`MAX_CELLS`](crate::table::MAX_CELLS) numbers, so
+//! The formats are delimited text (`formats::delimited`), plain or gzip; the arrays of a .npz; a Parquet
+//! file; a data set of LeRobot; the messages of a ROS recording; what other packages read (`formats::registered`). The content decides the format, not the name. `-` is standard
+//! input. Of a text, and of a Parquet file on disk, some rows are read at a time; another file is held whole, up to [`MAX_FILE_BYTES`]. A text ends at [`MAX_CELLS`](crate::table::MAX_CELLS) numbers, so
 //! that a pipe or device without end is refused there.
 
 use std::io::{Cursor, ErrorKind, Read};
@@ -13,12 +13,11 @@ use gate::opened;
 use gate::source::{Pieces, Source};
 
 use crate::Error;
-#[cfg(feature = "arrow")]
-use crate::formats::arrow::batches::ArrowReader;
 use crate::formats::content::{Content, MAGIC_BYTES};
-use crate::formats::delimited::TableReader;
+use crate::formats::delimited::{TableReader, zstd};
 #[cfg(feature = "parquet")]
 use crate::formats::parquet::file::ParquetReader;
+use crate::formats::registered::LogReader;
 use crate::table::{MAX_FILE_BYTES, RowReader, Table};
 
 /// A file that was opened.
@@ -46,7 +45,6 @@ fn open_file(path: &Path) -> Result<Opened<'static>, Error> {
     if let Some(table) = crate::formats::lerobot::read(path)? {
         return Ok(Opened::Whole(table));
     }
-    #[cfg(any(feature = "mcap", feature = "rosbag2-sqlite"))]
     if let Some(table) = crate::formats::rosbag::recording::read(path)? {
         return Ok(Opened::Whole(table));
     }
@@ -74,13 +72,11 @@ fn of_source(file: &str, mut source: Source) -> Result<Opened<'static>, Error> {
         };
     }
     let source = Cursor::new(head).chain(source);
-    #[cfg(feature = "zstd")]
     if content == Content::Zstd {
         return of_zstd(file, source, again);
     }
-    #[cfg(feature = "arrow")]
-    if content == Content::ArrowStream {
-        return Ok(Opened::Rows { reader: Box::new(ArrowReader::of_stream(file, source)?), again });
+    if let Some(LogReader::Stream { of_source, .. }) = content.reader() {
+        return Ok(Opened::Rows { reader: of_source(file, Box::new(source))?, again });
     }
     if matches!(content, Content::Text | Content::Gzip) {
         let reader = Box::new(TableReader::of_content(file, content, source)?);
@@ -91,28 +87,20 @@ fn of_source(file: &str, mut source: Source) -> Result<Opened<'static>, Error> {
 }
 
 /// The reader of a file on disk whose index says where its rows are.
-#[cfg_attr(not(any(feature = "arrow", feature = "parquet")), allow(unused_variables))]
 fn indexed(file: &str, content: Content, pieces: Pieces) -> Result<Box<dyn RowReader>, Error> {
-    match content {
-        #[cfg(feature = "arrow")]
-        Content::Arrow => {
-            let length = pieces.length();
-            Ok(Box::new(ArrowReader::of_file(file, Box::new(move |at, count| pieces.read(at, count)), length)?))
-        }
+    match (content, content.reader()) {
+        (_, Some(LogReader::Indexed { of_file, .. })) => of_file(file, pieces),
         #[cfg(feature = "parquet")]
-        Content::Parquet => Ok(Box::new(ParquetReader::of_file(file, pieces)?)),
+        (Content::Parquet, _) => Ok(Box::new(ParquetReader::of_file(file, pieces)?)),
         _ => Err(Error::at(file, 0, content.refusal().unwrap_or_default())),
     }
 }
 
 /// Times that what is unpacked whole is in memory: in an array that grows by doubling, with room for what is read of it.
-#[cfg(feature = "zstd")]
 const WHOLE_COPIES: usize = 4;
 
 /// What a zstd stream holds: a text is read on demand.
-#[cfg(feature = "zstd")]
 fn of_zstd<'a>(file: &str, source: impl Read + Send + 'a, again: bool) -> Result<Opened<'a>, Error> {
-    use crate::formats::delimited::zstd;
     let failed = |e: std::io::Error| Error::at(file, 0, format!("the zstd stream: it cannot be unpacked: {e}"));
     let mut source = zstd(file, source)?;
     let mut head = Vec::new();
@@ -155,24 +143,25 @@ impl Table {
     }
 
     /// Reads the content of a file within a budget.
-    #[cfg_attr(not(any(feature = "mat", feature = "npz", feature = "parquet")), allow(unused_variables))]
     fn within(file: &str, bytes: &[u8], budget: &mut Budget) -> Result<Table, Error> {
         let content = Content::of(bytes);
         if let Some(why) = content.refusal() {
             return Err(Error::at(file, 0, why));
         }
+        match content.reader() {
+            Some(
+                LogReader::Whole(of_bytes) | LogReader::Indexed { of_bytes, .. } | LogReader::Stream { of_bytes, .. },
+            ) => return of_bytes(file, bytes, budget),
+            Some(LogReader::Recording { .. }) => {
+                return crate::formats::rosbag::recording::from_bytes(file, bytes, budget);
+            }
+            Some(LogReader::Absent(_)) | None => {}
+        }
         match content {
-            #[cfg(feature = "mat")]
-            Content::Mat => crate::formats::mat::read(file, bytes, budget),
-            #[cfg(feature = "npz")]
             Content::Numpy => crate::formats::npz::read(file, bytes, budget),
-            #[cfg(feature = "arrow")]
-            Content::Arrow | Content::ArrowStream => ArrowReader::of_bytes(file, bytes)?.rows(usize::MAX),
             #[cfg(feature = "parquet")]
             Content::Parquet => crate::formats::parquet::file::read(file, bytes, budget),
-            #[cfg(any(feature = "mcap", feature = "rosbag2-sqlite"))]
-            Content::Mcap | Content::Sqlite => crate::formats::rosbag::recording::from_bytes(file, bytes, budget),
-            #[cfg(feature = "zstd")]
+            Content::Mcap => crate::formats::rosbag::recording::from_bytes(file, bytes, budget),
             Content::Zstd => match of_zstd(file, bytes, false)? {
                 Opened::Rows { mut reader, .. } => reader.rows(usize::MAX),
                 Opened::Whole(table) => Ok(table),

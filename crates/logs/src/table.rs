@@ -83,16 +83,16 @@ impl Lines {
 }
 
 /// More columns than this is not a log of a robot.
-pub(crate) const MAX_COLUMNS: usize = 10_000;
+pub const MAX_COLUMNS: usize = 10_000;
 
 /// Tables of more numbers, 2 GiB, must be cut by the user. Three hours of 22 columns at 1 kHz have as many.
-pub(crate) const MAX_CELLS: usize = 1 << 28;
+pub const MAX_CELLS: usize = 1 << 28;
 
 /// Bytes of a file that is held whole, or of one that comes through a pipe: all but plain text.
-pub(crate) const MAX_FILE_BYTES: u64 = 1 << 31;
+pub const MAX_FILE_BYTES: u64 = 1 << 31;
 
 /// Rows of a file on their way into tables.
-pub(crate) trait RowReader: Send {
+pub trait RowReader: Send {
     /// How many columns the tables will have, as far as the head of the file tells.
     fn width(&self) -> usize;
 
@@ -106,7 +106,7 @@ pub(crate) trait RowReader: Send {
 }
 
 /// Shows what names hide, and refuses headers that name no columns, or too many, or one twice; `line` is where they stand.
-pub(crate) fn check_header(file: &str, line: usize, header: &mut [String]) -> Result<(), Error> {
+pub fn check_header(file: &str, line: usize, header: &mut [String]) -> Result<(), Error> {
     for name in header.iter_mut().filter(|name| name.contains(is_hidden)) {
         *name = shown::line(name).into_owned();
     }

@@ -11,7 +11,6 @@ mod agreement;
 mod angle_snap;
 mod assembly;
 pub mod closure;
-mod collada;
 mod collision;
 pub mod convention;
 mod error;
@@ -33,7 +32,7 @@ mod relation;
 mod robot;
 pub mod value;
 pub mod vector;
-mod xml_bounds;
+pub mod xml_bounds;
 
 pub use collision::{Collision, CollisionShape};
 pub use error::{Error, Place};

@@ -1,12 +1,14 @@
-//! The vertices of a mesh file: STL, binary and text, OBJ and Collada; and the triangles of the first two.
+//! The vertices and triangles of a mesh file: STL, binary and text, and OBJ.
 //!
 //! Normals, textures and names are not read. A face of an OBJ with more corners than three is cut into a fan.
 //!
-//! Not here: where a file is looked for; the scene of a Collada (collada.rs).
+//! The vertices of other formats are read by what other packages register.
+//!
+//! Not here: where a file is looked for.
 
 use std::path::Path;
+use std::sync::OnceLock;
 
-use crate::collada;
 use crate::vector::Vector3;
 
 /// The vertices of a file, as often as they stand there; `path` tells the format and stands in messages.
@@ -16,12 +18,12 @@ pub fn vertices(bytes: &[u8], path: &Path) -> Result<Vec<Vector3>, String> {
     let read = match format(path)? {
         Format::Stl => stl(bytes),
         Format::Obj => text_vertices(bytes, "v"),
-        Format::Collada => collada::vertices(bytes),
+        Format::Registered(read) => read(bytes),
     };
     read.map_err(|what| format!("{}: {what}", path.display()))
 }
 
-/// The triangles of a file; as [`vertices`]. Of a Collada none are read: no format that asks for them has one.
+/// The triangles of a file; as [`vertices`]. Of a format that is registered none are read: no description that asks for them has one.
 pub fn triangles(bytes: &[u8], path: &Path) -> Result<Vec<[Vector3; 3]>, String> {
     if let (Format::Stl, Some(body)) = (format(path)?, binary(bytes)) {
         return Ok(body.chunks_exact(STL_TRIANGLE_BYTES).map(triangle).collect());
@@ -31,7 +33,7 @@ pub fn triangles(bytes: &[u8], path: &Path) -> Result<Vec<[Vector3; 3]>, String>
     match format(path)? {
         Format::Stl => Ok(corners.chunks_exact(3).map(|t| [t[0], t[1], t[2]]).collect()),
         Format::Obj => faces(bytes, &corners).map_err(fail),
-        Format::Collada => Err(fail("triangles are read from .stl and .obj".into())),
+        Format::Registered(_) => Err(fail("triangles are read from .stl and .obj".into())),
     }
 }
 
@@ -39,7 +41,26 @@ pub fn triangles(bytes: &[u8], path: &Path) -> Result<Vec<[Vector3; 3]>, String>
 enum Format {
     Stl,
     Obj,
-    Collada,
+    Registered(ReadVertices),
+}
+
+/// The vertices of the bytes of a file, m.
+pub type ReadVertices = fn(&[u8]) -> Result<Vec<Vector3>, String>;
+
+/// A format of meshes that another package reads.
+#[derive(Clone, Copy)]
+pub struct MeshFormat {
+    /// How the names of its files end, in small letters.
+    pub extension: &'static str,
+    /// What reads it, or what is said where nothing does.
+    pub vertices: Result<ReadVertices, &'static str>,
+}
+
+static FORMATS: OnceLock<Vec<MeshFormat>> = OnceLock::new();
+
+/// Adds formats; only the first call counts.
+pub fn register(formats: Vec<MeshFormat>) {
+    FORMATS.get_or_init(|| formats);
 }
 
 /// Fails where the extension is of no format that is read.
@@ -52,12 +73,17 @@ fn format(path: &Path) -> Result<Format, String> {
     match kind.as_str() {
         "stl" => Ok(Format::Stl),
         "obj" => Ok(Format::Obj),
-        "dae" => Ok(Format::Collada),
         _ => {
+            let registered: &[MeshFormat] = FORMATS.get().map_or(&[], Vec::as_slice);
+            if let Some(known) = registered.iter().find(|format| format.extension == kind) {
+                return known.vertices.map(Format::Registered).map_err(|why| format!("{}: {why}", path.display()));
+            }
+            let read: String =
+                registered.iter().filter(|f| f.vertices.is_ok()).map(|f| format!(", .{}", f.extension)).collect();
             let (path, stem) = (path.display(), path.with_extension("stl"));
             let stem = stem.display();
             Err(format!(
-                "{path}: meshes are read from .stl, .obj and .dae: convert it (assimp export {path} {stem}, or MeshLab)"
+                "{path}: meshes are read from .stl, .obj{read}: convert it (assimp export {path} {stem}, or MeshLab)"
             ))
         }
     }

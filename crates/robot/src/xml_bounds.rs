@@ -1,13 +1,13 @@
 //! Bounds within which an XML text is parsed.
 
 /// More elements than this are no robot.
-pub(crate) const MAX_XML_NODES: u32 = 2_000_000;
+pub const MAX_XML_NODES: u32 = 2_000_000;
 /// No element of a description has more attributes. The time to find one that stands twice grows as the square of their
 /// number.
-pub(crate) const MAX_ATTRIBUTES_PER_ELEMENT: usize = 256;
+pub const MAX_ATTRIBUTES_PER_ELEMENT: usize = 256;
 
 /// Line and tag of the first element with too many attributes.
-pub(crate) fn crowded(text: &str) -> Option<(usize, &str)> {
+pub fn crowded(text: &str) -> Option<(usize, &str)> {
     let tags = text.match_indices('<').map(|(at, _)| (at, &text[at + 1..]));
     let is_element = |rest: &str| !rest.starts_with(['!', '?', '/']);
     let inside =

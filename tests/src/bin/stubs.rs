@@ -11,11 +11,12 @@ use fleet::{CompareRequest, SumsRequest};
 use rist::request::spelling::{Reader, spelled};
 use rist::request::{
     CheckRequest, DoctorRequest, ExciteRequest, Field, Flag, Method, MethodRequest, ModelOptions, PlanRequest,
-    PointsFiles, Range, Request, SimulateRequest, ValidateRequest, number, register_wings, requests,
+    PointsFiles, Range, Request, SimulateRequest, ValidateRequest, number, requests,
 };
 use serde_json::Value;
 use statics::WrenchRequest;
 use tests::docstrings::Docstrings;
+use tests::register_wings;
 
 const STUB: &str = "crates/python/python/rist/__init__.pyi";
 const PAGE: &str = "docs/files.md";
@@ -319,7 +320,7 @@ fn run(is_check: bool) -> Result<(), String> {
 }
 
 fn main() -> ExitCode {
-    register_wings(vec![fleet::requests, formulas::requests, statics::requests]);
+    register_wings();
     let arguments: Vec<String> = std::env::args().skip(1).collect();
     let is_check = match arguments.iter().map(String::as_str).collect::<Vec<_>>()[..] {
         [] => false,

@@ -1,9 +1,10 @@
 //! Conversion between formats and conventions changes no torque.
 
 use expr::Tape;
+use foreign::write_par;
 use modeling::Derivation;
 use robot::convention::Convention;
-use robot::format::{read_par, read_urdf, read_yaml, write_par, write_urdf, write_yaml};
+use robot::format::{read_par, read_urdf, read_yaml, write_urdf, write_yaml};
 use robot::{Note, Robot, RotorInertia, StandardParameter};
 use tests::model;
 

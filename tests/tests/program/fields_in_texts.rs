@@ -4,10 +4,10 @@
 use std::path::{Path, PathBuf};
 
 use proc_macro2::{Delimiter, TokenStream, TokenTree};
+use rist::request::all_fields;
 use rist::request::spelling::{Reader, spelled};
-use rist::request::{all_fields, register_wings};
 use tests::snapshot::assert_snapshot;
-use tests::workspace;
+use tests::{register_wings, workspace};
 
 /// The packages that print for one kind of user, and so may name flags.
 const SURFACES: [&str; 2] = ["cli", "python"];
@@ -99,7 +99,7 @@ fn no_text_of_a_library_has_a_flag_in_it() {
         let is_there = [format!("\ndef {name}("), format!("\nclass {name}")].iter().any(|line| stub.contains(line));
         assert!(is_there, "[:{step}] is {call}, which the package lacks");
     }
-    register_wings(vec![fleet::requests, formulas::requests, statics::requests]);
+    register_wings();
     for field in all_fields() {
         assert!(!has_flag(&field.doc), "{}: {}", field.name, field.doc);
     }
@@ -107,7 +107,7 @@ fn no_text_of_a_library_has_a_flag_in_it() {
 
 #[test]
 fn fields_in_texts_are_spelled_as_they_were() {
-    register_wings(vec![fleet::requests, formulas::requests, statics::requests]);
+    register_wings();
     let named = |text: &str| spelled(text, Reader::Program) != text;
     let mut table = String::new();
     for (_, text) in library_texts().iter().filter(|(file, text)| named(text) && !file.ends_with("spelling.rs")) {

@@ -7,19 +7,23 @@ use std::io::Read;
 
 /// How a block is compressed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Compression {
-    #[cfg(feature = "lz4")]
+pub enum Compression {
+    /// Not at all.
     None,
+    /// As a zstd stream.
     Zstd,
-    #[cfg(feature = "lz4")]
+    /// As an LZ4 frame.
     Lz4Frame,
+    /// As gzip members.
     #[cfg(feature = "parquet")]
     Gzip,
     /// The raw format, without frames.
     #[cfg(feature = "parquet")]
     Snappy,
+    /// As a Brotli stream.
     #[cfg(feature = "parquet")]
     Brotli,
+    /// As one LZ4 block.
     #[cfg(feature = "parquet")]
     Lz4Block,
     /// What Parquet calls LZ4: raw blocks behind two lengths, frames in the oldest files.
@@ -45,8 +49,7 @@ const MAX_LZ4_RATIO: usize = 256;
 
 impl Compression {
     /// What `packed` holds, unpacked while it is read.
-    #[cfg(feature = "mcap")]
-    pub(crate) fn reader<'a>(self, packed: &'a [u8]) -> Result<Box<dyn Read + 'a>, String> {
+    pub fn reader<'a>(self, packed: &'a [u8]) -> Result<Box<dyn Read + 'a>, String> {
         Ok(match self {
             Compression::None => Box::new(packed),
             Compression::Zstd => {
@@ -60,8 +63,7 @@ impl Compression {
     }
 
     /// The `size` bytes that `packed` holds; another number of them is an error.
-    #[cfg(any(feature = "arrow", all(test, feature = "parquet")))]
-    pub(crate) fn unpack(self, packed: &[u8], size: usize) -> Result<Vec<u8>, String> {
+    pub fn unpack(self, packed: &[u8], size: usize) -> Result<Vec<u8>, String> {
         let out = self.unpack_within(packed, size)?;
         if out.len() != size {
             return Err(format!("it does not unpack to the {size} bytes it claims"));
@@ -70,17 +72,15 @@ impl Compression {
     }
 
     /// The bytes that `packed` holds; more than `most` of them are an error.
-    pub(crate) fn unpack_within(self, packed: &[u8], most: usize) -> Result<Vec<u8>, String> {
+    pub fn unpack_within(self, packed: &[u8], most: usize) -> Result<Vec<u8>, String> {
         let most = most.min(most_of(packed));
         let failed = |e: &dyn std::fmt::Display| format!("it cannot be unpacked: {e}");
         let out = match self {
-            #[cfg(feature = "lz4")]
             Compression::None => packed.to_vec(),
             Compression::Zstd => {
                 let decoder = ruzstd::decoding::StreamingDecoder::new(packed).map_err(|e| failed(&e))?;
                 bounded(decoder, most)?
             }
-            #[cfg(feature = "lz4")]
             Compression::Lz4Frame => bounded(lz4_flex::frame::FrameDecoder::new(packed), most)?,
             #[cfg(feature = "parquet")]
             Compression::Gzip => bounded(flate2::read::MultiGzDecoder::new(packed), most)?,

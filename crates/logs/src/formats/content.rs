@@ -1,4 +1,6 @@
-//! The kind of a file by its first bytes, and the feature of this package that reads it.
+//! The kind of a file by its first bytes, and what is said of those that are not read.
+
+use crate::formats::registered::{self, LogReader};
 
 /// The kind of a file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -10,33 +12,25 @@ pub(crate) enum Content {
     /// A zstd stream of any of the others.
     Zstd,
     Numpy,
-    /// Arrays of MATLAB, version 5.
-    Mat,
-    /// A file of Arrow IPC (Feather, version 2).
-    Arrow,
-    ArrowStream,
     Parquet,
     Mcap,
-    Sqlite,
+    /// The format at this place of those that other packages read.
+    Registered(usize),
     /// What another program turns into one of the others.
     Foreign(&'static str),
 }
 
 use Content::*;
 
-/// First bytes, the kind they mark, its name, the feature that reads it, and whether the feature is built in.
-const FILE_KINDS: [(&[u8], Content, &str, &str, bool); 11] = [
-    (b"\x1f\x8b", Gzip, "", "", true),
-    (b"\x28\xb5\x2f\xfd", Zstd, "a zstd stream", "zstd", cfg!(feature = "zstd")),
-    (b"PK\x03\x04", Numpy, "a .npz of NumPy", "npz", cfg!(feature = "npz")),
-    (b"\x93NUMPY", Numpy, "an array of NumPy", "npz", cfg!(feature = "npz")),
-    (b"MATLAB 5.0 MAT", Mat, "a .mat of version 5", "mat", cfg!(feature = "mat")),
-    (b"ARROW1\0\0", Arrow, "an Arrow or Feather file", "arrow", cfg!(feature = "arrow")),
-    (b"\xff\xff\xff\xff", ArrowStream, "an Arrow stream", "arrow", cfg!(feature = "arrow")),
-    (b"PAR1", Parquet, "a Parquet file", "parquet", cfg!(feature = "parquet")),
-    (b"PARE", Parquet, "a Parquet file", "parquet", cfg!(feature = "parquet")),
-    (b"\x89MCAP0\r\n", Mcap, "an MCAP file", "mcap", cfg!(feature = "mcap")),
-    (b"SQLite format 3\0", Sqlite, "a rosbag2 in sqlite3", "rosbag2-sqlite", cfg!(feature = "rosbag2-sqlite")),
+/// First bytes and the kind they mark.
+const FILE_KINDS: [(&[u8], Content); 7] = [
+    (b"\x1f\x8b", Gzip),
+    (b"\x28\xb5\x2f\xfd", Zstd),
+    (b"PK\x03\x04", Numpy),
+    (b"\x93NUMPY", Numpy),
+    (b"PAR1", Parquet),
+    (b"PARE", Parquet),
+    (b"\x89MCAP0\r\n", Mcap),
 ];
 
 /// First bytes of files that are not read, with what they are and the line that makes one that is.
@@ -70,11 +64,12 @@ const FOREIGN: [(&[u8], &str); 8] = [
     (b"\xd0\xcf\x11\xe0", "a workbook of old Excel, which is not read; save the sheet as CSV"),
 ];
 
-/// For features that may be left out, the line that makes what is read without.
-const CONVERTERS: [(&str, &str); 2] = [
-    ("parquet", "python -c \"import polars; polars.read_parquet('IN').write_ipc('OUT.arrow')\""),
-    ("rosbag2-sqlite", "mcap convert IN.db3 OUT.mcap"),
-];
+/// What is said where the feature that reads and writes Parquet is off.
+pub(crate) const NO_PARQUET: &str = "this program was built without the feature `parquet`; the programs and wheels of a \
+    release have it, and docs/how-to/install.md says how to build one";
+
+/// The line that makes of a Parquet file what is read without the feature.
+const FROM_PARQUET: &str = "python -c \"import polars; polars.read_parquet('IN').write_ipc('OUT.arrow')\"";
 
 /// Number of first bytes that tell the kind of a file.
 pub(crate) const MAGIC_BYTES: usize = 16;
@@ -82,47 +77,52 @@ pub(crate) const MAGIC_BYTES: usize = 16;
 impl Content {
     /// The kind of a file with these first bytes, [`MAGIC_BYTES`] of them or all.
     pub(crate) fn of(head: &[u8]) -> Content {
+        let core = FILE_KINDS.iter().find(|kind| head.starts_with(kind.0)).map(|kind| kind.1);
+        let registered = || registered::of_head(head).map(Registered);
         let foreign = || FOREIGN.iter().find(|kind| head.starts_with(kind.0)).map(|kind| Foreign(kind.1));
-        FILE_KINDS.iter().find(|kind| head.starts_with(kind.0)).map(|kind| kind.1).or_else(foreign).unwrap_or(Text)
+        core.or_else(registered).or_else(foreign).unwrap_or(Text)
+    }
+
+    /// What reads such a file, where another package does.
+    pub(crate) fn reader(self) -> Option<LogReader> {
+        match self {
+            Registered(place) => Some(registered::reader(place)),
+            _ => None,
+        }
     }
 
     /// Whether such a file has an index at its end, so that it is read by place.
     pub(crate) fn has_index(self) -> bool {
-        matches!(self, Arrow | Parquet)
+        self == Parquet || matches!(self.reader(), Some(LogReader::Indexed { .. }))
+    }
+
+    /// Whether such a file holds messages.
+    pub(crate) fn is_recording(self) -> bool {
+        self == Mcap || matches!(self.reader(), Some(LogReader::Recording { .. }))
     }
 
     /// Why files of this kind are not read, and what to do; `None` where they are.
     pub(crate) fn refusal(self) -> Option<String> {
-        if let Foreign(what) = self {
-            return Some(format!("this is {what}"));
+        match (self, self.reader()) {
+            (Foreign(what), _) | (_, Some(LogReader::Absent(what))) => Some(format!("this is {what}")),
+            (Parquet, _) if !cfg!(feature = "parquet") => {
+                Some(format!("this is a Parquet file: {NO_PARQUET}; or convert it: `{FROM_PARQUET}`"))
+            }
+            _ => None,
         }
-        let (_, _, name, feature, _) = FILE_KINDS.iter().find(|kind| kind.1 == self && !kind.4)?;
-        let converter =
-            CONVERTERS.iter().find(|(of, _)| of == feature).map(|(_, line)| format!("; or convert it: `{line}`"));
-        Some(format!("this is {name}: {}{}", left_out(feature), converter.unwrap_or_default()))
     }
-}
-
-/// That this program lacks a feature, and what brings it.
-pub(crate) fn left_out(feature: &str) -> String {
-    format!(
-        "this program was built without the feature `{feature}`; the programs and wheels of a release have it, and \
-         docs/how-to/install.md says how to build one"
-    )
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    /// With a feature off its files are refused by the feature's name; with it on they are not.
+    /// What is not read is refused by what it is.
     #[test]
-    fn a_feature_left_out_is_named() {
-        for (magic, content, _, feature, built) in FILE_KINDS {
+    fn files_that_are_not_read_say_what_they_are() {
+        for (magic, content) in FILE_KINDS {
             assert_eq!(Content::of(&[magic, b"and more"].concat()), content);
-            let refusal = content.refusal();
-            assert_eq!(refusal.is_some(), !built, "{feature}");
-            assert!(refusal.is_none_or(|r| r.contains(&format!("without the feature `{feature}`"))));
+            assert_eq!(content.refusal().is_some(), content == Parquet && !cfg!(feature = "parquet"));
         }
         for (magic, what) in FOREIGN {
             assert_eq!(Content::of(&[magic, b"and more"].concat()).refusal(), Some(format!("this is {what}")));

@@ -81,7 +81,6 @@ impl<'a> TableReader<'a> {
                 let gzip = |source| Ok(flate2::read::MultiGzDecoder::new(BufReader::new(source)));
                 TableReader::unfolding(file, Unfolding::new(source, gzip)?)
             }
-            #[cfg(feature = "zstd")]
             Content::Zstd => TableReader::unfolding(file, zstd(file, source)?),
             _ => TableReader::new(file, source),
         }
@@ -332,11 +331,9 @@ impl RowReader for TableReader<'_> {
 }
 
 /// What a packed source unfolds to.
-#[cfg(feature = "zstd")]
 pub(crate) type Unpacked<'a> = Unfolding<Box<dyn Read + Send + 'a>>;
 
 /// A zstd stream, unpacked while it is read.
-#[cfg(feature = "zstd")]
 pub(crate) fn zstd<'a>(file: &str, source: impl Read + Send + 'a) -> Result<Unpacked<'a>, Error> {
     let unpacked = Unfolding::new(source, |source| -> Result<Box<dyn Read + Send + 'a>, _> {
         Ok(Box::new(ruzstd::decoding::StreamingDecoder::new(BufReader::new(source))?))

@@ -5,20 +5,24 @@
 
 /// What the numbers of a column are.
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) enum Kind {
+pub enum Kind {
     /// As they are, single or double precision.
     Real,
     /// Half precision.
     Half,
+    /// Whole numbers.
     Integer {
+        /// Whether they may be negative.
         signed: bool,
     },
-    /// Whole numbers of ten to this power.
+    /// Whole numbers that are divided by a power of ten.
     Decimal {
+        /// Its exponent.
         scale: i32,
     },
     /// Whole numbers of a unit of time.
     Time {
+        /// How many units a second has.
         per_second: f64,
     },
     /// The name of a type that is not read.
@@ -26,19 +30,21 @@ pub(crate) enum Kind {
 }
 
 /// Makes numbers of the values of one column, in their order.
-pub(crate) struct Numbers {
+pub struct Numbers {
+    /// What they are.
     pub kind: Kind,
     /// The first time.
     origin: Option<i64>,
 }
 
 impl Numbers {
-    pub(crate) fn new(kind: Kind) -> Numbers {
+    /// Of a column of this kind.
+    pub fn new(kind: Kind) -> Numbers {
         Numbers { kind, origin: None }
     }
 
     /// The number of a value that is stored as a whole number of `bits` bits.
-    pub(crate) fn integer(&mut self, value: i64, bits: u32) -> f64 {
+    pub fn integer(&mut self, value: i64, bits: u32) -> f64 {
         match self.kind {
             Kind::Time { per_second } => {
                 let first = *self.origin.get_or_insert(value);
@@ -53,7 +59,7 @@ impl Numbers {
     }
 
     /// The number of the bytes of a decimal, the highest first, or of a number of half precision.
-    pub(crate) fn bytes(&self, bytes: &[u8]) -> f64 {
+    pub fn bytes(&self, bytes: &[u8]) -> f64 {
         match (&self.kind, bytes) {
             (Kind::Half, [low, high]) => half(u16::from_le_bytes([*low, *high])),
             (Kind::Decimal { scale }, [first, rest @ ..]) => {
@@ -66,12 +72,12 @@ impl Numbers {
 }
 
 /// The name of a column of times without its unit, since times are converted to seconds.
-pub(crate) fn without_unit(name: &str) -> &str {
+pub fn without_unit(name: &str) -> &str {
     ["_ms", "_us", "_ns"].iter().find_map(|unit| name.strip_suffix(unit)).unwrap_or(name)
 }
 
 /// What was done with a column of times.
-pub(crate) fn time_note(name: &str) -> String {
+pub fn time_note(name: &str) -> String {
     format!("column `{name}` holds times; they are counted in seconds from the first")
 }
 

@@ -12,7 +12,7 @@ pub fn parquet_bytes(columns: &[(String, Cells<'_>)]) -> Result<Vec<u8>, Error> 
     #[cfg(not(feature = "parquet"))]
     let written = {
         let _ = columns;
-        Err(format!("{}; or write it as .csv", crate::formats::content::left_out("parquet")))
+        Err(format!("{}; or write it as .csv", crate::formats::content::NO_PARQUET))
     };
     written.map_err(|e| Error::new(format!("the table cannot be written as Parquet: {e}")))
 }

@@ -1,12 +1,13 @@
 //! A description in another format, and its parameters in another convention.
 
 use robot::convention::Convention;
-use robot::format::{Angles, ReadOptions, write_par, write_urdf, write_yaml};
+use robot::format::{Angles, ReadOptions, write_urdf, write_yaml};
 use robot::{PassiveCoordinate, Robot, transform_inertial};
 
 use crate::describe::torque_difference::torque_difference;
 use crate::error::Error;
 use crate::request::DescriptionFormat;
+use crate::wings::{WriteDescription, registered};
 
 /// A description in another format.
 #[derive(Clone, Debug)]
@@ -24,13 +25,20 @@ pub struct Converted {
 /// Fails where the format cannot carry the robot.
 pub fn convert(robot: &Robot, format: DescriptionFormat) -> Result<Converted, Error> {
     let (text, notes) = match format {
-        DescriptionFormat::Par => write_par(robot),
+        DescriptionFormat::Par => registered_writer(format)?(robot),
         DescriptionFormat::Yaml => write_yaml(robot),
         DescriptionFormat::Urdf => write_urdf(robot),
     };
     let differences = read_back(robot, &text, format)?;
     let notes = notes.iter().map(|note| format!("{}: {}", note.subject, note.text)).collect();
     Ok(Converted { text, notes, differences })
+}
+
+/// The writer of a format that another package brings along.
+fn registered_writer(format: DescriptionFormat) -> Result<WriteDescription, Error> {
+    let mut writers = registered().iter().flat_map(|wing| &wing.writers);
+    let writer = writers.find(|writer| writer.format == format).map(|writer| writer.write);
+    writer.unwrap_or(Err("no writer of this format is registered")).map_err(Error::new)
 }
 
 /// Relative difference of torques that rounding explains: a URDF has other frames and its angles as decimals.

@@ -50,8 +50,6 @@ pub mod spelling;
 mod types;
 mod unknowns;
 
-use std::sync::OnceLock;
-
 pub use describe::{ConvertRequest, DescriptionFormat, EvaluateRequest, InspectRequest, SheetFormat, StateQuantity};
 pub use effect::{Delay, Whose};
 pub use examine::{CheckRequest, DoctorRequest, MOTION_CUTOFF, ValidateRequest, VisibilityRequest};
@@ -77,6 +75,8 @@ pub use types::FieldType;
 pub use unknowns::Unknown;
 pub use words::Words;
 
+use crate::wings::registered;
+
 /// The requests by name: `excite`; `identify-rist-mh` for each method.
 pub fn requests() -> Vec<(String, Vec<Field>)> {
     let steps = [
@@ -95,18 +95,8 @@ pub fn requests() -> Vec<(String, Vec<Field>)> {
         ("visibility", VisibilityRequest::fields()),
     ];
     let methods = Method::all().map(|method| (format!("identify-{}", method.word()), method.fields()));
-    let of_wings = WINGS.get().into_iter().flat_map(|wings| wings.iter()).flat_map(|requests| requests());
+    let of_wings = registered().iter().flat_map(|wing| wing.requests.clone());
     steps.into_iter().chain(of_wings).map(|(name, fields)| (name.to_string(), fields)).chain(methods).collect()
-}
-
-/// The requests of a wing by name.
-pub type WingRequests = fn() -> Vec<(&'static str, Vec<Field>)>;
-
-static WINGS: OnceLock<Vec<WingRequests>> = OnceLock::new();
-
-/// Adds the requests of wings, before the first text is spelled; only the first call counts.
-pub fn register_wings(requests: Vec<WingRequests>) {
-    WINGS.get_or_init(|| requests);
 }
 
 /// The fields of all requests, which is what a text may name.

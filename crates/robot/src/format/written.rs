@@ -6,19 +6,17 @@ use crate::robot::{Link, Robot};
 use crate::value::{Affine, CoordinateId, Symbol, Value};
 
 /// The names of symbols and coordinates in the file, each once.
-pub(super) struct WrittenNames {
+pub struct WrittenNames {
+    /// Of the symbols.
     pub symbols: Vec<String>,
+    /// Of the coordinates.
     pub coordinates: Vec<String>,
     renamed: Vec<Symbol>,
 }
 
 impl WrittenNames {
     /// `allowed`: a name in the characters of the format; `is_reserved`: whether the format reads a name as something else.
-    pub(super) fn new(
-        robot: &Robot,
-        allowed: impl Fn(&str) -> String,
-        is_reserved: impl Fn(&str) -> bool,
-    ) -> WrittenNames {
+    pub fn new(robot: &Robot, allowed: impl Fn(&str) -> String, is_reserved: impl Fn(&str) -> bool) -> WrittenNames {
         let mut taken: Vec<String> = Vec::new();
         let mut unique = |name: &str| {
             let mut name = allowed(name);
@@ -40,18 +38,18 @@ impl WrittenNames {
     }
 
     /// A value in these names.
-    pub(super) fn value(&self, value: &Value) -> String {
+    pub fn value(&self, value: &Value) -> String {
         value.text(&self.renamed, &|k| self.coordinates[k.0].clone())
     }
 
     /// A joint variable with its constant part.
-    pub(super) fn variable(&self, variable: &Affine, constant: &Value) -> String {
+    pub fn variable(&self, variable: &Affine, constant: &Value) -> String {
         variable.text(constant, &self.renamed, &|k| self.coordinates[k.0].clone())
     }
 }
 
 /// Notes what only the file of the link said.
-pub(super) fn tell_of_file(link: &Link, mut note: impl FnMut(&str, String)) {
+pub fn tell_of_file(link: &Link, mut note: impl FnMut(&str, String)) {
     if link.parts.len() > 1 {
         note(&link.name, format!("its {} parts are written as one link", link.parts.len()));
     }

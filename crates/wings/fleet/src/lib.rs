@@ -31,6 +31,6 @@ pub mod verdict;
 
 pub use accumulator::Accumulator;
 pub use comparison::{Compared, Comparison, compare};
-pub use request::{AccumulateRequest, CompareRequest, SumsRequest, requests};
+pub use request::{AccumulateRequest, CompareRequest, SumsRequest, wing};
 pub use sums::{accumulate, accumulator, update};
 pub use verdict::sums_verdict;

@@ -1,13 +1,17 @@
 //! What is asked of sums: how logs are added up, and how sums are compared.
 
 use rist::Options;
-use rist::request::{Field, METHOD, Range, Request, RowsRequest};
+use rist::request::{METHOD, Range, Request, RowsRequest};
+use rist::wings::Wing;
 
 use crate::comparison::Compared;
 
-/// The requests by name.
-pub fn requests() -> Vec<(&'static str, Vec<Field>)> {
-    vec![("compare", CompareRequest::fields()), ("accumulate", AccumulateRequest::fields())]
+/// What this wing adds.
+pub fn wing() -> Wing {
+    Wing {
+        requests: vec![("compare", CompareRequest::fields()), ("accumulate", AccumulateRequest::fields())],
+        ..Wing::default()
+    }
 }
 
 rist::words! { Compared:

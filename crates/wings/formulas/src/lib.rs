@@ -25,4 +25,4 @@ pub use derive::derive;
 pub use expand::TooLong;
 pub use file::{FormulaLanguage, Formulas, formula_file, printed_symbols};
 pub use listing::{Place, output_name};
-pub use request::{DeriveRequest, requests};
+pub use request::{DeriveRequest, wing};

@@ -1,12 +1,13 @@
 //! Which formulas of a robot are written.
 
-use rist::request::{Field, Request, function_names};
+use rist::request::{Request, function_names};
+use rist::wings::Wing;
 
 use crate::file::FormulaLanguage;
 
-/// The requests by name.
-pub fn requests() -> Vec<(&'static str, Vec<Field>)> {
-    vec![("derive", DeriveRequest::fields())]
+/// What this wing adds.
+pub fn wing() -> Wing {
+    Wing { requests: vec![("derive", DeriveRequest::fields())], ..Wing::default() }
 }
 
 rist::words! { FormulaLanguage:

@@ -18,7 +18,7 @@ pub mod wrench_verdict;
 mod wrenches;
 
 pub use postures::{PostureEstimate, gravity_parameters, identify_postures};
-pub use request::{WrenchRequest, requests};
+pub use request::{WrenchRequest, wing};
 pub use wrench::{WrenchEstimate, identify_wrench};
 pub use wrench_options::{Corrections, WrenchColumns, WrenchOptions};
 pub use wrenches::Wrenches;

@@ -1,12 +1,13 @@
 //! What is asked of the log of a force-torque sensor.
 
-use rist::request::{Field, Request};
+use rist::request::Request;
+use rist::wings::Wing;
 
 use crate::wrench_options::WrenchOptions;
 
-/// The requests by name.
-pub fn requests() -> Vec<(&'static str, Vec<Field>)> {
-    vec![("wrench", WrenchRequest::fields())]
+/// What this wing adds.
+pub fn wing() -> Wing {
+    Wing { requests: vec![("wrench", WrenchRequest::fields())], ..Wing::default() }
 }
 
 rist::request! {

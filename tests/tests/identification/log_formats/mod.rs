@@ -6,6 +6,7 @@ use identification::estimate::identify::identify;
 use identification::estimate::options::Options;
 use linear_model::regressor::Regressor;
 use logs::{Log, LogSource, Table};
+use tests::register_wings;
 
 use crate::broken_logs::wheels;
 use crate::log_files::parquet::{PLAIN, Pages, Values, doubles, file};
@@ -96,6 +97,7 @@ fn folder(name: &str) -> PathBuf {
 
 #[test]
 fn every_format_gives_the_same_table_and_estimate() {
+    register_wings();
     let signals = signals();
     let expected = Table::from_bytes("log", &csv(&signals)).unwrap();
     assert_eq!((expected.header.as_slice(), expected.rows()), (&COLUMNS.map(String::from)[..], ROWS));
@@ -122,6 +124,7 @@ fn every_format_gives_the_same_table_and_estimate() {
 /// Written by the programs that write them in the field; foreign_logs/README.md says which and how.
 #[test]
 fn files_of_other_programs() {
+    register_wings();
     let folder = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("tests/identification/foreign_logs");
     let read = |name: &str| Table::read(&folder.join(name)).unwrap();
     // Powers of two, so that every number is exact.
@@ -193,6 +196,7 @@ fn assert_same_numbers(found: &Table, expected: &Table) {
 /// Types of Arrow that are numbers, and those that are none: each other column stands where it stood.
 #[test]
 fn kinds_of_arrow_columns() {
+    register_wings();
     let folder = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("tests/identification/foreign_logs");
     let table = Table::read(&folder.join("pyarrow_types.arrow")).unwrap();
     let steps = |x: f64| (0..64).map(|r| f64::from(r) * x).collect::<Vec<f64>>();
@@ -232,6 +236,7 @@ fn kinds_of_arrow_columns() {
 /// Cut off or changed, a file or stream of Arrow is read or refused, never a panic, and a cut one is refused.
 #[test]
 fn damaged_arrow_is_read_or_refused() {
+    register_wings();
     let folder = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("tests/identification/foreign_logs");
     let mut refused = 0;
     for name in ["pyarrow_lz4.feather", "pyarrow_zstd.arrows", "pyarrow_types.arrow", "polars.arrow"] {
@@ -300,6 +305,7 @@ fn messages_may_differ() {
 /// Parts in the order of their numbers, _10 behind _9; other files of the directory are passed over.
 #[test]
 fn a_directory_is_one_recording() {
+    register_wings();
     let signals = signals();
     let folder = folder("rosbag2");
     std::fs::write(folder.join("metadata.yaml"), "rosbag2_bagfile_information: {}\n").unwrap();

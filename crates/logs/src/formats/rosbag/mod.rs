@@ -4,11 +4,8 @@ pub(crate) mod cdr;
 pub(crate) mod fields;
 pub(crate) mod joint_state;
 pub(crate) mod joint_table;
-#[cfg(feature = "mcap")]
 pub(crate) mod mcap;
 pub(crate) mod message;
 pub(crate) mod message_table;
 pub(crate) mod recording;
 pub(crate) mod schema;
-#[cfg(feature = "rosbag2-sqlite")]
-pub(crate) mod sqlite;

@@ -1,4 +1,4 @@
-//! Messages of a ROS recording as a table: an MCAP file, a rosbag2 file in sqlite3, or the directory of a rosbag2.
+//! Messages of a ROS recording as a table: an MCAP file, the directory of a rosbag2, or what another package reads.
 //!
 //! Joint states are taken where there are some. Messages of another type become columns by the paths of their fields, as
 //! the definition says that the recording carries. If a recording has several topics that may be meant, it is refused
@@ -14,16 +14,14 @@ use gate::source::{self, Source};
 use crate::Error;
 use crate::formats::compression::{Compression, MAX_UNPACKED_BYTES};
 use crate::formats::content::{Content, MAGIC_BYTES};
+use crate::formats::registered::LogReader;
 use crate::formats::rosbag::cdr::Encoding;
 use crate::formats::rosbag::joint_state::JointState;
 use crate::formats::rosbag::joint_table::{CELL_BYTES, JointTable, clipped};
-#[cfg(feature = "mcap")]
 use crate::formats::rosbag::mcap;
 use crate::formats::rosbag::message::{Channel, Message, Outcome};
 use crate::formats::rosbag::message_table::MessageTable;
 use crate::formats::rosbag::schema::Schema;
-#[cfg(feature = "rosbag2-sqlite")]
-use crate::formats::rosbag::sqlite;
 use crate::table::{MAX_FILE_BYTES, Table};
 
 /// The names of the message type with joint states.
@@ -35,7 +33,7 @@ pub(crate) fn read(path: &Path) -> Result<Option<Table>, Error> {
     let name = path.display().to_string();
     // Reading a pipe would consume it, so the first bytes are read from regular files only.
     let content = if place.is_file() { head(&place).unwrap_or(Content::Text) } else { Content::Text };
-    if !place.is_dir() && !matches!(content, Content::Mcap | Content::Sqlite) {
+    if !place.is_dir() && !content.is_recording() {
         let message = "only a recording (MCAP, rosbag2) has topics; name the file alone";
         return if topic.is_some() { Err(Error::at(&name, 0, message)) } else { Ok(None) };
     }
@@ -50,7 +48,7 @@ pub(crate) fn read(path: &Path) -> Result<Option<Table>, Error> {
     recording.table(&place.display().to_string(), &name).map(Some)
 }
 
-/// Reads the content of an MCAP or a sqlite3 file within a budget.
+/// Reads the content of a recording within a budget.
 pub(crate) fn from_bytes(file: &str, bytes: &[u8], budget: &Budget) -> Result<Table, Error> {
     let mut recording = Recording { wanted: None, ..Recording::within(budget.clone()) };
     recording.add_bytes(file, bytes)?;
@@ -100,14 +98,15 @@ fn files(directory: &Path) -> Result<Vec<PathBuf>, Error> {
         // A file that is only looked at is no input.
         let head = source::glance(&path, MAGIC_BYTES);
         match Content::of(&head.ok_or_else(|| unreadable(&path, &std::io::ErrorKind::Other.into()))?) {
-            Content::Mcap | Content::Sqlite => found.push(path),
+            content if content.is_recording() => found.push(path),
             // rosbag2 leaves an unpacked part beside the packed one.
             Content::Zstd if !path.with_extension("").exists() => found.push(path),
-            content @ Content::Foreign(_) => {
-                let why = content.refusal().unwrap_or_default();
-                return Err(Error::at(&path.display().to_string(), 0, why));
+            Content::Parquet => {}
+            content => {
+                if let Some(why) = content.refusal() {
+                    return Err(Error::at(&path.display().to_string(), 0, why));
+                }
             }
-            _ => {}
         }
     }
     if found.is_empty() {
@@ -165,17 +164,11 @@ impl Recording {
     fn add(&mut self, path: &Path) -> Result<(), Error> {
         let file = path.display().to_string();
         match head(path)? {
-            #[cfg(feature = "mcap")]
             Content::Mcap => {
                 let source = Source::open(path).map_err(|e| unreadable(path, &e))?;
                 let length = source.length().unwrap_or(u64::MAX);
                 self.grow(source.length().unwrap_or(0));
                 self.take(&file, |_, work, each| mcap::read(std::io::BufReader::new(source), length, work, each))
-            }
-            #[cfg(feature = "rosbag2-sqlite")]
-            Content::Sqlite => {
-                self.grow(std::fs::metadata(path).map_err(|e| unreadable(path, &e))?.len());
-                self.take(&file, |wanted, work, each| sqlite::read(&sqlite::open(path)?, wanted, work, each))
             }
             Content::Zstd => {
                 let packed = source::read(path, MAX_FILE_BYTES).map_err(|e| unreadable(path, &e))?;
@@ -183,19 +176,26 @@ impl Recording {
                 let unpacked = Compression::Zstd.unpack_within(&packed, MAX_UNPACKED_BYTES);
                 self.add_bytes(&file, &unpacked.map_err(|e| Error::at(&file, 0, e))?)
             }
-            other => Err(Error::at(&file, 0, other.refusal().unwrap_or("the file changes while it is read".into()))),
+            other => {
+                let Some(LogReader::Recording { of_file, .. }) = other.reader() else {
+                    let why = other.refusal().unwrap_or("the file changes while it is read".into());
+                    return Err(Error::at(&file, 0, why));
+                };
+                self.grow(std::fs::metadata(path).map_err(|e| unreadable(path, &e))?.len());
+                self.take(&file, |wanted, work, each| of_file(path, wanted, work, each))
+            }
         }
     }
 
     fn add_bytes(&mut self, file: &str, bytes: &[u8]) -> Result<(), Error> {
         match Content::of(bytes) {
-            #[cfg(feature = "mcap")]
             Content::Mcap => self.take(file, |_, work, each| mcap::read(bytes, bytes.len() as u64, work, each)),
-            #[cfg(feature = "rosbag2-sqlite")]
-            Content::Sqlite => {
-                self.take(file, |wanted, work, each| sqlite::read(&sqlite::of_bytes(bytes)?, wanted, work, each))
-            }
-            other => Err(Error::at(file, 0, other.refusal().unwrap_or("this is no recording".into()))),
+            other => match other.reader() {
+                Some(LogReader::Recording { of_bytes, .. }) => {
+                    self.take(file, |wanted, work, each| of_bytes(bytes, wanted, work, each))
+                }
+                _ => Err(Error::at(file, 0, other.refusal().unwrap_or("this is no recording".into()))),
+            },
         }
     }
 

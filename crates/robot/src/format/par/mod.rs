@@ -8,8 +8,6 @@ mod read;
 mod table;
 mod text;
 mod variables;
-mod write;
 
 pub use read::read_par;
 pub(in crate::format) use read::read_par_with;
-pub use write::write_par;

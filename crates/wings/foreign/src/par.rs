@@ -1,14 +1,14 @@
-//! A robot written as a .par file that SYMORO and OpenSYMORO read, and [`crate::format::read_par`] too.
+//! A robot written as a .par file that SYMORO and OpenSYMORO read, and [`robot::format::read_par`] too.
 //!
 //! Values of symbols go into comments `(* Value D3 = 0.45 *)`: SYMORO and OpenSYMORO keep the symbols, this program
 //! reads the values. Each item that the format cannot express is noted.
 
 use std::fmt::Write;
 
-use crate::format::written::{WrittenNames, tell_of_file};
-use crate::parameter::Inertial;
-use crate::robot::{Drive, JointKind, Limits, Link, LinkId, LoopFrame, ModifiedDh, Note, Robot, RotorInertia};
-use crate::value::{Affine, Value};
+use robot::format::written::{WrittenNames, tell_of_file};
+use robot::{
+    Affine, Drive, Inertial, JointKind, Limits, Link, LinkId, LoopFrame, ModifiedDh, Note, Robot, RotorInertia, Value,
+};
 
 /// The text of a .par file, and what it could not carry.
 pub fn write_par(robot: &Robot) -> (String, Vec<Note>) {

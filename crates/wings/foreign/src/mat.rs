@@ -11,9 +11,10 @@ use std::io::Read;
 use flate2::read::ZlibDecoder;
 use gate::budget::Budget;
 
-use crate::Error;
-use crate::formats::arrays::Array;
-use crate::table::{MAX_CELLS, Table};
+use logs::Array;
+use logs::Error;
+use logs::Table;
+use logs::reading::MAX_CELLS;
 
 /// Bytes before the first element.
 const HEAD_BYTES: usize = 128;

@@ -18,18 +18,20 @@ use rusqlite::ffi::SQLITE_READONLY_ROLLBACK;
 use rusqlite::limits::Limit;
 use rusqlite::{Connection, OpenFlags};
 
-use crate::formats::compression::Compression;
-use crate::formats::content::Content;
-use crate::formats::rosbag::message::{Channel, Message, Outcome, Receiver};
+use logs::reading::Compression;
+use logs::reading::{Channel, Message, Outcome, Receiver, Wanted};
 
 /// Bytes of one message. 500 joints take 30 000.
 const MAX_MESSAGE_BYTES: i32 = 1 << 24;
+
+/// How a zstd stream begins.
+const ZSTD_MAGIC: &[u8] = b"\x28\xb5\x2f\xfd";
 
 /// SQLite without locks. Since nothing is written, files in a read-only folder can be opened too.
 const LOCKLESS_FILE_SYSTEM: &str = if cfg!(windows) { "win32-none" } else { "unix-none" };
 
 /// Opens a file, which must not be written by another program meanwhile.
-pub(crate) fn open(path: &Path) -> Result<Connection, String> {
+fn open(path: &Path) -> Result<Connection, String> {
     let flags = OpenFlags::SQLITE_OPEN_READ_ONLY | OpenFlags::SQLITE_OPEN_NO_MUTEX;
     let opened = if ["-wal", "-journal"].iter().any(|end| beside(path, end).exists()) {
         Connection::open_with_flags_and_vfs(path, flags, LOCKLESS_FILE_SYSTEM)
@@ -65,7 +67,7 @@ fn immutable(path: &Path) -> OsString {
 }
 
 /// Opens the content of a file.
-pub(crate) fn of_bytes(bytes: &[u8]) -> Result<Connection, String> {
+fn of_bytes(bytes: &[u8]) -> Result<Connection, String> {
     // In memory there is no write-ahead log beside the file. So its mode, bytes 18 and 19, is set to that of a plain
     // file.
     let (head, rest) = bytes.split_at(bytes.len().min(20));
@@ -86,15 +88,30 @@ fn refused(e: &rusqlite::Error) -> String {
     format!("this is no rosbag2 in sqlite3 that can be read: {e}; `sqlite3 FILE .recover` may save what is in it")
 }
 
-/// Hands the messages of the channels that are `wanted` to `each`. What packed messages unfold to is drawn from `work`.
-///
-/// Fails when the tables of a rosbag2 are not there; damage among the messages is an `Outcome`.
-pub(crate) fn read(
-    database: &Connection,
-    wanted: &dyn Fn(&Channel) -> bool,
+/// As [`read`], of a file.
+pub(crate) fn read_file(
+    path: &Path,
+    wanted: &Wanted,
     work: &mut Budget,
     each: &mut Receiver,
 ) -> Result<Outcome, String> {
+    read(&open(path)?, wanted, work, each)
+}
+
+/// As [`read`], of the content of a file.
+pub(crate) fn read_bytes(
+    bytes: &[u8],
+    wanted: &Wanted,
+    work: &mut Budget,
+    each: &mut Receiver,
+) -> Result<Outcome, String> {
+    read(&of_bytes(bytes)?, wanted, work, each)
+}
+
+/// Hands the messages of the channels that are `wanted` to `each`. What packed messages unfold to is drawn from `work`.
+///
+/// Fails when the tables of a rosbag2 are not there; damage among the messages is an `Outcome`.
+fn read(database: &Connection, wanted: &Wanted, work: &mut Budget, each: &mut Receiver) -> Result<Outcome, String> {
     guard(database).map_err(|e| refused(&e))?;
     for table in ["topics", "messages"] {
         // Views, virtual tables and computed columns would run code of the file, so they are refused.
@@ -136,7 +153,7 @@ pub(crate) fn read(
         let at = |e: String| format!("message {id} of {}: {e}", channel.topic);
         // Messages may be packed one by one. An unpacked one is no zstd stream, because CDR begins with 00 00 or 00 01.
         let unpacked;
-        let data = if Content::of(data) == Content::Zstd {
+        let data = if data.starts_with(ZSTD_MAGIC) {
             unpacked = Compression::Zstd.unpack_within(data, MAX_MESSAGE_BYTES as usize).map_err(at)?;
             work.draw(unpacked.len()).map_err(at)?;
             &unpacked

@@ -6,9 +6,9 @@
 
 use std::io::{self, Read};
 
-use crate::formats::arrow::flatbuffer::Table;
-use crate::formats::arrow::schema::Field;
-use crate::table::MAX_FILE_BYTES;
+use crate::arrow::flatbuffer::Table;
+use crate::arrow::schema::Field;
+use logs::reading::MAX_FILE_BYTES;
 
 /// What a file begins with, and ends with but for the zeros.
 pub(crate) const FILE_MAGIC: &[u8] = b"ARROW1\0\0";

@@ -8,13 +8,14 @@ use std::io::Read;
 
 use gate::budget::Budget;
 
-use crate::Error;
-use crate::formats::arrow::batch::{Batch, Column};
-use crate::formats::arrow::flatbuffer::Table as Description;
-use crate::formats::arrow::messages::{FILE_MAGIC, Messages, Pieces, RECORD_BATCH};
-use crate::formats::arrow::schema::{Field, Layout};
-use crate::formats::stored_number::{time_note, without_unit};
-use crate::table::{MAX_CELLS, MAX_COLUMNS, RowReader, Table, check_header};
+use crate::arrow::batch::{Batch, Column};
+use crate::arrow::flatbuffer::Table as Description;
+use crate::arrow::messages::{FILE_MAGIC, Messages, Pieces, RECORD_BATCH};
+use crate::arrow::schema::{Field, Layout};
+use logs::Error;
+use logs::Table;
+use logs::reading::{MAX_CELLS, MAX_COLUMNS, RowReader, check_header};
+use logs::reading::{time_note, without_unit};
 
 /// Rows of a file on their way into tables.
 pub(crate) struct ArrowReader<'a> {

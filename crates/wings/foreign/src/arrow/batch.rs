@@ -7,11 +7,11 @@ use std::borrow::Cow;
 
 use gate::budget::Budget;
 
-use crate::formats::arrow::flatbuffer::Table;
-use crate::formats::arrow::schema::{Field, Layout};
-use crate::formats::compression::Compression;
-use crate::formats::stored_number::{Kind, Numbers};
-use crate::table::{MAX_CELLS, MAX_COLUMNS};
+use crate::arrow::flatbuffer::Table;
+use crate::arrow::schema::{Field, Layout};
+use logs::reading::Compression;
+use logs::reading::{Kind, Numbers};
+use logs::reading::{MAX_CELLS, MAX_COLUMNS};
 
 /// A list takes so much while it is read: its place, and its place if it is there.
 const LIST_BYTES: usize = size_of::<[usize; 2]>() + size_of::<Option<[usize; 2]>>();

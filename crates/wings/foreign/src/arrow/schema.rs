@@ -3,8 +3,8 @@
 //! Columns lie depth first: of a structure its fields follow, of a list its elements. A list column `q` becomes q_1 .. q_k; a
 //! field of a structure is `struct.field`. A column without numbers is one of text: it is refused when it is used.
 
-use crate::formats::arrow::flatbuffer::Table;
-use crate::formats::stored_number::Kind;
+use crate::arrow::flatbuffer::Table;
+use logs::reading::Kind;
 
 /// Structures that stand in one another.
 const MAX_DEPTH: usize = 8;

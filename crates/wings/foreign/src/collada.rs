@@ -12,8 +12,8 @@ use std::collections::HashMap;
 
 use roxmltree::{Document, Node, ParsingOptions};
 
-use crate::vector::Vector3;
-use crate::xml_bounds::{MAX_ATTRIBUTES_PER_ELEMENT, MAX_XML_NODES, crowded};
+use robot::vector::Vector3;
+use robot::xml_bounds::{MAX_ATTRIBUTES_PER_ELEMENT, MAX_XML_NODES, crowded};
 
 /// Nodes within nodes, and instances of nodes within those.
 const DEEPEST_NODE: usize = 64;
@@ -284,6 +284,14 @@ mod tests {
         let off = found.iter().flatten().zip(expected.iter().flatten()).map(|(a, b)| (a - b).abs());
         // Sums of a few products of numbers below 2.
         assert!(off.fold(0.0, f64::max) < 1e-15, "{found:?}");
+    }
+
+    #[test]
+    fn meshes_are_read_by_their_extension() {
+        rist::wings::register(vec![crate::wing()]);
+        let read = |bytes: &[u8]| robot::mesh::vertices(bytes, std::path::Path::new("tool.DAE"));
+        assert_eq!(read(FILE.as_bytes()), vertices(FILE.as_bytes()));
+        assert!(read(b"").unwrap_err().starts_with("tool.DAE: no Collada"));
     }
 
     #[test]

@@ -56,6 +56,18 @@ const TABLES: &str = "
     INSERT INTO topics VALUES(1, '/tf', 'tf2_msgs/msg/TFMessage', 'cdr', '', '');
     INSERT INTO topics VALUES(2, '/joint_states', 'sensor_msgs/msg/JointState', 'cdr', '', '');";
 
+/// A table of a file.
+fn read(file: &Path) -> Result<Table, logs::Error> {
+    rist::wings::register(vec![foreign::wing()]);
+    Table::read(file)
+}
+
+/// A table of the content of a file.
+fn from_bytes(bytes: &[u8]) -> Result<Table, logs::Error> {
+    rist::wings::register(vec![foreign::wing()]);
+    Table::from_bytes("log", bytes)
+}
+
 /// A database with these rows, each behind a message of another topic.
 fn record(database: &Connection, rows: std::ops::Range<i64>, packed: bool) {
     let mut insert = database.prepare("INSERT INTO messages(topic_id, timestamp, data) VALUES(?, ?, ?)").unwrap();
@@ -113,7 +125,7 @@ fn messages_that_unfold_without_end_are_refused() {
             .unwrap();
     }
     drop(database);
-    let refused = Table::read(&file).unwrap_err().to_string();
+    let refused = read(&file).unwrap_err().to_string();
     assert!(refused.contains("64 times the file"), "{refused}");
     std::fs::remove_dir_all(folder).unwrap();
 }
@@ -124,13 +136,13 @@ fn a_bag_is_a_table() {
     let folder = folder("whole");
     let file = folder.join("walk_0.db3");
     write(&file, 0..ROWS, false);
-    let table = Table::read(&file).unwrap();
+    let table = read(&file).unwrap();
     assert_eq!(table.notes, ["topic /joint_states; time from header.stamp"]);
     assert_rows(&table, ROWS as usize);
     let bytes = std::fs::read(&file).unwrap();
-    assert_rows(&Table::from_bytes("log", &bytes).unwrap(), ROWS as usize);
+    assert_rows(&from_bytes(&bytes).unwrap(), ROWS as usize);
     let named = PathBuf::from(format!("{}#/joint_states", file.display()));
-    assert_rows(&Table::read(&named).unwrap(), ROWS as usize);
+    assert_rows(&read(&named).unwrap(), ROWS as usize);
 
     let parts = folder.join("parts");
     std::fs::create_dir(&parts).unwrap();
@@ -144,9 +156,9 @@ fn a_bag_is_a_table() {
     let bytes = std::fs::read(&packed).unwrap();
     let zstd = ruzstd::encoding::compress_to_vec(&bytes[..], ruzstd::encoding::CompressionLevel::Fastest);
     std::fs::write(parts.join("walk_11.db3.zstd"), zstd).unwrap();
-    assert_rows(&Table::read(&parts).unwrap(), ROWS as usize);
+    assert_rows(&read(&parts).unwrap(), ROWS as usize);
     std::fs::remove_file(packed).unwrap();
-    assert_rows(&Table::read(&parts).unwrap(), ROWS as usize);
+    assert_rows(&read(&parts).unwrap(), ROWS as usize);
     std::fs::remove_dir_all(&folder).unwrap();
 }
 
@@ -161,7 +173,7 @@ fn a_file_cut_short_is_read_up_to_the_cut() {
     for tenths in [9, 7, 5, 3] {
         let bytes = &whole[..whole.len() * tenths / 10 + 1234];
         std::fs::write(&file, bytes).unwrap();
-        for table in [Table::read(&file).unwrap(), Table::from_bytes("log", bytes).unwrap()] {
+        for table in [read(&file).unwrap(), from_bytes(bytes).unwrap()] {
             let rows = table.rows();
             assert_rows(&table, rows);
             assert!(rows > 0 && rows <= before, "{tenths}: {rows} of {before}");
@@ -186,12 +198,12 @@ fn damage_does_not_panic() {
         for change in [0xff, 0x00, whole[at] ^ 1] {
             let mut bytes = whole.clone();
             bytes[at] = change;
-            match Table::from_bytes("log", &bytes) {
+            match from_bytes(&bytes) {
                 Ok(table) => told += usize::from(table.notes.len() > 1),
                 Err(_) => refused += 1,
             }
         }
-        let _ = Table::from_bytes("log", &whole[..at]);
+        let _ = from_bytes(&whole[..at]);
     }
     assert!(refused > 5 && told > 0, "{refused} {told}");
     std::fs::remove_dir_all(&folder).unwrap();
@@ -215,16 +227,16 @@ fn what_a_killed_recorder_left_in_its_write_ahead_log() {
     drop(database);
     let (bytes, logged) = (std::fs::read(&copy).unwrap(), std::fs::read(&log).unwrap());
     assert!(!logged.is_empty());
-    assert_rows(&Table::read(&folder.join("bag")).unwrap(), 200);
+    assert_rows(&read(&folder.join("bag")).unwrap(), 200);
     // Nothing is written, beside it neither.
     assert_eq!((std::fs::read(&copy).unwrap(), std::fs::read(&log).unwrap()), (bytes, logged.clone()));
     assert_eq!(std::fs::read_dir(folder.join("bag")).unwrap().count(), 2);
     // The log cut in the middle of a commit gives what was committed before.
     std::fs::write(&log, &logged[..logged.len() * 2 / 3]).unwrap();
-    let table = Table::read(&copy).unwrap();
+    let table = read(&copy).unwrap();
     assert!(table.rows() > 100 && table.rows() < 200, "{}", table.rows());
     std::fs::remove_file(&log).unwrap();
-    assert_rows(&Table::read(&copy).unwrap(), 100);
+    assert_rows(&read(&copy).unwrap(), 100);
     std::fs::remove_dir_all(&folder).unwrap();
 }
 
@@ -240,7 +252,7 @@ fn a_change_half_written_is_told() {
     std::fs::copy(&file, &copy).unwrap();
     std::fs::copy(folder.join("live.db3-journal"), folder.join("walk_0.db3-journal")).unwrap();
     drop(database);
-    let message = Table::read(&copy).unwrap_err().to_string();
+    let message = read(&copy).unwrap_err().to_string();
     assert!(message.contains("killed in the middle of writing"), "{message}");
     std::fs::remove_dir_all(&folder).unwrap();
 }
@@ -271,7 +283,7 @@ fn tables_that_are_none_are_refused() {
     ] {
         let _ = std::fs::remove_file(&file);
         Connection::open(&file).unwrap().execute_batch(schema).unwrap();
-        let message = Table::read(&file).unwrap_err().to_string();
+        let message = read(&file).unwrap_err().to_string();
         assert!(message.contains(expected), "{message}");
     }
     std::fs::remove_dir_all(&folder).unwrap();

@@ -1,0 +1,31 @@
+//! Arrow IPC: files (Feather, version 2) and streams.
+
+mod batch;
+mod batches;
+mod flatbuffer;
+pub(crate) mod messages;
+mod schema;
+
+use gate::budget::Budget;
+use logs::reading::{LogReader, RowReader};
+use logs::{Error, Table};
+
+use crate::arrow::batches::ArrowReader;
+
+/// Reads files.
+pub(crate) const FILE: LogReader = LogReader::Indexed {
+    of_file: |file, pieces| {
+        let length = pieces.length();
+        Ok(Box::new(ArrowReader::of_file(file, Box::new(move |at, count| pieces.read(at, count)), length)?))
+    },
+    of_bytes,
+};
+
+/// Reads streams.
+pub(crate) const STREAM: LogReader =
+    LogReader::Stream { of_source: |file, source| Ok(Box::new(ArrowReader::of_stream(file, source)?)), of_bytes };
+
+/// All rows of a file or a stream.
+fn of_bytes(file: &str, bytes: &[u8], _: &mut Budget) -> Result<Table, Error> {
+    ArrowReader::of_bytes(file, bytes)?.rows(usize::MAX)
+}

@@ -1,0 +1,42 @@
+//! Wing: files of other worlds.
+//!
+//! Logs in Arrow IPC, in MATLAB's .mat and, with the feature `rosbag2-sqlite`, in bags of SQLite; the vertices of Collada meshes; a robot
+//! written as SYMORO's .par.
+//!
+//! What the core promises this wing: `logs::reading` makes a table of columns, unpacks within bounds, and takes messages of a recording;
+//! `robot::mesh` asks the reader that is registered for an extension; `robot::format::written` makes names that a format takes.
+
+#![warn(missing_docs)]
+
+mod arrow;
+mod collada;
+mod mat;
+mod par;
+#[cfg(feature = "rosbag2-sqlite")]
+mod sqlite;
+
+use logs::reading::{LogFormat, LogReader};
+use rist::DescriptionFormat;
+use rist::wings::{DescriptionWriter, Wing};
+use robot::mesh::MeshFormat;
+
+pub use par::write_par;
+
+/// What this wing reads and writes.
+pub fn wing() -> Wing {
+    Wing {
+        log_formats: vec![
+            LogFormat { magic: arrow::messages::FILE_MAGIC, reader: arrow::FILE },
+            LogFormat { magic: b"\xff\xff\xff\xff", reader: arrow::STREAM },
+            LogFormat { magic: b"MATLAB 5.0 MAT", reader: LogReader::Whole(mat::read) },
+            #[cfg(feature = "rosbag2-sqlite")]
+            LogFormat {
+                magic: b"SQLite format 3\0",
+                reader: LogReader::Recording { of_file: sqlite::read_file, of_bytes: sqlite::read_bytes },
+            },
+        ],
+        mesh_formats: vec![MeshFormat { extension: "dae", vertices: Ok(collada::vertices) }],
+        writers: vec![DescriptionWriter { format: DescriptionFormat::Par, write: Ok(write_par) }],
+        ..Wing::default()
+    }
+}
