@@ -33,9 +33,9 @@ use experiments::simulate::closed_loop::{Sensing, Simulation, Steps};
 use identification::estimate::consistent::{Consistency, identify_consistent};
 use identification::estimate::identify::Fit;
 use identification::estimate::options::Options;
-use identification::estimators::closed_loop::{ClosedLoop, Simulator, simulated};
 use identification::estimators::essential::{Elimination, essential};
 use identification::estimators::weighted::Weights;
+use research::{ClosedLoop, Simulator, simulated};
 
 use identification::rows::observation::{Observation, weighted};
 use identification::signals::signal_options::Signal;

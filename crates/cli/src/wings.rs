@@ -21,18 +21,22 @@ pub fn register() {
         ::foreign::wing(),
         #[cfg(feature = "formulas")]
         ::formulas::wing(),
+        #[cfg(feature = "research")]
+        ::research::wing(),
         #[cfg(feature = "statics")]
         ::statics::wing(),
         absent(),
     ]);
 }
 
-/// What the sentence of an absent feature says behind what was found.
+/// What is said of an absent feature, behind what was found.
 macro_rules! without {
     ($found:literal, $feature:literal) => {
+        concat!($found, ": ", without!($feature))
+    };
+    ($feature:literal) => {
         concat!(
-            $found,
-            ": this program was built without the feature `",
+            "this program was built without the feature `",
             $feature,
             "`; the programs and wheels of a release have it, and docs/how-to/install.md says how to build one"
         )
@@ -61,6 +65,10 @@ fn absent() -> Wing {
         wing.mesh_formats.push(MeshFormat { extension: "dae", vertices: Err(without!("a Collada mesh", "foreign")) });
         let write = Err(without!("[to=par]", "foreign"));
         wing.writers.push(DescriptionWriter { format: DescriptionFormat::Par, write });
+    }
+    if cfg!(not(feature = "research")) {
+        wing.in_loop = Some(Err(without!("research")));
+        wing.proof_search = Some(Err(without!("research")));
     }
     wing
 }

@@ -4,8 +4,7 @@ use std::path::PathBuf;
 
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
-use rist::ClosedLoop;
-use rist::fit::closed_loop::identify_experiments_in_loop;
+use rist::identify_experiments_in_loop;
 use rist::fit::doctor::{DoctorRequest, claims_of_log};
 use rist::fit::experiments::{ExperimentLogs, identify_gains_of_rows, identify_paper_rows};
 use rist::fit::samples::{identify_essential, identify_loaded};
@@ -164,14 +163,11 @@ fn identify_plan(
     };
     let plan = ExperimentPlan::of(plan, inner)?;
     let logs = ExperimentLogs { directory: &directory, plan: &plan };
-    // IV and DIDIM simulate the closed loop; all others need the logs only.
-    let in_loop = |method| {
-        let request = call.request()?;
-        work(py, None, |_| identify_experiments_in_loop(inner, logs, &request, method))
-    };
     let estimate = match method {
-        Method::Iv => in_loop(ClosedLoop::InstrumentalVariables)?,
-        Method::Didim => in_loop(ClosedLoop::DirectAndInverse)?,
+        Method::Iv | Method::Didim => {
+            let request = call.request()?;
+            work(py, None, |_| identify_experiments_in_loop(inner, logs, &request, method))?
+        }
         Method::Rist | Method::Tls => {
             let request = call.request()?;
             let identify = if method == Method::Tls { identify_gains_of_rows } else { identify_paper_rows };

@@ -54,10 +54,11 @@ pub use describe::model::Model;
 pub use describe::source::generate;
 pub use describe::states_file::evaluate;
 pub use error::{Error, Kind as ErrorKind, Step};
-pub use fit::closed_loop::identify_experiments_in_loop;
 pub use fit::column_proposal::{ColumnProposal, propose_columns};
 pub use fit::doctor::{Passport, examine};
-pub use fit::experiments::{ExperimentLogs, identify_experiments, identify_gains_of_rows, identify_paper_rows};
+pub use fit::experiments::{
+    ExperimentLogs, identify_experiments, identify_experiments_in_loop, identify_gains_of_rows, identify_paper_rows,
+};
 pub use fit::samples::{Identification, identify, identify_essential, identify_loaded};
 pub use fit::validation::{Validation, predicted_torques, validate};
 pub use fit::verdict::{Trust, Verdict};
@@ -111,7 +112,6 @@ pub use identification::estimate::residuals::Residuals;
 pub use identification::estimate::selection::FrictionSelection;
 pub use identification::estimate::torque_error::TorqueError;
 pub use identification::estimate::verdict::BodiesEvidence;
-pub use identification::estimators::closed_loop::ClosedLoop;
 pub use identification::estimators::drive_gains::likelihood::Gain;
 pub use identification::estimators::weighted::Weights;
 pub use linear_model::artefact::Kind;

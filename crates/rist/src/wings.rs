@@ -6,7 +6,15 @@ use std::sync::OnceLock;
 
 use robot::{Note, Robot};
 
-use crate::request::{DescriptionFormat, Field};
+use crate::describe::model::Model;
+use crate::error::Error;
+use crate::fit::experiments::ExperimentLogs;
+use crate::request::{ClosedLoopRequest, DescriptionFormat, Field, Method};
+
+pub use crate::describe::adapters::tape_dynamics::dynamics;
+pub use crate::fit::experiments::Reader;
+pub use experiments::plan::proof_search::ProofSearch;
+pub use identification::estimate::artefact::Estimate;
 
 pub use identification::estimate::identify::Fit;
 pub use identification::estimate::ledger::hypotheses::Open;
@@ -27,7 +35,14 @@ pub struct Wing {
     pub mesh_formats: Vec<MeshFormat>,
     /// Writers of descriptions.
     pub writers: Vec<DescriptionWriter>,
+    /// Identification that simulates the experiments of a plan, or what is said where it was not built in.
+    pub in_loop: Option<Result<IdentifyInLoop, &'static str>>,
+    /// The search for a plan that is proven the best, or what is said where it was not built in.
+    pub proof_search: Option<Result<ProofSearch, &'static str>>,
 }
+
+/// Identifies from the logs of a plan by a method that simulates its experiments.
+pub type IdentifyInLoop = fn(&Model, ExperimentLogs, &ClosedLoopRequest, Method) -> Result<Estimate, Error>;
 
 /// The text of a robot, and what of it the format cannot carry.
 pub type WriteDescription = fn(&Robot) -> (String, Vec<Note>);
@@ -48,6 +63,9 @@ pub fn register(wings: Vec<Wing>) {
     WINGS.get_or_init(|| {
         logs::reading::register(wings.iter().flat_map(|wing| wing.log_formats.clone()).collect());
         robot::mesh::register(wings.iter().flat_map(|wing| wing.mesh_formats.clone()).collect());
+        if let Some(search) = wings.iter().find_map(|wing| wing.proof_search) {
+            experiments::plan::proof_search::register(search);
+        }
         wings
     });
 }

@@ -165,6 +165,7 @@ fn efficiency_by_hand(
     model: &Model,
     request: &PlanRequest,
 ) -> (rist::motion::planning::ExperimentPlan, f64, Vec<Rows>, f64) {
+    tests::register_wings();
     let planned = rist::plan(model, request, &|_, _, _| ()).unwrap().plan;
     let read = rist::motion::planning::ExperimentPlan::from_yaml("plan.yaml", &planned.to_yaml().unwrap()).unwrap();
     assert_eq!(read, planned);

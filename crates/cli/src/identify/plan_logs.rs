@@ -2,9 +2,8 @@
 
 use std::path::{Path, PathBuf};
 
-use rist::ClosedLoop;
-use rist::fit::closed_loop::identify_experiments_in_loop;
 use rist::fit::experiments::{ExperimentLogs, identify_experiments, identify_gains_of_rows, identify_paper_rows};
+use rist::identify_experiments_in_loop;
 use rist::output::check_output;
 use rist::request::{HarmonicRequest, Method, PaperRequest};
 
@@ -33,14 +32,12 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
     arguments.out.iter().try_for_each(|out| check_output(out, &inputs))?;
     let of_options = |e| Failure::new(format_args!("{}: {e}", given.file("options").display()));
     let at = || at_work(format_args!("identifying from {}", directory.display()));
-    let in_loop = |method| {
-        let request = given.read()?;
-        at_work(format_args!("simulating and identifying {}", directory.display()));
-        Ok::<_, Failure>(identify_experiments_in_loop(&model, logs, &request, method)?)
-    };
     let estimate = match asked.method {
-        Method::Iv => in_loop(ClosedLoop::InstrumentalVariables)?,
-        Method::Didim => in_loop(ClosedLoop::DirectAndInverse)?,
+        Method::Iv | Method::Didim => {
+            let request = given.read()?;
+            at_work(format_args!("simulating and identifying {}", directory.display()));
+            identify_experiments_in_loop(&model, logs, &request, asked.method)?
+        }
         Method::Rist | Method::Tls => {
             let request: PaperRequest = given.read()?;
             request.columns().map_err(of_options)?;

@@ -321,32 +321,9 @@ fn configurations(
 }
 
 #[cfg(test)]
-pub(crate) mod tests {
+mod tests {
     use super::*;
-
-    pub(crate) fn limits() -> [MotionLimits; 3] {
-        let limit = |range: f64, velocity, acceleration| MotionLimits {
-            position: (-range, range),
-            velocity,
-            acceleration,
-            slow_velocity: 0.5,
-            bandwidth: 10.0,
-            quantum: 1e-4,
-        };
-        [limit(2.6, 5.0, 30.0), limit(1.5, 5.0, 40.0), limit(2.4, 7.0, 60.0)]
-    }
-
-    pub(crate) fn grid() -> CandidateGrid {
-        CandidateGrid {
-            profile: Profile::BangBang,
-            steps: 4,
-            configurations: 12,
-            duration: 4.0,
-            sample_time: 1e-3,
-            gravity: true,
-            seed: 1,
-        }
-    }
+    use crate::plan::test_plans::{grid, limits};
 
     #[test]
     fn the_words_of_table_1() {

@@ -153,7 +153,7 @@ fn equilibrated(blocks: &[Rows], criterion: Criterion) -> Vec<Rows> {
 }
 
 /// 1 / root mean square over blocks of each column; 1 for a column of zeros.
-pub(crate) fn scales<'a>(p: usize, blocks: impl Iterator<Item = &'a Rows>) -> Vec<f64> {
+pub fn scales<'a>(p: usize, blocks: impl Iterator<Item = &'a Rows>) -> Vec<f64> {
     let (mut squares, mut count) = (vec![0.0; p], 0);
     for b in blocks {
         count += 1;
@@ -307,21 +307,9 @@ fn eliminate(a: &mut [f64], b: &mut [f64], m: usize, mut pivot: impl FnMut(f64))
 }
 
 #[cfg(test)]
-pub(crate) mod tests {
+mod tests {
     use super::*;
-
-    /// Candidates of one to three random rows.
-    pub(crate) fn random_blocks(count: usize, p: usize, seed: u64) -> Vec<Rows> {
-        let mut random = Random::new(seed);
-        let mut block = || {
-            let mut rows = Rows::new(p);
-            for _ in 0..1 + random.index(3) {
-                rows.push(&(0..p).map(|_| random.normal()).collect::<Vec<_>>());
-            }
-            rows
-        };
-        (0..count).map(|_| block()).collect()
-    }
+    use crate::plan::test_plans::random_blocks;
 
     fn search(threads: usize) -> Search {
         Search { starts: 6, threads, ..Search::default() }

@@ -17,7 +17,6 @@ use numerics::triangle::TriangleBuilder;
 use serde::{Deserialize, Serialize};
 
 use crate::motion::profile::Profile;
-use crate::plan::branch_and_bound::{Work, branch_and_bound};
 use crate::plan::candidates::Candidate;
 use crate::plan::certificate::{certified_efficiency, condition_bound, determinant_bound};
 use crate::plan::exchange::{Choice, Criterion, exchange, scales, value_of};
@@ -27,6 +26,7 @@ use crate::plan::plan_proof::PlanProof;
 use crate::plan::planned_experiment::{
     CandidateMotion, PlannedExperiment, PlannedSweep, PlannedSwing, PredictedParameter, check_names,
 };
+use crate::plan::proof_search::{Work, registered};
 use crate::plan::ranges::check_motion;
 
 /// A plan and what it promises.
@@ -88,7 +88,8 @@ impl ExperimentPlan {
         let bound = determinant_bound(&information, 1e-2, 2000);
         let work = Work { nodes: search.nodes, tolerance: search.tolerance };
         let is_asked = *criterion == Criterion::Determinant && search.nodes > 0;
-        let proven = is_asked.then(|| branch_and_bound(&information, &chosen, &work)).flatten();
+        let search = registered().ok().filter(|_| is_asked);
+        let proven = search.and_then(|search| (search.prove)(&information, &chosen, &work));
         if let Some(proven) = &proven {
             chosen.clone_from(&proven.chosen);
         }
@@ -132,7 +133,8 @@ impl ExperimentPlan {
         self.experiments.iter().map(|e| self.trajectory(e).map_err(|m| Error::at(file, 0, m))).collect()
     }
 
-    pub(crate) fn trajectory(&self, e: &PlannedExperiment) -> Result<ExcitingTrajectory, String> {
+    /// The motion of an experiment; as [`ExperimentPlan::trajectories`].
+    pub fn trajectory(&self, e: &PlannedExperiment) -> Result<ExcitingTrajectory, String> {
         let n = self.coordinates.len();
         let fail = |what: String| Err(format!("experiment {}: {what}", e.name));
         let place = |name: &String| match self.coordinates.iter().position(|c| c == name) {
@@ -352,8 +354,8 @@ mod tests {
     use super::*;
     use crate::pendulum::Pendulum;
     use crate::plan::candidates::candidates;
-    use crate::plan::candidates::tests::{grid, limits};
     use crate::plan::exchange::Search;
+    use crate::plan::test_plans::{grid, limits};
 
     fn plan(count: usize) -> ExperimentPlan {
         let (arm, noise) = (Pendulum::new(), [0.1]);

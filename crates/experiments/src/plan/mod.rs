@@ -1,6 +1,5 @@
 //! Experiments of one or two joints for spectrum analysis: candidates, the choice among them, and its proof.
 
-pub mod branch_and_bound;
 pub mod candidates;
 pub mod certificate;
 pub mod exchange;
@@ -11,10 +10,17 @@ pub mod motion_count;
 pub mod motion_kind;
 pub mod paper_rows;
 pub mod permission;
-mod plan_node;
 pub mod plan_proof;
 pub mod planned_experiment;
-pub mod proof_again;
+pub mod proof_search;
 pub mod quadratic_model;
 pub mod ranges;
 pub mod relaxed_design;
+
+#[cfg(test)]
+use {
+    crate::motion::profile::Profile, candidates::CandidateGrid, candidates::MotionLimits,
+    numerics::information_matrix::Rows, random::Random,
+};
+#[cfg(test)]
+mod test_plans;

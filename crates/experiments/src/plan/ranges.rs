@@ -67,7 +67,7 @@ pub fn check_limits(coordinates: &[String], limits: &[MotionLimits]) -> Result<(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::plan::candidates::tests::limits;
+    use crate::plan::test_plans::limits;
 
     #[test]
     fn numbers_out_of_range_are_named() {

@@ -159,7 +159,7 @@ pub fn tangent(blocks: &[Rows], x: &[f64]) -> Option<Tangent> {
 ///
 /// Where no design between the bounds has full rank, the design that is found lies outside them. `None` where the
 /// candidates together have not full rank, or the bounds have no room.
-pub(crate) fn relaxed(
+pub fn relaxed(
     blocks: &[Rows],
     bounds: &Bounds,
     count: usize,

@@ -2,7 +2,6 @@
 
 pub mod artefact;
 pub mod autocorrelation;
-pub mod closed_loop;
 pub mod consistent;
 pub mod cross_talk;
 pub mod delay;

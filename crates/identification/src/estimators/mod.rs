@@ -1,10 +1,8 @@
 //! From triangles to a solution, one estimator a file.
 
 pub mod barrier;
-pub mod closed_loop;
 pub mod clusters;
 pub mod consistent;
-pub mod correlated_deviation;
 pub mod drive_gains;
 pub mod essential;
 pub mod huber;

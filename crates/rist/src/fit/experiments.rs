@@ -18,7 +18,8 @@ pub use identification::spectrum::rist_mh::data::HarmonicOptions;
 use crate::describe::model::Model;
 use crate::error::Error;
 use crate::fit::motion_range::{allowed, seen_in_plan};
-use crate::request::{HarmonicRequest, PaperRequest, Request};
+use crate::request::{ClosedLoopRequest, HarmonicRequest, Method, PaperRequest, Request, Words};
+use crate::wings::registered;
 use identification::estimate::artefact::Estimate;
 
 /// The logs of a plan that was run.
@@ -71,6 +72,21 @@ pub fn identify_paper_rows(model: &Model, logs: ExperimentLogs, request: &PaperR
 pub fn identify_gains_of_rows(model: &Model, logs: ExperimentLogs, request: &PaperRequest) -> Result<Estimate, Error> {
     request.check()?;
     identify_by(model, logs, request, SpectralMethod::TotalLeastSquares, &HarmonicOptions::default())
+}
+
+/// The same by IDIM-IV or DIDIM, which simulate the experiments in closed loop; another package registers them.
+///
+/// Fails as [`identify_experiments`] does, where a gain of currents is not known, where a simulation breaks down, where the motion
+/// leaves parameters open, and where no package has registered the method.
+pub fn identify_experiments_in_loop(
+    model: &Model,
+    logs: ExperimentLogs,
+    request: &ClosedLoopRequest,
+    method: Method,
+) -> Result<Estimate, Error> {
+    let registered = registered().iter().find_map(|wing| wing.in_loop);
+    let identify = registered.unwrap_or(Err("it is not registered"));
+    identify.map_err(|why| Error::new(format_args!("[method={}]: {why}", method.word())))?(model, logs, request, method)
 }
 
 fn identify_by(
@@ -169,11 +185,14 @@ fn unlike(model: &Model, file: &str, experiment: &SpectralExperiment) -> Option<
 }
 
 /// Reads the logs of experiments, and keeps count of them.
-pub(crate) struct Reader<'a> {
+pub struct Reader<'a> {
+    /// The robot.
     pub model: &'a Model,
+    /// What its columns are called.
     pub columns: &'a ColumnNames,
     /// Whether a log held currents.
     pub currents: bool,
+    /// The logs that were read.
     pub files: Vec<String>,
 }
 
@@ -190,7 +209,7 @@ impl Reader<'_> {
     }
 
     /// What was recorded of an experiment, whose clock must be the plan's.
-    pub(crate) fn record(&mut self, path: &Path, trajectory: &ExcitingTrajectory) -> Result<Record, Error> {
+    pub fn record(&mut self, path: &Path, trajectory: &ExcitingTrajectory) -> Result<Record, Error> {
         let (log, _) = Log::read(path, self.model.regressor().coordinates(), self.columns)?;
         if log.effort_is == Effort::PositionError {
             return Err(Error::new(format_args!(

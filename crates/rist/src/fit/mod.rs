@@ -1,7 +1,6 @@
 //! From logs to parameters: what a log is looked at for, what is chosen, the fit, and whether to trust it.
 
 pub(crate) mod candidates;
-pub mod closed_loop;
 pub mod column_proposal;
 pub mod doctor;
 pub(crate) mod drive_gains;

@@ -19,7 +19,7 @@ use experiments::motion::point_trajectory::{Interpolation, PointTrajectory};
 use experiments::plan::exciting_trajectory::ExcitingTrajectory;
 use experiments::plan::experiment_plan::ExperimentPlan;
 use experiments::plan::planned_experiment::PlannedExperiment;
-use experiments::plan::proof_again;
+use experiments::plan::proof_search;
 use logs::{ColumnNames, Columns, Table};
 
 use crate::describe::adapters::surroundings::RobotSurroundings;
@@ -119,7 +119,12 @@ pub fn check_experiments(
 /// Fails where the plan was made with another model, and where the proof proves nothing.
 pub fn efficiency_again(model: &Model, file: &Path, plan: &ExperimentPlan) -> Result<Option<f64>, Error> {
     model.check(file, &plan.model)?;
-    Ok(proof_again::efficiency_again(plan, model.regressor(), &file.display().to_string())?)
+    if plan.proof.is_none() {
+        return Ok(None);
+    }
+    let search = proof_search::registered()
+        .map_err(|why| Error::new(format_args!("{}: its proof cannot be found again: {why}", file.display())))?;
+    Ok((search.again)(plan, model.regressor(), &file.display().to_string())?)
 }
 
 /// Points from a table: a clock, a position of each coordinate, and perhaps velocities and accelerations.

@@ -7,6 +7,7 @@ use experiments::plan::candidates::{Candidate, CandidateGrid, MotionLimits, perm
 use experiments::plan::exchange::{Choice, Search};
 use experiments::plan::exciting_trajectory::ExcitingTrajectory;
 use experiments::plan::motion_count::{bytes_of_choice, count_of_kinds};
+use experiments::plan::proof_search;
 use experiments::plan::ranges::check_limits;
 use experiments::simulate::defaults::motion_limits;
 use experiments::simulate::dynamics::RegressorDynamics;
@@ -99,6 +100,9 @@ pub fn plan(
     progress: &(dyn Fn(usize, usize, f64) + Sync),
 ) -> Result<Planned, Error> {
     check(request)?;
+    if request.nodes > 0 {
+        proof_search::registered().map_err(|why| Error::new(format_args!("[nodes={}]: {why}", request.nodes)))?;
+    }
     outlook(model, request)?;
     let of_check = CheckRequest { limits: request.limits.clone(), ..CheckRequest::default() };
     let held = CourseCheck::of_plans(model, &of_check)?;

@@ -19,7 +19,7 @@ struct TapeDynamics {
 /// The dynamics of a model with these base parameters, N m from rad; missing ones count as zero.
 ///
 /// Where loops are closed numerically, the dynamics are computed by the regressor, which has the solver.
-pub(crate) fn dynamics(model: &Model, mut parameters: Vec<f64>) -> Box<dyn Dynamics + '_> {
+pub fn dynamics(model: &Model, mut parameters: Vec<f64>) -> Box<dyn Dynamics + '_> {
     parameters.resize(model.regressor().parameters().len(), 0.0);
     let derivation = Derivation::new(&model.robot).ok().filter(|_| model.robot.passive.is_empty());
     let Some(mut derivation) = derivation else {

@@ -79,7 +79,7 @@ impl LagOne {
 }
 
 /// The largest lag-one correlation of the joints' residuals.
-pub fn correlation(model: &Model, states: &States, x: &[f64]) -> f64 {
+pub(crate) fn correlation(model: &Model, states: &States, x: &[f64]) -> f64 {
     let mut lag_one = LagOne::new(model.n());
     model.residuals(states, x, |r, j, e| lag_one.add(r, j, e));
     lag_one.largest()

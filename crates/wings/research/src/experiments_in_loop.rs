@@ -1,37 +1,42 @@
 //! Identifies parameters from the logs of a plan by simulation of its experiments: IDIM-IV and DIDIM.
 //!
-//! The simulated controller is that of [`simulate`](crate::simulate): PD of 10 Hz, tuned to the robot that least
+//! The simulated controller is that of [`simulate`](rist::simulate): PD of 10 Hz, tuned to the robot that least
 //! squares finds. IV requires only that it follows the plan as the robot does. DIDIM requires that the loops are alike.
 
+use crate::loop_estimate::identify_closed_loop;
+use crate::simulated_loop::{ClosedLoop, Simulator};
 use experiments::motion::record::Record;
 use experiments::motion::reference_motion::Reference;
 use experiments::simulate::closed_loop::Stop;
 use experiments::simulate::setup::{Asked, SimulationSetup};
-use identification::estimate::closed_loop::identify_closed_loop;
 use identification::estimate::identify::Fit;
-use identification::estimators::closed_loop::{ClosedLoop, Simulator};
 use identification::signals::preparation::{Preparation, states};
 use linear_model::friction::law::FrictionLaw;
 use linear_model::friction::terms::FrictionTerm;
 use linear_model::states::States;
 
-use crate::describe::adapters::tape_dynamics::dynamics as dynamics_of;
-use crate::describe::model::Model;
-use crate::error::Error;
-use crate::fit::experiments::{ExperimentLogs, Reader};
-use crate::request::{ClosedLoopRequest, Request};
 use identification::estimate::artefact::Estimate;
+use rist::Error;
+use rist::ExperimentLogs;
+use rist::Model;
+use rist::request::{ClosedLoopRequest, Method, Request};
+use rist::wings::Reader;
+use rist::wings::dynamics as dynamics_of;
 
 /// Identifies the base parameters and the friction from the experiments of a plan, which are simulated again and again.
 ///
 /// Fails where a log is missing or is not that of its experiment, where a gain of currents is not known, where another
 /// friction is asked for, where a simulation breaks down and where the motion leaves parameters open.
-pub fn identify_experiments_in_loop(
+pub fn identify_in_loop(
     model: &Model,
     logs: ExperimentLogs,
     request: &ClosedLoopRequest,
-    method: ClosedLoop,
+    method: Method,
 ) -> Result<Estimate, Error> {
+    let method = match method {
+        Method::Iv => ClosedLoop::InstrumentalVariables,
+        _ => ClosedLoop::DirectAndInverse,
+    };
     request.check()?;
     let mut options = request.options()?;
     let trajectories = logs.plan.trajectories(&logs.directory.display().to_string())?;

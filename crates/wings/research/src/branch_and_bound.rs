@@ -1,12 +1,12 @@
 //! The best plan of N experiments, proven: branch and bound over how often each candidate is run.
 //!
-//! A node is a set of bounds low <= x <= high. Its relaxed design ([`crate::plan::relaxed_design`]) bounds what
+//! A node is a set of bounds low <= x <= high. Its relaxed design ([`experiments::plan::relaxed_design`]) bounds what
 //! any plan within can reach. The tangent at that design settles some variables, whose bounds are tightened. Then the
 //! variable is split whose two sides lose the most by the second-order model. The nodes with the greatest bounds come
 //! next, some at a time on all processors, so that the bound of the whole falls. The search ends within a tolerance, or
 //! after so many nodes, with the gap that is left. [Ponte, Fampa, Lee 2023]
 //!
-//! The result keeps the proof ([`crate::plan::plan_proof`]).
+//! The result keeps the proof ([`experiments::plan::plan_proof`]).
 //!
 //! Not here: the Gamma bound of the same paper, for N little above what full rank takes. Experiments of several rows have
 //! full rank with fewer runs than parameters, and the natural bound proves the plans of the RACE without it.
@@ -18,30 +18,11 @@ use numerics::information_matrix::Rows;
 use numerics::interruption::Interruption;
 use processor::{in_order, threads};
 
-use crate::plan::exchange::{Criterion, scales, value_of};
-use crate::plan::plan_node::{Choice, Look, Open, cuts};
-use crate::plan::plan_proof::{PlanProof, equal_candidates};
-use crate::plan::relaxed_design::{Bounds, Tangent, relaxed};
-
-/// The best plan found, with its proof.
-#[derive(Clone, Debug, PartialEq)]
-pub struct ProvenPlan {
-    /// Indices of candidates, ascending.
-    pub chosen: Vec<usize>,
-    /// log det F.
-    pub value: f64,
-    /// The proof of a bound that no plan exceeds.
-    pub proof: PlanProof,
-}
-
-/// The limits of a search.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Work {
-    /// Largest number of nodes.
-    pub nodes: usize,
-    /// Share of the D-efficiency. A bound within it ends the search.
-    pub tolerance: f64,
-}
+use crate::plan_node::{Choice, Look, Open, cuts};
+use crate::proof_tree::{ProofTree, equal_candidates};
+use experiments::plan::exchange::{Criterion, scales, value_of};
+use experiments::plan::proof_search::{ProvenPlan, Work};
+use experiments::plan::relaxed_design::{Bounds, Tangent, relaxed};
 
 /// Newton steps at the root.
 const MAX_ROOT_NEWTON_STEPS: usize = 60;
@@ -56,7 +37,7 @@ struct TreeSearch {
     best: (f64, Vec<usize>),
     /// Tolerance of log det F.
     tolerance: f64,
-    proof: PlanProof,
+    proof: ProofTree,
     open: BinaryHeap<Open>,
     /// The greatest bound of the leaves that are done with.
     closed: f64,
@@ -85,7 +66,7 @@ pub(crate) fn branch_and_bound(blocks: &[Rows], chosen: &[usize], work: &Work) -
     let bound = open.fold(search.closed.max(search.best.0), f64::max);
     let (value, mut chosen) = search.best;
     chosen.sort_unstable();
-    let proof = PlanProof { log_det_at_most: bound - log_scale, ..search.proof.without_unused() };
+    let proof = search.proof.bounded(bound - log_scale);
     Some(ProvenPlan { chosen, value: value - log_scale, proof })
 }
 
@@ -105,7 +86,7 @@ impl TreeSearch {
         let goal = (f64::NEG_INFINITY, ASCENT_TOLERANCE_SHARE * tolerance);
         // The relaxed design bounds every plan, and its tangent tells which candidates no good plan runs.
         let root = relaxed(&all.blocks, &bounds, count, &all.beginning(), goal, MAX_ROOT_NEWTON_STEPS)?;
-        let mut proof = PlanProof::new(equal, all.design(&root.x));
+        let mut proof = ProofTree::new(equal, all.design(&root.x));
         let (mut node, mut closed) = (0, f64::NEG_INFINITY);
         let mut left: Vec<usize> = (0..m).collect();
         // Those leave the problem; the proof keeps a split for each.
@@ -194,7 +175,7 @@ impl TreeSearch {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::plan::exchange::tests::random_blocks;
+    use crate::test_arm::test_plans::random_blocks;
 
     /// From the worst beginning it ends at the best of all plans, and proves it.
     #[test]

@@ -7,12 +7,12 @@ use linear_model::regressor::Regressor;
 use linear_model::states::States;
 use logs::Error;
 
-use crate::estimate::artefact::Estimate;
-use crate::estimate::held_out::residuals;
-use crate::estimate::identified::{Deviations, Identified, Status};
-use crate::estimate::identify::Fit;
-use crate::estimate::options::Options;
-use crate::estimators::closed_loop::{ClosedLoop, Simulator, simulated};
+use crate::simulated_loop::{ClosedLoop, Simulator, simulated};
+use identification::estimate::artefact::Estimate;
+use identification::estimate::held_out::residuals;
+use identification::estimate::identified::{Deviations, Identified, Status};
+use identification::estimate::identify::Fit;
+use identification::estimate::options::Options;
 
 /// Identifies from measured states; the simulator gives the states of all experiments, joined in the same order.
 ///

@@ -1,7 +1,7 @@
 //! What the proof in a plan's file is worth: its bound, found again from the description and the file's candidates.
 //!
 //! Rows of every candidate are made from its motion, each leaf of the tree bounds the plans between its splits by the tangent
-//! at its design ([`crate::plan::relaxed_design`]), and the plan itself is the candidates that its experiments name. Nothing
+//! at its design ([`experiments::plan::relaxed_design`]), and the plan itself is the candidates that its experiments name. Nothing
 //! that the file says of its own quality is used.
 
 use linear_model::regressor::Regressor;
@@ -10,13 +10,13 @@ use numerics::information_matrix::{InformationMatrix, Rows};
 use numerics::interruption::Interruption;
 use processor::{in_order, threads};
 
-use crate::plan::candidates::Candidate;
-use crate::plan::exchange::{Criterion, scales, value_of};
-use crate::plan::exciting_trajectory::ExcitingTrajectory;
-use crate::plan::experiment_plan::ExperimentPlan;
-use crate::plan::plan_proof::{PlanProof, ProofNode};
-use crate::plan::planned_experiment::{CandidateMotion, PlannedExperiment};
-use crate::plan::relaxed_design::{Bounds, Tangent, tangent};
+use experiments::plan::candidates::Candidate;
+use experiments::plan::exchange::{Criterion, scales, value_of};
+use experiments::plan::exciting_trajectory::ExcitingTrajectory;
+use experiments::plan::experiment_plan::ExperimentPlan;
+use experiments::plan::plan_proof::{PlanProof, ProofNode};
+use experiments::plan::planned_experiment::{CandidateMotion, PlannedExperiment};
+use experiments::plan::relaxed_design::{Bounds, Tangent, tangent};
 
 /// Share of the trace by which the information of candidates that count as one may differ.
 const EQUAL_SHARE: f64 = 1e-9;
@@ -26,7 +26,11 @@ const EQUAL_SHARE: f64 = 1e-9;
 ///
 /// Fails where the proof proves nothing: a candidate is no motion, an experiment is not the candidate that it names, or the
 /// tree is none.
-pub fn efficiency_again(plan: &ExperimentPlan, regressor: &dyn Regressor, file: &str) -> Result<Option<f64>, Error> {
+pub(crate) fn efficiency_again(
+    plan: &ExperimentPlan,
+    regressor: &dyn Regressor,
+    file: &str,
+) -> Result<Option<f64>, Error> {
     let Some(proof) = plan.proof.as_ref().filter(|proof| !proof.candidates.is_empty()) else { return Ok(None) };
     let fail = |what: String| Error::at(file, 0, format!("its proof: {what}"));
     let chosen = chosen(plan, proof).map_err(fail)?;
@@ -149,15 +153,16 @@ fn check_equal(proof: &PlanProof, blocks: &[Rows]) -> Result<(), String> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::pendulum::Pendulum;
-    use crate::plan::candidates::candidates;
-    use crate::plan::candidates::tests::{grid, limits};
-    use crate::plan::exchange::{Choice, Search};
+    use crate::test_arm::Pendulum;
+    use crate::test_arm::test_plans::{grid, limits};
+    use experiments::plan::candidates::candidates;
+    use experiments::plan::exchange::{Choice, Search};
     use linear_model::reference::ModelReference;
 
     /// What a proof is worth is found again, and a change that would make it better is found out.
     #[test]
     fn a_proof_is_worth_what_its_file_proves() {
+        rist::wings::register(vec![crate::wing()]);
         let (arm, noise) = (Pendulum::new(), [0.1]);
         let model = ModelReference { name: "pendulum".into(), fingerprint: "0123".into() };
         let search = Search { starts: 2, nodes: 200, ..Search::default() };

@@ -20,9 +20,9 @@ use linear_model::states::States;
 use logs::Error;
 use nalgebra::{DMatrix, DVector};
 
-use crate::estimators::correlated_deviation::{OverlappingSums, correlation, span};
-use crate::estimators::weighted::{Weights, fit};
-use crate::rows::observation::Observation;
+use crate::correlated_deviation::{OverlappingSums, correlation, span};
+use identification::estimators::weighted::{Weights, fit};
+use identification::rows::observation::Observation;
 
 /// Runs the experiment with parameters `x` (those of the model, friction included).
 pub trait Simulator {
@@ -210,8 +210,8 @@ fn scaled_inverse(m: &DMatrix<f64>) -> Option<DMatrix<f64>> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::signals::differences::Differences;
     use crate::test_arm::{Loop, Pendulum};
+    use identification::signals::differences::Differences;
     use random::Random;
 
     /// The loop run with the true parameters, q measured with noise and differentiated unfiltered.

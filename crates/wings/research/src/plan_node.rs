@@ -8,9 +8,9 @@ use std::sync::Arc;
 
 use numerics::information_matrix::Rows;
 
-use crate::plan::certificate::determinant_bound;
-use crate::plan::exchange::{Criterion, value_of};
-use crate::plan::relaxed_design::{Bounds, Relaxed, Tangent, relaxed};
+use experiments::plan::certificate::determinant_bound;
+use experiments::plan::exchange::{Criterion, value_of};
+use experiments::plan::relaxed_design::{Bounds, Relaxed, Tangent, relaxed};
 
 /// Steps of the multiplicative rule before the root.
 const MULTIPLICATIVE_STEPS: usize = 300;

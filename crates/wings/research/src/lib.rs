@@ -1,0 +1,39 @@
+//! Wing: what papers compare with.
+//!
+//! IDIM-IV and DIDIM, which simulate the experiments in closed loop (`simulated_loop`); and the best plan of experiments by branch
+//! and bound, with a proof that is found again from the plan's file (`branch_and_bound`, `proof_again`).
+//!
+//! What the core promises this wing: `rist::wings` asks for a method that simulates, and for a search of plans;
+//! `experiments::plan` bounds plans by relaxed designs and keeps a proof in the file; `experiments::simulate` runs a loop.
+
+#![warn(missing_docs)]
+
+mod branch_and_bound;
+mod correlated_deviation;
+mod experiments_in_loop;
+mod loop_estimate;
+mod plan_node;
+mod proof_again;
+mod proof_tree;
+mod simulated_loop;
+#[cfg(test)]
+mod test_arm;
+
+use experiments::plan::proof_search::ProofSearch;
+use rist::wings::Wing;
+
+pub use experiments_in_loop::identify_in_loop;
+pub use loop_estimate::identify_closed_loop;
+pub use simulated_loop::{ClosedLoop, Simulated, Simulator, simulated};
+
+/// What this wing adds.
+pub fn wing() -> Wing {
+    Wing {
+        in_loop: Some(Ok(identify_in_loop)),
+        proof_search: Some(Ok(ProofSearch {
+            prove: branch_and_bound::branch_and_bound,
+            again: proof_again::efficiency_again,
+        })),
+        ..Wing::default()
+    }
+}

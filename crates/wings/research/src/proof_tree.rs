@@ -1,0 +1,78 @@
+//! The proof of a bound for all plans while it grows: a tree of splits whose leaves name a design.
+
+use experiments::plan::plan_proof::{PlanProof, ProofNode};
+use numerics::information_matrix::{InformationMatrix, Rows};
+
+/// The tree of a proof.
+pub(crate) struct ProofTree(PlanProof);
+
+/// Share of the trace of F_i by which equal candidates differ at most: the rounding of equal rows, a thousandfold.
+const EQUAL_CANDIDATES_SHARE: f64 = 1e-12;
+
+/// Which candidates have the same information as an earlier one, and the first of those.
+pub(crate) fn equal_candidates(blocks: &[Rows]) -> Vec<(usize, usize)> {
+    let of = |b: &Rows| InformationMatrix::sum(b.width(), 0.0, [(b, 1.0)]);
+    let squares: Vec<InformationMatrix> = blocks.iter().map(of).collect();
+    let is_equal = |a: &InformationMatrix, b: &InformationMatrix, p: usize| {
+        let least = EQUAL_CANDIDATES_SHARE * a.trace();
+        (0..p).all(|i| (0..=i).all(|j| (a.at(i, j) - b.at(i, j)).abs() <= least))
+    };
+    let (mut first, mut equal): (Vec<usize>, Vec<(usize, usize)>) = (vec![], vec![]);
+    for (i, square) in squares.iter().enumerate() {
+        match first.iter().find(|j| is_equal(square, &squares[**j], blocks[i].width())) {
+            Some(j) => equal.push((i, *j)),
+            None => first.push(i),
+        }
+    }
+    equal
+}
+
+impl ProofTree {
+    /// A tree of one leaf with this design.
+    pub(crate) fn new(equal: Vec<(usize, usize)>, design: Vec<(usize, f64)>) -> ProofTree {
+        let tree = vec![ProofNode::Leaf { design: 0 }];
+        ProofTree(PlanProof { log_det_at_most: f64::INFINITY, candidates: vec![], equal, designs: vec![design], tree })
+    }
+
+    /// Gives a leaf another design.
+    pub(crate) fn set_design(&mut self, node: usize, design: Vec<(usize, f64)>) -> usize {
+        let index = self.0.designs.len();
+        self.0.designs.push(design);
+        self.0.tree[node] = ProofNode::Leaf { design: index };
+        index
+    }
+
+    /// Splits a leaf into two with the same design: (below, above).
+    pub(crate) fn split(&mut self, node: usize, candidate: usize, at_most: usize, design: usize) -> [usize; 2] {
+        let tree = &mut self.0.tree;
+        let (below, above) = (tree.len(), tree.len() + 1);
+        tree.extend([ProofNode::Leaf { design }; 2]);
+        tree[node] = ProofNode::Split { candidate, at_most, below, above };
+        [below, above]
+    }
+
+    /// The proof of a bound of log det F, without the designs that no leaf names any more.
+    pub(crate) fn bounded(self, log_det_at_most: f64) -> PlanProof {
+        let mut proof = self.0;
+        let mut is_used = vec![false; proof.designs.len()];
+        for node in &proof.tree {
+            if let ProofNode::Leaf { design } = node {
+                is_used[*design] = true;
+            }
+        }
+        let mut places = Vec::new();
+        let mut kept = 0;
+        for used in &is_used {
+            places.push(kept);
+            kept += usize::from(*used);
+        }
+        for node in &mut proof.tree {
+            if let ProofNode::Leaf { design } = node {
+                *design = places[*design];
+            }
+        }
+        let mut used = is_used.into_iter();
+        proof.designs.retain(|_| used.next().unwrap_or(false));
+        PlanProof { log_det_at_most, ..proof }
+    }
+}
