@@ -8,6 +8,7 @@
 #![allow(non_snake_case, reason = "Khalil's notation, docs/notation.md")]
 
 mod base;
+pub mod building;
 mod derivation;
 mod dynamics;
 mod kinematics;
@@ -24,11 +25,10 @@ pub use base::rank::{Scan, independent_columns};
 pub use base::unclear_rank::UnclearRank;
 pub use base::written_rules::Rules;
 pub use derivation::{Derivation, NeverCloses};
-pub use dynamics::inverse_arm::NoClosedForm;
 pub use dynamics::link_frame::LinkFrame;
 pub use dynamics::reference_frame::ReferenceFrame;
 pub use kinematics::closure::{Closure, Open};
 pub use robot_formulas::{RobotFormulas, formulas};
-pub use robot_function::{NotThere, RobotFunction};
+pub use robot_function::{FunctionOfLink, NotThere, RobotFunction, register_functions};
 pub use robot_module::{ModuleWithSymbols, module, module_with_symbols};
 pub use size::Size;

@@ -1,12 +1,13 @@
 //! What a generated file may hold: the word that asks for a function, the sentence above it, and its derivation.
 
+use std::sync::OnceLock;
+
 use expr::{Function, Graph};
 use robot::Robot;
 
 use crate::base::base_parameters::BaseParameters;
 use crate::base::unclear_rank::UnclearRank;
 use crate::derivation::Derivation;
-use crate::dynamics::inverse_arm::NoClosedForm;
 use crate::dynamics::link_frame::LinkFrame;
 use crate::dynamics::reference_frame::ReferenceFrame;
 
@@ -18,7 +19,23 @@ pub struct RobotFunction(Row);
 #[derive(Clone, Debug, PartialEq)]
 enum Row {
     OfRobot(usize),
-    OfLink(usize, Box<(LinkFrame, Option<ReferenceFrame>)>),
+    OfLink(OfLink, Box<(LinkFrame, Option<ReferenceFrame>)>),
+}
+
+/// A row of a function of a link; two are the same where their words are.
+#[derive(Clone, Copy)]
+struct OfLink(&'static FunctionOfLink);
+
+impl PartialEq for OfLink {
+    fn eq(&self, other: &OfLink) -> bool {
+        self.0.word == other.0.word
+    }
+}
+
+impl std::fmt::Debug for OfLink {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(self.0.word)
+    }
 }
 
 /// What is derived once for all functions of a file.
@@ -100,87 +117,87 @@ const FUNCTIONS_OF_ROBOT: &[OfRobot] = &[
 ];
 
 /// A function of one link.
-struct OfLink {
-    word: &'static str,
+#[derive(Clone, Copy)]
+pub struct FunctionOfLink {
+    /// The word that asks for it.
+    pub word: &'static str,
     /// What stands before and behind the name of the link in the sentence.
-    sentence: [&'static str; 2],
-    /// In the axes of the frame itself, or of another where `has_reference`.
-    derive: fn(&mut Derivation, LinkFrame, Option<&ReferenceFrame>) -> Function,
-    has_reference: bool,
+    pub sentence: [&'static str; 2],
+    /// In the axes of the frame itself, or of another where `has_reference`. Fails where the robot does not have it.
+    pub derive: fn(&mut Derivation, LinkFrame, Option<&ReferenceFrame>) -> Result<Function, String>,
+    /// Whether it can be expressed in the axes of another frame.
+    pub has_reference: bool,
 }
 
 /// Functions of one link.
-const FUNCTIONS_OF_LINK: &[OfLink] = &[
-    OfLink {
+const FUNCTIONS_OF_LINK: &[FunctionOfLink] = &[
+    FunctionOfLink {
         word: "pose",
         sentence: ["Orientation and position of ", ""],
         derive: |of, frame, reference| match reference {
-            None => of.pose(frame),
-            Some(reference) => of.pose_in(frame, reference),
+            None => Ok(of.pose(frame)),
+            Some(reference) => Ok(of.pose_in(frame, reference)),
         },
         has_reference: true,
     },
-    OfLink {
+    FunctionOfLink {
         word: "jacobian",
         sentence: ["Velocity of the origin of ", ", then its angular velocity, per unit of each coordinate's rate"],
         derive: |of, frame, reference| match reference {
-            None => of.jacobian(frame),
-            Some(reference) => of.jacobian_in(frame, reference),
+            None => Ok(of.jacobian(frame)),
+            Some(reference) => Ok(of.jacobian_in(frame, reference)),
         },
         has_reference: true,
     },
-    OfLink {
+    FunctionOfLink {
         word: "point-jacobian",
         sentence: [
             "Velocity of a point fixed to ",
             " and given in its frame, then its angular velocity, per unit of each coordinate's rate",
         ],
-        derive: |of, frame, reference| of.point_jacobian(frame, reference),
+        derive: |of, frame, reference| Ok(of.point_jacobian(frame, reference)),
         has_reference: true,
     },
-    OfLink {
+    FunctionOfLink {
         word: "velocity",
         sentence: ["Velocity of the origin of ", ", then its angular velocity"],
-        derive: |of, frame, reference| of.velocity(frame, reference),
+        derive: |of, frame, reference| Ok(of.velocity(frame, reference)),
         has_reference: true,
     },
-    OfLink {
+    FunctionOfLink {
         word: "acceleration",
         sentence: ["Acceleration of the origin of ", " without gravity, then its angular acceleration"],
-        derive: |of, frame, reference| of.acceleration(frame, reference),
+        derive: |of, frame, reference| Ok(of.acceleration(frame, reference)),
         has_reference: true,
     },
-    OfLink {
+    FunctionOfLink {
         word: "jdot-dq",
         sentence: [
             "Acceleration of the origin of ",
             " at ddq = 0, then its angular acceleration: (dJ/dt) dq of the Jacobian in the axes of the base",
         ],
-        derive: |of, frame, reference| of.jacobian_rate(frame, reference),
+        derive: |of, frame, reference| Ok(of.jacobian_rate(frame, reference)),
         has_reference: true,
     },
-    OfLink {
-        word: "jacobian-determinant",
-        sentence: ["Determinant of the Jacobian of ", ", with other than six coordinates that of J^T J or J J^T"],
-        derive: |of, frame, _| of.jacobian_determinant(frame),
-        has_reference: false,
-    },
-    OfLink {
-        word: "inverse-geometry",
-        sentence: [
-            "All eight configurations, one a row, that bring ",
-            " to the pose t in the base frame: q = atan2(sin_q, cos_q), or slide of a joint that slides; an angle that is free, where axes lie along each other, is 0, and what is out of reach is no number",
-        ],
-        derive: |of, frame, _| of.inverse_geometry(frame).unwrap_or_else(|_| nothing("inverse_geometry")),
-        has_reference: false,
-    },
-    OfLink {
+    FunctionOfLink {
         word: "external-torque",
         sentence: ["", ": what to add to the torques when it exerts this force and moment, in its frame"],
-        derive: |of, frame, _| of.external_torque(frame),
+        derive: |of, frame, _| Ok(of.external_torque(frame)),
         has_reference: false,
     },
 ];
+
+static REGISTERED: OnceLock<Vec<FunctionOfLink>> = OnceLock::new();
+
+/// Adds functions of a link that other packages derive; only the first call counts.
+pub fn register_functions(functions: Vec<FunctionOfLink>) {
+    REGISTERED.get_or_init(|| functions);
+}
+
+/// All functions of a link.
+fn functions_of_link() -> impl Iterator<Item = &'static FunctionOfLink> {
+    FUNCTIONS_OF_LINK.iter().chain(REGISTERED.get().into_iter().flatten())
+}
 
 /// A function without outputs, of a robot that does not have it ([`RobotFunction::check`]).
 fn nothing(name: &str) -> Function {
@@ -209,8 +226,8 @@ pub(crate) fn parameters_of(
 /// Why a robot does not have a function.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum NotThere {
-    /// An arm without a closed form of its inverse geometric model.
-    NoClosedForm(NoClosedForm),
+    /// The robot does not have a function of a link.
+    OfLink(String),
     /// Reactions of a robot with loops.
     Loops,
     /// Equations of loops of a robot without joints that are solved numerically.
@@ -220,7 +237,7 @@ pub enum NotThere {
 impl std::fmt::Display for NotThere {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         match self {
-            NotThere::NoClosedForm(e) => e.fmt(f),
+            NotThere::OfLink(why) => f.write_str(why),
             NotThere::Loops => f.write_str(
                 "it has loops, and the forces of a cut joint, which its torques leave open, pass through the others; \
                  reactions are there for trees of links",
@@ -245,11 +262,11 @@ impl RobotFunction {
                 "constraint-equations" if robot.passive.is_empty() => Err(NotThere::NoPassive),
                 _ => Ok(()),
             },
-            Row::OfLink(i, about) if FUNCTIONS_OF_LINK[*i].word == "inverse-geometry" => {
+            Row::OfLink(OfLink(function), about) if FUNCTIONS_OF_LINK.iter().all(|core| core.word != function.word) => {
                 // A robot whose loops do not close has other worries.
                 let derivation = Derivation::new(robot).ok();
-                let made = derivation.map(|mut d| d.inverse_geometry(about.0.clone()));
-                made.and_then(Result::err).map_or(Ok(()), |e| Err(NotThere::NoClosedForm(e)))
+                let made = derivation.map(|mut d| (function.derive)(&mut d, about.0.clone(), None));
+                made.and_then(Result::err).map_or(Ok(()), |why| Err(NotThere::OfLink(why)))
             }
             _ => Ok(()),
         }
@@ -262,15 +279,15 @@ impl RobotFunction {
 
     /// A function of one link by its word, `pose`; `None` where there is none.
     pub fn of_link(word: &str) -> Option<impl Fn(LinkFrame) -> RobotFunction> {
-        let i = FUNCTIONS_OF_LINK.iter().position(|row| row.word == word)?;
-        Some(move |frame| RobotFunction(Row::OfLink(i, Box::new((frame, None)))))
+        let found = functions_of_link().find(|row| row.word == word)?;
+        Some(move |frame| RobotFunction(Row::OfLink(OfLink(found), Box::new((frame, None)))))
     }
 
     /// The same function expressed in another frame; `None` where it is not of a link or has no axes.
     pub fn expressed_in(self, reference: ReferenceFrame) -> Option<RobotFunction> {
         match self.0 {
-            Row::OfLink(i, of) if FUNCTIONS_OF_LINK[i].has_reference => {
-                Some(RobotFunction(Row::OfLink(i, Box::new((of.0, Some(reference))))))
+            Row::OfLink(found, of) if found.0.has_reference => {
+                Some(RobotFunction(Row::OfLink(found, Box::new((of.0, Some(reference))))))
             }
             _ => None,
         }
@@ -278,7 +295,7 @@ impl RobotFunction {
 
     /// All words, each with whether it is of a link.
     pub fn words() -> impl Iterator<Item = (&'static str, bool)> {
-        FUNCTIONS_OF_ROBOT.iter().map(|row| (row.0, false)).chain(FUNCTIONS_OF_LINK.iter().map(|row| (row.word, true)))
+        FUNCTIONS_OF_ROBOT.iter().map(|row| (row.0, false)).chain(functions_of_link().map(|row| (row.word, true)))
     }
 
     /// Whether it is the base regressor, which every file holds.
@@ -297,17 +314,18 @@ impl RobotFunction {
                 };
                 (sentence, derive(derivation, derived))
             }
-            Row::OfLink(i, of) => {
+            Row::OfLink(OfLink(found), of) => {
                 let (frame, reference) = of.as_ref();
-                let OfLink { sentence: [before, behind], derive, has_reference, .. } = &FUNCTIONS_OF_LINK[*i];
+                let FunctionOfLink { word, sentence: [before, behind], derive, has_reference } = found;
                 let place = match (reference, has_reference) {
                     (Some(reference), _) => format!(" in the axes of {}", reference.name()),
-                    (None, true) if FUNCTIONS_OF_LINK[*i].word == "pose" => " in the base frame".into(),
+                    (None, true) if *word == "pose" => " in the base frame".into(),
                     (None, true) => " in its frame".into(),
                     (None, false) => String::new(),
                 };
                 let sentence = format!("{before}{}{behind}{place}: {}.", frame.name, frame.meaning());
-                (sentence, derive(derivation, frame.clone(), reference.as_ref()))
+                let derived = derive(derivation, frame.clone(), reference.as_ref());
+                (sentence, derived.unwrap_or_else(|_| nothing(&word.replace('-', "_"))))
             }
         }
     }

@@ -4,6 +4,7 @@
 
 use std::sync::OnceLock;
 
+use modeling::FunctionOfLink;
 use robot::{Note, Robot};
 
 use crate::describe::model::Model;
@@ -35,6 +36,8 @@ pub struct Wing {
     pub mesh_formats: Vec<MeshFormat>,
     /// Writers of descriptions.
     pub writers: Vec<DescriptionWriter>,
+    /// Functions of a link.
+    pub functions: Vec<FunctionOfLink>,
     /// Identification that simulates the experiments of a plan, or what is said where it was not built in.
     pub in_loop: Option<Result<IdentifyInLoop, &'static str>>,
     /// The search for a plan that is proven the best, or what is said where it was not built in.
@@ -63,6 +66,7 @@ pub fn register(wings: Vec<Wing>) {
     WINGS.get_or_init(|| {
         logs::reading::register(wings.iter().flat_map(|wing| wing.log_formats.clone()).collect());
         robot::mesh::register(wings.iter().flat_map(|wing| wing.mesh_formats.clone()).collect());
+        modeling::register_functions(wings.iter().flat_map(|wing| wing.functions.clone()).collect());
         if let Some(search) = wings.iter().find_map(|wing| wing.proof_search) {
             experiments::plan::proof_search::register(search);
         }

@@ -116,7 +116,7 @@ fn all_solutions_reach_the_pose() {
         let frame = LinkFrame::named(&robot, LinkFrame::names(&robot).last().unwrap()).unwrap();
         let frame = if has_all { LinkFrame::from(last) } else { frame };
         let direct = Tape::new(&derivation.pose(frame.clone()).bound());
-        let inverse = Tape::new(&derivation.inverse_geometry(frame).unwrap().bound());
+        let inverse = Tape::new(&formulas::inverse_geometry(&mut derivation, frame).unwrap().bound());
         let (mut direct_work, mut inverse_work) = (direct.workspace(), inverse.workspace());
         let (mut random, mut t, mut found, mut again) =
             (Random(20), [0.0; 12], vec![0.0; if sliding.is_some() { 104 } else { 96 }], [0.0; 12]);
@@ -191,7 +191,10 @@ fn arms_below(folder: &Path) -> Vec<Robot> {
             _ => continue,
         };
         let last = LinkFrame::from(robot.link_ids().next_back().unwrap());
-        match Derivation::new(&robot).map_err(|e| e.to_string()).map(|mut d| d.inverse_geometry(last).map(drop)) {
+        match Derivation::new(&robot)
+            .map_err(|e| e.to_string())
+            .map(|mut d| formulas::inverse_geometry(&mut d, last).map(drop))
+        {
             Ok(Ok(())) => arms.push(robot),
             Ok(Err(e)) => println!("{}: {e}", path.display()),
             Err(e) => println!("{}: {e}", path.display()),
@@ -226,7 +229,7 @@ impl Arm {
         let slides = robot.links.iter().find(|link| link.joint.kind == JointKind::Prismatic);
         let mut derivation = Derivation::new(robot).unwrap();
         let frame = LinkFrame::from(robot.link_ids().next_back().unwrap());
-        let inverse = derivation.inverse_geometry(frame.clone());
+        let inverse = formulas::inverse_geometry(&mut derivation, frame.clone());
         Arm {
             name: robot.name.clone(),
             sliding: slides.map(|link| link.joint.variable.terms[0].0.0),
@@ -388,7 +391,7 @@ fn other_arms_are_refused_with_the_reason() {
     for (robot, reason) in others.into_iter().chain(shipped) {
         let file = &robot.name;
         let last = robot.link_ids().next_back().unwrap();
-        let refused = Derivation::new(&robot).unwrap().inverse_geometry(last).unwrap_err().to_string();
+        let refused = formulas::inverse_geometry(&mut Derivation::new(&robot).unwrap(), last).unwrap_err().to_string();
         assert!(refused.contains(reason) && refused.contains("spherical wrist"), "{file}: {refused}");
     }
 }

@@ -59,7 +59,8 @@ impl LinkFrame {
         }
     }
 
-    pub(crate) fn function(&self, kind: &str) -> String {
+    /// The name of a function of this kind about the frame.
+    pub fn function(&self, kind: &str) -> String {
         let word: String =
             self.name.chars().map(|c| if c.is_ascii_alphanumeric() { c.to_ascii_lowercase() } else { '_' }).collect();
         if word.is_empty() { kind.into() } else { format!("{kind}_{word}") }

@@ -2,16 +2,12 @@
 
 pub(crate) mod composite;
 pub(crate) mod derivatives;
-pub(crate) mod determinant;
 pub(crate) mod energy;
 pub(crate) mod factor;
 pub(crate) mod forward_dynamics;
 pub(crate) mod frame_motion;
 pub(crate) mod friction;
 pub(crate) mod inertia_matrix;
-pub(crate) mod inverse_arm;
-pub(crate) mod inverse_geometry;
-mod inverse_turns;
 pub(crate) mod link_frame;
 pub(crate) mod mass_centre;
 pub(crate) mod moment_ways;

@@ -117,6 +117,6 @@ pub(crate) fn suffix(reference: Option<&ReferenceFrame>) -> String {
 }
 
 /// Zero of a vector in constants.
-pub(crate) fn constants(g: &mut Graph, v: [f64; 3]) -> Vector {
+pub fn constants(g: &mut Graph, v: [f64; 3]) -> Vector {
     v.map(|x| -> Expr { g.constant(x) })
 }

@@ -10,14 +10,16 @@ use crate::kinematics::vector::Turn;
 
 /// quarter_turns pi/2 + sum n_i symbol_i.
 #[derive(Clone, Debug, PartialEq, Eq, Default)]
-pub(crate) struct Angle {
+pub struct Angle {
+    /// Quarter turns, pi/2 each.
     pub quarter_turns: i64,
     /// In the order of the symbols' creation; no zero multiple.
     pub terms: Vec<(Expr, i64)>,
 }
 
 impl Angle {
-    pub(crate) fn plus(&self, other: &Angle) -> Angle {
+    /// The sum of two.
+    pub fn plus(&self, other: &Angle) -> Angle {
         let mut sum = self.clone();
         sum.quarter_turns += other.quarter_turns;
         for &(symbol, n) in &other.terms {
@@ -26,20 +28,24 @@ impl Angle {
         sum
     }
 
-    pub(crate) fn negated(&self) -> Angle {
+    /// The angle the other way round.
+    pub fn negated(&self) -> Angle {
         self.times(-1)
     }
 
-    pub(crate) fn times(&self, factor: i64) -> Angle {
+    /// So many times the angle.
+    pub fn times(&self, factor: i64) -> Angle {
         let terms = self.terms.iter().map(|&(s, n)| (s, factor * n)).filter(|t| t.1 != 0).collect();
         Angle { quarter_turns: factor * self.quarter_turns, terms }
     }
 
-    pub(crate) fn is_zero(&self) -> bool {
+    /// Whether it is a whole number of turns.
+    pub fn is_zero(&self) -> bool {
         self.quarter_turns.rem_euclid(4) == 0 && self.terms.is_empty()
     }
 
-    pub(crate) fn add_term(&mut self, symbol: Expr, n: i64) {
+    /// Adds a multiple of a symbol.
+    pub fn add_term(&mut self, symbol: Expr, n: i64) {
         match self.terms.binary_search_by_key(&symbol, |t| t.0) {
             Ok(i) => {
                 self.terms[i].1 += n;
@@ -56,7 +62,7 @@ impl Angle {
     }
 
     /// Cosine and sine; exact zeros and ones for quarter turns.
-    pub(crate) fn turn(&self, g: &mut Graph) -> Turn {
+    pub fn turn(&self, g: &mut Graph) -> Turn {
         let mut turn = match self.quarter_turns.rem_euclid(4) {
             0 => Turn { cos: Expr::ONE, sin: Expr::ZERO },
             1 => Turn { cos: Expr::ZERO, sin: Expr::ONE },

@@ -142,12 +142,18 @@ fn carried(
 }
 
 /// gamma, b, alpha, d, theta, r of a link as expressions.
-pub(crate) struct Geometry {
+pub struct Geometry {
+    /// About z of the antecedent.
     pub gamma: Angle,
+    /// Along z of the antecedent.
     pub b: Expr,
+    /// About x.
     pub alpha: Angle,
+    /// Along x.
     pub d: Expr,
+    /// About z of the link.
     pub theta: Angle,
+    /// Along z of the link.
     pub r: Expr,
 }
 

@@ -8,9 +8,12 @@ use crate::kinematics::vector::{Turn, Vector, add, cross};
 
 /// Where a link stands in its antecedent's frame.
 #[derive(Clone, Debug)]
-pub(crate) struct Placement {
+pub struct Placement {
+    /// About z of frame i.
     pub gamma: Turn,
+    /// About x behind that.
     pub alpha: Turn,
+    /// About z of frame j.
     pub theta: Turn,
     /// O_j from O_i, in frame i.
     pub p: Vector,
@@ -18,12 +21,13 @@ pub(crate) struct Placement {
 
 impl Placement {
     /// Components in frame j of a vector given in frame i.
-    pub(crate) fn to_link(&self, g: &mut Graph, v: Vector) -> Vector {
+    pub fn to_link(&self, g: &mut Graph, v: Vector) -> Vector {
         let v = self.to_link_before_theta(g, v);
         self.theta.turned(g, v)
     }
 
-    pub(crate) fn to_link_before_theta(&self, g: &mut Graph, v: Vector) -> Vector {
+    /// The same before the joint turns.
+    pub fn to_link_before_theta(&self, g: &mut Graph, v: Vector) -> Vector {
         let v = self.gamma.turned(g, v);
         self.alpha.turned_about_x(g, v)
     }
@@ -40,14 +44,14 @@ impl Placement {
     }
 
     /// Components in frame i of a vector given in frame j.
-    pub(crate) fn to_antecedent(&self, g: &mut Graph, v: Vector) -> Vector {
+    pub fn to_antecedent(&self, g: &mut Graph, v: Vector) -> Vector {
         let v = self.theta.unturned(g, v);
         let v = self.alpha.unturned_about_x(g, v);
         self.gamma.unturned(g, v)
     }
 
     /// Force and moment at O_i from those at O_j, in frame i; so too momentum and angular momentum.
-    pub(crate) fn wrench_to_antecedent(&self, g: &mut Graph, [f, n]: [Vector; 2]) -> [Vector; 2] {
+    pub fn wrench_to_antecedent(&self, g: &mut Graph, [f, n]: [Vector; 2]) -> [Vector; 2] {
         let (f, n) = (self.to_antecedent(g, f), self.to_antecedent(g, n));
         let lever = cross(g, self.p, f);
         [f, add(g, n, lever)]
@@ -65,7 +69,9 @@ pub(crate) fn along_axis(kind: JointKind, [f, n]: [Vector; 2]) -> Expr {
 
 /// Angular and linear part of the twist of a link frame per unit of one coordinate's rate.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Twist {
+pub struct Twist {
+    /// Angular.
     pub z: Vector,
+    /// Linear, at the origin of the frame.
     pub d: Vector,
 }

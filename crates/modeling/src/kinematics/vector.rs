@@ -2,15 +2,19 @@
 
 use expr::{Expr, Graph};
 
-pub(crate) type Vector = [Expr; 3];
+/// Three components.
+pub type Vector = [Expr; 3];
 
-pub(crate) const NULL: Vector = [Expr::ZERO; 3];
+/// The zero vector.
+pub const NULL: Vector = [Expr::ZERO; 3];
 
-pub(crate) fn add(g: &mut Graph, a: Vector, b: Vector) -> Vector {
+/// a + b.
+pub fn add(g: &mut Graph, a: Vector, b: Vector) -> Vector {
     [0, 1, 2].map(|i| g.add(a[i], b[i]))
 }
 
-pub(crate) fn cross(g: &mut Graph, a: Vector, b: Vector) -> Vector {
+/// a x b.
+pub fn cross(g: &mut Graph, a: Vector, b: Vector) -> Vector {
     let mut minor = |i: usize, j: usize| {
         let (x, y) = (g.mul(a[i], b[j]), g.mul(a[j], b[i]));
         g.sub(x, y)
@@ -27,7 +31,8 @@ pub(crate) fn plus_cross(g: &mut Graph, c: Vector, a: Vector, b: Vector) -> Vect
     })
 }
 
-pub(crate) fn dot(g: &mut Graph, a: Vector, b: Vector) -> Expr {
+/// a . b.
+pub fn dot(g: &mut Graph, a: Vector, b: Vector) -> Expr {
     plus_dot(g, Expr::ZERO, a, b)
 }
 
@@ -50,32 +55,34 @@ pub(crate) fn name_vector(g: &mut Graph, v: Vector, name: impl Fn() -> String) {
 
 /// A rotation about z by the angle with this cosine and sine, and its transpose.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Turn {
+pub struct Turn {
+    /// Its cosine.
     pub cos: Expr,
+    /// Its sine.
     pub sin: Expr,
 }
 
 impl Turn {
     /// Components of a fixed vector in the axes turned by the angle: Rz(-angle) v.
-    pub(crate) fn turned(self, g: &mut Graph, v: Vector) -> Vector {
+    pub fn turned(self, g: &mut Graph, v: Vector) -> Vector {
         let [x, y, z] = v;
         let (cx, sy, cy, sx) = (g.mul(self.cos, x), g.mul(self.sin, y), g.mul(self.cos, y), g.mul(self.sin, x));
         [g.add(cx, sy), g.sub(cy, sx), z]
     }
 
     /// Back again: Rz(angle) v.
-    pub(crate) fn unturned(self, g: &mut Graph, v: Vector) -> Vector {
+    pub fn unturned(self, g: &mut Graph, v: Vector) -> Vector {
         Turn { cos: self.cos, sin: -self.sin }.turned(g, v)
     }
 
     /// The same about x: Rx(-angle) v.
-    pub(crate) fn turned_about_x(self, g: &mut Graph, v: Vector) -> Vector {
+    pub fn turned_about_x(self, g: &mut Graph, v: Vector) -> Vector {
         let [y, z, x] = self.turned(g, [v[1], v[2], v[0]]);
         [x, y, z]
     }
 
     /// Rx(angle) v.
-    pub(crate) fn unturned_about_x(self, g: &mut Graph, v: Vector) -> Vector {
+    pub fn unturned_about_x(self, g: &mut Graph, v: Vector) -> Vector {
         let [y, z, x] = self.unturned(g, [v[1], v[2], v[0]]);
         [x, y, z]
     }

@@ -7,10 +7,15 @@
 //! named constant and every intermediate result with the name that Khalil's books give it; `expr` goes through a function node by node.
 
 #![warn(missing_docs)]
+#![allow(non_snake_case, reason = "Khalil's notation, docs/notation.md")]
 
 mod derive;
+mod determinant;
 mod expand;
 mod file;
+mod inverse_arm;
+mod inverse_geometry;
+mod inverse_turns;
 mod latex;
 mod listing;
 mod matlab;
@@ -22,7 +27,10 @@ mod sympy;
 mod text;
 
 pub use derive::derive;
+pub use determinant::jacobian_determinant;
 pub use expand::TooLong;
 pub use file::{FormulaLanguage, Formulas, formula_file, printed_symbols};
+pub use inverse_arm::NoClosedForm;
+pub use inverse_geometry::inverse_geometry;
 pub use listing::{Place, output_name};
 pub use request::{DeriveRequest, wing};

@@ -3,11 +3,38 @@
 use rist::request::{Request, function_names};
 use rist::wings::Wing;
 
+use modeling::FunctionOfLink;
+
+use crate::determinant::jacobian_determinant;
 use crate::file::FormulaLanguage;
+use crate::inverse_geometry::inverse_geometry;
 
 /// What this wing adds.
 pub fn wing() -> Wing {
-    Wing { requests: vec![("derive", DeriveRequest::fields())], ..Wing::default() }
+    Wing {
+        requests: vec![("derive", DeriveRequest::fields())],
+        functions: vec![
+            FunctionOfLink {
+                word: "jacobian-determinant",
+                sentence: [
+                    "Determinant of the Jacobian of ",
+                    ", with other than six coordinates that of J^T J or J J^T",
+                ],
+                derive: |of, frame, _| Ok(jacobian_determinant(of, frame)),
+                has_reference: false,
+            },
+            FunctionOfLink {
+                word: "inverse-geometry",
+                sentence: [
+                    "All eight configurations, one a row, that bring ",
+                    " to the pose t in the base frame: q = atan2(sin_q, cos_q), or slide of a joint that slides; an angle that is free, where axes lie along each other, is 0, and what is out of reach is no number",
+                ],
+                derive: |of, frame, _| inverse_geometry(of, frame).map_err(|e| e.to_string()),
+                has_reference: false,
+            },
+        ],
+        ..Wing::default()
+    }
 }
 
 rist::words! { FormulaLanguage:

@@ -1,7 +1,7 @@
 //! The inverse geometric model of arms of six joints, all eight solutions, by Paul's method [Paul 1981; Khalil, Dombre 2002,
 //! chapter 4].
 //!
-//! Three classes of arms ([`crate::dynamics::inverse_arm`]), all with the second axis across the first and the last three axes
+//! Three classes of arms ([`crate::inverse_arm`]), all with the second axis across the first and the last three axes
 //! one across the other:
 //!
 //! ```text
@@ -35,13 +35,11 @@
 use expr::{Expr, Function, Graph, Input, Output, SymbolKind};
 use robot::Pose;
 
-use crate::derivation::Derivation;
-use crate::dynamics::inverse_arm::{Arm, ArmJoint, Class, NoClosedForm, chain};
-use crate::dynamics::inverse_turns::{between, direction, norm, root, unit_turn};
-use crate::dynamics::link_frame::LinkFrame;
-use crate::dynamics::reference_frame::constants;
-use crate::kinematics::links::{Geometry, LinkMotion};
-use crate::kinematics::vector::{Turn, Vector, add, dot};
+use crate::inverse_arm::{Arm, ArmJoint, Class, NoClosedForm, chain};
+use crate::inverse_turns::{between, direction, norm, root, unit_turn};
+use modeling::Derivation;
+use modeling::LinkFrame;
+use modeling::building::{Placement, Turn, Vector, add, constants, dot};
 
 /// Solutions of an arm.
 const SOLUTIONS: usize = 8;
@@ -52,61 +50,55 @@ struct Solution {
     slide: Expr,
 }
 
-impl Derivation<'_> {
-    /// The inverse geometric model: input `t` (3 x 4, the pose of the frame in the base), outputs `sin_q`, `cos_q` (8 x 6),
-    /// one solution a row, a column for each of the arm's six joints; what is out of reach is no number. Of a singular pose the
-    /// free angle is 0. Where a joint slides, its coordinate is in a third output `slide` (8), and its sine and cosine are 0 and 1.
-    ///
-    /// Fails where the arm has no closed form of those that are known here.
-    pub fn inverse_geometry(&mut self, frame: impl Into<LinkFrame>) -> Result<Function, NoClosedForm> {
-        let frame = &frame.into();
-        let arm = Arm::new(self, frame.link)?;
-        let Derivation { robot, graph: g, links, constants, .. } = self;
-        let t: Vec<Expr> =
-            (0..12).map(|k| g.symbol(&format!("T{}{}", k / 4 + 1, k % 4 + 1), SymbolKind::Input)).collect();
-        let chain = chain(robot, frame.link);
-        let mut target = Target::new(g, &t, frame, &links[chain[0].0]);
-        // b of link 2 is along axis 1, and no turn of the first joint moves it.
-        let second = chain.get(1).map_or(Expr::ZERO, |&j| Geometry::of(g, constants, robot.link(j)).b);
-        target.p[2] = g.sub(target.p[2], second);
-        let target = if arm.is_reversed {
-            let last = Geometry::of(g, constants, robot.link(frame.link));
-            target.reversed(g, last.r)
-        } else {
-            target
+/// The inverse geometric model: input `t` (3 x 4, the pose of the frame in the base), outputs `sin_q`, `cos_q` (8 x 6),
+/// one solution a row, a column for each of the arm's six joints; what is out of reach is no number. Of a singular pose the
+/// free angle is 0. Where a joint slides, its coordinate is in a third output `slide` (8), and its sine and cosine are 0 and 1.
+///
+/// Fails where the arm has no closed form of those that are known here.
+pub fn inverse_geometry(derivation: &mut Derivation, frame: impl Into<LinkFrame>) -> Result<Function, NoClosedForm> {
+    let frame = &frame.into();
+    let arm = Arm::new(derivation, frame.link)?;
+    let chain = chain(derivation.robot(), frame.link);
+    // b of link 2 is along axis 1, and no turn of the first joint moves it.
+    let second = chain.get(1).map_or(Expr::ZERO, |&j| derivation.geometry(j).b);
+    let last = derivation.geometry(frame.link).r;
+    let first = derivation.placement(chain[0]).clone();
+    let g = derivation.graph();
+    let t: Vec<Expr> = (0..12).map(|k| g.symbol(&format!("T{}{}", k / 4 + 1, k % 4 + 1), SymbolKind::Input)).collect();
+    let mut target = Target::new(g, &t, frame, &first);
+    target.p[2] = g.sub(target.p[2], second);
+    let target = if arm.is_reversed { target.reversed(g, last) } else { target };
+    let joints = &arm.joints;
+    let (mut sines, mut cosines) = (vec![Expr::ZERO; SOLUTIONS * 6], vec![Expr::ZERO; SOLUTIONS * 6]);
+    let mut slides = Vec::new();
+    for k in 0..SOLUTIONS {
+        let signs = [0, 1, 2].map(|bit| k >> bit & 1 == 1);
+        let solution = match arm.class {
+            Class::Wrist | Class::WristOfSlide => with_wrist(g, joints, &target, signs, arm.class),
+            Class::ParallelAxes => with_parallel_axes(g, joints, &target, signs),
         };
-        let joints = &arm.joints;
-        let (mut sines, mut cosines) = (vec![Expr::ZERO; SOLUTIONS * 6], vec![Expr::ZERO; SOLUTIONS * 6]);
-        let mut slides = Vec::new();
-        for k in 0..SOLUTIONS {
-            let signs = [0, 1, 2].map(|bit| k >> bit & 1 == 1);
-            let solution = match arm.class {
-                Class::Wrist | Class::WristOfSlide => with_wrist(g, joints, &target, signs, arm.class),
-                Class::ParallelAxes => with_parallel_axes(g, joints, &target, signs),
-            };
-            for (joint, turn) in joints.iter().zip(solution.turns) {
-                if joint.slides {
-                    // r = r_3 +- q
-                    let q = g.sub(solution.slide, joint.r);
-                    slides.push(if joint.sign < 0.0 { -q } else { q });
-                    cosines[6 * k + joint.column] = Expr::ONE;
-                    continue;
-                }
-                // q = +-(theta - offset)
-                let back = joint.offset.negated().turn(g);
-                let turn = together(g, turn, back);
-                sines[6 * k + joint.column] = if joint.sign < 0.0 { -turn.sin } else { turn.sin };
-                cosines[6 * k + joint.column] = turn.cos;
+        for (joint, turn) in joints.iter().zip(solution.turns) {
+            if joint.slides {
+                // r = r_3 +- q
+                let q = g.sub(solution.slide, joint.r);
+                slides.push(if joint.sign < 0.0 { -q } else { q });
+                cosines[6 * k + joint.column] = Expr::ONE;
+                continue;
             }
+            // q = +-(theta - offset)
+            let back = joint.offset.negated().turn(g);
+            let turn = together(g, turn, back);
+            sines[6 * k + joint.column] = if joint.sign < 0.0 { -turn.sin } else { turn.sin };
+            cosines[6 * k + joint.column] = turn.cos;
         }
-        let output = |name: &str, columns, entries| Output { name: name.into(), rows: SOLUTIONS, columns, entries };
-        let inputs = vec![Input { name: "t".into(), entries: t }];
-        let mut outputs = vec![output("sin_q", 6, sines), output("cos_q", 6, cosines)];
-        if !slides.is_empty() {
-            outputs.push(output("slide", 1, slides));
-        }
-        Ok(Function::new(&frame.function("inverse_geometry"), g, inputs, outputs))
     }
+    let output = |name: &str, columns, entries| Output { name: name.into(), rows: SOLUTIONS, columns, entries };
+    let inputs = vec![Input { name: "t".into(), entries: t }];
+    let mut outputs = vec![output("sin_q", 6, sines), output("cos_q", 6, cosines)];
+    if !slides.is_empty() {
+        outputs.push(output("slide", 1, slides));
+    }
+    Ok(Function::new(&frame.function("inverse_geometry"), g, inputs, outputs))
 }
 
 /// Where the last link is to be, in the frame before the first joint turns.
@@ -119,7 +111,7 @@ struct Target {
 }
 
 impl Target {
-    fn new(g: &mut Graph, t: &[Expr], frame: &LinkFrame, first: &LinkMotion) -> Target {
+    fn new(g: &mut Graph, t: &[Expr], frame: &LinkFrame, placement: &Placement) -> Target {
         let column = |c: usize| [t[c], t[4 + c], t[8 + c]];
         let Pose { rotation, position } = frame.pose.inverse();
         // T_0j = T_0f T_fj
@@ -130,7 +122,6 @@ impl Target {
         let axes = [0, 1, 2].map(|c| combined([rotation[0][c], rotation[1][c], rotation[2][c]]));
         let p = combined(position);
         let p = add(g, p, column(3));
-        let placement = &first.placement;
         let from_first: Vector = std::array::from_fn(|i| g.sub(p[i], placement.p[i]));
         let [x, y, z] = axes.map(|axis| placement.to_link_before_theta(g, axis));
         Target { x, y, z, p: placement.to_link_before_theta(g, from_first) }

@@ -10,47 +10,44 @@ use std::collections::HashMap;
 use expr::{Expr, Function, Graph, Output};
 use robot::LinkId;
 
-use crate::derivation::Derivation;
-use crate::dynamics::link_frame::LinkFrame;
-use crate::dynamics::pose::jacobian_rows;
-use crate::dynamics::reference_frame::{ReferenceFrame, at_place_of, in_axes_of};
-use crate::kinematics::vector::{NULL, add, cross};
+use modeling::Derivation;
+use modeling::LinkFrame;
+use modeling::ReferenceFrame;
+use modeling::building::{NULL, add, cross};
 
-impl Derivation<'_> {
-    /// Determinant of the Jacobian of a link with six coordinates, else that of J^T J or J J^T: input `q`, output `det`.
-    pub fn jacobian_determinant(&mut self, frame: impl Into<LinkFrame>) -> Function {
-        let frame = &frame.into();
-        let n = self.robot.n_coordinates();
-        let inputs = self.motion.configuration();
-        let made = |of: &Derivation, entry: Expr| {
-            let output = Output { name: "det".into(), rows: 1, columns: 1, entries: vec![entry] };
-            let name = frame.function("jacobian_determinant");
-            Function::new(&name, &of.graph, inputs.clone(), vec![output])
-        };
-        if n != 6 || self.implicit.is_some() {
-            let rows = jacobian_rows(self, frame, None, NULL);
-            let g = &mut self.graph;
-            let square = if n == 6 { rows } else { product(g, &rows, n < 6) };
-            let entry = Determinant::of(g, square);
-            return made(self, entry);
-        }
-        let chain = std::iter::successors(Some(frame.link), |j| self.robot.link(*j).antecedent).collect::<Vec<_>>();
-        let functions = chain.into_iter().map(|at| {
-            let rows = seen_from(self, frame.link, at);
-            let entry = Determinant::of(&mut self.graph, rows);
-            let function = made(self, entry);
-            let count = function.bound().count();
-            (count.mul + count.add, function)
-        });
-        let least = functions.reduce(|a, b| if b.0 < a.0 { b } else { a });
-        least.map_or_else(|| made(self, Expr::ONE), |(_, function)| function)
+/// Determinant of the Jacobian of a link with six coordinates, else that of J^T J or J J^T: input `q`, output `det`.
+pub fn jacobian_determinant(derivation: &mut Derivation, frame: impl Into<LinkFrame>) -> Function {
+    let frame = &frame.into();
+    let n = derivation.robot().n_coordinates();
+    let inputs = derivation.configuration();
+    let made = |g: &Graph, entry: Expr| {
+        let output = Output { name: "det".into(), rows: 1, columns: 1, entries: vec![entry] };
+        let name = frame.function("jacobian_determinant");
+        Function::new(&name, g, inputs.clone(), vec![output])
+    };
+    if n != 6 || !derivation.closes_by_relations() {
+        let rows = derivation.jacobian_rows(frame);
+        let g = derivation.graph();
+        let square = if n == 6 { rows } else { product(g, &rows, n < 6) };
+        let entry = Determinant::of(g, square);
+        return made(derivation.graph(), entry);
     }
+    let chain = std::iter::successors(Some(frame.link), |j| derivation.robot().link(*j).antecedent).collect::<Vec<_>>();
+    let functions = chain.into_iter().map(|at| {
+        let rows = seen_from(derivation, frame.link, at);
+        let entry = Determinant::of(derivation.graph(), rows);
+        let function = made(derivation.graph(), entry);
+        let count = function.bound().count();
+        (count.mul + count.add, function)
+    });
+    let least = functions.reduce(|a, b| if b.0 < a.0 { b } else { a });
+    least.map_or_else(|| made(derivation.graph(), Expr::ONE), |(_, function)| function)
 }
 
 /// The Jacobian of a link in the axes of another that carries it, of the point of the link that is at the other's origin.
 fn seen_from(derivation: &mut Derivation, link: LinkId, at: LinkId) -> Vec<Vec<Expr>> {
     let reference = ReferenceFrame::Link(LinkFrame::from(at));
-    let Derivation { robot, graph: g, links, .. } = derivation;
+    let robot = derivation.robot();
     let columns: Vec<Vec<Expr>> = (0..robot.n_variables())
         .map(|k| {
             let between = std::iter::successors(Some(link), |j| robot.link(*j).antecedent).take_while(|j| *j != at);
@@ -60,17 +57,18 @@ fn seen_from(derivation: &mut Derivation, link: LinkId, at: LinkId) -> Vec<Vec<E
             // joint between them is simplest in the frame of that joint.
             let from = match moved[..] {
                 [] => at,
-                [joint] if links[at.0].jacobian[k].is_none() => joint,
+                [joint] if derivation.twist(at, k).is_none() => joint,
                 _ => link,
             };
-            let Some(twist) = links[from.0].jacobian[k] else { return vec![Expr::ZERO; 6] };
+            let Some(twist) = derivation.twist(from, k) else { return vec![Expr::ZERO; 6] };
             if from == at {
                 return [twist.d, twist.z].concat();
             }
-            let origin = at_place_of(g, robot, links, NULL, from, &reference);
-            let z = in_axes_of(g, robot, links, twist.z, from, &reference);
-            let d = in_axes_of(g, robot, links, twist.d, from, &reference);
+            let origin = derivation.at_place_of(NULL, from, &reference);
+            let z = derivation.in_axes_of(twist.z, from, &reference);
+            let d = derivation.in_axes_of(twist.d, from, &reference);
             // From the origin of one to that of the other.
+            let g = derivation.graph();
             let lever = cross(g, z, origin.map(|x| -x));
             [add(g, d, lever), z].concat()
         })

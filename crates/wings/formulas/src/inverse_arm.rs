@@ -1,4 +1,4 @@
-//! Which arms have an inverse geometric model in closed form ([`crate::dynamics::inverse_geometry`]), and their joints.
+//! Which arms have an inverse geometric model in closed form ([`crate::inverse_geometry`]), and their joints.
 //!
 //! An arm whose first three axes meet is one with a spherical wrist when it is read from its end: of
 //!
@@ -17,9 +17,8 @@
 use expr::Expr;
 use robot::{JointKind, LinkId, Robot};
 
-use crate::derivation::Derivation;
-use crate::kinematics::angle::Angle;
-use crate::kinematics::links::Geometry;
+use modeling::Derivation;
+use modeling::building::{Angle, Geometry};
 
 /// What keeps an arm from having these closed forms.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -41,7 +40,7 @@ impl std::error::Error for NoClosedForm {}
 
 /// A joint of the arm: alpha and d, then theta and r with what the next link adds to them.
 #[derive(Clone)]
-pub(super) struct ArmJoint {
+pub(crate) struct ArmJoint {
     /// Quarter turns.
     pub alpha: i64,
     pub d: Expr,
@@ -56,22 +55,22 @@ pub(super) struct ArmJoint {
 
 impl ArmJoint {
     /// sin(alpha), of an odd number of quarter turns.
-    pub(super) fn sine(&self) -> f64 {
+    pub(crate) fn sine(&self) -> f64 {
         if self.alpha.rem_euclid(4) == 1 { 1.0 } else { -1.0 }
     }
 
-    pub(super) fn is_parallel(&self) -> bool {
+    pub(crate) fn is_parallel(&self) -> bool {
         self.alpha.rem_euclid(4) == 0
     }
 
-    pub(super) fn is_across(&self) -> bool {
+    pub(crate) fn is_across(&self) -> bool {
         self.alpha.rem_euclid(2) == 1
     }
 }
 
 /// Arms that are solved alike.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Class {
+pub(crate) enum Class {
     /// A spherical wrist behind two parallel axes.
     Wrist,
     /// A spherical wrist behind a joint that slides across axis 2.
@@ -81,7 +80,7 @@ pub(super) enum Class {
 }
 
 /// An arm of a class.
-pub(super) struct Arm {
+pub(crate) struct Arm {
     pub joints: [ArmJoint; 6],
     pub class: Class,
     /// Whether it is read from its end.
@@ -90,7 +89,7 @@ pub(super) struct Arm {
 
 impl Arm {
     /// The arm that ends with this link. Fails where it is of no class from either end.
-    pub(super) fn new(derivation: &mut Derivation, link: LinkId) -> Result<Arm, NoClosedForm> {
+    pub(crate) fn new(derivation: &mut Derivation, link: LinkId) -> Result<Arm, NoClosedForm> {
         let joints = joints(derivation, link)?;
         let arm = |mut joints, is_reversed| {
             align(&mut joints);
@@ -102,7 +101,7 @@ impl Arm {
 }
 
 /// The links from the base to this one.
-pub(super) fn chain(robot: &Robot, link: LinkId) -> Vec<LinkId> {
+pub(crate) fn chain(robot: &Robot, link: LinkId) -> Vec<LinkId> {
     let mut chain: Vec<LinkId> = std::iter::successors(Some(link), |j| robot.link(*j).antecedent).collect();
     chain.reverse();
     chain
@@ -110,7 +109,7 @@ pub(super) fn chain(robot: &Robot, link: LinkId) -> Vec<LinkId> {
 
 /// Its six joints; what else the robot has, a gripper, is no matter.
 fn joints(derivation: &mut Derivation, link: LinkId) -> Result<[ArmJoint; 6], NoClosedForm> {
-    let Derivation { robot, graph: g, constants, .. } = derivation;
+    let robot = derivation.robot();
     let chain = chain(robot, link);
     let refused = |text: String| Err(NoClosedForm(text));
     if chain.len() != 6 {
@@ -119,7 +118,7 @@ fn joints(derivation: &mut Derivation, link: LinkId) -> Result<[ArmJoint; 6], No
     let mut joints: Vec<ArmJoint> = Vec::new();
     for j in chain {
         let link = robot.link(j);
-        let Geometry { gamma, b, alpha, d, theta, r } = Geometry::of(g, constants, link);
+        let Geometry { gamma, b, alpha, d, theta, r } = derivation.geometry(j);
         let [(coordinate, sign)] = link.joint.variable.terms[..] else {
             return refused(format!("{} does not follow one coordinate", link.name));
         };
@@ -132,7 +131,7 @@ fn joints(derivation: &mut Derivation, link: LinkId) -> Result<[ArmJoint; 6], No
         }
         if let Some(last) = joints.last_mut() {
             last.offset = last.offset.plus(&gamma);
-            last.r = g.add(last.r, b);
+            last.r = derivation.graph().add(last.r, b);
         }
         let slides = link.joint.kind == JointKind::Prismatic;
         let alpha = alpha.quarter_turns;

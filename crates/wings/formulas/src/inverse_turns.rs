@@ -4,14 +4,14 @@
 
 use expr::{Expr, Graph};
 
-use crate::kinematics::vector::Turn;
+use modeling::building::Turn;
 
 /// What is rounding, of the components of a unit vector and of a length in m: 450 units in the last place of 1, where a pose and
 /// its way back through six frames make some ten.
 const NOTHING: f64 = 1e-13;
 
 /// The length of a vector in a plane, |e| of (e, 0).
-pub(super) fn norm(g: &mut Graph, vector: [Expr; 2]) -> Expr {
+pub(crate) fn norm(g: &mut Graph, vector: [Expr; 2]) -> Expr {
     let [xx, yy] = vector.map(|e| g.mul(e, e));
     let square = g.add(xx, yy);
     g.sqrt(square)
@@ -26,7 +26,7 @@ fn positive(g: &mut Graph, e: Expr) -> Expr {
 
 /// The root of a product of lengths: those of `spare` are zero where rounding has made them less, and farther below zero they
 /// make it no number.
-pub(super) fn root(g: &mut Graph, spare: &[Expr], others: &[Expr]) -> Expr {
+pub(crate) fn root(g: &mut Graph, spare: &[Expr], others: &[Expr]) -> Expr {
     let scale = g.constant(1.0 / NOTHING);
     let (mut product, mut reached) = (Expr::ONE, Expr::ONE);
     for &e in spare {
@@ -43,7 +43,7 @@ pub(super) fn root(g: &mut Graph, spare: &[Expr], others: &[Expr]) -> Expr {
 }
 
 /// The turn to (cos, sin), or to `free` where `size`, 0 where they both are, is nothing.
-pub(super) fn direction(g: &mut Graph, [cos, sin]: [Expr; 2], size: Expr, free: Turn) -> Turn {
+pub(crate) fn direction(g: &mut Graph, [cos, sin]: [Expr; 2], size: Expr, free: Turn) -> Turn {
     // From 1e-8 up where size is below NOTHING, so that what is added outweighs (cos, sin).
     let (scale, weight) = (g.constant(1.0 / NOTHING), g.constant(1e8));
     let size = g.mul(scale, size);
@@ -58,13 +58,13 @@ pub(super) fn direction(g: &mut Graph, [cos, sin]: [Expr; 2], size: Expr, free: 
 }
 
 /// The turn to (cos, sin), of length 1 whatever cancelled on the way.
-pub(super) fn unit_turn(g: &mut Graph, cos: Expr, sin: Expr) -> Turn {
+pub(crate) fn unit_turn(g: &mut Graph, cos: Expr, sin: Expr) -> Turn {
     let length = norm(g, [cos, sin]);
     Turn { cos: g.div(cos, length), sin: g.div(sin, length) }
 }
 
 /// Cosine and sine, times both lengths, of the angle from one vector of a plane to another.
-pub(super) fn between(g: &mut Graph, [u, v]: [Expr; 2], [x, y]: [Expr; 2]) -> [Expr; 2] {
+pub(crate) fn between(g: &mut Graph, [u, v]: [Expr; 2], [x, y]: [Expr; 2]) -> [Expr; 2] {
     let [ux, vy, vx, uy] = [(u, x), (v, y), (v, x), (u, y)].map(|(a, b)| g.mul(a, b));
     [g.add(ux, vy), g.sub(vx, uy)]
 }

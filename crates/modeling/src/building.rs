@@ -1,0 +1,67 @@
+//! What a function that another package derives is built from.
+
+use expr::{Expr, Graph, Input};
+use robot::{LinkId, Robot};
+
+use crate::derivation::Derivation;
+use crate::dynamics::link_frame::LinkFrame;
+use crate::dynamics::pose;
+use crate::dynamics::reference_frame::{self, ReferenceFrame};
+
+pub use crate::dynamics::reference_frame::constants;
+pub use crate::kinematics::angle::Angle;
+pub use crate::kinematics::links::Geometry;
+pub use crate::kinematics::placement::{Placement, Twist};
+pub use crate::kinematics::vector::{NULL, Turn, Vector, add, cross, dot};
+
+impl<'a> Derivation<'a> {
+    /// The robot.
+    pub fn robot(&self) -> &'a Robot {
+        self.robot
+    }
+
+    /// The graph that functions are taken from.
+    pub fn graph(&mut self) -> &mut Graph {
+        &mut self.graph
+    }
+
+    /// Whether every loop is closed by relations of its joints, and none numerically.
+    pub fn closes_by_relations(&self) -> bool {
+        self.implicit.is_none()
+    }
+
+    /// The input `q`.
+    pub fn configuration(&self) -> Vec<Input> {
+        self.motion.configuration()
+    }
+
+    /// gamma, b, alpha, d, theta, r of a link without its joint's variable.
+    pub fn geometry(&mut self, link: LinkId) -> Geometry {
+        Geometry::of(&mut self.graph, &mut self.constants, self.robot.link(link))
+    }
+
+    /// Where a link stands in its antecedent's frame.
+    pub fn placement(&self, link: LinkId) -> &Placement {
+        &self.links[link.0].placement
+    }
+
+    /// The twist of a link's frame per unit of a coordinate's rate; `None` where the coordinate does not move the link.
+    pub fn twist(&self, link: LinkId, coordinate: usize) -> Option<Twist> {
+        self.links[link.0].jacobian[coordinate]
+    }
+
+    /// A vector given in the frame of a link, in the axes of a reference.
+    pub fn in_axes_of(&mut self, v: Vector, from: LinkId, reference: &ReferenceFrame) -> Vector {
+        reference_frame::in_axes_of(&mut self.graph, self.robot, &self.links, v, from, reference)
+    }
+
+    /// A point given in the frame of a link, in that of a reference.
+    pub fn at_place_of(&mut self, p: Vector, from: LinkId, reference: &ReferenceFrame) -> Vector {
+        reference_frame::at_place_of(&mut self.graph, self.robot, &self.links, p, from, reference)
+    }
+
+    /// The Jacobian of the origin of a frame in its own axes: velocity, then angular velocity, per unit of each coordinate's rate.
+    pub fn jacobian_rows(&mut self, frame: &LinkFrame) -> Vec<Vec<Expr>> {
+        pose::jacobian_rows(self, frame, None, NULL)
+    }
+}
