@@ -40,7 +40,14 @@ use robot::{Inertial, LinkId, Robot, StandardParameter};
 
 /// Makes all wings known, as the program does.
 pub fn register_wings() {
-    rist::wings::register(vec![fleet::wing(), foreign::wing(), formulas::wing(), research::wing(), statics::wing()]);
+    rist::wings::register(vec![
+        fleet::wing(),
+        foreign::wing(),
+        formulas::wing(),
+        inspection::wing(),
+        research::wing(),
+        statics::wing(),
+    ]);
 }
 
 /// The root of the workspace.

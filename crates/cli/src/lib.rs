@@ -24,6 +24,8 @@ mod groups;
 mod help;
 mod identify;
 mod inspect;
+#[cfg(feature = "inspection")]
+mod inspection;
 mod interrupt;
 mod lint;
 mod model;
@@ -38,7 +40,6 @@ mod statics;
 mod terminal;
 mod validate;
 mod verdict;
-mod visibility;
 pub mod wings;
 
 use std::ffi::OsString;
@@ -69,7 +70,8 @@ enum Command {
     Excite(excite::Arguments),
     Check(check::Arguments),
     Play(play::Arguments),
-    Visibility(visibility::Arguments),
+    #[cfg(feature = "inspection")]
+    Visibility(inspection::visibility::Arguments),
     Plan(plan::Arguments),
     Simulate(simulate::Arguments),
     Columns(columns::Arguments),
@@ -187,7 +189,8 @@ fn run(command: Command) -> Result<(), Failure> {
         Command::Excite(arguments) => excite::run(&arguments),
         Command::Check(arguments) => check::run(&arguments),
         Command::Play(arguments) => play::run(&arguments),
-        Command::Visibility(arguments) => visibility::run(&arguments),
+        #[cfg(feature = "inspection")]
+        Command::Visibility(arguments) => inspection::visibility::run(&arguments),
         Command::Simulate(arguments) => simulate::run(&arguments),
         Command::Columns(arguments) => columns::run(&arguments),
         #[cfg(feature = "statics")]

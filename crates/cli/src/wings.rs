@@ -6,9 +6,10 @@ use rist::DescriptionFormat;
 use rist::wings::{DescriptionWriter, LogFormat, LogReader, MeshFormat, Wing};
 
 /// Commands of each wing, and whether the program has it.
-const WINGS: [(&str, &[&str], bool); 3] = [
+const WINGS: [(&str, &[&str], bool); 4] = [
     ("fleet", &["accumulate", "merge", "solve", "compare"], cfg!(feature = "fleet")),
     ("formulas", &["derive"], cfg!(feature = "formulas")),
+    ("inspection", &["visibility"], cfg!(feature = "inspection")),
     ("statics", &["postures", "wrench"], cfg!(feature = "statics")),
 ];
 
@@ -21,6 +22,8 @@ pub fn register() {
         ::foreign::wing(),
         #[cfg(feature = "formulas")]
         ::formulas::wing(),
+        #[cfg(feature = "inspection")]
+        ::inspection::wing(),
         #[cfg(feature = "research")]
         ::research::wing(),
         #[cfg(feature = "statics")]
@@ -65,6 +68,9 @@ fn absent() -> Wing {
         wing.mesh_formats.push(MeshFormat { extension: "dae", vertices: Err(without!("a Collada mesh", "foreign")) });
         let write = Err(without!("[to=par]", "foreign"));
         wing.writers.push(DescriptionWriter { format: DescriptionFormat::Par, write });
+    }
+    if cfg!(not(feature = "inspection")) {
+        wing.points = Some(Err(without!("inspection")));
     }
     if cfg!(not(feature = "research")) {
         wing.in_loop = Some(Err(without!("research")));

@@ -63,14 +63,13 @@ pub use fit::samples::{Identification, identify, identify_essential, identify_lo
 pub use fit::validation::{Validation, predicted_torques, validate};
 pub use fit::verdict::{Trust, Verdict};
 pub use motion::checking::{Checked, check};
-pub use motion::checking_courses::{check_experiments, check_points, efficiency_again, points_of_table};
+pub use motion::checking_courses::{check_experiments, check_points, efficiency_again};
 pub use motion::exciting::{ExcitingMotion, excite};
 pub use motion::planning::{ExperimentPlan, Planned, plan};
 pub use motion::play::Player;
 pub use motion::played_file::{CheckedFile, PlayedFile, Worth, plan_proof};
 pub use motion::simulation::{Motions, simulate};
 pub use motion::staged_play::{StagedPlay, staged_play};
-pub use motion::told_by::{Outlook, ToldBy, told_by};
 pub use page::{PageRequest, page};
 pub use request::*;
 pub use write_back::{WrittenBack, write_mjcf, write_urdf};

@@ -2,8 +2,10 @@
 //!
 //! A wing is a package that core does not know. Who builds it in hands its [`Wing`] to [`register`].
 
+use std::path::Path;
 use std::sync::OnceLock;
 
+use experiments::motion::point_trajectory::PointTrajectory;
 use modeling::FunctionOfLink;
 use robot::{Note, Robot};
 
@@ -14,6 +16,8 @@ use crate::request::{ClosedLoopRequest, DescriptionFormat, Field, Method};
 
 pub use crate::describe::adapters::tape_dynamics::dynamics;
 pub use crate::fit::experiments::Reader;
+pub use crate::motion::described::{described_values, torque_noise};
+pub use crate::request::terms_without_torque;
 pub use experiments::plan::proof_search::ProofSearch;
 pub use identification::estimate::artefact::Estimate;
 
@@ -29,13 +33,15 @@ pub use robot::mesh::MeshFormat;
 #[derive(Default)]
 pub struct Wing {
     /// Its requests by name.
-    pub requests: Vec<(&'static str, Vec<Field>)>,
+    pub requests: Vec<(&'static str, fn() -> Vec<Field>)>,
     /// Formats of log files.
     pub log_formats: Vec<LogFormat>,
     /// Formats of meshes.
     pub mesh_formats: Vec<MeshFormat>,
     /// Writers of descriptions.
     pub writers: Vec<DescriptionWriter>,
+    /// What reads motions of others, or what is said where it was not built in.
+    pub points: Option<Result<PointReader, &'static str>>,
     /// Functions of a link.
     pub functions: Vec<FunctionOfLink>,
     /// Identification that simulates the experiments of a plan, or what is said where it was not built in.
@@ -57,6 +63,15 @@ pub struct DescriptionWriter {
     pub format: DescriptionFormat,
     /// How, or what is said where it was not built in.
     pub write: Result<WriteDescription, &'static str>,
+}
+
+/// Readers of points that others made.
+#[derive(Clone, Copy)]
+pub struct PointReader {
+    /// Of a file that holds a table, with the coordinates of a model.
+    pub of_table: fn(&Model, &Path) -> Result<PointTrajectory, Error>,
+    /// Of the text of a JointTrajectory; the name of its file comes first.
+    pub of_ros: fn(&str, &str) -> Result<PointTrajectory, logs::Error>,
 }
 
 static WINGS: OnceLock<Vec<Wing>> = OnceLock::new();

@@ -33,6 +33,7 @@ fn functions(robot: &Robot, words: &[&str]) -> Vec<Function> {
 
 /// All words that there are.
 fn all_words() -> Vec<&'static str> {
+    tests::register_wings();
     RobotFunction::words().map(|(word, _)| word).collect()
 }
 

@@ -1,11 +1,6 @@
 //! A motion that others made: points in time, and how a controller goes from one to the next.
 //!
-//! Read from `trajectory_msgs/JointTrajectory` in YAML or JSON, of ROS 1 or 2, alone or inside a `RobotTrajectory` or a
-//! `DisplayTrajectory` of MoveIt. Points of a table (a CSV) come from the caller.
-
-use linear_model::yaml;
-use logs::Error;
-use serde::Deserialize;
+//! Not here: how files of points are read.
 
 /// How a controller goes from point to point.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -85,16 +80,6 @@ impl PointTrajectory {
         Ok(PointTrajectory { coordinates, times, positions, velocities, accelerations })
     }
 
-    /// Reads a JointTrajectory, as the head says.
-    pub fn from_ros(file: &str, text: &str) -> Result<PointTrajectory, Error> {
-        let fail = |what: String| Error::at(file, 0, what);
-        let expected = "expected is a trajectory_msgs/JointTrajectory (joint_names, points of positions, velocities, \
-                        accelerations and time_from_start), alone or as joint_trajectory of a RobotTrajectory";
-        let read: RosFile = yaml::read(text).map_err(|e| fail(format!("this is no trajectory: {e}; {expected}")))?;
-        let trajectory = read.trajectory().ok_or_else(|| fail(format!("this is no trajectory: {expected}")))?;
-        trajectory.points().map_err(fail)
-    }
-
     /// The coordinates of a model; those that the file does not move stand where `stands` says.
     ///
     /// Fails where the file moves a joint that is no coordinate, or nothing says where a coordinate stands.
@@ -172,142 +157,5 @@ impl PointTrajectory {
     pub fn rests_at_its_ends(&self) -> bool {
         let last = self.times.len() - 1;
         self.velocities.as_ref().is_none_or(|v| v.iter().all(|v| v[0] == 0.0 && v[last] == 0.0))
-    }
-}
-
-/// A file of ROS, whatever it holds around the trajectory.
-#[derive(Deserialize)]
-struct RosFile {
-    #[serde(default)]
-    joint_names: Option<Vec<String>>,
-    #[serde(default)]
-    points: Vec<RosPoint>,
-    #[serde(default)]
-    joint_trajectory: Option<RosTrajectory>,
-    #[serde(default)]
-    trajectory: Vec<RobotTrajectory>,
-}
-
-#[derive(Deserialize)]
-struct RobotTrajectory {
-    joint_trajectory: RosTrajectory,
-}
-
-#[derive(Deserialize)]
-struct RosTrajectory {
-    joint_names: Vec<String>,
-    points: Vec<RosPoint>,
-}
-
-#[derive(Deserialize)]
-struct RosPoint {
-    positions: Vec<f64>,
-    #[serde(default)]
-    velocities: Vec<f64>,
-    #[serde(default)]
-    accelerations: Vec<f64>,
-    time_from_start: RosTime,
-}
-
-/// ROS 2, ROS 1, or seconds.
-#[derive(Deserialize)]
-#[serde(untagged)]
-enum RosTime {
-    Two { sec: f64, nanosec: f64 },
-    One { secs: f64, nsecs: f64 },
-    Seconds(f64),
-}
-
-impl RosTime {
-    fn seconds(&self) -> f64 {
-        match self {
-            RosTime::Two { sec, nanosec } => sec + 1e-9 * nanosec,
-            RosTime::One { secs, nsecs } => secs + 1e-9 * nsecs,
-            RosTime::Seconds(t) => *t,
-        }
-    }
-}
-
-impl RosFile {
-    /// The trajectory; of several none.
-    fn trajectory(self) -> Option<RosTrajectory> {
-        let direct = self.joint_names.map(|joint_names| RosTrajectory { joint_names, points: self.points });
-        let mut all: Vec<RosTrajectory> = direct.into_iter().chain(self.joint_trajectory).collect();
-        all.extend(self.trajectory.into_iter().map(|t| t.joint_trajectory));
-        if all.len() == 1 { all.pop() } else { None }
-    }
-}
-
-impl RosTrajectory {
-    fn points(&self) -> Result<PointTrajectory, String> {
-        let n = self.joint_names.len();
-        let times = self.points.iter().map(|p| p.time_from_start.seconds()).collect();
-        let series = |what: &str, of: fn(&RosPoint) -> &Vec<f64>| {
-            if let Some(i) = self.points.iter().position(|p| of(p).len() != n) {
-                return Err(format!("{what} of point {}: expected are {n}, one per joint", i + 1));
-            }
-            Ok((0..n).map(|k| self.points.iter().map(|p| of(p)[k]).collect()).collect())
-        };
-        // Either all points have them, or none.
-        let optional = |what: &str, of: fn(&RosPoint) -> &Vec<f64>| {
-            let is_without = self.points.iter().all(|p| of(p).is_empty());
-            (!is_without).then(|| series(what, of)).transpose()
-        };
-        let velocities = optional("velocities", |p| &p.velocities)?;
-        let accelerations = optional("accelerations", |p| &p.accelerations)?;
-        let positions = series("positions", |p| &p.positions)?;
-        PointTrajectory::new(self.joint_names.clone(), times, positions, velocities, accelerations)
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    const ALONE: &str = r#"{"joint_names": ["b", "a"], "points": [
-        {"positions": [1, 2], "velocities": [0, 0], "time_from_start": {"sec": 0, "nanosec": 0}},
-        {"positions": [1.5, 2], "velocities": [0, 0], "time_from_start": {"sec": 1, "nanosec": 500000000}}]}"#;
-
-    #[test]
-    fn files_of_ros_are_read() {
-        let alone = PointTrajectory::from_ros("t.json", ALONE).unwrap();
-        let old = ALONE.replace("nanosec", "nsecs").replace("\"sec\"", "\"secs\"");
-        let inside = format!("{{\"joint_trajectory\": {old}, \"multi_dof_joint_trajectory\": {{\"points\": []}}}}");
-        let several = format!("{{\"model_id\": \"arm\", \"trajectory\": [{inside}]}}");
-        for text in [inside.as_str(), &several] {
-            assert_eq!(PointTrajectory::from_ros("t.json", text).unwrap(), alone);
-        }
-        let text = "joint_names: [b, a]\npoints:\n- {positions: [1, 2], velocities: [0, 0], time_from_start: 0}\n- \
-                    {positions: [1.5, 2], velocities: [0, 0], time_from_start: 1.5}\n";
-        assert_eq!(PointTrajectory::from_ros("t.yaml", text).unwrap(), alone);
-        assert_eq!(alone.times(), [0.0, 1.5]);
-        let names = ["a", "b", "c"].map(String::from);
-        let refused = alone.clone().of_coordinates(&names, &|_| None).unwrap_err();
-        assert!(refused.contains("it does not say where c stands"), "{refused}");
-        let whole = alone.clone().of_coordinates(&names, &|_| Some(0.25)).unwrap();
-        assert_eq!(whole.positions(), [vec![2.0, 2.0], vec![1.0, 1.5], vec![0.25, 0.25]]);
-        assert_eq!(whole.interpolation(None), Ok(Interpolation::Cubic));
-        let refused = whole.interpolation(Some(Interpolation::Quintic)).unwrap_err();
-        assert!(refused.contains("needs accelerations"), "{refused}");
-        assert!(alone.of_coordinates(&names[..1], &|_| None).unwrap_err().contains("no coordinate `b`"));
-    }
-
-    #[test]
-    fn what_is_no_trajectory_is_refused() {
-        for (from, to, says) in [
-            ("\"sec\": 1, \"nanosec\": 500000000", "\"sec\": 0, \"nanosec\": 0", "time does not go on from point 1"),
-            ("[1.5, 2]", "[1.5]", "positions of point 2: expected are 2"),
-            ("[1.5, 2]", "[1.5, 1e300]", "positions of a at point 2: 1e300 is of no robot"),
-            ("\"joint_names\"", "\"names\"", "this is no trajectory"),
-            (
-                "\"velocities\": [0, 0], \"time_from_start\": {\"sec\": 1",
-                "\"time_from_start\": {\"sec\": 1",
-                "velocities of point 2",
-            ),
-        ] {
-            assert!(ALONE.contains(from), "{from}");
-            let refused = PointTrajectory::from_ros("t.json", &ALONE.replace(from, to)).unwrap_err().to_string();
-            assert!(refused.contains(says), "{refused}");
-        }
     }
 }

@@ -20,7 +20,6 @@ use experiments::plan::exciting_trajectory::ExcitingTrajectory;
 use experiments::plan::experiment_plan::ExperimentPlan;
 use experiments::plan::planned_experiment::PlannedExperiment;
 use experiments::plan::proof_search;
-use logs::{ColumnNames, Columns, Table};
 
 use crate::describe::adapters::surroundings::RobotSurroundings;
 use crate::describe::model::Model;
@@ -125,22 +124,6 @@ pub fn efficiency_again(model: &Model, file: &Path, plan: &ExperimentPlan) -> Re
     let search = proof_search::registered()
         .map_err(|why| Error::new(format_args!("{}: its proof cannot be found again: {why}", file.display())))?;
     Ok((search.again)(plan, model.regressor(), &file.display().to_string())?)
-}
-
-/// Points from a table: a clock, a position of each coordinate, and perhaps velocities and accelerations.
-///
-/// Fails where a column is missing or two claim one place, where a number is missing, and where time does not go on.
-pub fn points_of_table(model: &Model, table: &Table, names: &ColumnNames) -> Result<PointTrajectory, Error> {
-    let coordinates = model.regressor().coordinates();
-    let slides: Vec<bool> = (0..coordinates.len()).map(|k| model.regressor().is_prismatic(k)).collect();
-    let columns = Columns::of_motion(table, coordinates, names)?.with_sliding(&slides)?;
-    let series = |source: &logs::Source| -> Vec<f64> {
-        table.columns[source.column].iter().map(|x| source.factor * x).collect()
-    };
-    let of = |sources: &[logs::Source]| sources.iter().map(series).collect::<Vec<_>>();
-    let (velocities, accelerations) = (columns.velocity.as_deref().map(of), columns.acceleration.as_deref().map(of));
-    PointTrajectory::new(coordinates.to_vec(), series(&columns.time), of(&columns.position), velocities, accelerations)
-        .map_err(|what| Error::new(format_args!("{}: {what}", table.file)))
 }
 
 /// What description and request give, one per coordinate, narrowed by the margins of the joints.

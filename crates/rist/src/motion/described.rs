@@ -14,7 +14,7 @@ use crate::describe::model::Model;
 const UNKNOWN_NOISE: f64 = 0.1;
 
 /// Noise of a torque sample, N m (N), one per coordinate: a share of the effort limit.
-pub(crate) fn torque_noise(model: &Model, share: f64, notes: &mut Vec<String>) -> Vec<f64> {
+pub fn torque_noise(model: &Model, share: f64, notes: &mut Vec<String>) -> Vec<f64> {
     let coordinates = &model.robot.coordinates;
     let effort = |c: &robot::Coordinate| c.limits.effort.filter(|x| x.is_finite() && *x > 0.0);
     let unknown: Vec<&str> = coordinates.iter().filter(|c| effort(c).is_none()).map(|c| c.name.as_str()).collect();
@@ -92,7 +92,7 @@ pub(crate) fn torque_left_out(
 }
 
 /// Values of the description, one per parameter of the model.
-pub(crate) fn described_values(model: &Model, linear: &LinearModel) -> Vec<Option<f64>> {
+pub fn described_values(model: &Model, linear: &LinearModel) -> Vec<Option<f64>> {
     let base = model.described_parameters();
     let count = model.regressor().parameters().len();
     let mut values: Vec<Option<f64>> = (0..count).map(|c| base.as_ref().map(|b| b[c])).collect();

@@ -19,4 +19,3 @@ pub mod played_file;
 pub(crate) mod proved_motion;
 pub mod simulation;
 pub mod staged_play;
-pub mod told_by;

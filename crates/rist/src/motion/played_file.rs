@@ -6,15 +6,15 @@ use experiments::excitation::artefact::ExcitingMotion;
 use experiments::motion::point_trajectory::{Interpolation, PointTrajectory};
 use experiments::plan::experiment_plan::ExperimentPlan;
 use linear_model::artefact::Kind;
-use logs::{ColumnNames, Table};
 use report::experiments::PlanProof;
 use robot::format::read_text;
 
 use crate::describe::model::Model;
 use crate::error::Error;
 use crate::motion::checking::{Checked, check};
-use crate::motion::checking_courses::{check_experiments, check_points, efficiency_again, points_of_table};
+use crate::motion::checking_courses::{check_experiments, check_points, efficiency_again};
 use crate::request::CheckRequest;
+use crate::wings::{PointReader, registered};
 
 /// What a file holds.
 pub enum PlayedFile {
@@ -65,6 +65,12 @@ impl CheckedFile {
     }
 }
 
+/// What reads points that others made; `path` stands in messages.
+fn point_reader(path: &Path) -> Result<PointReader, Error> {
+    let reader = registered().iter().find_map(|wing| wing.points).unwrap_or(Err("no reader of points is registered"));
+    reader.map_err(|why| Error::new(format_args!("{}: points that others made: {why}", path.display())))
+}
+
 impl PlayedFile {
     /// Reads a file; its content and the end of its name tell what it is.
     ///
@@ -72,7 +78,7 @@ impl PlayedFile {
     pub fn read(model: &Model, path: &Path) -> Result<PlayedFile, Error> {
         let extension = path.extension().and_then(|e| e.to_str()).map(str::to_ascii_lowercase);
         if extension.is_some_and(|extension| !TEXTS.contains(&extension.as_str())) || path.is_dir() {
-            let points = points_of_table(model, &Table::read(path)?, &ColumnNames::default())?;
+            let points = (point_reader(path)?.of_table)(model, path)?;
             return Ok(PlayedFile::Table(Box::new(points)));
         }
         let (file, text) = (path.display().to_string(), read_text(path)?);
@@ -80,7 +86,7 @@ impl PlayedFile {
         Ok(match Kind::of(&text) {
             Some(Kind::Plan) => PlayedFile::Plan(Box::new(ExperimentPlan::from_yaml(&file, &text)?)),
             None if text.contains("joint_names") => {
-                PlayedFile::Points(Box::new(PointTrajectory::from_ros(&file, &text)?))
+                PlayedFile::Points(Box::new((point_reader(path)?.of_ros)(&file, &text)?))
             }
             // Of a file of before the first line the keys differ.
             None if begins("experiments:") => PlayedFile::Plan(Box::new(ExperimentPlan::from_yaml(&file, &text)?)),

@@ -4,11 +4,7 @@ use experiments::excitation::limits::LimitsFile;
 use identification::estimate::artefact::Estimate;
 use identification::estimate::options::Options;
 
-use linear_model::friction::terms::FrictionTerm;
-
-use super::friction::terms_without_torque;
-use super::{FrictionChoice, Range};
-use crate::error::Error;
+use super::Range;
 
 /// Hz: default low-pass on position and torque of motions of a plan. It is twice the cut-off of the equations, up to
 /// where the paper's figure 2 looks.
@@ -42,28 +38,5 @@ request! {
         limits: Option<LimitsFile> = None, value_name("FILE");
         /// An estimate of this model: efforts and powers are proved with its torques instead of the description's.
         after: Option<Estimate> = None, value_name("ESTIMATE");
-    }
-}
-
-request! {
-    /// What an identification from a motion or a log is foreseen with.
-    pub struct VisibilityRequest {
-        /// YAML with tighter limits, as for `rist excite`: joints that it locks give no rows.
-        limits: Option<LimitsFile> = None, value_name("FILE");
-        /// Friction columns a joint that the identification will have, as of `rist identify`, or none.
-        friction: Option<FrictionChoice> = None, value_name("TERMS");
-        /// Noise of a torque sample, as a share of the effort limit.
-        noise: f64 = 0.01, range(Range::Positive), value_name("SHARE");
-        /// Sample rate at which points of a JointTrajectory are looked at, Hz.
-        rate: f64 = 200.0, range(1.0..=2e4), value_name("HZ");
-    }
-}
-
-impl VisibilityRequest {
-    /// The columns of friction.
-    ///
-    /// Fails where they are to be chosen by a log, or stand on a measured torque.
-    pub fn friction_terms(&self) -> Result<Vec<FrictionTerm>, Error> {
-        terms_without_torque(self.friction.as_ref())
     }
 }

@@ -48,7 +48,7 @@ impl FrictionChoice {
 /// The terms of an identification whose torques are not there yet; the standard ones where none are asked for.
 ///
 /// Fails where they are to be chosen by a log, stand on a measured torque, or are of a single joint.
-pub(crate) fn terms_without_torque(asked: Option<&FrictionChoice>) -> Result<Vec<FrictionTerm>, Error> {
+pub fn terms_without_torque(asked: Option<&FrictionChoice>) -> Result<Vec<FrictionTerm>, Error> {
     match asked {
         None => Ok(FrictionTerm::STANDARD.to_vec()),
         Some(FrictionChoice::Auto) => Err(Error::new("[friction]: name the terms, or none alone; auto needs a log")),

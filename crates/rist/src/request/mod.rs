@@ -52,11 +52,11 @@ mod unknowns;
 
 pub use describe::{ConvertRequest, DescriptionFormat, EvaluateRequest, InspectRequest, SheetFormat, StateQuantity};
 pub use effect::{Delay, Whose};
-pub use examine::{CheckRequest, DoctorRequest, MOTION_CUTOFF, ValidateRequest, VisibilityRequest};
+pub use examine::{CheckRequest, DoctorRequest, MOTION_CUTOFF, ValidateRequest};
 pub use excite::{ExciteRequest, Family, Series};
 pub use field::Field;
 pub use files::{BodiesFiles, PlanFiles, PointsFiles, ReportFiles, SamplesFiles, TrajectoryFiles};
-pub use friction::FrictionChoice;
+pub use friction::{FrictionChoice, terms_without_torque};
 pub use generate::{GenerateRequest, SourceLanguage, function_names};
 pub use identify::{
     ClosedLoopRequest, HarmonicRequest, IdentifyRequest, METHOD, PaperRequest, RowsRequest, SamplesRequest,
@@ -92,10 +92,9 @@ pub fn requests() -> Vec<(String, Vec<Field>)> {
         ("validate", ValidateRequest::fields()),
         ("check", CheckRequest::fields()),
         ("play", PlayRequest::fields()),
-        ("visibility", VisibilityRequest::fields()),
     ];
     let methods = Method::all().map(|method| (format!("identify-{}", method.word()), method.fields()));
-    let of_wings = registered().iter().flat_map(|wing| wing.requests.clone());
+    let of_wings = registered().iter().flat_map(|wing| &wing.requests).map(|(name, fields)| (*name, fields()));
     steps.into_iter().chain(of_wings).map(|(name, fields)| (name.to_string(), fields)).chain(methods).collect()
 }
 

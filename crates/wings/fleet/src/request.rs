@@ -9,7 +9,7 @@ use crate::comparison::Compared;
 /// What this wing adds.
 pub fn wing() -> Wing {
     Wing {
-        requests: vec![("compare", CompareRequest::fields()), ("accumulate", AccumulateRequest::fields())],
+        requests: vec![("compare", CompareRequest::fields), ("accumulate", AccumulateRequest::fields)],
         ..Wing::default()
     }
 }

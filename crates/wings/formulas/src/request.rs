@@ -12,7 +12,7 @@ use crate::inverse_geometry::inverse_geometry;
 /// What this wing adds.
 pub fn wing() -> Wing {
     Wing {
-        requests: vec![("derive", DeriveRequest::fields())],
+        requests: vec![("derive", DeriveRequest::fields)],
         functions: vec![
             FunctionOfLink {
                 word: "jacobian-determinant",

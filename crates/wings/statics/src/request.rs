@@ -7,7 +7,7 @@ use crate::wrench_options::WrenchOptions;
 
 /// What this wing adds.
 pub fn wing() -> Wing {
-    Wing { requests: vec![("wrench", WrenchRequest::fields())], ..Wing::default() }
+    Wing { requests: vec![("wrench", WrenchRequest::fields)], ..Wing::default() }
 }
 
 rist::request! {

@@ -3,8 +3,9 @@
 use std::path::PathBuf;
 
 use clap::Args;
-use rist::request::{PointsFiles, VisibilityRequest};
-use rist::{Outlook, PlayedFile, ToldBy, parameters_text};
+use inspection::{Outlook, ToldBy, VisibilityRequest, told_by};
+use rist::request::PointsFiles;
+use rist::{PlayedFile, parameters_text};
 use serde_json::{Value, json};
 
 use crate::failure::Failure;
@@ -37,7 +38,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let model = arguments.model.derive()?;
     let content = PlayedFile::read(&model, &arguments.file)?;
     let (request, PointsFiles { interpolation }) = (arguments.request.read()?, arguments.points.read()?);
-    let told = rist::told_by(&model, &arguments.file, &content, interpolation, &request)?;
+    let told = told_by(&model, &arguments.file, &content, interpolation, &request)?;
     print_result(text(&told), || value(&told))
 }
 

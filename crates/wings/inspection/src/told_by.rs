@@ -18,11 +18,11 @@ use logs::{ColumnNames, Columns, Log, Table};
 use numerics::interval::Interval;
 use random::Random;
 
-use crate::describe::model::Model;
-use crate::error::Error;
-use crate::motion::described::{described_values, torque_noise};
-use crate::motion::played_file::PlayedFile;
-use crate::request::{Request, VisibilityRequest};
+use rist::request::Request;
+use rist::wings::{described_values, torque_noise};
+use rist::{Error, Model, PlayedFile};
+
+use crate::request::VisibilityRequest;
 
 /// What is told.
 pub struct ToldBy {

@@ -1,0 +1,3 @@
+//! Commands of the wing inspection.
+
+pub(crate) mod visibility;

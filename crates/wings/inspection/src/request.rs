@@ -1,0 +1,39 @@
+//! What is asked of a look at a motion, and what this wing adds.
+
+use rist::request::{FrictionChoice, Range, Request};
+use rist::wings::{PointReader, Wing, terms_without_torque};
+use rist::{Error, FrictionTerm, LimitsFile};
+
+use crate::points::{points_of_ros, read_table};
+
+/// What this wing adds.
+pub fn wing() -> Wing {
+    Wing {
+        requests: vec![("visibility", VisibilityRequest::fields)],
+        points: Some(Ok(PointReader { of_table: read_table, of_ros: points_of_ros })),
+        ..Wing::default()
+    }
+}
+
+rist::request! {
+    /// What an identification from a motion or a log is foreseen with.
+    pub struct VisibilityRequest {
+        /// YAML with tighter limits, as for `rist excite`: joints that it locks give no rows.
+        limits: Option<LimitsFile> = None, value_name("FILE");
+        /// Friction columns a joint that the identification will have, as of `rist identify`, or none.
+        friction: Option<FrictionChoice> = None, value_name("TERMS");
+        /// Noise of a torque sample, as a share of the effort limit.
+        noise: f64 = 0.01, range(Range::Positive), value_name("SHARE");
+        /// Sample rate at which points of a JointTrajectory are looked at, Hz.
+        rate: f64 = 200.0, range(1.0..=2e4), value_name("HZ");
+    }
+}
+
+impl VisibilityRequest {
+    /// The columns of friction.
+    ///
+    /// Fails where they are to be chosen by a log, or stand on a measured torque.
+    pub fn friction_terms(&self) -> Result<Vec<FrictionTerm>, Error> {
+        terms_without_torque(self.friction.as_ref())
+    }
+}
