@@ -50,7 +50,7 @@ macro_rules! without {
 fn absent() -> Wing {
     let mut wing = Wing::default();
     let mut log = |magic: &'static [u8], what: &'static str| {
-        wing.log_formats.push(LogFormat { magic, reader: LogReader::Absent(what) });
+        wing.log_formats.push(LogFormat { name: "", magic, reader: LogReader::Absent(what) });
     };
     if cfg!(not(feature = "foreign")) {
         log(b"ARROW1\0\0", without!("an Arrow or Feather file", "foreign"));

@@ -43,6 +43,7 @@ pub use effort::Effort;
 pub use error::Error;
 pub use formats::arrays::Array;
 pub use formats::cells::Cells;
+pub use formats::registered::format_names;
 pub use formats::written::parquet_bytes;
 pub use log::{Log, Window};
 pub use postures::Postures;

@@ -124,6 +124,7 @@ pub use linear_model::regressor::Regressor;
 pub use linear_model::standard_map::StandardMap;
 pub use logs::{
     Array, ColumnNames, Columns, Effort, Error as LogError, LogSource, Postures, Proposal, Proposed, Table,
+    format_names,
 };
 pub use modeling::{BaseParameters, Closure, RobotFunction, Rules};
 pub use robot::convention::Convention;

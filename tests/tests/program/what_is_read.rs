@@ -2,13 +2,12 @@
 //!
 //! `SNAPSHOTS=write cargo test -p tests --test program what_is_read` writes the page anew.
 
-use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 
 use identification::estimate::options::Options;
 use logs::{Columns, Table, propose};
 use robot::format::{ReadOptions, parse_with};
-use tests::workspace;
+use tests::{register_wings, workspace};
 
 /// A description: its kind, the name of a file, its text, and whether the base must be asked to float.
 const DESCRIPTIONS: [(&str, &str, &str, bool); 10] = [
@@ -98,63 +97,25 @@ const LOGS: [(&str, &str, &str); 15] = [
     ("no header", "", "columns: {time: c1, position: [c2, c3], torque: [c4, c5]}"),
 ];
 
-/// What the readers cost: the packages without which the program would do if it had not this reader, by Cargo.lock.
-fn costs() -> String {
-    let text = |file: &str| std::fs::read_to_string(workspace().join(file)).unwrap_or_else(|e| panic!("{file}: {e}"));
-    let name = |quoted: &str| quoted.split('"').nth(1).unwrap_or("").split(' ').next().unwrap_or("").to_string();
-    let locked: BTreeMap<String, Vec<String>> = text("Cargo.lock")
-        .split("[[package]]")
-        .skip(1)
-        .map(|package| {
-            let needs = package.lines().skip_while(|line| !line.starts_with("dependencies = ")).skip(1);
-            (
-                name(package.lines().find(|line| line.starts_with("name = ")).unwrap_or("")),
-                needs.take_while(|line| *line != "]").map(name).collect(),
-            )
-        })
-        .collect();
-    let manifest = text("crates/logs/Cargo.toml");
-    let features =
-        manifest.lines().skip_while(|line| *line != "[features]").skip(1).take_while(|line| !line.is_empty());
-    let features: BTreeMap<&str, Vec<&str>> = features
-        .filter_map(|line| line.split_once(" = "))
-        .map(|(feature, needs)| (feature, needs.split('"').skip(1).step_by(2).collect()))
-        .collect();
-    // The packages of the program where `logs` is made with these features.
-    let with = |chosen: &[&str]| {
-        let given = chosen.iter().flat_map(|feature| &features[feature]);
-        let all: Vec<&str> =
-            given.flat_map(|need| features.get(need).map_or(vec![*need], |more| more.clone())).collect();
-        let own: BTreeSet<&str> = all.iter().filter_map(|need| need.strip_prefix("dep:")).collect();
-        let optional = |need: &str| manifest.contains(&format!("\n{need} = {{ workspace = true, optional = true }}"));
-        let (mut found, mut open) = (BTreeSet::new(), vec!["cli".to_string()]);
-        while let Some(package) = open.pop() {
-            let is_kept = |need: &&String| package != "logs" || !optional(need) || own.contains(need.as_str());
-            open.extend(locked[&package].iter().filter(is_kept).cloned());
-            found.insert(package);
-            open.retain(|next| !found.contains(next));
-        }
-        found
-    };
-    // Codecs are shared by readers, and are none.
-    let all: Vec<&str> = features.keys().copied().filter(|f| !["default", "lz4", "zstd"].contains(f)).collect();
-    let whole = with(&all);
-    let mut table = String::from(
-        "\n| reader | packages of others that it alone brings |\n|---|---|\n| every description: YAML, URDF, xacro, MJCF, .par | none of \
-         its own beside `roxmltree`, `urdf-rs` and `serde_yaml`, which they share |\n| CSV, gzip | none of its own |\n",
-    );
-    for feature in &all {
-        let others: Vec<&str> = all.iter().copied().filter(|other| other != feature).collect();
-        let alone: Vec<String> = whole.difference(&with(&others)).map(|package| format!("`{package}`")).collect();
-        let said = match alone.len() {
-            0 => "none".to_string(),
-            1..=6 => alone.join(", "),
-            n => format!("{n}"),
+/// Who reads which format of logs; the formats of the help, README and docs/identification.md are these.
+fn readers() -> String {
+    let mut table = String::from("\n| logs in | are read by |\n|---|---|\n");
+    let foreign = foreign::wing().log_formats;
+    for name in logs::format_names() {
+        let reader = match name {
+            "Parquet" | "LeRobot" => "core, with the feature `parquet`",
+            "rosbag2 files in sqlite3" => "the wing `foreign`, with the feature `rosbag2-sqlite`",
+            _ if foreign.iter().any(|format| format.name == name) => "the wing `foreign`",
+            _ => "core",
         };
-        let built = if features["default"].contains(feature) { "built by default" } else { "built when asked for" };
-        table += &format!("| `{feature}`, a feature, {built} | {said} |\n");
+        table += &format!("| {name} | {reader} |\n");
+        let word = name.split(' ').next().unwrap();
+        for page in ["README.md", "docs/identification.md"] {
+            let text = std::fs::read_to_string(workspace().join(page)).unwrap();
+            assert!(text.contains(word), "{page} lacks {word}");
+        }
     }
-    table + "\nWhat they take of a cold build was measured, and stands with the readers in ARCHITECTURE.md.\n"
+    table + "\nWhat the features take of a cold build stands with the readers in ARCHITECTURE.md.\n"
 }
 
 fn joints() -> [String; 2] {
@@ -173,6 +134,7 @@ fn table(head: &str) -> Table {
 
 #[test]
 fn the_page_says_what_each_kind_takes() {
+    register_wings();
     let mut page = String::from(
         "# What is read\n\nMade by tests/tests/program/what_is_read.rs, which reads an example of each kind with what stands here, and \
          finds that it is not read with less.\n\n| description | takes |\n|---|---|\n",
@@ -210,7 +172,7 @@ fn the_page_says_what_each_kind_takes() {
     let trace = LOGS.iter().find(|log| log.0 == "a trace in German").expect("one of them");
     let trace = propose(&table(trace.1), &joints());
     assert!(trace.mapping.is_some() && trace.to_string().contains("position: \"A{} Ist\""), "{trace}");
-    page += &costs();
+    page += &readers();
     let path = workspace().join("docs/what-is-read.md");
     if std::env::var_os("SNAPSHOTS").is_some() {
         std::fs::write(&path, &page).unwrap();

@@ -12,20 +12,23 @@ use crate::model::ModelArguments;
 
 /// Identify a robot's base parameters and friction from logs
 ///
-/// A log is CSV (also .csv.gz) with a header, .npz, .mat, Arrow, Parquet, a data set of LeRobot, or the messages of an MCAP
-/// file or a rosbag2 directory. It holds the time t and, for every coordinate, positions, torques or currents, and velocities where they
-/// were measured. Columns are found by their names (q1 or q_<coordinate>, dq.., tau.., i..).
+/// A log holds the time t and, for every coordinate, positions, torques or currents, and velocities where they were
+/// measured. Columns are found by their names (q1 or q_<coordinate>, dq.., tau.., i..).
 #[derive(Args)]
 pub(crate) struct Arguments {
     #[command(flatten)]
     pub model: ModelArguments,
 
-    /// The logs, fitted together: CSV, .npz, Arrow, Parquet, MCAP or a rosbag2 directory with time, positions and torques or
-    /// currents
-    ///
-    /// log.mcap#/topic names one of several topics of a recording. With --plan: the directory of its logs, one per
-    /// experiment: e01.csv, ..
-    #[arg(required = true, value_name = "LOG")]
+    #[arg(
+        required = true,
+        value_name = "LOG",
+        help = format!("The logs, fitted together: {}", rist::format_names().join(", ")),
+        long_help = format!(
+            "The logs, fitted together: {}, plain or in gzip or zstd\n\nlog.mcap#/topic names one of several topics of a \
+             recording. With --plan: the directory of its logs, one per experiment: e01.csv, ..",
+            rist::format_names().join(", ")
+        )
+    )]
     pub logs: Vec<PathBuf>,
 
     #[command(flatten)]

@@ -14,6 +14,8 @@ use crate::table::{RowReader, Table};
 /// A format of log files.
 #[derive(Clone, Copy)]
 pub struct LogFormat {
+    /// Its name in lists of formats; formats of one name count as one.
+    pub name: &'static str,
     /// The first bytes of its files.
     pub magic: &'static [u8],
     /// What reads it.
@@ -64,6 +66,19 @@ static FORMATS: OnceLock<Vec<LogFormat>> = OnceLock::new();
 /// Adds formats; only the first call counts.
 pub fn register(formats: Vec<LogFormat>) {
     FORMATS.get_or_init(|| formats);
+}
+
+/// Formats that are read here, in the order of use. Parquet is a feature, which LeRobot needs too.
+const CORE: [&str; 6] = ["CSV", ".npz", "MCAP", "rosbag2 directories", "Parquet", "LeRobot"];
+
+/// The names of all formats that this program reads, each once.
+pub fn format_names() -> Vec<&'static str> {
+    let is_built = |name: &&str| cfg!(feature = "parquet") || !["Parquet", "LeRobot"].contains(name);
+    let mut names: Vec<&str> = CORE.into_iter().filter(is_built).collect();
+    let is_read = |format: &&LogFormat| !matches!(format.reader, LogReader::Absent(_));
+    names.extend(FORMATS.get().into_iter().flatten().filter(is_read).map(|format| format.name));
+    names.dedup();
+    names
 }
 
 /// The place of the format whose files begin so.

@@ -1,13 +1,14 @@
 //! A description in another format, and its parameters in another convention.
 
+use std::sync::OnceLock;
+
 use robot::convention::Convention;
 use robot::format::{Angles, ReadOptions, write_urdf, write_yaml};
-use robot::{PassiveCoordinate, Robot, transform_inertial};
+use robot::{Note, PassiveCoordinate, Robot, transform_inertial};
 
 use crate::describe::torque_difference::torque_difference;
 use crate::error::Error;
 use crate::request::DescriptionFormat;
-use crate::wings::{WriteDescription, registered};
 
 /// A description in another format.
 #[derive(Clone, Debug)]
@@ -34,9 +35,28 @@ pub fn convert(robot: &Robot, format: DescriptionFormat) -> Result<Converted, Er
     Ok(Converted { text, notes, differences })
 }
 
+/// The text of a robot, and what of it the format cannot carry.
+pub type WriteDescription = fn(&Robot) -> (String, Vec<Note>);
+
+/// A writer of descriptions that another package brings along.
+#[derive(Clone, Copy)]
+pub struct DescriptionWriter {
+    /// What it writes.
+    pub format: DescriptionFormat,
+    /// How, or what is said where it was not built in.
+    pub write: Result<WriteDescription, &'static str>,
+}
+
+static WRITERS: OnceLock<Vec<DescriptionWriter>> = OnceLock::new();
+
+/// Adds writers; only the first call counts.
+pub(crate) fn register(writers: Vec<DescriptionWriter>) {
+    WRITERS.get_or_init(|| writers);
+}
+
 /// The writer of a format that another package brings along.
 fn registered_writer(format: DescriptionFormat) -> Result<WriteDescription, Error> {
-    let mut writers = registered().iter().flat_map(|wing| &wing.writers);
+    let mut writers = WRITERS.get().into_iter().flatten();
     let writer = writers.find(|writer| writer.format == format).map(|writer| writer.write);
     writer.unwrap_or(Err("no writer of this format is registered")).map_err(Error::new)
 }

@@ -1,6 +1,7 @@
 //! Identifies parameters from the logs of a plan: by the paper's rows of Sp, or by RIST-MH.
 
 use std::path::{Path, PathBuf};
+use std::sync::OnceLock;
 
 use experiments::motion::record::Record;
 use experiments::plan::exciting_trajectory::ExcitingTrajectory;
@@ -19,7 +20,6 @@ use crate::describe::model::Model;
 use crate::error::Error;
 use crate::fit::motion_range::{allowed, seen_in_plan};
 use crate::request::{ClosedLoopRequest, HarmonicRequest, Method, PaperRequest, Request, Words};
-use crate::wings::registered;
 use identification::estimate::artefact::Estimate;
 
 /// The logs of a plan that was run.
@@ -74,6 +74,16 @@ pub fn identify_gains_of_rows(model: &Model, logs: ExperimentLogs, request: &Pap
     identify_by(model, logs, request, SpectralMethod::TotalLeastSquares, &HarmonicOptions::default())
 }
 
+/// Identifies from the logs of a plan by a method that simulates its experiments.
+pub type IdentifyInLoop = fn(&Model, ExperimentLogs, &ClosedLoopRequest, Method) -> Result<Estimate, Error>;
+
+static IN_LOOP: OnceLock<Result<IdentifyInLoop, &'static str>> = OnceLock::new();
+
+/// Sets what simulates, or what is said where nothing does; only the first call counts.
+pub(crate) fn register(identify: Result<IdentifyInLoop, &'static str>) {
+    IN_LOOP.get_or_init(|| identify);
+}
+
 /// The same by IDIM-IV or DIDIM, which simulate the experiments in closed loop; another package registers them.
 ///
 /// Fails as [`identify_experiments`] does, where a gain of currents is not known, where a simulation breaks down, where the motion
@@ -84,8 +94,7 @@ pub fn identify_experiments_in_loop(
     request: &ClosedLoopRequest,
     method: Method,
 ) -> Result<Estimate, Error> {
-    let registered = registered().iter().find_map(|wing| wing.in_loop);
-    let identify = registered.unwrap_or(Err("it is not registered"));
+    let identify = IN_LOOP.get().copied().unwrap_or(Err("it is not registered"));
     identify.map_err(|why| Error::new(format_args!("[method={}]: {why}", method.word())))?(model, logs, request, method)
 }
 

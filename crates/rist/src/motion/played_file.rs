@@ -1,6 +1,7 @@
 //! A file that a robot follows: a motion of `rist excite`, a plan of `rist plan`, or points that others made.
 
 use std::path::Path;
+use std::sync::OnceLock;
 
 use experiments::excitation::artefact::ExcitingMotion;
 use experiments::motion::point_trajectory::{Interpolation, PointTrajectory};
@@ -14,7 +15,6 @@ use crate::error::Error;
 use crate::motion::checking::{Checked, check};
 use crate::motion::checking_courses::{check_experiments, check_points, efficiency_again};
 use crate::request::CheckRequest;
-use crate::wings::{PointReader, registered};
 
 /// What a file holds.
 pub enum PlayedFile {
@@ -65,9 +65,25 @@ impl CheckedFile {
     }
 }
 
+/// Readers of points that others made.
+#[derive(Clone, Copy)]
+pub struct PointReader {
+    /// Of a file that holds a table, with the coordinates of a model.
+    pub of_table: fn(&Model, &Path) -> Result<PointTrajectory, Error>,
+    /// Of the text of a JointTrajectory; the name of its file comes first.
+    pub of_ros: fn(&str, &str) -> Result<PointTrajectory, logs::Error>,
+}
+
+static POINTS: OnceLock<Result<PointReader, &'static str>> = OnceLock::new();
+
+/// Sets the readers, or what is said where there are none; only the first call counts.
+pub(crate) fn register(points: Result<PointReader, &'static str>) {
+    POINTS.get_or_init(|| points);
+}
+
 /// What reads points that others made; `path` stands in messages.
 fn point_reader(path: &Path) -> Result<PointReader, Error> {
-    let reader = registered().iter().find_map(|wing| wing.points).unwrap_or(Err("no reader of points is registered"));
+    let reader = POINTS.get().copied().unwrap_or(Err("no reader of points is registered"));
     reader.map_err(|why| Error::new(format_args!("{}: points that others made: {why}", path.display())))
 }
 

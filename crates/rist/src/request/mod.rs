@@ -50,6 +50,8 @@ pub mod spelling;
 mod types;
 mod unknowns;
 
+use std::sync::OnceLock;
+
 pub use describe::{ConvertRequest, DescriptionFormat, EvaluateRequest, InspectRequest, SheetFormat, StateQuantity};
 pub use effect::{Delay, Whose};
 pub use examine::{CheckRequest, DoctorRequest, MOTION_CUTOFF, ValidateRequest};
@@ -75,8 +77,6 @@ pub use types::FieldType;
 pub use unknowns::Unknown;
 pub use words::Words;
 
-use crate::wings::registered;
-
 /// The requests by name: `excite`; `identify-rist-mh` for each method.
 pub fn requests() -> Vec<(String, Vec<Field>)> {
     let steps = [
@@ -94,8 +94,18 @@ pub fn requests() -> Vec<(String, Vec<Field>)> {
         ("play", PlayRequest::fields()),
     ];
     let methods = Method::all().map(|method| (format!("identify-{}", method.word()), method.fields()));
-    let of_wings = registered().iter().flat_map(|wing| &wing.requests).map(|(name, fields)| (*name, fields()));
+    let of_wings = REGISTERED.get().into_iter().flatten().map(|(name, fields)| (*name, fields()));
     steps.into_iter().chain(of_wings).map(|(name, fields)| (name.to_string(), fields)).chain(methods).collect()
+}
+
+/// A request of a wing: its name and its fields.
+pub type WingRequest = (&'static str, fn() -> Vec<Field>);
+
+static REGISTERED: OnceLock<Vec<WingRequest>> = OnceLock::new();
+
+/// Adds requests of wings; only the first call counts.
+pub(crate) fn register(requests: Vec<WingRequest>) {
+    REGISTERED.get_or_init(|| requests);
 }
 
 /// The fields of all requests, which is what a text may name.

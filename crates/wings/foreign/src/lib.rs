@@ -26,11 +26,12 @@ pub use par::write_par;
 pub fn wing() -> Wing {
     Wing {
         log_formats: vec![
-            LogFormat { magic: arrow::messages::FILE_MAGIC, reader: arrow::FILE },
-            LogFormat { magic: b"\xff\xff\xff\xff", reader: arrow::STREAM },
-            LogFormat { magic: b"MATLAB 5.0 MAT", reader: LogReader::Whole(mat::read) },
+            LogFormat { name: "Arrow", magic: arrow::messages::FILE_MAGIC, reader: arrow::FILE },
+            LogFormat { name: "Arrow", magic: b"\xff\xff\xff\xff", reader: arrow::STREAM },
+            LogFormat { name: ".mat", magic: b"MATLAB 5.0 MAT", reader: LogReader::Whole(mat::read) },
             #[cfg(feature = "rosbag2-sqlite")]
             LogFormat {
+                name: "rosbag2 files in sqlite3",
                 magic: b"SQLite format 3\0",
                 reader: LogReader::Recording { of_file: sqlite::read_file, of_bytes: sqlite::read_bytes },
             },

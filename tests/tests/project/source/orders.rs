@@ -2,7 +2,7 @@
 
 /// The folders and files of each `src`, from bottom to top: a file imports only what stands before its own
 /// place in the list.
-pub(crate) const ORDERS: [(&str, &[&str]); 22] = [
+pub(crate) const ORDERS: [(&str, &[&str]); 25] = [
     ("crates/processor", &["threads", "lib"]),
     ("crates/gate", &["budget", "unfolding", "shown", "suggestion", "opened", "source"]),
     ("crates/random", &["split_mix", "random"]),
@@ -29,7 +29,6 @@ pub(crate) const ORDERS: [(&str, &[&str]); 22] = [
             "error",
             "vector",
             "xml_bounds",
-            "collada",
             "mesh",
             "inertial",
             "principal",
@@ -82,7 +81,17 @@ pub(crate) const ORDERS: [(&str, &[&str]); 22] = [
     ),
     (
         "crates/modeling",
-        &["kinematics", "derivation", "base", "dynamics", "robot_function", "robot_module", "robot_formulas", "size"],
+        &[
+            "kinematics",
+            "derivation",
+            "base",
+            "dynamics",
+            "building",
+            "robot_function",
+            "robot_module",
+            "robot_formulas",
+            "size",
+        ],
     ),
     ("crates/codegen", &["steps", "sine", "numbers", "controller", "rust_function", "rust_file", "c_sine", "c"]),
     (
@@ -185,6 +194,23 @@ pub(crate) const ORDERS: [(&str, &[&str]); 22] = [
         "crates/rist",
         &["error", "request", "output", "example", "tape", "describe", "motion", "fit", "write_back", "page", "wings"],
     ),
+    ("crates/wings/foreign", &["arrow", "mat", "sqlite", "collada", "par", "lib"]),
+    ("crates/wings/inspection", &["points", "request", "told_by"]),
+    (
+        "crates/wings/research",
+        &[
+            "correlated_deviation",
+            "simulated_loop",
+            "test_arm",
+            "loop_estimate",
+            "experiments_in_loop",
+            "proof_tree",
+            "plan_node",
+            "branch_and_bound",
+            "proof_again",
+            "lib",
+        ],
+    ),
     (
         "crates/wings/statics",
         &[
@@ -202,7 +228,21 @@ pub(crate) const ORDERS: [(&str, &[&str]); 22] = [
     (
         "crates/wings/formulas",
         &[
-            "listing", "expand", "print", "shown", "text", "latex", "sympy", "matlab", "file", "request", "symbols",
+            "inverse_arm",
+            "inverse_turns",
+            "inverse_geometry",
+            "determinant",
+            "listing",
+            "expand",
+            "print",
+            "shown",
+            "text",
+            "latex",
+            "sympy",
+            "matlab",
+            "file",
+            "request",
+            "symbols",
             "derive",
         ],
     ),
@@ -249,7 +289,7 @@ pub(crate) const ORDERS: [(&str, &[&str]); 22] = [
             "identify",
             "fleet",
             "excite",
-            "visibility",
+            "inspection",
             "inspect",
             "lint",
             "plan",
