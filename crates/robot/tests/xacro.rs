@@ -61,11 +61,6 @@ fn what_macros_stand_for() {
     ] {
         assert_eq!(mass(&read(&format!("{body}{}", links(asked)), &[]).unwrap()), expected, "{body}");
     }
-    let given = [("m".to_string(), "9".to_string())];
-    assert_eq!(
-        mass(&read(&format!("<xacro:arg name=\"m\" default=\"7\"/>{}", links("$(arg m)")), &given).unwrap()),
-        9.0
-    );
 }
 
 #[test]
