@@ -310,7 +310,6 @@ mod tests {
         (terms, fastest)
     }
 
-    /// The term that is there is taken first, and none where friction is viscous and Coulomb.
     #[test]
     fn the_term_that_is_there_is_taken() {
         let (none, fastest) = found(|dq, _| 0.3 * dq + 0.5 * dq.signum());
