@@ -241,7 +241,6 @@ pub(crate) mod tests {
         assert!((rooms[0].reached - (0.2 - 0.15)).abs() < 1e-7 && rooms[1].reached < 0.0, "{rooms:?}");
     }
 
-    /// Near a configuration no gap is below what was proved for it, and the proof closes as the neighbourhood does.
     #[test]
     fn what_is_proved_holds_nearby() {
         let clearance = clearance(&rules(0.02)).unwrap();
@@ -297,7 +296,6 @@ pub(crate) mod tests {
         assert!(seen > 20, "{seen}");
     }
 
-    /// Links that touch at zero and are apart elsewhere are looked at; the default distance is what they have room for.
     #[test]
     fn links_that_touch_at_zero_are_looked_at() {
         // Stretched out, the knob of the hand meets the forearm; bent it does not.
@@ -347,7 +345,6 @@ pub(crate) mod tests {
         assert_eq!(clearance(&rules).unwrap().gaps().len(), 1);
     }
 
-    /// A mesh that is not there leaves its link out of distances and of the floor, with its path.
     #[test]
     fn a_missing_mesh_is_said() {
         let text = ARM.replace("<box size=\"0.2 0.1 0.02\"/>", "<mesh filename=\"package://arm/hand.stl\"/>");

@@ -59,8 +59,6 @@ mod tests {
     use super::*;
     use crate::bodies::bodies;
 
-    /// Beside a cube of 0.2 m a point is as far as from its nearest face or corner, and inside it is not outside; a box
-    /// of the description is no mesh.
     #[test]
     fn a_point_is_as_far_as_from_the_nearest_face() {
         let folder = std::env::temp_dir().join(format!("rist-outside-{}", std::process::id()));

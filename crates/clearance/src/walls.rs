@@ -168,7 +168,6 @@ mod tests {
     use super::*;
     use crate::gaps::tests::{ARM, clearance, situation};
 
-    /// The plane of the base is a floor where nothing that moves is below it at rest, and the user may say otherwise.
     #[test]
     fn the_base_has_a_floor() {
         let of = |floor: FloorRule| clearance(&Rules { floor, ..Rules::default() }).unwrap();
@@ -195,7 +194,6 @@ mod tests {
         assert!(whose == "hand" && (lowest - expected).abs() < 1e-12, "{lowest} {expected} {whose}");
     }
 
-    /// What is beyond a floor by less than a sentence has decimals for is refused with its number.
     #[test]
     fn a_hair_below_the_floor_is_told_in_figures() {
         let turning = r#"<robot name="arm"><link name="post"/><link name="upper"/>

@@ -264,7 +264,6 @@ fn watch() {
 mod tests {
     use super::*;
 
-    /// No word is lost, no line is longer unless it is one word, and tables stay.
     #[test]
     fn sentences_are_folded_and_tables_are_not() {
         let row = format!("a  {}", "1.0  ".repeat(30));

@@ -217,7 +217,6 @@ mod tests {
         assert!(cut.contains("damaged or cut short"), "{cut}");
     }
 
-    /// A text that begins with numbers has columns by their places.
     #[test]
     fn a_file_without_a_header_has_columns_by_place() {
         let table = read("0,1\n2,3\n").unwrap();

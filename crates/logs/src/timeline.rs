@@ -172,7 +172,6 @@ mod tests {
         assert!(message.contains("no column `rnu` (did you mean `run`?)"), "{message}");
     }
 
-    /// Two sources that take turns are no episodes, nor is a stamp that slips.
     #[test]
     fn what_goes_back_and_forth_is_no_episode() {
         let mut text = "t,q1,tau1\n".to_string();
@@ -194,7 +193,6 @@ mod tests {
         );
     }
 
-    /// Parts of a file, held or read again, give the episodes of the whole.
     #[test]
     fn episodes_do_not_hang_on_the_parts() {
         let text = runs([0.0; 3], "t,q1,tau1,run");

@@ -25,7 +25,6 @@ fn rows(n: usize, change: f64) -> String {
     std::iter::once("t,q1,tau1\n".to_string()).chain((0..n).map(row)).collect()
 }
 
-/// A row has an end: plain, behind blanks, in a gzip stream, behind a quotation mark.
 #[test]
 fn rows_without_an_end() {
     let long = "1".repeat(3 << 20);
@@ -75,7 +74,6 @@ fn text_in_utf_16_is_named() {
     assert!(refusal(b"\xff\xfet\0,\0").contains("UTF-16; save it as UTF-8"));
 }
 
-/// A log that is read at every pass is watched: another of as many rows is another.
 #[test]
 fn a_file_replaced_is_noticed() {
     let folder = folder("replaced");

@@ -51,9 +51,6 @@ fn whole_page(see: impl FnOnce(&str)) {
         ..Page::default()
     };
     let html = page.html();
-    if let Some(file) = std::env::var_os("WRITE_PAGE") {
-        std::fs::write(file, &html).unwrap();
-    }
     see(&html);
 }
 
@@ -84,7 +81,6 @@ fn a_page_is_alive_within_its_room() {
     });
 }
 
-/// Names of strangers stand in the page as text, in its data as JSON, and close no script.
 #[test]
 fn names_are_no_markup() {
     whole_page(|html| {
@@ -118,7 +114,6 @@ fn grades_are_by_purpose_and_joint() {
     });
 }
 
-/// A page is headed as what it is.
 #[test]
 fn headings_are_those_of_the_page() {
     let plan = ExperimentPlan::default();

@@ -547,16 +547,14 @@ pub(crate) mod tests {
         }
     }
 
+    /// Limits of position, velocity, acceleration and jerk.
+    pub(crate) fn limits(position: (f64, f64), [velocity, acceleration, jerk]: [f64; 3]) -> CoordinateLimits {
+        let (effort, power, locked) = (None, None, None);
+        CoordinateLimits { position, velocity, acceleration, jerk, effort, power, locked }
+    }
+
     pub(crate) fn pendulum_limits() -> CoordinateLimits {
-        CoordinateLimits {
-            position: (-1.5, 2.0),
-            velocity: 2.0,
-            acceleration: 8.0,
-            jerk: 150.0,
-            effort: Some(12.0),
-            power: None,
-            locked: None,
-        }
+        CoordinateLimits { effort: Some(12.0), ..limits((-1.5, 2.0), [2.0, 8.0, 150.0]) }
     }
 
     pub(crate) fn pendulum_torque() -> TorqueWall {

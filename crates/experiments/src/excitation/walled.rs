@@ -190,7 +190,6 @@ mod tests {
     use crate::pendulum::Pendulum;
     use linear_model::friction::terms::FrictionTerm;
 
-    /// The gradient of criterion and walls together, against central differences.
     #[test]
     fn the_gradient_is_exact() {
         let (arm, wall) = (Pendulum::new(), pendulum_torque());

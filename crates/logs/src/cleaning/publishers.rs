@@ -110,7 +110,6 @@ mod tests {
         }
     }
 
-    /// Spikes, noise without a motion, torques that chatter and velocities of a coarse encoder are of one source.
     #[test]
     fn other_signals_are_of_one_source() {
         let (speed, torque) = (signals(1.0), signals(2.0));

@@ -136,7 +136,6 @@ fn mask(bytes: &[u8; BYTES_PER_MASK], byte: u8) -> u64 {
 mod tests {
     use super::*;
 
-    /// The ends of every row, however rows fall into masks and searches, whatever is left out, and no row of other width.
     #[test]
     fn rows_in_turn() {
         for (width, length) in [(1, 1), (1, 64), (2, 5), (3, 31), (19, 1), (19, 9), (100, 7), (700, 12)] {

@@ -115,7 +115,6 @@ pub(crate) fn left_out(feature: &str) -> String {
 mod tests {
     use super::*;
 
-    /// With a feature off its files are refused by the feature's name; with it on they are not.
     #[test]
     fn a_feature_left_out_is_named() {
         for (magic, content, _, feature, built) in FILE_KINDS {

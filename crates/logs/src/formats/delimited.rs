@@ -428,7 +428,6 @@ mod tests {
         *state >> 20
     }
 
-    /// Numbers of every length and size, subnormal and out of range, are those of the standard library, bit for bit.
     #[test]
     fn numbers_are_those_of_the_standard_library() {
         let mut state = 7;
@@ -457,8 +456,6 @@ mod tests {
         }
     }
 
-    /// Rows with everything that a dialect knows, over several windows. The result depends neither on where blocks end,
-    /// nor on how many rows are asked for, nor on the number of threads.
     #[test]
     fn blocks_and_threads_change_nothing() {
         let mut state = 3;

@@ -257,7 +257,6 @@ mod tests {
         Model::parse(&text, std::path::Path::new("chain.urdf"), &Default::default()).unwrap()
     }
 
-    /// A choice of minutes is told before it begins, with what makes it short; one that no memory holds is refused.
     #[test]
     fn a_long_plan_is_told_before() {
         let (short, long) = (chain(4), chain(12));
@@ -279,7 +278,6 @@ mod tests {
         assert!(told.contains(" minutes of CPU time and ") && told.contains(" GB of memory; "), "{told}");
     }
 
-    /// What the choice holds is at least what its candidates hold, and little more where nothing is left out.
     #[test]
     fn memory_is_that_of_the_rows() {
         let model = chain(6);
@@ -295,7 +293,6 @@ mod tests {
         assert!(five_copies <= told && told < 1.5 * five_copies, "{five_copies} {told}");
     }
 
-    /// Rates and counts that no controller has are refused before anything is computed.
     #[test]
     fn numbers_out_of_range_are_refused() {
         check(&PlanRequest::default()).unwrap();

@@ -146,7 +146,6 @@ mod tests {
         );
     }
 
-    /// A default is in its own range, and every field says something.
     #[test]
     fn the_table_agrees_with_itself() {
         PlanRequest::default().check().unwrap();

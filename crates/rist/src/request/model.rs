@@ -107,7 +107,6 @@ impl ModelOptions {
 mod tests {
     use super::*;
 
-    /// One option that is repeated leaves the others of the artefact, and one name of an option its other names.
     #[test]
     fn options_go_over_those_of_an_artefact_key_by_key() {
         let artefact = ModelOptions {

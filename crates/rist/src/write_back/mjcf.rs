@@ -189,7 +189,6 @@ mod tests {
 
     const BODY: Ten = [0.1, 0.0, 0.01, 0.12, 0.0, 0.11, 0.2, 0.0, 0.1, 2.0];
 
-    /// Bodies nest as the links hang, joints turn as the coordinates do, and followers are tied to them.
     #[test]
     fn bodies_and_joints() {
         let robot = read_yaml(ARM, "arm.yaml").unwrap();
@@ -221,7 +220,6 @@ mod tests {
         assert_eq!(numbers(first.first_element_child().unwrap(), "mass"), [2.0]);
     }
 
-    /// In the frames of a URDF its own inertials come back.
     #[test]
     fn frames_are_the_files() {
         let urdf = r#"<robot name="r"><link name="base"/><link name="l"><inertial><origin xyz="0.1 0.2 0"/><mass value="2"/>

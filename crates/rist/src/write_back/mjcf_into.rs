@@ -253,7 +253,6 @@ mod tests {
         assert!(inertials.len() == 2 && inertials.iter().all(|n| n.attribute("mass") == Some("1")), "{text}");
     }
 
-    /// The robot knows a name by what is shown of it. A model keeps its own, and a model of ours has what is shown.
     #[test]
     fn names_with_hidden_characters_are_found() {
         let hide = |text: &str| {
@@ -295,7 +294,6 @@ mod tests {
         assert!(written("<mujoco").unwrap_err().to_string().starts_with("r.xml:1:"));
     }
 
-    /// A description that turns its second joint, in every way that an MJCF may say it.
     #[test]
     fn orientations_are_compared() {
         let turned = URDF.replace("xyz=\"0.4 0 0.1\"", "xyz=\"0.4 0 0.1\" rpy=\"0 0 1.5707963267948966\"");
@@ -329,7 +327,6 @@ mod tests {
         assert!(of(&framed.replace("0 0 90", "0 0 80"), "").is_err());
     }
 
-    /// The mass of links fixed to a link is in the model once, whatever the model holds there.
     #[test]
     fn fixed_bodies_count_once() {
         let inertial = "<inertial><mass value=\"0.5\"/><inertia ixx=\"1\" ixy=\"0\" ixz=\"0\" iyy=\"1\" iyz=\"0\" izz=\"1\"/></inertial>";

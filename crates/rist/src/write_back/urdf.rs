@@ -160,7 +160,6 @@ mod tests {
         assert!(written.text.contains("rpy=\"0 0 0\""));
     }
 
-    /// The bytes outside of the edited elements are those of the original.
     #[test]
     fn nothing_to_write_changes_no_byte() {
         let robot = read_urdf(URDF, "arm.urdf").unwrap();
@@ -180,7 +179,6 @@ mod tests {
         }
     }
 
-    /// The robot knows a name by what is shown of it, and the file keeps its own.
     #[test]
     fn names_with_hidden_characters_are_found() {
         let text = URDF.replace("\"upper\"", "\"up&#x202e;per&#10;\"").replace("\"turn\"", "\"tu\u{9b}rn\"");

@@ -199,7 +199,6 @@ mod tests {
     use crate::test_arm::Pendulum;
     use random::Random;
 
-    /// Sixteen blocks give the same bits whether they are folded at once or first to four.
     #[test]
     fn folding_forgets_its_steps() {
         let arm = Pendulum::new();
@@ -220,7 +219,6 @@ mod tests {
         assert!(at_once.faults == slowly.faults && at_once.faults.len() == 1);
     }
 
-    /// A thousand partitions of the rows of a log, merged in any order, give R'R and the solution of one pass.
     #[test]
     fn any_partition_of_the_rows_is_one_pass() {
         let arm = Pendulum::new();

@@ -199,7 +199,6 @@ pub(crate) fn clipped(text: String) -> String {
 mod tests {
     use super::*;
 
-    /// One message names 500 joints, 20 000 name one: the table has the columns of that one.
     #[test]
     fn joints_that_come_once_make_no_columns() {
         let names: Vec<String> = (0..MAX_JOINTS).map(|j| format!("j{j}")).collect();
