@@ -228,9 +228,8 @@ pub(crate) mod tests {
             let sum: f64 = halves.iter().flatten().map(area).sum();
             // Lengths below 2 m, rounded a few times.
             assert!((sum - area(&triangle)).abs() < 1e-15, "{axis} {at}");
-            assert!(
-                halves[0].iter().flatten().all(|p| p[axis] <= at) && halves[1].iter().flatten().all(|p| p[axis] >= at)
-            );
+            let [below, above] = halves.map(|half| half.as_flattened().to_vec());
+            assert!(below.iter().all(|p| p[axis] <= at) && above.iter().all(|p| p[axis] >= at));
         }
     }
 }

@@ -160,11 +160,8 @@ mod tests {
             for (header, name) in [("t,q1,tau1,episode_index", None), ("t,q1,tau1,run", Some("run"))] {
                 let names = ColumnNames { episode: name.map(str::to_string), ..ColumnNames::default() };
                 let log = read(&runs(starts, header), &names).unwrap();
-                assert_eq!(
-                    (log.len(), log.report.left_out.episodes_by_column, log.report.clock.gaps),
-                    (300, 2, 2),
-                    "{header}"
-                );
+                let report = &log.report;
+                assert_eq!((log.len(), report.left_out.episodes_by_column, report.clock.gaps), (300, 2, 2), "{header}");
             }
         }
         let names = ColumnNames { episode: Some("rnu".into()), ..ColumnNames::default() };
@@ -187,10 +184,8 @@ mod tests {
             let _ = writeln!(text, "{t:.2},{},{}", t.sin(), t.cos());
         }
         let log = read(&text, &ColumnNames::default()).unwrap();
-        assert_eq!(
-            (log.len(), log.report.left_out.episodes_by_clock, log.report.left_out.clock_backwards),
-            (399, 0, 1)
-        );
+        let out = &log.report.left_out;
+        assert_eq!((log.len(), out.episodes_by_clock, out.clock_backwards), (399, 0, 1));
     }
 
     #[test]

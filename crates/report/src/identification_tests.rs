@@ -85,10 +85,7 @@ fn a_page_is_alive_within_its_room() {
 fn names_are_no_markup() {
     whole_page(|html| {
         assert!(!html.contains("q</script>") && !html.contains("<b>\u{202e}") && !html.contains('\u{202e}'));
-        assert!(
-            html.contains("q&lt;&#x2f;script&gt;&lt;b&gt;\\u{202e}")
-                || html.contains("q&lt;/script&gt;&lt;b&gt;\\u{202e}")
-        );
+        assert!(html.replace("&#x2f;", "/").contains("q&lt;/script&gt;&lt;b&gt;\\u{202e}"));
         let json =
             html.split("<script type=\"application/json\">").skip(1).map(|s| s.split("</script>").next().unwrap());
         let parsed: Vec<serde_json::Value> = json.map(|text| serde_json::from_str(text).unwrap()).collect();

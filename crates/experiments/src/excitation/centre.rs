@@ -217,10 +217,8 @@ mod tests {
         assert!(can_begin(&narrow, 3) && found.iter().all(|f| f.nearest.unwrap().0 > 0.0), "{found:?}");
         let (free, broken) = broken_at_poses(&narrow, 300);
         // 0.38 of 3.5, three deviations of a count.
-        assert!(
-            (15..=50).contains(&free) && broken == [Broken { what: Obstacle::Gap(0), poses: 300 - free }],
-            "{broken:?}"
-        );
+        assert!((15..=50).contains(&free), "{broken:?}");
+        assert_eq!(broken, [Broken { what: Obstacle::Gap(0), poses: 300 - free }]);
 
         let nowhere = Rod::new(-1.0);
         let nowhere = beside(&nowhere);

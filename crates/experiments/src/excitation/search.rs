@@ -610,10 +610,8 @@ pub(crate) mod tests {
         // room, where gravity takes none.)
         wall.share = 0.01;
         let why = search(&problem(&arm, &limits, &wall), &options, &|_, _| ()).unwrap_err();
-        assert!(
-            matches!(why, NoMotion::TooWeak { coordinate: 0, limit: LimitKind::Effort, share } if share > 1.0),
-            "{why:?}"
-        );
+        let NoMotion::TooWeak { coordinate: 0, limit: LimitKind::Effort, share } = why else { panic!("{why:?}") };
+        assert!(share > 1.0, "{share}");
         limits[0].locked = Some(0.0);
         let why = search(&problem(&arm, &limits, &wall), &options, &|_, _| ()).unwrap_err();
         assert_eq!(why, NoMotion::AllLocked);

@@ -377,10 +377,8 @@ mod tests {
         let mut t = swing(Profile::BangBang);
         assert_eq!(t.equations().len(), 5);
         t.kind = MotionKind::Centrifugal;
-        assert_eq!(
-            t.equations().iter().map(|e| (e.joint, e.projector.harmonic())).collect::<Vec<_>>(),
-            [(1, 2), (2, 2)]
-        );
+        let found: Vec<_> = t.equations().iter().map(|e| (e.joint, e.projector.harmonic())).collect();
+        assert_eq!(found, [(1, 2), (2, 2)]);
         assert_eq!(MotionKind::from_word("coupling"), Some(MotionKind::Coupling));
     }
 }

@@ -140,10 +140,8 @@ mod tests {
             ("dt", f64::INFINITY, "s"),
         ] {
             let refused = of(key, value, "dq").err().unwrap().to_string();
-            assert!(
-                refused.contains(&format!("`{key}` is {value}; a positive number of {unit} is expected")),
-                "{refused}"
-            );
+            let said = format!("`{key}` is {value}; a positive number of {unit} is expected");
+            assert!(refused.contains(&said), "{refused}");
             assert!(of(key, value, "t").is_ok());
         }
         assert_eq!(of("frequency", 4.0, "dq").unwrap().columns[2], [0.0, 0.25, 0.5]);

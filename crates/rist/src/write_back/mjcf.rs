@@ -209,11 +209,8 @@ mod tests {
             assert!((found - expected).abs() < 1e-15);
         }
         let hinge = find("joint", "q1");
-        let shown = |key: &str| hinge.attribute(key).unwrap();
-        assert_eq!(
-            [shown("range"), shown("damping"), shown("frictionloss"), shown("armature")],
-            ["-1 2", "0.3", "0", "0.05"]
-        );
+        let shown = ["range", "damping", "frictionloss", "armature"].map(|key| hinge.attribute(key).unwrap());
+        assert_eq!(shown, ["-1 2", "0.3", "0", "0.05"]);
         let slide = find("joint", "q2");
         assert_eq!((slide.attribute("type"), numbers(slide, "axis")[2]), (Some("slide"), -1.0));
         assert!(text.contains("polycoef=\"0 -2 0 0 0\""), "{text}");

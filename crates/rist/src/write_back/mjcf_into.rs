@@ -310,10 +310,8 @@ mod tests {
             ["", "euler=\"0 0 1.5708\"", "axisangle=\"0 0 1 -90\"", "xyaxes=\"1 0 0 0 1 0\"", "zaxis=\"0 0 1\""]
         {
             let refused = of(MJCF, wrong).unwrap_err();
-            assert!(
-                refused.starts_with("r.xml:4") && refused.contains("frames of the two files"),
-                "{wrong}: {refused}"
-            );
+            let is_said = refused.starts_with("r.xml:4") && refused.contains("frames of the two files");
+            assert!(is_said, "{wrong}: {refused}");
         }
         let refused = of(MJCF, "quat=\"90\"").unwrap_err();
         assert!(refused.contains("<body> on the way to r_two") && refused.contains("quat=\"W X Y Z\""), "{refused}");
@@ -356,11 +354,8 @@ mod tests {
         assert!(refused.contains("the body tool is not fixed to the body of r_two"), "{refused}");
         // A body that the description does not know keeps what it holds, and is named.
         let written = of("<body name=\"grip\"><geom size=\"1\"/></body><body name=\"site\"/>").unwrap();
-        assert!(
-            written.text.contains("<body name=\"grip\"><geom") && written.notes[0].ends_with(": grip"),
-            "{:?}",
-            written.notes
-        );
+        assert!(written.text.contains("<body name=\"grip\"><geom"), "{}", written.text);
+        assert!(written.notes[0].ends_with(": grip"), "{:?}", written.notes);
     }
 
     #[test]

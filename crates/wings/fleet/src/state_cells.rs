@@ -317,9 +317,8 @@ mod tests {
         assert_eq!((of(0.1), of(0.1 + 100.0 * TAU), of(-0.01)), (0, 0, 31));
         for q in [0.0, -0.0, 1e300, -1e300, f64::MIN_POSITIVE, -1e-300] {
             let states = States { q: vec![q], ..States::default() };
-            assert!(
-                [true, false].iter().all(|slides| StateCells::INDICES.contains(&position_cell(&states, 0, *slides)))
-            );
+            let cells = [true, false].map(|slides| position_cell(&states, 0, slides));
+            assert!(cells.iter().all(|cell| StateCells::INDICES.contains(cell)), "{cells:?}");
         }
         assert_eq!([0.0, 1e-300, 0.26, -0.5, 0.999, 1e300].map(octave), [-8, -8, -2, -1, -1, 10]);
     }
