@@ -204,7 +204,11 @@ pub(crate) mod tests {
 </robot>"#;
 
     pub(crate) fn clearance(rules: &Rules) -> Result<Clearance, String> {
-        let robot = robot::format::read_urdf(ARM, "arm.urdf").unwrap();
+        clearance_of(ARM, rules)
+    }
+
+    pub(crate) fn clearance_of(text: &str, rules: &Rules) -> Result<Clearance, String> {
+        let robot = robot::format::read_urdf(text, "arm.urdf").unwrap();
         Clearance::new(&robot, Path::new("."), rules, &situation())
     }
 
@@ -305,16 +309,14 @@ pub(crate) mod tests {
   <link name="knob"><collision><geometry><sphere radius="0.052"/></geometry></collision></link></robot>"#,
         );
         let text = text.replace("<origin xyz=\"0.8 0 0\"/><axis", "<origin xyz=\"0.95 0 0\"/><axis");
-        let robot = robot::format::read_urdf(&text, "arm.urdf").unwrap();
-        let found = Clearance::new(&robot, Path::new("."), &Rules::default(), &situation()).unwrap();
+        let found = clearance_of(&text, &Rules::default()).unwrap();
         let knob = found.gaps().iter().find(|g| g.subject == "knob and fore").unwrap();
         assert_eq!((knob.bound, knob.carriers.as_slice()), (DEFAULT_DISTANCE_M, &["hand".into(), "fore".into()][..]));
         assert!(found.rooms(&[0.0; 3], &[0.0; 3], &[place(&found, "knob and fore")])[0].reached < 0.0);
         // The post and a collar that turns with the upper arm keep 6 mm all the time: half of that is asked for.
         let text = ARM.replace("<sphere radius=\"0.1\"/>", "<sphere radius=\"0.044\"/>");
         let text = text.replace("<origin xyz=\"0.5 0 0\" rpy", "<origin xyz=\"0.6 0 0\" rpy");
-        let robot = robot::format::read_urdf(&text, "arm.urdf").unwrap();
-        let tight = Clearance::new(&robot, Path::new("."), &Rules::default(), &situation()).unwrap();
+        let tight = clearance_of(&text, &Rules::default()).unwrap();
         let upper = &tight.gaps()[place(&tight, "upper and post")];
         assert!((upper.bound - 0.003).abs() < 1e-6 && (upper.reserve - 0.00075).abs() < 1e-6, "{upper:?}");
     }
@@ -348,8 +350,7 @@ pub(crate) mod tests {
     #[test]
     fn a_missing_mesh_is_said() {
         let text = ARM.replace("<box size=\"0.2 0.1 0.02\"/>", "<mesh filename=\"package://arm/hand.stl\"/>");
-        let robot = robot::format::read_urdf(&text, "arm.urdf").unwrap();
-        let clearance = Clearance::new(&robot, Path::new("."), &rules(0.02), &situation()).unwrap();
+        let clearance = clearance_of(&text, &rules(0.02)).unwrap();
         assert!(clearance.gaps().iter().all(|g| !g.subject.contains("hand")));
         let of_hand = [(Matter::Distance, "hand"), (Matter::Floor, "hand at the floor")];
         for (matter, subject) in of_hand {

@@ -166,7 +166,7 @@ mod tests {
     use std::path::Path;
 
     use super::*;
-    use crate::gaps::tests::{ARM, clearance, situation};
+    use crate::gaps::tests::{ARM, clearance, clearance_of};
 
     #[test]
     fn the_base_has_a_floor() {
@@ -179,13 +179,8 @@ mod tests {
         assert_eq!(of(FloorRule::OfBase(Some(-0.15))).floor(), Some(-0.15));
         let nowhere = of(FloorRule::Nowhere);
         assert!(nowhere.floor().is_none() && nowhere.gaps().iter().all(|g| g.is_own));
-        let lifted = ARM.replace(
-            "<parent link=\"post\"/><child link=\"upper\"/>",
-            "<parent link=\"post\"/><child \
-                                  link=\"upper\"/><origin xyz=\"0 0 0.2\"/>",
-        );
-        let robot = robot::format::read_urdf(&lifted, "arm.urdf").unwrap();
-        let lifted = Clearance::new(&robot, Path::new("."), &Rules::default(), &situation()).unwrap();
+        let lifted = ARM.replace("<child link=\"upper\"/>", "<child link=\"upper\"/><origin xyz=\"0 0 0.2\"/>");
+        let lifted = clearance_of(&lifted, &Rules::default()).unwrap();
         assert_eq!(lifted.floor(), Some(0.0));
         assert_eq!(lifted.gaps().last().unwrap().subject, "hand at the floor");
         let (lowest, whose) = lifted.lowest(&[0.0, 0.0, 1.0]).unwrap();

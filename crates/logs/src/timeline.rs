@@ -171,19 +171,13 @@ mod tests {
 
     #[test]
     fn what_goes_back_and_forth_is_no_episode() {
-        let mut text = "t,q1,tau1\n".to_string();
-        for k in 0..400 {
-            let t = 0.01 * f64::from(k) + if k % 2 == 1 { 0.0 } else { 3.0 };
-            let _ = writeln!(text, "{t:.2},{},1", t.sin());
-        }
-        let message = read(&text, &ColumnNames::default()).unwrap_err().to_string();
+        let of = |clock: fn(i32) -> f64| {
+            let rows = (0..400).map(clock).map(|t| format!("{t:.2},{},{}\n", t.sin(), t.cos()));
+            read(&format!("t,q1,tau1\n{}", rows.collect::<String>()), &ColumnNames::default())
+        };
+        let message = of(|k| 0.01 * f64::from(k) + if k % 2 == 1 { 0.0 } else { 3.0 }).unwrap_err().to_string();
         assert!(message.contains("back and forth"), "{message}");
-        let mut text = "t,q1,tau1\n".to_string();
-        for k in 0..400 {
-            let t = if k == 200 { 0.0 } else { 0.01 * f64::from(k) };
-            let _ = writeln!(text, "{t:.2},{},{}", t.sin(), t.cos());
-        }
-        let log = read(&text, &ColumnNames::default()).unwrap();
+        let log = of(|k| if k == 200 { 0.0 } else { 0.01 * f64::from(k) }).unwrap();
         let out = &log.report.left_out;
         assert_eq!((log.len(), out.episodes_by_clock, out.clock_backwards), (399, 0, 1));
     }

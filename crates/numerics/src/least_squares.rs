@@ -172,13 +172,11 @@ mod tests {
     #[test]
     fn a_column_that_hardly_shows_gets_no_large_value() {
         let mut random = Random::new(9);
-        let rows: Vec<(Vec<f64>, f64)> = (0..100)
-            .map(|_| {
-                let a = random.normal();
-                (vec![a, 1e-5 * a, random.normal()], 2.0 * a)
-            })
-            .collect();
-        let s = solve(&triangle(&rows));
+        let mut row = || {
+            let a = random.normal();
+            (vec![a, 1e-5 * a, random.normal()], 2.0 * a)
+        };
+        let s = solve(&triangle(&(0..100).map(|_| row()).collect::<Vec<_>>()));
         assert_eq!((s.rank, s.determined), (2, vec![false, false, true]));
         assert!((s.x[0] - 2.0).abs() < 1e-9 && (s.x[1] - 2e-5).abs() < 1e-9, "{:?}", s.x);
     }
@@ -186,13 +184,11 @@ mod tests {
     #[test]
     fn what_is_not_in_the_data_has_no_value() {
         let mut random = Random::new(8);
-        let rows: Vec<(Vec<f64>, f64)> = (0..100)
-            .map(|_| {
-                let (a, b) = (random.normal(), random.normal());
-                (vec![a, b, a + b, 0.0, random.normal()], a)
-            })
-            .collect();
-        let s = solve(&triangle(&rows));
+        let mut row = || {
+            let (a, b) = (random.normal(), random.normal());
+            (vec![a, b, a + b, 0.0, random.normal()], a)
+        };
+        let s = solve(&triangle(&(0..100).map(|_| row()).collect::<Vec<_>>()));
         assert_eq!(s.determined, [false, false, false, false, true]);
         assert_eq!(s.rank, 3);
         assert_eq!(s.condition_number, f64::INFINITY);

@@ -180,11 +180,7 @@ mod tests {
         let (arm, model) = pendulum();
         let mut states = arm.states(1000);
         let mut random = Random::new(7);
-        for r in 0..states.len() {
-            if r >= 100 {
-                states.q[r] = 0.3 + 1e-7 * states.q[r];
-            }
-        }
+        states.q[100..].iter_mut().for_each(|q| *q = 0.3 + 1e-7 * *q);
         let mut truth = states.clone();
         model.rows(&states, 0..states.len(), |r, w| {
             truth.tau[r] = w.iter().zip(&arm.truth).map(|(w, x)| w * x).sum::<f64>() + 0.05 * random.normal();

@@ -463,19 +463,4 @@ mod tests {
         let message = find("t,q_left_j1,tau_left_j1", &joints, &ColumnNames::default()).unwrap_err().to_string();
         assert!(message.contains("no columns hold the joint positions"), "{message}");
     }
-
-    #[test]
-    fn refusals() {
-        for (header, expected) in [
-            ("q1,q2,tau1,tau2", "no column holds the time"),
-            ("t,tau1,tau2", "no columns hold the joint positions"),
-            ("t,q1,q2", "no columns hold the joint torques or motor currents"),
-            ("t,q1,tau1,tau2", "the position of joint 2 (elbow) is missing"),
-            ("t,q1,q2,position_1,tau1,tau2", "`q1` and `position_1` both hold the position of joint 1"),
-            ("t,time,q1,q2,tau1,tau2", "`t` and `time` both hold the time"),
-        ] {
-            let message = find(header, &["shoulder", "elbow"], &ColumnNames::default()).unwrap_err().to_string();
-            assert!(message.contains(expected), "{header}: {message}");
-        }
-    }
 }

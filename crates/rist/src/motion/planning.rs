@@ -297,13 +297,8 @@ mod tests {
     fn numbers_out_of_range_are_refused() {
         check(&PlanRequest::default()).unwrap();
         for (request, said) in [
-            (PlanRequest { rate: 1e300, ..PlanRequest::default() }, "[rate]"),
             (PlanRequest { rate: f64::NAN, ..PlanRequest::default() }, "[rate]"),
-            (PlanRequest { duration: 0.0, ..PlanRequest::default() }, "[duration]"),
             (PlanRequest { experiments: usize::MAX, ..PlanRequest::default() }, "[experiments]"),
-            (PlanRequest { steps: 0, ..PlanRequest::default() }, "[steps]"),
-            (PlanRequest { nodes: 1_000_001, ..PlanRequest::default() }, "[nodes]"),
-            (PlanRequest { rate: 2e4, duration: 3000.0, ..PlanRequest::default() }, "samples"),
         ] {
             let refused = check(&request).unwrap_err().to_string();
             assert!(refused.contains(said), "{refused}");
