@@ -334,7 +334,6 @@ mod tests {
         let mut changed = |share: f64| {
             let mut logs = [0, 1].map(|log| States { log, ..arm.states(1200) });
             for (states, sign) in logs.iter_mut().zip([1.0, -1.0]) {
-                // A gain of the torque that is larger in one log, and smaller in the other.
                 states.tau.iter_mut().for_each(|tau| *tau = *tau * (1.0 + sign * share) + 0.01 * random.normal());
             }
             of_logs(&model, &logs).1
@@ -381,9 +380,8 @@ mod tests {
         let (arm, model) = pendulum();
         let mut random = Random::new(3);
         let mut states = arm.states(2000);
-        for r in 0..states.len() {
-            states.tau[r] += if random.uniform() < 0.05 { 3.0 } else { 0.1 * random.normal() };
-        }
+        let mut noise = || if random.uniform() < 0.05 { 3.0 } else { 0.1 * random.normal() };
+        states.tau.iter_mut().for_each(|tau| *tau += noise());
         let (ls, plain) = of(&model, states.clone());
         let records = [states];
         let found = reweighted(&model, records.as_slice(), &ls, Loss::Huber).unwrap();

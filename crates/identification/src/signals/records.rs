@@ -218,7 +218,7 @@ mod tests {
     use std::path::{Path, PathBuf};
 
     /// A pendulum's log of `rows` rows, each as `row` makes it of t, q and tau.
-    fn write(name: &str, rows: usize, row: impl Fn(usize, [f64; 3]) -> String) -> PathBuf {
+    fn write(name: &str, rows: usize, mut row: impl FnMut(usize, [f64; 3]) -> String) -> PathBuf {
         let states = Pendulum::new().states(rows);
         let mut random = Random::new(5);
         let mut text = "t,q1,tau1\n".to_string();
@@ -321,10 +321,9 @@ mod tests {
             }
             format!("{t},{last}\n")
         };
-        let repeats = std::cell::RefCell::new(&mut repeats);
         let whole = write("whole", 3000, plain);
         let hole = write("hole", 3000, |r, row| if (1200..1240).contains(&r) { String::new() } else { plain(r, row) });
-        let repeated = write("repeated", 3000, |r, row| repeats.borrow_mut()(r, row));
+        let repeated = write("repeated", 3000, &mut repeats);
         let mut random = Random::new(9);
         let noise: Vec<f64> = (0..3000).map(|_| 1e-3 * random.normal()).collect();
         let rest = write("rest", 3000, |r, [t, _, tau]| format!("{t},{},{tau}\n", noise[r]));

@@ -227,6 +227,8 @@ mod tests {
   <joint name="r_b" type="continuous"><parent link="r_one"/><child link="r_two"/><origin xyz="0.4 0 0.1"/><axis xyz="0 1 0"/></joint>
 </robot>"#;
 
+    const HEAVY: Ten = [1.0, 0.0, 0.0, 1.0, 0.0, 1.0, 0.0, 0.0, 0.0, 2.0];
+
     const MJCF: &str = r#"<mujoco><default><joint damping="9"/></default><worldbody>
   <body name="one"> <!-- keep -->
     <inertial pos="0 0 0" mass="3" diaginertia="1 1 1"/><joint name="a" armature="1"/>
@@ -261,8 +263,7 @@ mod tests {
         };
         let options = robot::format::ReadOptions::default();
         let robot = robot::format::parse_with(&hide(URDF), std::path::Path::new("r.urdf"), options).unwrap();
-        let bodies: Vec<(LinkId, Ten)> =
-            robot.link_ids().map(|id| (id, [1.0, 0.0, 0.0, 1.0, 0.0, 1.0, 0.0, 0.0, 0.0, 2.0])).collect();
+        let bodies: Vec<(LinkId, Ten)> = robot.link_ids().map(|id| (id, HEAVY)).collect();
         let joint = |name: &str| JointDynamics { joint: name.into(), damping: 0.5, friction: 0.2, armature: 0.01 };
         let joints = [joint("r_\\u{9b}a"), joint("r_b")];
         let into = |text: &str| mjcf_into(text, "r.xml", &robot, &bodies, &joints);
@@ -333,8 +334,7 @@ mod tests {
              <child link=\"r_tool\"/></joint></robot>"
         );
         let robot = read_urdf(&URDF.replace("</robot>", &tool), "r.urdf").unwrap();
-        let bodies: Vec<(LinkId, Ten)> =
-            robot.link_ids().map(|id| (id, [1.0, 0.0, 0.0, 1.0, 0.0, 1.0, 0.0, 0.0, 0.0, 2.0])).collect();
+        let bodies: Vec<(LinkId, Ten)> = robot.link_ids().map(|id| (id, HEAVY)).collect();
         let of = |bodies_of_model: &str| {
             let text = MJCF.replace("<geom size=\"0.1\"/>", bodies_of_model);
             mjcf_into(&text, "r.xml", &robot, &bodies, &[]).map_err(|e| e.to_string())
