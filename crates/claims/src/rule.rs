@@ -68,17 +68,10 @@ mod tests {
                 for b in &pool {
                     let one = [a.clone()];
                     let (before, after) = (worst(&one, purpose), worst(&[a.clone(), b.clone()], purpose));
-                    assert_eq!(
-                        after,
-                        worst(&[b.clone(), a.clone(), b.clone()], purpose),
-                        "order, repetition: {a}; {b}"
-                    );
-                    assert!(
-                        after <= before || (is_asked && !is_told(&one)),
-                        "a claim raises {}: {a}; {b}",
-                        purpose.name
-                    );
-                    assert!(after == before || needs(b), "{} does not need {b}", purpose.name);
+                    let (again, name) = (worst(&[b.clone(), a.clone(), b.clone()], purpose), purpose.name);
+                    assert_eq!(after, again, "order, repetition: {a}; {b}");
+                    assert!(after <= before || (is_asked && !is_told(&one)), "a claim raises {name}: {a}; {b}");
+                    assert!(after == before || needs(b), "{name} does not need {b}");
                 }
             }
         }

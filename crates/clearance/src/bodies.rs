@@ -139,7 +139,6 @@ fn scaled(points: &[Vector3], scale: &Vector3) -> Result<Vec<Vector3>, String> {
 mod tests {
     use super::*;
 
-    /// A mesh in millimetres is taken with its scale, and refused without it, with the scale that mends it.
     #[test]
     fn a_mesh_is_of_a_robots_size() {
         let arm = [[0.0, 0.0, 850.0], [60.0, -60.0, 0.0]];

@@ -47,7 +47,6 @@ mod tests {
     use crate::gaps::tests::{clearance, situation};
     use crate::gaps::{FloorRule, Rules};
 
-    /// Wherever the joints are, and wherever within their errors they really are, a gap loses no more than its margin.
     #[test]
     fn a_gap_loses_no_more_than_its_margin() {
         let rules = |errors| Rules { distance: Some(0.02), floor: FloorRule::At(-0.15), errors, ..Rules::default() };

@@ -111,8 +111,6 @@ mod tests {
     use crate::gaps::{Rules, Situation};
     use crate::pieces::tests::fork;
 
-    /// A rod that slides between the posts of a fork: in the hull of the fork it touches always, and cut the fork leaves it
-    /// its room.
     #[test]
     fn what_moves_in_a_notch_has_its_room() {
         let folder = std::env::temp_dir().join(format!("rist-fork-{}", std::process::id()));

@@ -204,7 +204,11 @@ pub(crate) mod tests {
 </robot>"#;
 
     pub(crate) fn clearance(rules: &Rules) -> Result<Clearance, String> {
-        let robot = robot::format::read_urdf(ARM, "arm.urdf").unwrap();
+        clearance_of(ARM, rules)
+    }
+
+    pub(crate) fn clearance_of(text: &str, rules: &Rules) -> Result<Clearance, String> {
+        let robot = robot::format::read_urdf(text, "arm.urdf").unwrap();
         Clearance::new(&robot, Path::new("."), rules, &situation())
     }
 
@@ -241,7 +245,6 @@ pub(crate) mod tests {
         assert!((rooms[0].reached - (0.2 - 0.15)).abs() < 1e-7 && rooms[1].reached < 0.0, "{rooms:?}");
     }
 
-    /// Near a configuration no gap is below what was proved for it, and the proof closes as the neighbourhood does.
     #[test]
     fn what_is_proved_holds_nearby() {
         let clearance = clearance(&rules(0.02)).unwrap();
@@ -297,7 +300,6 @@ pub(crate) mod tests {
         assert!(seen > 20, "{seen}");
     }
 
-    /// Links that touch at zero and are apart elsewhere are looked at; the default distance is what they have room for.
     #[test]
     fn links_that_touch_at_zero_are_looked_at() {
         // Stretched out, the knob of the hand meets the forearm; bent it does not.
@@ -307,16 +309,14 @@ pub(crate) mod tests {
   <link name="knob"><collision><geometry><sphere radius="0.052"/></geometry></collision></link></robot>"#,
         );
         let text = text.replace("<origin xyz=\"0.8 0 0\"/><axis", "<origin xyz=\"0.95 0 0\"/><axis");
-        let robot = robot::format::read_urdf(&text, "arm.urdf").unwrap();
-        let found = Clearance::new(&robot, Path::new("."), &Rules::default(), &situation()).unwrap();
+        let found = clearance_of(&text, &Rules::default()).unwrap();
         let knob = found.gaps().iter().find(|g| g.subject == "knob and fore").unwrap();
         assert_eq!((knob.bound, knob.carriers.as_slice()), (DEFAULT_DISTANCE_M, &["hand".into(), "fore".into()][..]));
         assert!(found.rooms(&[0.0; 3], &[0.0; 3], &[place(&found, "knob and fore")])[0].reached < 0.0);
         // The post and a collar that turns with the upper arm keep 6 mm all the time: half of that is asked for.
         let text = ARM.replace("<sphere radius=\"0.1\"/>", "<sphere radius=\"0.044\"/>");
         let text = text.replace("<origin xyz=\"0.5 0 0\" rpy", "<origin xyz=\"0.6 0 0\" rpy");
-        let robot = robot::format::read_urdf(&text, "arm.urdf").unwrap();
-        let tight = Clearance::new(&robot, Path::new("."), &Rules::default(), &situation()).unwrap();
+        let tight = clearance_of(&text, &Rules::default()).unwrap();
         let upper = &tight.gaps()[place(&tight, "upper and post")];
         assert!((upper.bound - 0.003).abs() < 1e-6 && (upper.reserve - 0.00075).abs() < 1e-6, "{upper:?}");
     }
@@ -347,12 +347,10 @@ pub(crate) mod tests {
         assert_eq!(clearance(&rules).unwrap().gaps().len(), 1);
     }
 
-    /// A mesh that is not there leaves its link out of distances and of the floor, with its path.
     #[test]
     fn a_missing_mesh_is_said() {
         let text = ARM.replace("<box size=\"0.2 0.1 0.02\"/>", "<mesh filename=\"package://arm/hand.stl\"/>");
-        let robot = robot::format::read_urdf(&text, "arm.urdf").unwrap();
-        let clearance = Clearance::new(&robot, Path::new("."), &rules(0.02), &situation()).unwrap();
+        let clearance = clearance_of(&text, &rules(0.02)).unwrap();
         assert!(clearance.gaps().iter().all(|g| !g.subject.contains("hand")));
         let of_hand = [(Matter::Distance, "hand"), (Matter::Floor, "hand at the floor")];
         for (matter, subject) in of_hand {

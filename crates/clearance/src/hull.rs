@@ -137,7 +137,6 @@ pub(crate) fn farthest(points: &[Vector3], along: Vector3) -> Option<usize> {
 mod tests {
     use super::*;
 
-    /// A support by cells is that of all points, along directions of every face, edge and corner.
     #[test]
     fn a_cell_has_the_farthest_point() {
         let wave = |k: u32, m: f64| (m * f64::from(k)).sin();

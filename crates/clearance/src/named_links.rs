@@ -46,10 +46,8 @@ impl Clearance {
 
 #[cfg(test)]
 mod tests {
-    use std::path::Path;
-
     use super::*;
-    use crate::gaps::tests::{ARM, situation};
+    use crate::gaps::tests::{ARM, clearance_of};
 
     #[test]
     fn an_accepted_pair_is_one() {
@@ -58,8 +56,7 @@ mod tests {
             ..Rules::default()
         };
         let still = ARM.replace("</robot>", "<joint name=\"f\" type=\"fixed\"><parent link=\"hand\"/><child link=\"tip\"/></joint><link name=\"tip\"><collision><geometry><sphere radius=\"0.01\"/></geometry></collision></link></robot>");
-        let still = robot::format::read_urdf(&still, "arm.urdf").unwrap();
-        let unpaired = |a, b| Clearance::new(&still, Path::new("."), &accepting(a, b), &situation()).err();
+        let unpaired = |a, b| clearance_of(&still, &accepting(a, b)).err();
         assert_eq!(unpaired("tip", "post"), None);
         for (a, b, why) in [
             ("tip", "hand", "no joint moves them against each other"),

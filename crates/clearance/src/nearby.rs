@@ -273,7 +273,6 @@ mod tests {
   <link name="tip"><collision><origin xyz="0.06 0 0"/><geometry><capsule radius="0.02" length="0.08"/></geometry></collision></link>
 </robot>"#;
 
-    /// Along a walk of large and small steps, what is remembered changes nothing that is seen.
     #[test]
     fn what_is_remembered_changes_nothing() {
         let robot = robot::format::read_urdf(ARM, "arm.urdf").unwrap();

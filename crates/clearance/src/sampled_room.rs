@@ -126,8 +126,6 @@ mod tests {
     use crate::clearance::Clearance;
     use crate::gaps::{Rules, Situation};
 
-    /// The sides of a joint that turns: some tenths of a millimetre apart they are assumed where one is a mesh, and a pair
-    /// where both are boxes, or farther apart.
     #[test]
     fn sides_of_a_joint_are_a_pair_where_they_are_apart() {
         let folder = std::env::temp_dir().join(format!("rist-sides-{}", std::process::id()));

@@ -220,7 +220,6 @@ mod tests {
         separation(Standing { solid: a, pose: pose_a }, Standing { solid: b, pose: pose_b }, towards)
     }
 
-    /// Distances that geometry tells, from both sides.
     #[test]
     fn distances_of_known_places() {
         let sharp = |core| Solid { core, radius: 0.0 };
@@ -247,7 +246,6 @@ mod tests {
         }
     }
 
-    /// Overlap is negative, and the bound holds it.
     #[test]
     fn overlaps_are_negative() {
         let found = apart(&ball(0.3), at([0.4, 0.0, 0.0]), &ball(0.2), at([0.0; 3]));

@@ -308,7 +308,6 @@ mod tests {
         assert!(points.iter().all(|p| norm(minus(*p, centre)) <= ball * (1.0 + 1e-15)));
     }
 
-    /// No point of a mesh is outside the solid, and the solid is hardly larger than the hull.
     #[test]
     fn a_mesh_is_held() {
         // A fine ball of radius 0.2 about (1, 0, 0): more vertices than directions.
@@ -342,7 +341,6 @@ mod tests {
         assert!(cube.radius < 1e-9 && (cube.ball().1 - 0.75_f64.sqrt()).abs() < 1e-12, "{cube:?}");
     }
 
-    /// The reach from an axis is that of the farthest of many points.
     #[test]
     fn reaches_hold_every_point() {
         let solids = [

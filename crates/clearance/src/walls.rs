@@ -166,9 +166,8 @@ mod tests {
     use std::path::Path;
 
     use super::*;
-    use crate::gaps::tests::{ARM, clearance, situation};
+    use crate::gaps::tests::{ARM, clearance, clearance_of};
 
-    /// The plane of the base is a floor where nothing that moves is below it at rest, and the user may say otherwise.
     #[test]
     fn the_base_has_a_floor() {
         let of = |floor: FloorRule| clearance(&Rules { floor, ..Rules::default() }).unwrap();
@@ -180,13 +179,8 @@ mod tests {
         assert_eq!(of(FloorRule::OfBase(Some(-0.15))).floor(), Some(-0.15));
         let nowhere = of(FloorRule::Nowhere);
         assert!(nowhere.floor().is_none() && nowhere.gaps().iter().all(|g| g.is_own));
-        let lifted = ARM.replace(
-            "<parent link=\"post\"/><child link=\"upper\"/>",
-            "<parent link=\"post\"/><child \
-                                  link=\"upper\"/><origin xyz=\"0 0 0.2\"/>",
-        );
-        let robot = robot::format::read_urdf(&lifted, "arm.urdf").unwrap();
-        let lifted = Clearance::new(&robot, Path::new("."), &Rules::default(), &situation()).unwrap();
+        let lifted = ARM.replace("<child link=\"upper\"/>", "<child link=\"upper\"/><origin xyz=\"0 0 0.2\"/>");
+        let lifted = clearance_of(&lifted, &Rules::default()).unwrap();
         assert_eq!(lifted.floor(), Some(0.0));
         assert_eq!(lifted.gaps().last().unwrap().subject, "hand at the floor");
         let (lowest, whose) = lifted.lowest(&[0.0, 0.0, 1.0]).unwrap();
@@ -195,7 +189,6 @@ mod tests {
         assert!(whose == "hand" && (lowest - expected).abs() < 1e-12, "{lowest} {expected} {whose}");
     }
 
-    /// What is beyond a floor by less than a sentence has decimals for is refused with its number.
     #[test]
     fn a_hair_below_the_floor_is_told_in_figures() {
         let turning = r#"<robot name="arm"><link name="post"/><link name="upper"/>

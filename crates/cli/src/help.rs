@@ -125,7 +125,6 @@ mod tests {
         arranged(crate::Arguments::command()).term_width(COLUMNS)
     }
 
-    /// A program without wings lists the commands that it has, and no group of others.
     #[test]
     fn a_command_that_is_not_built_in_is_not_listed() {
         let merge = Command::new("merge").about("Merge sums");
@@ -191,7 +190,6 @@ mod tests {
         }
     }
 
-    /// What is hidden from the short help is in the long one, and the other way round nothing.
     #[test]
     fn shared_flags_come_last() {
         for told in helps() {

@@ -92,7 +92,6 @@ pub(crate) fn of_absent(words: &[OsString]) -> Option<String> {
 mod tests {
     use super::*;
 
-    /// The commands of a wing are there exactly where it is built in, and a wing that is there is not missed.
     #[test]
     fn commands_of_wings_are_those_of_the_program() {
         let program = crate::program();

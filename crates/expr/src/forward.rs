@@ -70,7 +70,6 @@ mod tests {
     use super::*;
     use crate::{Adjoint, Function, Input, Output, SymbolKind, Tape};
 
-    /// Forward and reverse mode are two ways to the same derivative, of every operation.
     #[test]
     fn forward_is_reverse() {
         let mut g = Graph::new();

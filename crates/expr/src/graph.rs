@@ -364,7 +364,6 @@ impl Graph {
 mod tests {
     use super::*;
 
-    /// Each fact is one line: an expression as it is built, and as it must come out.
     #[test]
     fn facts() {
         let mut g = Graph::new();

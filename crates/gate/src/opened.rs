@@ -55,7 +55,6 @@ mod tests {
     use super::*;
     use crate::source::{Source, glance};
 
-    /// What is opened while an input is read is that input's, on this thread alone; what was only glanced at is nobody's.
     #[test]
     fn a_file_belongs_to_what_is_read() {
         let here = std::env::temp_dir().join(format!("rist-opened-{}", std::process::id()));

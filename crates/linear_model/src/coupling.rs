@@ -126,7 +126,6 @@ mod tests {
         }
     }
 
-    /// The power of an element is its force times its speed.
     #[test]
     fn the_power_is_that_of_the_element() {
         let columns = CouplingParameter::ELEMENT.to_vec();

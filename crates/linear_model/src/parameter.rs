@@ -378,7 +378,6 @@ mod tests {
         }
     }
 
-    /// A rotor inertia estimated as friction is the rotor inertia that a file names.
     #[test]
     fn a_rotor_inertia_has_one_identity() {
         assert_eq!(ParameterId::friction(FrictionParameter::Rotor, "q1"), "IA1".parse().unwrap());

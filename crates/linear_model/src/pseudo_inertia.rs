@@ -101,8 +101,6 @@ mod tests {
         }
     }
 
-    /// Any cloud of positive point masses is positive definite, and its centroidal inertia obeys the
-    /// triangle inequality.
     #[test]
     fn clouds_of_mass_are_positive_definite() {
         let mut random = Random::new(3);

@@ -37,7 +37,6 @@ pub(crate) fn refuse_changed(path: &Path, before: Option<&FileState>) -> Result<
 mod tests {
     use super::*;
 
-    /// Whether it grows, shrinks, is replaced or vanishes; a file that stays is read.
     #[test]
     fn a_file_that_changes_while_it_is_read_is_refused() {
         let path = std::env::temp_dir().join(format!("rist-state-{}.csv", std::process::id()));

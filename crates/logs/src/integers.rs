@@ -223,7 +223,6 @@ mod tests {
         }
     }
 
-    /// No number is lost, and signals take the bits of their noise.
     #[test]
     fn packing_loses_nothing() {
         let mut state = 1_u32;

@@ -204,7 +204,6 @@ impl PackedLog {
 mod tests {
     use super::*;
 
-    /// Decimals by their integers, single precision in half the bytes, anything else as it is; not a bit is lost.
     #[test]
     fn packing_loses_nothing() {
         let decimals: Vec<f64> =

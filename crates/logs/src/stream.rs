@@ -341,8 +341,6 @@ mod tests {
     use super::*;
     use std::fmt::Write as _;
 
-    /// A table (Parquet, MCAP, .npz), a text that is held and a text that is read again give the same account and the
-    /// same blocks, bit for bit.
     #[test]
     fn blocks_of_a_table_are_those_of_a_text() {
         let mut text = "t,note,q1,tau1\n".to_string();

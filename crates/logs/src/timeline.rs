@@ -160,11 +160,8 @@ mod tests {
             for (header, name) in [("t,q1,tau1,episode_index", None), ("t,q1,tau1,run", Some("run"))] {
                 let names = ColumnNames { episode: name.map(str::to_string), ..ColumnNames::default() };
                 let log = read(&runs(starts, header), &names).unwrap();
-                assert_eq!(
-                    (log.len(), log.report.left_out.episodes_by_column, log.report.clock.gaps),
-                    (300, 2, 2),
-                    "{header}"
-                );
+                let report = &log.report;
+                assert_eq!((log.len(), report.left_out.episodes_by_column, report.clock.gaps), (300, 2, 2), "{header}");
             }
         }
         let names = ColumnNames { episode: Some("rnu".into()), ..ColumnNames::default() };
@@ -172,29 +169,19 @@ mod tests {
         assert!(message.contains("no column `rnu` (did you mean `run`?)"), "{message}");
     }
 
-    /// Two sources that take turns are no episodes, nor is a stamp that slips.
     #[test]
     fn what_goes_back_and_forth_is_no_episode() {
-        let mut text = "t,q1,tau1\n".to_string();
-        for k in 0..400 {
-            let t = 0.01 * f64::from(k) + if k % 2 == 1 { 0.0 } else { 3.0 };
-            let _ = writeln!(text, "{t:.2},{},1", t.sin());
-        }
-        let message = read(&text, &ColumnNames::default()).unwrap_err().to_string();
+        let of = |clock: fn(i32) -> f64| {
+            let rows = (0..400).map(clock).map(|t| format!("{t:.2},{},{}\n", t.sin(), t.cos()));
+            read(&format!("t,q1,tau1\n{}", rows.collect::<String>()), &ColumnNames::default())
+        };
+        let message = of(|k| 0.01 * f64::from(k) + if k % 2 == 1 { 0.0 } else { 3.0 }).unwrap_err().to_string();
         assert!(message.contains("back and forth"), "{message}");
-        let mut text = "t,q1,tau1\n".to_string();
-        for k in 0..400 {
-            let t = if k == 200 { 0.0 } else { 0.01 * f64::from(k) };
-            let _ = writeln!(text, "{t:.2},{},{}", t.sin(), t.cos());
-        }
-        let log = read(&text, &ColumnNames::default()).unwrap();
-        assert_eq!(
-            (log.len(), log.report.left_out.episodes_by_clock, log.report.left_out.clock_backwards),
-            (399, 0, 1)
-        );
+        let log = of(|k| if k == 200 { 0.0 } else { 0.01 * f64::from(k) }).unwrap();
+        let out = &log.report.left_out;
+        assert_eq!((log.len(), out.episodes_by_clock, out.clock_backwards), (399, 0, 1));
     }
 
-    /// Parts of a file, held or read again, give the episodes of the whole.
     #[test]
     fn episodes_do_not_hang_on_the_parts() {
         let text = runs([0.0; 3], "t,q1,tau1,run");

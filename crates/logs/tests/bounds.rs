@@ -1,6 +1,5 @@
 //! What a stranger's file can ask for is bounded: a limit that is stated stops it, with a message that says what to do.
 
-use std::io::Write;
 use std::path::{Path, PathBuf};
 
 use logs::{ColumnNames, LogSource, Table};
@@ -25,31 +24,19 @@ fn rows(n: usize, change: f64) -> String {
     std::iter::once("t,q1,tau1\n".to_string()).chain((0..n).map(row)).collect()
 }
 
-/// A row has an end: plain, behind blanks, in a gzip stream, behind a quotation mark.
 #[test]
 fn rows_without_an_end() {
     let long = "1".repeat(3 << 20);
-    let mut gzip = flate2::write::GzEncoder::new(Vec::new(), flate2::Compression::fast());
-    gzip.write_all(format!("t,q1,tau1\n{long}").as_bytes()).unwrap();
     let quoted = format!("t,q1,tau1\n0,\"1,2\n{}", "3,4,5\n".repeat(1 << 19));
     for bytes in [
         format!("t,q1,tau1\n{long}").into_bytes(),
         format!("t q1 tau1\n{long}").into_bytes(),
-        gzip.finish().unwrap(),
         quoted.into_bytes(),
         format!("t,q1,tau1\n{}", "\n".repeat(3 << 20)).into_bytes(),
     ] {
         let message = refusal(&bytes);
         assert!(message.contains("1048576 bytes without the end of a row"), "{message}");
     }
-}
-
-/// Ten thousand columns and rows of one cell: half a megabyte that would be gigabytes.
-#[test]
-fn cells_that_are_not_there() {
-    let header: Vec<String> = (0..10_000).map(|c| format!("c{c}")).collect();
-    let message = refusal(format!("{}\n{}", header.join(","), "1\n".repeat(30_000)).as_bytes());
-    assert!(message.contains("210 of 210 rows have more or fewer cells"), "{message}");
 }
 
 /// Values whose bytes stand apart: whole, they are read; cut short, they are refused before the library panics on them,
@@ -75,7 +62,6 @@ fn text_in_utf_16_is_named() {
     assert!(refusal(b"\xff\xfet\0,\0").contains("UTF-16; save it as UTF-8"));
 }
 
-/// A log that is read at every pass is watched: another of as many rows is another.
 #[test]
 fn a_file_replaced_is_noticed() {
     let folder = folder("replaced");
@@ -113,10 +99,9 @@ fn devices_and_pipes_without_an_end() {
     std::fs::remove_file(&pipe).unwrap();
     let writer = feed(rows(300, 1.0));
     let message = open(&pipe, 100).err().unwrap();
-    assert!(
-        message.contains("more than 64 rows come from a pipe or device") && message.contains("write it to a file"),
-        "{message}"
-    );
+    for said in ["more than 64 rows come from a pipe or device", "write it to a file"] {
+        assert!(message.contains(said), "{message}");
+    }
     writer.join().unwrap();
     std::fs::remove_dir_all(&folder).unwrap();
 }

@@ -206,7 +206,6 @@ mod tests {
     use super::*;
     use random::Random;
 
-    /// For numbers within the operands, the result lies within the interval.
     #[test]
     fn results_lie_within() {
         let mut random = Random::new(5);

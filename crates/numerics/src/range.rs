@@ -272,8 +272,6 @@ mod tests {
         assert!(count.into_inner() < 10_000);
     }
 
-    /// That functions stay within what is enough takes few parts; their exact ranges are told where they take no more than
-    /// is allowed for them, whether they stay within or not.
     #[test]
     fn what_is_enough_costs_few_parts() {
         let counted = |enough: f64, subdivision: Subdivision| {

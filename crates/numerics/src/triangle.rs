@@ -326,7 +326,6 @@ mod tests {
         all.finish()
     }
 
-    /// The numbers that `live` and `at` give make the same triangle again, to the bit.
     #[test]
     fn numbers_make_the_triangle_again() {
         let found = triangle(&rows(3, 300, 5), 5);
@@ -343,7 +342,6 @@ mod tests {
         assert_eq!(Triangle::of_numbers(5, &[6], 300, &numbers), None);
     }
 
-    /// A column that has decayed to 1e-160 is zero, and no reciprocal of its square.
     #[test]
     fn numbers_whose_squares_vanish_are_zero() {
         let mut rows = rows(7, 300, 4);
@@ -353,7 +351,6 @@ mod tests {
         assert!(found.column_norm(1) < 1e-150 && found.column_norm(0) > 1.0);
     }
 
-    /// A column that is rounding beside its size is left out, and what its rows hold of the others is not.
     #[test]
     fn a_negligible_column_takes_nothing_along() {
         let mut rows = rows(11, 300, 4);

@@ -150,7 +150,6 @@ mod tests {
         }
     }
 
-    /// Nothing is left out in silence.
     #[test]
     fn a_panic_goes_on_in_the_caller() {
         for threads in [1, 3] {

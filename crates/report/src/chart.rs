@@ -314,7 +314,6 @@ mod tests {
         assert!(!Chart::new("", ("", "")).logarithmic().line("", "a", &[(0.0, 0.0)]).svg().contains("NaN"));
     }
 
-    /// Keys go to what has the focus; a chart without a script has none.
     #[test]
     fn charts_that_hear_keys_can_have_the_focus() {
         let points = [(0.0, 5.0), (1.0, -5.0)];
@@ -323,7 +322,6 @@ mod tests {
         assert!(!chart().svg().contains("tabindex"));
     }
 
-    /// A circle is drawn as one, however the rest of the chart is shaped.
     #[test]
     fn shapes_keep_their_proportions() {
         let circle: Vec<(f64, f64)> = (0..=100).map(|i| (0.0628 * f64::from(i)).sin_cos()).collect();
@@ -334,7 +332,6 @@ mod tests {
         assert!(across > 2000 && (across - up).abs() <= 2, "{across} {up}");
     }
 
-    /// A chart of a million samples is no larger than a picture.
     #[test]
     fn a_long_signal_is_small() {
         let mut signal = Envelope::default();

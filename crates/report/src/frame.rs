@@ -136,7 +136,6 @@ pub(crate) fn broken(envelope: &Envelope) -> Vec<Vec<(f64, f64)>> {
 mod tests {
     use super::*;
 
-    /// What the page cuts lines at is where charts have their frames.
     #[test]
     fn lines_are_cut_at_the_frame() {
         let page = include_str!("../templates/identification.html");

@@ -51,9 +51,6 @@ fn whole_page(see: impl FnOnce(&str)) {
         ..Page::default()
     };
     let html = page.html();
-    if let Some(file) = std::env::var_os("WRITE_PAGE") {
-        std::fs::write(file, &html).unwrap();
-    }
     see(&html);
 }
 
@@ -84,15 +81,11 @@ fn a_page_is_alive_within_its_room() {
     });
 }
 
-/// Names of strangers stand in the page as text, in its data as JSON, and close no script.
 #[test]
 fn names_are_no_markup() {
     whole_page(|html| {
         assert!(!html.contains("q</script>") && !html.contains("<b>\u{202e}") && !html.contains('\u{202e}'));
-        assert!(
-            html.contains("q&lt;&#x2f;script&gt;&lt;b&gt;\\u{202e}")
-                || html.contains("q&lt;/script&gt;&lt;b&gt;\\u{202e}")
-        );
+        assert!(html.replace("&#x2f;", "/").contains("q&lt;/script&gt;&lt;b&gt;\\u{202e}"));
         let json =
             html.split("<script type=\"application/json\">").skip(1).map(|s| s.split("</script>").next().unwrap());
         let parsed: Vec<serde_json::Value> = json.map(|text| serde_json::from_str(text).unwrap()).collect();
@@ -118,7 +111,6 @@ fn grades_are_by_purpose_and_joint() {
     });
 }
 
-/// A page is headed as what it is.
 #[test]
 fn headings_are_those_of_the_page() {
     let plan = ExperimentPlan::default();

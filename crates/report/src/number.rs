@@ -58,9 +58,7 @@ mod tests {
         assert_eq!(with_interval(0.94977, 0.000294), ("0.94977".into(), "0.00029".into()));
         assert_eq!(with_interval(1.2e-5, 3.4e-7), ("0.00001200".into(), "0.00000034".into()));
         assert_eq!(with_interval(52.3, 120.0), ("52".into(), "120".into()));
-        assert_eq!(
-            (percent(0.0053), percent(0.145), unit("kg m^2")),
-            ("0.53\u{202f}%".into(), "14.5\u{202f}%".into(), "kg m²".into())
-        );
+        assert_eq!((percent(0.0053), percent(0.145)), ("0.53\u{202f}%".into(), "14.5\u{202f}%".into()));
+        assert_eq!(unit("kg m^2"), "kg m²");
     }
 }

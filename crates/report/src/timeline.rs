@@ -118,7 +118,6 @@ mod tests {
         assert_eq!(number(&letters(16_777_215, 4)), 16_777_215);
     }
 
-    /// A value that is read again is off by half a step, a missing one is missing, and a gap of the log ends a piece.
     #[test]
     fn lines_are_read_again() {
         let (mut line, mut other) = (Envelope::default(), Envelope::default());

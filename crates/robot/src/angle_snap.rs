@@ -215,11 +215,8 @@ mod tests {
             ("0", (0, 1)),
             ("6.2832", (2, 1)),
         ] {
-            assert_eq!(
-                given_angle(angle.parse().unwrap(), Angles::Meant).as_multiple_of_pi(&[]),
-                Some(multiple),
-                "{angle}"
-            );
+            let found = given_angle(angle.parse().unwrap(), Angles::Meant);
+            assert_eq!(found.as_multiple_of_pi(&[]), Some(multiple), "{angle}");
         }
         // 1.57065, 0.0001 and 0.00015 are calibrated, and so is 1e-4 beside a right angle.
         for angle in ["1.57", "0.7853", "0.2618", "1.75057", "1.57065", "0.0001", "-0.00015", "1.5708963", "3.14149"] {

@@ -232,7 +232,6 @@ mod tests {
         }
     }
 
-    /// Two masses: sums over points, for every convention.
     #[test]
     fn what_the_entries_are() {
         let masses = [(1.5, [0.1, 0.2, -0.3]), (0.5, [-0.5, 0.1, 0.7])];

@@ -215,10 +215,8 @@ mod tests {
             }
             text += "standard_parameters:\n";
             for (k, mass) in masses.into_iter().enumerate() {
-                text += &format!(
-                    "  {}: {{mass: {mass}, centre_of_mass: [0.1, 0, 0], inertia: {{xx: 0.1, yy: 0.1, zz: 0.1}}}}\n",
-                    k + 1
-                );
+                let body = format!("mass: {mass}, centre_of_mass: [0.1, 0, 0], inertia: {{xx: 0.1, yy: 0.1, zz: 0.1}}");
+                text += &format!("  {}: {{{body}}}\n", k + 1);
             }
             text
         };

@@ -100,23 +100,16 @@ mod tests {
 
     #[test]
     fn a_joint_that_mimics_a_locked_one_is_locked() {
-        let link = |name: &str| format!("<link name=\"{name}\"/>");
         let joint = |name: &str, parent: &str, child: &str, more: &str| {
             format!(
                 "<joint name=\"{name}\" type=\"revolute\"><parent link=\"{parent}\"/><child link=\"{child}\"/>\
                  <limit lower=\"-1\" upper=\"1\" velocity=\"1\" effort=\"1\"/>{more}</joint>"
             )
         };
-        let text = format!(
-            "<robot name=\"r\">{}{}{}{}{}{}{}</robot>",
-            link("b"),
-            link("l1"),
-            link("l2"),
-            link("l3"),
-            joint("arm", "b", "l1", ""),
-            joint("left", "l1", "l2", ""),
-            joint("right", "l1", "l3", "<mimic joint=\"left\" multiplier=\"-1\"/>"),
-        );
+        let links = ["b", "l1", "l2", "l3"].map(|name| format!("<link name=\"{name}\"/>")).concat();
+        let (arm, left) = (joint("arm", "b", "l1", ""), joint("left", "l1", "l2", ""));
+        let right = joint("right", "l1", "l3", "<mimic joint=\"left\" multiplier=\"-1\"/>");
+        let text = format!("<robot name=\"r\">{links}{arm}{left}{right}</robot>");
         let held = read_urdf(&text, "r.urdf").unwrap().locked("left", 0.02).unwrap();
         assert_eq!((held.n_coordinates(), held.links[2].joint.drive), (1, Drive::Locked));
         assert!((held.links[2].geometry.theta.number(&[]) + 0.02).abs() < 1e-15);

@@ -165,17 +165,10 @@ fn what_is_likely_another_unit_or_table_is_refused_with_the_remedy() {
         read_yaml(&text, "r.yaml").map(|r| r.notes).map_err(|e| e.to_string())
     };
     for (head, row, wanted) in [
-        (
-            "convention: khalil-kleinfinger",
-            "alpha: -90, theta: q1",
-            "alpha of link 1 is -90.0000 rad, more than a whole turn: degrees",
-        ),
         ("convention: khalil-kleinfinger", "theta: q1 - 90", "theta of link 1 is -90.0000 rad"),
         ("convention: craig\nangles: deg", "theta: q1 - 900", "write it within one turn"),
         ("convention: craig", "r: 0.1, theta: q1", "unknown key `r` in a link"),
         ("convention: craig\nangles: degrees", "theta: q1", "`angles` is rad or deg"),
-        ("convention: denavit", "theta: q1", "the convention `denavit` is not read"),
-        ("angles: deg", "theta: q1", "`convention` is missing"),
     ] {
         let message = link(head, row).unwrap_err();
         assert!(message.contains(wanted), "{message}");
@@ -190,39 +183,4 @@ fn what_is_likely_another_unit_or_table_is_refused_with_the_remedy() {
     assert!(read_yaml(both, "r.yaml").unwrap_err().message.contains("one of them"));
     let cut = "convention: standard\nname: r\nlinks: [{link: 1, antecedent: base, theta: q1}]\nloops: []\n";
     assert!(read_yaml(cut, "r.yaml").unwrap_err().message.contains("loops are written with"));
-}
-
-/// The Puma of the robotics toolbox: as its table stands, and moved by hand.
-#[test]
-fn the_puma_of_the_toolbox_is_read_as_it_stands() {
-    let here = std::env::var_os("RIST_SHARED").map(std::path::PathBuf::from);
-    let shared = here.unwrap_or_else(|| std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../shared"));
-    let folder = shared.join("findings/inputs/field/dh");
-    let Ok(literal) = std::fs::read_to_string(folder.join("puma_literal.yaml")) else {
-        println!("NOT looked at: no folder of shared inputs");
-        return;
-    };
-    // The file has a and alpha one row later, as its first remedy said: back to the toolbox's own rows.
-    let rows = [
-        "theta: q1, d: 0.67183, a: 0, alpha: pi/2",
-        "theta: q2, d: 0, a: 0.4318, alpha: 0",
-        "theta: q3, d: 0.15005, a: 0.0203, alpha: -pi/2",
-        "theta: q4, d: 0.4318, a: 0, alpha: pi/2",
-        "theta: q5, d: 0, a: 0, alpha: -pi/2",
-        "theta: q6, d: 0, a: 0, alpha: 0",
-    ];
-    let bodies = &literal[literal.find("standard_parameters").unwrap()..];
-    let mut text = "convention: denavit-hartenberg\nname: puma\nrotor_inertia: none\nlinks:\n".to_string();
-    for (k, row) in rows.iter().enumerate() {
-        let before = if k == 0 { "base".into() } else { k.to_string() };
-        text += &format!("- {{link: {}, antecedent: {before}, {row}}}\n", k + 1);
-    }
-    let found = read(&(text + bodies));
-    let moved = read(&std::fs::read_to_string(folder.join("puma_moved.yaml")).unwrap());
-    let (q, dq, ddq) =
-        ([0.5, -0.9, -1.8, -1.9, 1.3, 1.7], [0.4, -0.2, -0.7, 0.4, 0.1, -0.4], [1.0, -1.2, -1.6, 0.3, -0.8, 0.7]);
-    let (a, b) = (recursion::torque(&found, &q, &dq, &ddq), recursion::torque(&moved, &q, &dq, &ddq));
-    for (a, b) in a.iter().zip(&b) {
-        assert!((a - b).abs() < 1e-12, "{a} {b}");
-    }
 }

@@ -117,12 +117,10 @@ fn shapes_weigh_what_their_formulas_say() {
     ] {
         same(&read(&one("inertiagrouprange=\"0 2\"", "", geom)), &read(&one("", "", &wanted)));
     }
-    // An inertial has the last word, unless the compiler says otherwise.
     let both = "<inertial pos=\"0 0 0\" mass=\"1\" diaginertia=\"1 1 1\"/><geom size=\"0.1\" mass=\"5\"/>";
     let of_shape = read(&one("", "", &inertial("0 0 0", 5.0, ball(5.0, 0.1))));
     same(&read(&one("inertiafromgeom=\"true\"", "", both)), &of_shape);
     assert_eq!(read(&one("", "", both)).links[0].inertial.unwrap()[9], 1.0);
-    // Bounds, balance, total.
     let x = |compiler: &str, inside: &str| read(&one(compiler, "", inside)).links[0].inertial.unwrap();
     let thin = inertial("0 0 0", 0.5, [0.1, 0.2, 0.9]);
     assert!((x("balanceinertia=\"true\"", &thin)[0] - 0.4).abs() < 1e-15);
@@ -132,7 +130,6 @@ fn shapes_weigh_what_their_formulas_say() {
     assert!((x("settotalmass=\"4\"", &thin)[3] - 7.2).abs() < 1e-14);
 }
 
-/// A mesh in the file, and its scale, as the cuboid that it is.
 #[test]
 fn a_mesh_weighs_by_what_it_encloses() {
     let corners: Vec<String> =
@@ -201,13 +198,9 @@ fn joints_take_what_their_classes_and_actuators_say() {
     let notes: Vec<String> = robot.notes.iter().map(|n| format!("{}: {}", n.subject, n.text)).collect();
     let has = |text: &str| notes.iter().filter(|n| n.contains(text)).count();
     assert_eq!(has("sensor, tendon in the file: not read"), 1, "{notes:?}");
-    assert_eq!(
-        has(
-            "actuators: have gears in the file (pan 50): of a log with positions and torques of the motors say `transmission: {ratios: [50, 1, 1, 1]}`"
-        ),
-        1,
-        "{notes:?}"
-    );
+    let gears = "actuators: have gears in the file (pan 50): of a log with positions and torques of the motors say \
+                 `transmission: {ratios: [50, 1, 1, 1]}`";
+    assert_eq!(has(gears), 1, "{notes:?}");
 }
 
 /// Two joints of a body are one in a body inside the other, and `ref` is a shifted coordinate.
@@ -307,10 +300,10 @@ fn what_floats_is_asked_for() {
     assert_eq!(read(&arm).n_coordinates(), 1);
 }
 
-/// Each with the line, what was found and what to do.
 #[test]
 fn what_is_not_read_is_named() {
     let body = |inside: &str| one("", "", inside);
+    let deep = format!("<mujoco>{}{}</mujoco>", "<body>".repeat(400), "</body>".repeat(400));
     for (text, place, wanted) in [
         (body("<joint name=\"b\" type=\"ball\"/>"), "arm.xml:6:1", "is a ball"),
         (body("<replicate count=\"3\"/>"), "arm.xml:6:1", "mj_saveLastXML"),
@@ -330,11 +323,7 @@ fn what_is_not_read_is_named() {
         ("<mujoco/>".into(), "arm.xml:1:1", "describes no robot"),
         ("<mujocoinclude/>".into(), "arm.xml", "give the file with <mujoco> that includes it"),
         ("<sdf/>".into(), "arm.xml", "SDF is not read"),
-        (
-            format!("<mujoco>{}{}</mujoco>", "<body>".repeat(400), "</body>".repeat(400)),
-            "arm.xml:1",
-            "deep in each other",
-        ),
+        (deep, "arm.xml:1", "deep in each other"),
     ] {
         let message = refused(&text);
         assert!(message.starts_with(place) && message.contains(wanted), "{message}");
@@ -422,7 +411,6 @@ fn what_a_free_joint_has_of_its_class_is_named() {
     assert_eq!(of("<joint name=\"root\" type=\"free\" armature=\"0\"/>"), "");
 }
 
-/// What the file disables does not tie joints, and is named.
 #[test]
 fn a_disabled_equality_ties_nothing() {
     let of = |flags: &str, active: &str| {
@@ -447,18 +435,9 @@ fn a_disabled_equality_ties_nothing() {
         let notes: String = robot.notes.iter().map(|n| n.text.clone()).collect();
         assert!(notes.contains(said) && (said.is_empty() == notes.is_empty()), "{notes}");
     }
-    assert!(
-        read(&format!(
-            "<mujoco>{}<worldbody><body name=\"a\"><joint/><geom size=\".1\"/></body></worldbody></mujoco>",
-            flag("gravity=\"disable\"")
-        ))
-        .gravity
-        .iter()
-        .all(|g| g.number(&[]) == 0.0)
-    );
+    assert_eq!(of(&flag("gravity=\"disable\""), "").gravity_number(), [0.0; 3]);
 }
 
-/// Includes come from below the folder of the file, once.
 #[test]
 fn includes_stay_in_the_folder() {
     let folder = std::env::temp_dir().join(format!("rist-mjcf-{}", std::process::id()));
@@ -468,10 +447,8 @@ fn includes_stay_in_the_folder() {
     let model = |name: &str| {
         format!("<mujoco><worldbody><body name=\"a\"><joint/><include file=\"{name}\"/></body></worldbody></mujoco>")
     };
-    write(
-        "robot/parts/hand.xml",
-        "<mujocoinclude><geom size=\"0.1\" mass=\"3\"/><include file=\"nail.xml\"/></mujocoinclude>",
-    );
+    let hand = "<mujocoinclude><geom size=\"0.1\" mass=\"3\"/><include file=\"nail.xml\"/></mujocoinclude>";
+    write("robot/parts/hand.xml", hand);
     write("robot/parts/nail.xml", "<mujocoinclude><geom size=\"0.1\" mass=\"1\"/></mujocoinclude>");
     write("outside.xml", "<mujocoinclude/>");
     write("robot/self.xml", "<mujocoinclude><include file=\"self.xml\"/></mujocoinclude>");

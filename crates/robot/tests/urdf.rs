@@ -172,9 +172,8 @@ fn mimic_joints_follow() {
 #[test]
 fn a_link_or_a_joint_without_a_name_is_refused() {
     let moved = |name: &str| {
-        format!(
-            "<link name=\"a\"/><link name=\"b\"/><joint {name} type=\"revolute\"><parent link=\"a\"/><child link=\"b\"/></joint>"
-        )
+        links(&["a", "b"])
+            + &joint("one", "revolute", "a", "b", ["0 0 0", "0 0 0", "0 0 1"]).replace("name=\"one\"", name)
     };
     for (body, what) in [
         ("<link name=\"a\"/><link name=\" \"/>".to_string(), "`name` in <link> of link ` ` is empty"),

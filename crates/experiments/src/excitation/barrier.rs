@@ -194,17 +194,10 @@ fn dot(a: &[f64], b: &[f64]) -> f64 {
 pub(crate) mod tests {
     use super::*;
     use crate::excitation::fourier_series::FourierSeries;
+    use crate::excitation::search::tests::limits;
 
     pub(crate) fn barrier() -> Barrier {
-        let limits = CoordinateLimits {
-            position: (-1.0, 2.0),
-            velocity: 1.5,
-            acceleration: 4.0,
-            jerk: 60.0,
-            effort: None,
-            power: None,
-            locked: None,
-        };
+        let limits = limits((-1.0, 2.0), [1.5, 4.0, 60.0]);
         let series = FourierSeries { period: 5.0, blend: 1.0, harmonics: 2 };
         Barrier::new(&Shape::Fourier(series), 40, &[&limits, &limits])
     }
@@ -242,7 +235,6 @@ pub(crate) mod tests {
         }
     }
 
-    /// Joints that threads share give the bits of one thread.
     #[test]
     fn threads_change_no_bit() {
         let one = barrier();

@@ -205,8 +205,6 @@ mod tests {
     use crate::excitation::search::{SearchOptions, can_begin, search};
     use crate::pendulum::Pendulum;
 
-    /// A wall that leaves the last tenth of the room: no motion of a random swing fits there, and one is found. A wall that leaves
-    /// nothing is what all poses break.
     #[test]
     fn a_narrow_place_is_found() {
         let (arm, limits, torque) = (Pendulum::new(), [pendulum_limits()], pendulum_torque());
@@ -219,10 +217,8 @@ mod tests {
         assert!(can_begin(&narrow, 3) && found.iter().all(|f| f.nearest.unwrap().0 > 0.0), "{found:?}");
         let (free, broken) = broken_at_poses(&narrow, 300);
         // 0.38 of 3.5, three deviations of a count.
-        assert!(
-            (15..=50).contains(&free) && broken == [Broken { what: Obstacle::Gap(0), poses: 300 - free }],
-            "{broken:?}"
-        );
+        assert!((15..=50).contains(&free), "{broken:?}");
+        assert_eq!(broken, [Broken { what: Obstacle::Gap(0), poses: 300 - free }]);
 
         let nowhere = Rod::new(-1.0);
         let nowhere = beside(&nowhere);
@@ -230,7 +226,6 @@ mod tests {
         assert_eq!(broken_at_poses(&nowhere, 50), (0, vec![Broken { what: Obstacle::Gap(0), poses: 50 }]));
     }
 
-    /// Weight that a drive cannot hold near the horizontal sends a descent away from there.
     #[test]
     fn a_light_pose_is_found() {
         let (arm, limits, mut torque) = (Pendulum::new(), [pendulum_limits()], pendulum_torque());

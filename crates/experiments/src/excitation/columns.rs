@@ -109,10 +109,10 @@ pub fn visible_columns(model: &Model, limits: &[CoordinateLimits]) -> Vec<bool> 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::excitation::search::tests::limits;
     use crate::pendulum::Pendulum;
     use linear_model::friction::terms::{JointTerm, sign};
 
-    /// Away from rest the columns are those of an identification; the slopes are those of central differences.
     #[test]
     fn columns_and_their_slopes() {
         use FrictionTerm::*;
@@ -148,15 +148,7 @@ mod tests {
     #[test]
     fn a_column_twice_is_seen_once() {
         let arm = Pendulum::new();
-        let limits = |locked| CoordinateLimits {
-            position: (-1.0, 1.0),
-            velocity: 1.0,
-            acceleration: 3.0,
-            jerk: 100.0,
-            effort: None,
-            power: None,
-            locked,
-        };
+        let limits = |locked| CoordinateLimits { locked, ..limits((-1.0, 1.0), [1.0, 3.0, 100.0]) };
         // A rotor inertia is ZZ1 once more.
         let friction = [FrictionTerm::Viscous, FrictionTerm::Rotor];
         let model = Model::new(&arm, &friction, &[]);

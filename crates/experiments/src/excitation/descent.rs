@@ -158,11 +158,8 @@ mod tests {
         let found = descend(&Valley, &[-1.2, 1.0], 200, 1e-7).unwrap();
         assert!(found.iterations < 200);
         // At the wall: 2 (1 - x) = 1e-4 / (0.8 - x) gives 0.8 - x = 2.5e-4.
-        assert!(
-            (found.x[0] - 0.79975).abs() < 1e-4 && (found.x[1] - found.x[0] * found.x[0]).abs() < 1e-3,
-            "{:?}",
-            found.x
-        );
+        let (a, b) = (found.x[0], found.x[1]);
+        assert!((a - 0.79975).abs() < 1e-4 && (b - a * a).abs() < 1e-3, "{a} {b}");
         assert!(descend(&Valley, &[0.9, 0.0], 10, 1e-7).is_none());
     }
 }

@@ -215,7 +215,6 @@ mod tests {
     use super::*;
     use crate::excitation::motion::tests::motions;
 
-    /// The motion evaluated in plain f64 lies within, everywhere, and the enclosure of an instant is narrow.
     #[test]
     fn the_motion_lies_within() {
         for motion in motions() {

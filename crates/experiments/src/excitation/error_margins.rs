@@ -189,7 +189,6 @@ mod tests {
         assert_eq!(narrowed((f64::NEG_INFINITY, 1.0), 0.5), Ok((f64::NEG_INFINITY, 0.5)));
     }
 
-    /// A file's own margins are never lowered by those of a user, nor the other way round.
     #[test]
     fn the_greater_margin_counts() {
         let own = read("{encoder_zero: 0.01, mesh: 0.002, tracking: 0.1}");

@@ -131,7 +131,6 @@ mod tests {
     use crate::excitation::proof::tests::Spring;
     use crate::excitation::search::tests::pendulum_limits;
 
-    /// A motion that is too large by a few parts in a thousand comes back within its limits, proved.
     #[test]
     fn what_is_missing_is_scaled_away() {
         let (limits, names) = ([pendulum_limits()], ["q1".to_string()]);
@@ -161,7 +160,6 @@ mod tests {
         assert!(rows.iter().any(|r| r.limit == LimitKind::Region && r.kept == Kept::Violated));
     }
 
-    /// A torque half as great again as its limit comes within it, and no smaller than it has to be.
     #[test]
     fn torques_far_beyond_their_limit_are_scaled_away() {
         let names = ["q1".to_string()];

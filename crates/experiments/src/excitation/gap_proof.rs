@@ -215,7 +215,6 @@ pub(crate) mod tests {
         }
     }
 
-    /// A wall just beyond what dense samples reach is proven to be kept, one just before it is seen to be broken.
     #[test]
     fn proofs_of_gaps_are_sharp() {
         for motion in motions() {

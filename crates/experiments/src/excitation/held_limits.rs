@@ -135,21 +135,14 @@ pub fn kinds_of_motion_alone(rows: &[HeldLimit]) -> Vec<String> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::excitation::search::tests::limits;
 
     fn described() -> Limits {
         Limits { position: Some((-2.0, 2.0)), velocity: Some(3.0), acceleration: None, effort: Some(10.0) }
     }
 
     fn made_with() -> CoordinateLimits {
-        CoordinateLimits {
-            position: (-2.0, 2.0),
-            velocity: 3.0,
-            acceleration: 10.0,
-            jerk: 200.0,
-            effort: Some(10.0),
-            power: None,
-            locked: None,
-        }
+        CoordinateLimits { effort: Some(10.0), ..limits((-2.0, 2.0), [3.0, 10.0, 200.0]) }
     }
 
     #[test]

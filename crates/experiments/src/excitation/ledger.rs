@@ -235,7 +235,6 @@ mod tests {
         MotionLedger { rows, left_out, floor: None, lowest: None }
     }
 
-    /// The last line has each word where its kind is there, and not where it is not; the standing follows.
     #[test]
     fn the_last_line_says_each_kind_where_it_is() {
         let row = |kept| row(LimitKind::Velocity, "q1", kept);

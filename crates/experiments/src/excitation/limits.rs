@@ -372,7 +372,6 @@ mod tests {
         assert!(notes.iter().any(|n| n == "q2: no limits of position given, +-0.25 m assumed"), "{notes:?}");
     }
 
-    /// Positions without end are none, and said; a joint without room is held; what is no interval is refused.
     #[test]
     fn odd_positions_of_a_description() {
         let of = |position: (f64, f64)| {

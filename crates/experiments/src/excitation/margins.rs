@@ -110,13 +110,13 @@ mod tests {
     use super::*;
     use crate::excitation::gap_proof::tests::Rod;
     use crate::excitation::motion::tests::motions;
+    use crate::excitation::search::tests::limits;
     use linear_model::yaml;
 
     fn read(text: &str) -> ErrorMargins {
         yaml::read(text).unwrap()
     }
 
-    /// What is not given is named, and what is given is not, zero or more.
     #[test]
     fn what_is_not_given_is_said() {
         let said = |text: &str| {
@@ -135,18 +135,9 @@ mod tests {
     }
 
     fn limit(acceleration: f64, position: f64) -> CoordinateLimits {
-        CoordinateLimits {
-            position: (-position, position),
-            velocity: 100.0,
-            acceleration,
-            jerk: 1e9,
-            effort: None,
-            power: None,
-            locked: None,
-        }
+        limits((-position, position), [100.0, acceleration, 1e9])
     }
 
-    /// What is said of stopping is what dense samples of the motion find, and never less.
     #[test]
     fn stopping_is_that_of_samples() {
         let names = ["q1".to_string(), "q2".to_string()];
@@ -182,11 +173,9 @@ mod tests {
             let bodies = found.stopping.bodies.as_ref().unwrap();
             assert!((bodies.covered, bodies.distances) == (1, 1) && bodies.least.room <= 30.0, "{bodies:?}");
             let text = found.text();
-            for said in
-                ["encoder zero: assumed 0\n", "cover stopping at any instant", "covers stopping at any", STATEMENT]
-            {
-                assert!(text.contains(said), "{said}: {text}");
-            }
+            let whole =
+                ["encoder zero: assumed 0\n", "cover stopping at any instant", "covers stopping at any", STATEMENT];
+            assert!(whole.iter().all(|said| text.contains(said)), "{text}");
             // Limits just at what the motion itself reaches do not cover it, and a wall there neither.
             let near = [limit(a[0], reach[0] - 1e-2), limit(a[1], 30.0)];
             let near_rod = Rod::new(height - 1e-3);
@@ -197,7 +186,6 @@ mod tests {
         }
     }
 
-    /// Without a limit of acceleration nothing is said of stopping.
     #[test]
     fn nothing_is_said_of_stopping_without_a_limit() {
         let names = ["q1".to_string(), "q2".to_string()];

@@ -237,7 +237,6 @@ pub(crate) mod tests {
         }
     }
 
-    /// Inside a spline the jerk is continuous, and so is its slope.
     #[test]
     fn a_spline_is_continuous_through_its_jerk() {
         let [_, motion] = motions();

@@ -162,7 +162,6 @@ mod tests {
         }
     }
 
-    /// At the greatest step one quantity has a hundredth of its room left, and none has less.
     #[test]
     fn a_step_ends_before_the_first_bound() {
         let near = near();

@@ -176,7 +176,6 @@ mod tests {
         }
     }
 
-    /// At the greatest step one room has a hundredth left, and none has less.
     #[test]
     fn a_step_ends_before_the_first_bound() {
         let (rows, near) = (rows(), near());

@@ -250,6 +250,7 @@ pub(crate) mod tests {
     use super::*;
     use crate::excitation::motion::Motion;
     use crate::excitation::motion::tests::motions;
+    use crate::excitation::search;
 
     /// The greatest size of each quantity of each coordinate, from dense samples.
     fn sampled(motion: &Motion) -> Vec<[(f64, f64); 4]> {
@@ -266,20 +267,10 @@ pub(crate) mod tests {
 
     fn limits(found: &[[(f64, f64); 4]], factor: f64) -> Vec<CoordinateLimits> {
         let size = |x: (f64, f64)| factor * x.1.max(-x.0);
-        let of = |x: &[(f64, f64); 4]| CoordinateLimits {
-            position: (x[0].0 - (factor - 1.0), x[0].1 + (factor - 1.0)),
-            velocity: size(x[1]),
-            acceleration: size(x[2]),
-            jerk: size(x[3]),
-            effort: None,
-            power: None,
-            locked: None,
-        };
-        found.iter().map(of).collect()
+        let position = |x: (f64, f64)| (x.0 - (factor - 1.0), x.1 + (factor - 1.0));
+        found.iter().map(|x| search::tests::limits(position(x[0]), [x[1], x[2], x[3]].map(size))).collect()
     }
 
-    /// Limits just above what dense samples reach are proven, limits just below are seen to be broken, at a time where
-    /// the motion does break them.
     #[test]
     fn proofs_are_sharp() {
         let names = ["q1".to_string(), "q2".to_string()];
@@ -311,7 +302,6 @@ pub(crate) mod tests {
         }
     }
 
-    /// Torques and powers just beyond what dense samples reach are proven, those just before are seen to be broken.
     #[test]
     fn proofs_of_torque_and_power_are_sharp() {
         let names = ["q1".to_string(), "q2".to_string()];
@@ -363,7 +353,6 @@ pub(crate) mod tests {
         }
     }
 
-    /// Where exact ranges take too many enclosures, limits with room are proven, and those without are not.
     #[test]
     fn what_has_room_needs_no_exact_range() {
         let names = ["q1".to_string(), "q2".to_string()];

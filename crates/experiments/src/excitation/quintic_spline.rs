@@ -72,7 +72,6 @@ impl QuinticSpline {
 mod tests {
     use super::*;
 
-    /// The functions add up to one inside, are mirror images, and rest at both ends.
     #[test]
     fn functions_of_a_clamped_spline() {
         let spline = QuinticSpline { period: 3.0, spans: 12 };

@@ -547,16 +547,14 @@ pub(crate) mod tests {
         }
     }
 
+    /// Limits of position, velocity, acceleration and jerk.
+    pub(crate) fn limits(position: (f64, f64), [velocity, acceleration, jerk]: [f64; 3]) -> CoordinateLimits {
+        let (effort, power, locked) = (None, None, None);
+        CoordinateLimits { position, velocity, acceleration, jerk, effort, power, locked }
+    }
+
     pub(crate) fn pendulum_limits() -> CoordinateLimits {
-        CoordinateLimits {
-            position: (-1.5, 2.0),
-            velocity: 2.0,
-            acceleration: 8.0,
-            jerk: 150.0,
-            effort: Some(12.0),
-            power: None,
-            locked: None,
-        }
+        CoordinateLimits { effort: Some(12.0), ..limits((-1.5, 2.0), [2.0, 8.0, 150.0]) }
     }
 
     pub(crate) fn pendulum_torque() -> TorqueWall {
@@ -612,10 +610,8 @@ pub(crate) mod tests {
         // room, where gravity takes none.)
         wall.share = 0.01;
         let why = search(&problem(&arm, &limits, &wall), &options, &|_, _| ()).unwrap_err();
-        assert!(
-            matches!(why, NoMotion::TooWeak { coordinate: 0, limit: LimitKind::Effort, share } if share > 1.0),
-            "{why:?}"
-        );
+        let NoMotion::TooWeak { coordinate: 0, limit: LimitKind::Effort, share } = why else { panic!("{why:?}") };
+        assert!(share > 1.0, "{share}");
         limits[0].locked = Some(0.0);
         let why = search(&problem(&arm, &limits, &wall), &options, &|_, _| ()).unwrap_err();
         assert_eq!(why, NoMotion::AllLocked);

@@ -135,35 +135,21 @@ mod tests {
     use crate::excitation::near_gaps::HeldGap;
 
     #[test]
-    fn slopes_are_those_of_differences() {
+    fn bends_are_those_of_differences() {
         let rod = Rod::new(0.72);
         let series = FourierSeries { period: 5.0, blend: 1.0, harmonics: 2 };
         let wall = SpaceWall::new(&rod, &Shape::Fourier(series));
         let felt_at = |x: &[f64]| {
             let positions = |row: &[f64]| vec![row.iter().zip(x).map(|(b, x)| b * x).sum()];
-            let mut gradient = vec![0.0; 5];
-            let seen = Seen::default();
-            let (mut felt, mut slopes) = (NearGaps::default(), vec![]);
-            let value = wall.value(&seen, &positions, 0.1, f64::INFINITY, &mut felt, &mut |row, slope| {
-                gradient.iter_mut().zip(row).for_each(|(g, b)| *g += slope[0] * b);
-                slopes.push(slope[0]);
-            });
-            ((value, gradient, wall.nearest(&seen, &positions)), felt, slopes)
+            let (seen, mut felt, mut slopes) = (Seen::default(), NearGaps::default(), vec![]);
+            let value =
+                wall.value(&seen, &positions, 0.1, f64::INFINITY, &mut felt, &mut |_, slope| slopes.push(slope[0]));
+            ((value, wall.nearest(&seen, &positions)), felt, slopes)
         };
         let at = |x: &[f64]| felt_at(x).0;
         let x = [0.3, 0.3, -0.2, 0.2, 0.4];
-        let (value, gradient, nearest) = at(&x);
+        let (value, nearest) = at(&x);
         assert!(value.unwrap() > 0.0 && wall.is_inside(nearest), "{value:?} {nearest:?}");
-        for k in 0..5 {
-            let moved = |h: f64| {
-                let mut x = x;
-                x[k] += h;
-                at(&x).0.unwrap()
-            };
-            let difference = (moved(1e-6) - moved(-1e-6)) / 2e-6;
-            // Central differences: 1e-16 over 1e-6, and the curvature of a logarithm near its wall.
-            assert!((gradient[k] - difference).abs() < 1e-6, "{k}: {} {difference}", gradient[k]);
-        }
         // The bend of each room is how the slope of the wall along it changes with it.
         let moved = |h: f64| {
             let (_, felt, slopes) = felt_at(&x.map(|x| x * (1.0 + h)));
@@ -171,13 +157,12 @@ mod tests {
             felt.rooms().zip(&slopes).map(rate).collect::<Vec<_>>()
         };
         let (before, here, after) = (moved(-1e-6), moved(0.0), moved(1e-6));
-
         assert!(!here.is_empty() && before.len() == here.len() && after.len() == here.len());
         for ((before, here), after) in before.iter().zip(&here).zip(&after) {
             let difference = (after.1 - before.1) / (after.0 - before.0);
             assert!((here.2 - difference).abs() < 1e-5 * here.2.max(1.0), "{here:?} {difference}");
         }
         assert!(at(&[1.5, 0.0, 0.0, 0.0, 0.0]).0.is_none());
-        assert!(at(&[0.0; 5]).2.is_none());
+        assert!(at(&[0.0; 5]).1.is_none());
     }
 }

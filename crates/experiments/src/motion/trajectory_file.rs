@@ -224,10 +224,8 @@ mod tests {
         let text = trajectory_file(&reference, &names, 70.0, TrajectoryFormat::Csv);
         let last: Vec<f64> = text.lines().last().unwrap().split(',').map(|c| c.parse().unwrap()).collect();
         let end = reference.q[0].len() - 1;
-        assert!(
-            (last[0] - end as f64 * 1e-3).abs() < 1e-6 && (last[2] - reference.q[1][end]).abs() < 1e-12,
-            "{last:?}"
-        );
+        assert!((last[0] - end as f64 * 1e-3).abs() < 1e-6, "{last:?}");
+        assert!((last[2] - reference.q[1][end]).abs() < 1e-12, "{last:?}");
         assert_eq!(last[4], reference.dq[1][end]);
         assert_eq!(trajectory_file(&reference, &names, 0.0, TrajectoryFormat::Csv).lines().count(), 1);
     }

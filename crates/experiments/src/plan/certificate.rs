@@ -157,8 +157,8 @@ pub(crate) fn line_search(factor: &InformationFactor, gain: &Rows, lose: &Rows, 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::plan::test_plans::random_blocks;
     use crate::plan::exchange::{Criterion, Search, exchange, value_of};
-    use random::Random;
 
     /// Points of a line: y = a + b t, t in [-1, 1]; the best design has half at each end.
     fn line() -> Vec<Rows> {
@@ -185,15 +185,7 @@ mod tests {
 
     #[test]
     fn no_plan_passes_its_certificate() {
-        let mut random = Random::new(4);
-        let mut block = || {
-            let mut rows = Rows::new(5);
-            for _ in 0..2 {
-                rows.push(&(0..5).map(|_| random.normal()).collect::<Vec<_>>());
-            }
-            rows
-        };
-        let blocks: Vec<Rows> = (0..40).map(|_| block()).collect();
+        let blocks = random_blocks(40, 5, 4);
         let d = determinant_bound(&blocks, 1e-3, 3000);
         let c = condition_bound(&blocks, 1e-3, 3000);
         assert!(d.gap <= 1e-3);

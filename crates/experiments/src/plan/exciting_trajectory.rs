@@ -281,6 +281,7 @@ impl ExcitingTrajectory {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use linear_model::friction::terms::sign;
     use random::Random;
 
     fn swing(profile: Profile) -> ExcitingTrajectory {
@@ -323,14 +324,13 @@ mod tests {
             for _ in 0..20 {
                 let c: Vec<f64> = (0..8).map(|_| random.normal()).collect();
                 let law = |v: f64| {
-                    let asymmetric = if v > 0.0 {
-                        c[0] * v + c[1]
-                    } else if v < 0.0 {
-                        c[2] * v + c[3]
-                    } else {
-                        0.0
-                    };
-                    asymmetric + c[4] * v.abs().sqrt() + c[5] * (c[6] * v).sin() + c[7] * (-v * v).exp()
+                    let (s, asymmetric) = (sign(v), c[0] * v + c[2] * v.abs());
+                    asymmetric
+                        + c[1] * s
+                        + c[3] * s * s
+                        + c[4] * v.abs().sqrt()
+                        + c[5] * (c[6] * v).sin()
+                        + c[7] * (-v * v).exp()
                 };
                 let f: Vec<f64> = v.iter().map(|&v| law(v)).collect();
                 for h in [1, 3, 5, 7] {
@@ -377,10 +377,8 @@ mod tests {
         let mut t = swing(Profile::BangBang);
         assert_eq!(t.equations().len(), 5);
         t.kind = MotionKind::Centrifugal;
-        assert_eq!(
-            t.equations().iter().map(|e| (e.joint, e.projector.harmonic())).collect::<Vec<_>>(),
-            [(1, 2), (2, 2)]
-        );
+        let found: Vec<_> = t.equations().iter().map(|e| (e.joint, e.projector.harmonic())).collect();
+        assert_eq!(found, [(1, 2), (2, 2)]);
         assert_eq!(MotionKind::from_word("coupling"), Some(MotionKind::Coupling));
     }
 }

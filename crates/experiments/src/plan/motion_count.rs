@@ -65,7 +65,6 @@ mod tests {
     use crate::motion::profile::Profile;
     use crate::plan::exciting_trajectory::{MovingJoints, SwingCourse};
 
-    /// As many rows as the equations of a motion of that kind.
     #[test]
     fn rows_are_the_equations_of_the_motions() {
         let n = 5;
@@ -90,7 +89,6 @@ mod tests {
         }
     }
 
-    /// Every joint alone, and moved by gravity; every pair twice; all behind a joint at once.
     #[test]
     fn kinds_are_counted() {
         for n in 0_usize..9 {

@@ -175,7 +175,6 @@ mod tests {
     use super::*;
     use crate::pendulum::Pendulum;
 
-    /// A sweep of two or three samples each way: fewer instants than parameters.
     #[test]
     fn few_instants_are_few_rows() {
         let arm = Pendulum::new();

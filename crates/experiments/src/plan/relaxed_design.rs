@@ -222,18 +222,11 @@ fn without_rank(blocks: &[Rows], bounds: &Bounds, count: usize, x: &[f64]) -> Op
 #[cfg(test)]
 mod tests {
     use super::*;
-    use random::Random;
+    use crate::plan::test_plans::random_blocks;
 
-    /// No plan between the bounds is above the bound, and without bounds the relaxed design is the best there is.
     #[test]
     fn no_plan_is_above_the_bound() {
-        let mut random = Random::new(4);
-        let mut block = || {
-            let mut rows = Rows::new(3);
-            (0..2).for_each(|_| rows.push(&[random.normal(), random.normal(), random.normal()]));
-            rows
-        };
-        let blocks: Vec<Rows> = (0..6).map(|_| block()).collect();
+        let blocks = random_blocks(6, 3, 4);
         let value = |x: &[usize]| {
             let weighted = blocks.iter().zip(x.iter().map(|x| *x as f64));
             InformationMatrix::sum(3, 0.0, weighted).factor().map_or(f64::NEG_INFINITY, |f| f.log_det)

@@ -244,6 +244,8 @@ impl fmt::Display for Estimate {
 mod tests {
     use super::*;
     use crate::estimate::identified::Deviations;
+    use crate::estimate::residuals::{Residuals, Squares};
+    use crate::test_arm::Pendulum;
     use linear_model::unit::Unit;
 
     fn estimate() -> Estimate {
@@ -253,16 +255,7 @@ mod tests {
                 Identified::new("ZZR1".parse().unwrap(), Unit::INERTIA, 1.25, Deviations::white(0.0125)),
                 Identified::unidentifiable("FV1".parse().unwrap(), Unit::VISCOUS, 0.5),
             ],
-            joints: vec![JointResidual {
-                coordinate: "q1".into(),
-                rms: 0.1,
-                unit: Unit::TORQUE,
-                relative: 0.05,
-                rows: 10,
-                held_out: None,
-                f95: None,
-                memory: None,
-            }],
+            joints: Residuals::new(&Pendulum::new(), vec![Squares { torque: 40.0, left: 0.1, rows: 10 }]).joints,
             condition_number: Some(f64::INFINITY),
             rank: 1,
             remarks: vec!["FV1 is not identifiable from this log: joint q1 moves 0.000 rad".into()],
@@ -274,12 +267,10 @@ mod tests {
     fn yaml_round_trip() {
         let text = estimate().to_yaml().unwrap();
         assert_eq!(Estimate::from_yaml("estimate.yaml", &text).unwrap(), estimate(), "{text}");
-        assert!(
-            Estimate::from_yaml("estimate.yaml", "parameters: 3").unwrap_err().to_string().contains("estimate.yaml")
-        );
+        let refused = Estimate::from_yaml("estimate.yaml", "parameters: 3").unwrap_err().to_string();
+        assert!(refused.contains("estimate.yaml"), "{refused}");
     }
 
-    /// A file that ends too early is no estimate, nor is one with a value that is NaN.
     #[test]
     fn what_is_cut_short_is_refused() {
         let text = estimate().to_yaml().unwrap();

@@ -119,35 +119,14 @@ fn explained(products: &Matrix3<f64>, with_residual: &Vector3<f64>, total: f64) 
 mod tests {
     use super::*;
     use crate::rows::residual_sums::residual_sums;
+    use crate::test_arm::Made;
     use linear_model::friction::terms::sign;
-    use linear_model::parameter::BaseParameter;
-    use linear_model::regressor::Regressor;
     use linear_model::states::States;
     use random::Random;
 
-    /// Two joints that have nothing to do with one another.
-    struct Wheels([String; 2], [BaseParameter; 2]);
-
-    impl Regressor for Wheels {
-        fn coordinates(&self) -> &[String] {
-            &self.0
-        }
-
-        fn parameters(&self) -> &[BaseParameter] {
-            &self.1
-        }
-
-        fn fill(&self, _: &[f64], _: &[f64], ddq: &[f64], y: &mut [f64]) {
-            y.copy_from_slice(&[ddq[0], 0.0, 0.0, ddq[1]]);
-        }
-    }
-
     #[test]
     fn a_coupled_motor_is_found() {
-        let wheels = Wheels(
-            ["q1".into(), "q2".into()],
-            [0, 1].map(|k| BaseParameter::turning(&format!("ZZ{}", k + 1), k).unwrap()),
-        );
+        let wheels = Made::new(&[false; 2], 2, |ddq, y| y.copy_from_slice(&[ddq[0], 0.0, 0.0, ddq[1]]));
         let model = Model::new(&wheels, &[], &[]);
         let share = |coupling: f64| {
             let mut random = Random::new(3);
@@ -162,9 +141,8 @@ mod tests {
                 states.ddq.extend(ddq);
                 states.direction.extend(dq.map(sign));
                 let noise = [0.1 * random.normal(), 0.1 * random.normal()];
-                states
-                    .tau
-                    .extend([ddq[0] + coupling * (0.2 * ddq[1] + sign(dq[1])) + noise[0], 2.0 * ddq[1] + noise[1]]);
+                let coupled = coupling * (0.2 * ddq[1] + sign(dq[1]));
+                states.tau.extend([ddq[0] + coupled + noise[0], 2.0 * ddq[1] + noise[1]]);
                 states.used.extend([true, true]);
             }
             let sums = residual_sums(&model, [states].as_slice(), &[1.0, 2.0], CrossTalkSums::new(2, None)).unwrap();

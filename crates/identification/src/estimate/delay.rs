@@ -176,8 +176,8 @@ fn golden_section(
 mod tests {
     use super::*;
     use crate::signals::signal_options::Signal;
-    use crate::test_arm::Pendulum;
-    use logs::{Effort, Log, LogReport};
+    use crate::test_arm::{Pendulum, log};
+    use logs::{Effort, Log};
     use random::Random;
 
     /// A pendulum with dry friction under a PD controller of 1 kHz, which sticks where it turns.
@@ -208,19 +208,7 @@ mod tests {
         }
         let at = |i: i32| torque[(i - late).clamp(0, count - 1) as usize];
         let tau = (0..count).map(at).collect();
-        Log {
-            rows: (1..=t.len()).collect(),
-            report: LogReport::uniform(t.len(), h),
-            t,
-            q: vec![position],
-            effort: vec![tau],
-            name: "log.csv".into(),
-            coordinates: vec!["q1".into()],
-            dq: None,
-            ddq: None,
-            effort_is: Effort::Torque,
-            window: None,
-        }
+        log(t, vec![position], vec![tau], Effort::Torque)
     }
 
     #[test]

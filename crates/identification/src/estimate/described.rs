@@ -38,7 +38,6 @@ mod tests {
     use crate::test_arm::Pendulum;
     use linear_model::friction::terms::FrictionTerm;
 
-    /// The right description predicts a log with friction to rounding, and one with twice the inertia does not.
     #[test]
     fn the_right_description_predicts_its_log() {
         let arm = Pendulum::new();

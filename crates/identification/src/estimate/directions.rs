@@ -114,15 +114,14 @@ mod tests {
     use super::*;
     use crate::estimators::weighted::{Weights, fit};
     use crate::rows::observation::Observation;
-    use crate::test_arm::Pendulum;
+    use crate::test_arm::pendulum;
     use numerics::least_squares::solve;
     use random::Random;
 
     /// A pendulum that hardly leaves one angle determines a sum of its two first moments, and does not tell them apart.
     #[test]
     fn what_is_not_told_apart_is_named() {
-        let arm = Pendulum::new();
-        let model = Model::new(&arm, &[], &[]);
+        let (arm, model) = pendulum();
         let mut random = Random::new(9);
         let mut of = |spread: f64, noise: f64| {
             let mut states = arm.states(2000);
@@ -142,7 +141,6 @@ mod tests {
         assert!(named.contains(&"MX1".into()) && named.contains(&"MY1".into()), "{named:?}");
         assert!(narrow[0].sentence().contains("cannot tell"), "{}", narrow[0].sentence());
         assert!(of(1.0, 1e-6).iter().all(|d| !d.open));
-        // The arm's own motion determines all three parameters.
         let solution = solve(&Observation::of(&model, &arm.states(500), 1).joints(|_| true)[0]);
         assert!(solution.rank == 3);
     }

@@ -76,7 +76,6 @@ mod tests {
     use crate::test_arm::Pendulum;
     use random::Random;
 
-    /// In a joint without offset and Coulomb friction both are dropped. What stays is right, and its deviation shrinks.
     #[test]
     fn friction_that_is_not_there_goes() {
         let arm = Pendulum::new();

@@ -158,15 +158,13 @@ pub fn unsure(model: &Model, joints: &[Triangle], covariance: &[Vec<f64>]) -> f6
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::test_arm::Pendulum;
+    use crate::test_arm::pendulum;
     use linear_model::states::States;
     use random::Random;
 
-    /// An error of the parameters along one direction, and its covariance, leave the same of the torques.
     #[test]
     fn what_deviations_explain_is_what_such_an_error_leaves() {
-        let arm = Pendulum::new();
-        let model = Model::new(&arm, &[], &[]);
+        let (arm, model) = pendulum();
         let joints = Observation::of(&model, &arm.states(200), 4).joints(|_| true);
         let error = [0.02, -0.05, 0.01];
         let wrong: Vec<f64> = arm.truth.iter().zip(error).map(|(x, e)| x + e).collect();
@@ -179,15 +177,10 @@ mod tests {
     /// error on it is that of the noise and not of a guess.
     #[test]
     fn what_one_part_tells_is_not_guessed_without_it() {
-        let arm = Pendulum::new();
-        let model = Model::new(&arm, &[], &[]);
+        let (arm, model) = pendulum();
         let mut states = arm.states(1000);
         let mut random = Random::new(7);
-        for r in 0..states.len() {
-            if r >= 100 {
-                states.q[r] = 0.3 + 1e-7 * states.q[r];
-            }
-        }
+        states.q[100..].iter_mut().for_each(|q| *q = 0.3 + 1e-7 * *q);
         let mut truth = states.clone();
         model.rows(&states, 0..states.len(), |r, w| {
             truth.tau[r] = w.iter().zip(&arm.truth).map(|(w, x)| w * x).sum::<f64>() + 0.05 * random.normal();

@@ -60,7 +60,6 @@ mod tests {
         StandardMap { standard, matrix, bodies: vec![("body".into(), 0)], rotors: vec![10] }
     }
 
-    /// What cannot be negative is not, of any body; and what can be is, of some.
     #[test]
     fn the_sign_is_that_of_drawn_bodies() {
         let mut random = Random::new(3);

@@ -310,7 +310,6 @@ mod tests {
         (terms, fastest)
     }
 
-    /// The term that is there is taken first, and none where friction is viscous and Coulomb.
     #[test]
     fn the_term_that_is_there_is_taken() {
         let (none, fastest) = found(|dq, _| 0.3 * dq + 0.5 * dq.signum());
@@ -338,6 +337,7 @@ mod tests {
     #[test]
     fn products_give_the_error_of_cross_validation() {
         use crate::estimate::held_out::cross_validate;
+        use crate::estimators::weighted::Weights;
         let arm = Pendulum::new();
         let mut states = arm.states(2000);
         let mut random = Random::new(6);
@@ -345,20 +345,16 @@ mod tests {
         let terms = [FrictionTerm::Viscous, FrictionTerm::Coulomb];
         let model = Model::new(&arm, &terms, &[]);
         let rows = Observation::of(&model, &states, 20);
-        let (_, weights) = fit(&rows.joints(|_| true), options_weights());
+        let (_, weights) = fit(&rows.joints(|_| true), Weights::Joint);
         let folds = Folds::new(&rows, &weights);
         let whole: Vec<usize> = (0..model.p()).collect();
         let (before, column) = whole.split_at(model.p() - 1);
         let (bordered, direct) = (folds.with_each(before, column)[0].error, folds.error(&whole));
         assert!((bordered / direct - 1.0).abs() < 1e-9, "{bordered} {direct}");
         let torque: f64 = states.tau.iter().map(|tau| tau * tau).sum();
-        let expected = cross_validate(&model, &rows, options_weights()).total;
+        let expected = cross_validate(&model, &rows, Weights::Joint).total;
         let found = (direct / torque).sqrt() / weights[0];
         // The hold is another share of the rows there.
         assert!((found / expected - 1.0).abs() < 1e-4, "{found} {expected}");
-    }
-
-    fn options_weights() -> crate::estimators::weighted::Weights {
-        crate::estimators::weighted::Weights::Joint
     }
 }

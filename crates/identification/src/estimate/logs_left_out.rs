@@ -121,7 +121,6 @@ mod tests {
         }
     }
 
-    /// Each log by its name, the worst of many; nothing of one.
     #[test]
     fn each_log_is_named() {
         let left = |log: usize| LogLeftOut { error: 0.01 * (log + 1) as f64, log, ..left_out(|_| ()).swap_remove(0) };
@@ -146,16 +145,12 @@ mod tests {
     #[test]
     fn what_the_others_leave_open_is_infinitely_unsure() {
         let rest = |states: &mut States| {
-            let (q, tau) = (states.q[0], states.tau[0]);
-            let arm = Pendulum::new();
+            let (arm, q, mut y) = (Pendulum::new(), states.q[0], [0.0; 3]);
             states.q.fill(q);
             states.dq.fill(0.0);
             states.ddq.fill(0.0);
-            states.tau.fill(tau);
-            let mut y = [0.0; 3];
             linear_model::regressor::Regressor::fill(&arm, &[q], &[0.0], &[0.0], &mut y);
-            let exact: f64 = y.iter().zip(arm.truth).map(|(y, x)| y * x).sum();
-            states.tau.fill(exact);
+            states.tau.fill(y.iter().zip(arm.truth).map(|(y, x)| y * x).sum());
         };
         let found = left_out(rest);
         assert!(found[0].unsure.is_infinite() && found[1].unsure < 0.01, "{found:?}");

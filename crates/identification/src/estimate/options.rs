@@ -108,7 +108,6 @@ impl Options {
 mod tests {
     use super::*;
 
-    /// No logger is late by a second or more, and NaN is no delay.
     #[test]
     fn a_delay_that_cannot_be_is_refused_with_its_file() {
         let parse = |delay: &str| Options::parse("options.yaml", &format!("signal: {{delay: {delay}}}\n"));

@@ -62,15 +62,14 @@ pub fn mean_square_errors(
 mod tests {
     use super::*;
     use crate::rows::observation::Observation;
-    use crate::test_arm::Pendulum;
+    use crate::test_arm::pendulum;
     use random::Random;
 
     /// The errors of parameters that are two deviations off, and of ones that are right, by another log of little noise: those
     /// that they have. Without another log E is C.
     #[test]
     fn another_log_tells_the_error() {
-        let arm = Pendulum::new();
-        let model = Model::new(&arm, &[], &[]);
+        let (arm, model) = pendulum();
         let mut states = arm.states(500);
         let mut random = Random::new(3);
         states.tau.iter_mut().for_each(|tau| *tau += 1e-3 * random.normal());

@@ -164,21 +164,13 @@ pub(crate) fn write_residuals(
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::test_arm::Pendulum;
 
     /// A joint that slides has its numbers in N: told in mN they change nothing of the total.
     #[test]
     fn the_total_has_no_unit() {
-        let joint = |unit: Unit| JointResidual {
-            coordinate: "q".into(),
-            rms: 0.0,
-            unit,
-            relative: 0.0,
-            rows: 0,
-            held_out: None,
-            f95: None,
-            memory: None,
-        };
-        let (turns, slides) = (joint(Unit::TORQUE), joint(Unit::TORQUE.along(true)));
+        let turns = Residuals::new(&Pendulum::new(), vec![Squares::default()]).joints.swap_remove(0);
+        let slides = JointResidual { unit: Unit::TORQUE.along(true), ..turns.clone() };
         let squares = |scale: f64| {
             [Squares { torque: 100.0, left: 4.0, rows: 30 }, Squares { torque: scale, left: 0.25 * scale, rows: 10 }]
         };

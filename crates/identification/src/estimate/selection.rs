@@ -123,7 +123,7 @@ mod tests {
     use crate::signals::preparation::states;
     use crate::signals::signal_options::Signal;
     use crate::test_arm::Pendulum;
-    use logs::{Effort, Log, LogReport};
+    use logs::{Effort, Log};
     use random::Random;
 
     fn log(friction: impl Fn(f64, usize) -> f64) -> Log {
@@ -132,19 +132,7 @@ mod tests {
         let mut random = Random::new(41);
         let tau: Vec<f64> =
             (0..states.len()).map(|r| states.tau[r] + friction(states.dq[r], r) + 0.02 * random.normal()).collect();
-        Log {
-            name: "log.csv".into(),
-            coordinates: vec!["q1".into()],
-            rows: (1..=states.len()).collect(),
-            report: LogReport::uniform(states.len(), 0.01),
-            t: states.t,
-            q: vec![states.q],
-            dq: None,
-            ddq: None,
-            effort: vec![tau],
-            effort_is: Effort::Torque,
-            window: None,
-        }
+        crate::test_arm::log(states.t, vec![states.q], vec![tau], Effort::Torque)
     }
 
     #[test]
@@ -159,11 +147,8 @@ mod tests {
             select_friction(&arm, records.as_slice(), &options, &candidates).unwrap()
         };
         let chosen = select(plain);
-        assert_eq!(
-            chosen.candidates[chosen.chosen].terms[..2],
-            [FrictionTerm::Viscous, FrictionTerm::Coulomb],
-            "{chosen}"
-        );
+        let terms = &chosen.candidates[chosen.chosen].terms;
+        assert_eq!(terms[..2], [FrictionTerm::Viscous, FrictionTerm::Coulomb], "{chosen}");
         let asymmetric = log(|dq, _| if dq > 0.0 { 0.3 * dq + 0.5 } else { 0.6 * dq - 0.9 });
         let chosen = select(asymmetric);
         assert_eq!(chosen.candidates[chosen.chosen].terms, [FrictionTerm::Asymmetric], "{chosen}");

@@ -125,7 +125,6 @@ mod tests {
     use crate::test_arm::Pendulum;
     use random::Random;
 
-    /// A push of half a second is found with its times; noise, and what comes at each reversal, is not.
     #[test]
     fn a_push_is_found_with_its_times() {
         let arm = Pendulum::new();

@@ -281,25 +281,27 @@ fn random_states(model: &Model, range: &MotionRange, count: usize, moves: bool) 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::test_arm::Pendulum;
+    use crate::test_arm::{Made, Pendulum, pendulum};
     use linear_model::friction::terms::FrictionTerm;
-    use linear_model::parameter::BaseParameter;
     use linear_model::regressor::Regressor;
-    use std::sync::OnceLock;
 
     fn range(speed: f64) -> MotionRange {
         MotionRange { position: vec![(-3.0, 3.0)], speed: vec![speed], acceleration: vec![5.0 * speed] }
     }
 
-    /// Scatter of draws of the parameters gives the same errors.
+    /// The covariance of parameters of these deviations.
+    fn variances(sigma: &[f64]) -> Vec<Vec<f64>> {
+        let square = |i: usize, j: usize| if i == j { sigma[i] * sigma[i] } else { 0.0 };
+        (0..sigma.len()).map(|i| (0..sigma.len()).map(|j| square(i, j)).collect()).collect()
+    }
+
     #[test]
     fn the_error_is_that_of_drawn_parameters() {
         let arm = Pendulum::new();
         let model = Model::new(&arm, &FrictionTerm::STANDARD, &[]);
         let x = [&arm.truth[..], &[0.4, 0.3, 0.0]].concat();
         let sigma = [0.02, 0.05, 0.04, 0.01, 0.02, 0.03];
-        let covariance: Vec<Vec<f64>> =
-            (0..6).map(|i| (0..6).map(|j| if i == j { sigma[i] * sigma[i] } else { 0.0 }).collect()).collect();
+        let covariance = variances(&sigma);
         let unsure = Unsure { covariance: &covariance, changes: &[], logs: &[], open: &[] };
         let found = torque_errors(&model, &x, unsure, &range(1.0), &range(3.0));
         let mut random = Random::new(8);
@@ -321,8 +323,7 @@ mod tests {
             assert!((mean..3.0 * mean).contains(&one.relative), "{one:?}");
         }
         // Gravity knows neither inertia nor friction.
-        let mut only = vec![vec![0.0; 6]; 6];
-        (only[0][0], only[3][3], only[4][4]) = (1.0, 1.0, 1.0);
+        let only = variances(&[1.0, 0.0, 0.0, 1.0, 1.0, 0.0]);
         let only = Unsure { covariance: &only, changes: &[], logs: &[], open: &[] };
         assert_eq!(torque_errors(&model, &x, only, &range(1.0), &range(3.0))[0].relative, 0.0);
         // The faster, the more inertia counts.
@@ -334,12 +335,10 @@ mod tests {
     /// as unsure near the log, or sure everywhere, nothing is said of it.
     #[test]
     fn the_error_within_the_positions_of_the_logs_is_beside_a_large_one() {
-        let arm = Pendulum::new();
-        let model = Model::new(&arm, &[], &[]);
+        let (arm, model) = pendulum();
         let seen = MotionRange { position: vec![(-0.05, 0.05)], ..range(1.0) };
         let of = |sigma: [f64; 3]| {
-            let square = |i: usize, j: usize| if i == j { sigma[i] * sigma[i] } else { 0.0 };
-            let covariance: Vec<Vec<f64>> = (0..3).map(|i| (0..3).map(|j| square(i, j)).collect()).collect();
+            let covariance = variances(&sigma);
             let unsure = Unsure { covariance: &covariance, changes: &[], logs: &[], open: &[] };
             torque_errors(&model, &arm.truth, unsure, &seen, &range(3.0)).swap_remove(0)
         };
@@ -351,11 +350,9 @@ mod tests {
         assert_eq!(of([0.0, 1e-3, 0.0]).within_seen, None);
     }
 
-    /// A change of all parameters by a tenth is a tenth of any torque, whatever lesser changes are beside it.
     #[test]
     fn the_largest_change_counts() {
-        let arm = Pendulum::new();
-        let model = Model::new(&arm, &[], &[]);
+        let (arm, model) = pendulum();
         let (x, p) = (&arm.truth, model.p());
         let times = |share: f64| x.iter().map(|x| share * x).collect::<Vec<f64>>();
         let (covariance, changes) = (vec![vec![0.0; p]; p], [times(0.05), times(-0.1)]);
@@ -365,11 +362,9 @@ mod tests {
         }
     }
 
-    /// An inertia of which the logs say nothing leaves no torque of motion told, and that at rest as it was.
     #[test]
     fn a_torque_that_shows_what_is_open_is_not_told() {
-        let arm = Pendulum::new();
-        let model = Model::new(&arm, &[], &[]);
+        let (arm, model) = pendulum();
         let (p, open) = (model.p(), [vec![1.0, 0.0, 0.0]]);
         let unsure = Unsure { covariance: &vec![vec![0.0; p]; p], changes: &[], logs: &[], open: &open };
         let found = torque_errors(&model, &arm.truth, unsure, &range(1.0), &range(3.0));
@@ -377,11 +372,9 @@ mod tests {
         assert!(found[1..].iter().all(|e| e.relative.is_infinite() && e.untold() == [arm.coordinates()[0].as_str()]));
     }
 
-    /// What logs say of a torque counts together, and only where it is more than the covariance says.
     #[test]
     fn the_larger_of_noise_and_logs_counts() {
-        let arm = Pendulum::new();
-        let model = Model::new(&arm, &[], &[]);
+        let (arm, model) = pendulum();
         let (x, p) = (&arm.truth, model.p());
         let times = |share: f64| x.iter().map(|x| share * x).collect::<Vec<f64>>();
         let by = |share: f64, logs: &[Vec<f64>]| {
@@ -394,71 +387,26 @@ mod tests {
         assert!((by(0.02, &logs) - 0.05).abs() < 1e-12 && (by(0.06, &logs) - 0.06).abs() < 1e-12);
     }
 
-    /// A lift with a rotor behind its joint: tau = m (ddq + g) + J ddq.
-    struct Lift;
-
-    impl Regressor for Lift {
-        fn coordinates(&self) -> &[String] {
-            static NAMES: OnceLock<Vec<String>> = OnceLock::new();
-            NAMES.get_or_init(|| vec!["lift".into()])
-        }
-
-        fn parameters(&self) -> &[BaseParameter] {
-            static PARAMETERS: OnceLock<Vec<BaseParameter>> = OnceLock::new();
-            PARAMETERS.get_or_init(|| Pendulum::new().parameters()[..2].to_vec())
-        }
-
-        fn is_prismatic(&self, _: usize) -> bool {
-            true
-        }
-
-        fn fill(&self, _: &[f64], _: &[f64], ddq: &[f64], y: &mut [f64]) {
-            y.copy_from_slice(&[ddq[0] + 9.81, ddq[0]]);
-        }
-    }
-
     /// Mass, rotor and offset of a lift are one column too few in any motion; mass and rotor alone are not.
     #[test]
     fn no_motion_shows_more_than_the_rank() {
-        let range = range(1.0);
-        assert_eq!(shown_rank(&Model::new(&Lift, &[], &[]), &[1.0, 0.1], &range), 2);
-        let terms = FrictionTerm::STANDARD;
-        let model = Model::new(&Lift, &terms, &[]);
+        // tau = m (ddq + g) + J ddq.
+        let (lift, range) = (Made::new(&[true], 2, |ddq, y| y.copy_from_slice(&[ddq[0] + 9.81, ddq[0]])), range(1.0));
+        assert_eq!(shown_rank(&Model::new(&lift, &[], &[]), &[1.0, 0.1], &range), 2);
+        let model = Model::new(&lift, &FrictionTerm::STANDARD, &[]);
         assert_eq!((model.p(), shown_rank(&model, &[1.0, 0.1], &range)), (5, 4));
-    }
-
-    /// A joint that turns and a light one, and a heavy one that slides: tau_k = x_k ddq_k.
-    struct TurnsAndSlides;
-
-    impl Regressor for TurnsAndSlides {
-        fn coordinates(&self) -> &[String] {
-            static NAMES: OnceLock<Vec<String>> = OnceLock::new();
-            NAMES.get_or_init(|| ["turns", "wrist", "slides"].map(String::from).to_vec())
-        }
-
-        fn parameters(&self) -> &[BaseParameter] {
-            static PARAMETERS: OnceLock<Vec<BaseParameter>> = OnceLock::new();
-            PARAMETERS.get_or_init(|| Pendulum::new().parameters().to_vec())
-        }
-
-        fn is_prismatic(&self, k: usize) -> bool {
-            k == 2
-        }
-
-        fn fill(&self, _: &[f64], _: &[f64], ddq: &[f64], y: &mut [f64]) {
-            y.fill(0.0);
-            (0..3).for_each(|k| y[4 * k] = ddq[k]);
-        }
     }
 
     /// A tenth of what turns is unsure. The force of a hundred times its size hides it no more; the torque of one hundredth
     /// beside it, all of which is unsure, is hidden as before.
     #[test]
     fn torques_and_forces_are_not_added() {
-        let (model, x) = (Model::new(&TurnsAndSlides, &[], &[]), [1.0, 0.01, 100.0]);
-        let sigma = [0.1, 0.01, 0.1];
-        let covariance: Vec<Vec<f64>> =
-            (0..3).map(|i| (0..3).map(|j| if i == j { sigma[i] * sigma[i] } else { 0.0 }).collect()).collect();
+        // tau_k = x_k ddq_k.
+        let arm = Made::new(&[false, false, true], 3, |ddq, y| {
+            y.fill(0.0);
+            (0..3).for_each(|k| y[4 * k] = ddq[k]);
+        });
+        let (model, x, covariance) = (Model::new(&arm, &[], &[]), [1.0, 0.01, 100.0], variances(&[0.1, 0.01, 0.1]));
         let range = MotionRange { position: vec![(-1.0, 1.0); 3], speed: vec![1.0; 3], acceleration: vec![2.0; 3] };
         let unsure = Unsure { covariance: &covariance, changes: &[], logs: &[], open: &[] };
         let found = &torque_errors(&model, &x, unsure, &range, &range)[1];

@@ -295,7 +295,6 @@ mod tests {
         }
     }
 
-    /// The direction by rows is that of the Hessian where that is well within doubles.
     #[test]
     fn both_directions_are_those_of_newton() {
         let triangle = measured(&BODY, 3.0, 1.0);

@@ -187,15 +187,12 @@ impl Sizes {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::test_arm::Pendulum;
+    use crate::test_arm::pendulum;
     use random::Random;
 
-    /// With 5 % of the torques off by thirty sigmas to one side, least squares is pulled away. The robust estimate
-    /// stays within half a sigma.
     #[test]
     fn outliers_do_not_pull() {
-        let arm = Pendulum::new();
-        let model = Model::new(&arm, &[], &[]);
+        let (arm, model) = pendulum();
         let mut random = Random::new(17);
         let runs = 30;
         let (mut bias_ls, mut bias, mut bias_bisquare) = ([0.0; 3], [0.0; 3], [0.0; 3]);
@@ -227,8 +224,7 @@ mod tests {
 
     #[test]
     fn clean_data_are_left_alone() {
-        let arm = Pendulum::new();
-        let model = Model::new(&arm, &[], &[]);
+        let (arm, model) = pendulum();
         let mut random = Random::new(18);
         let mut states = arm.states(800);
         states.tau.iter_mut().for_each(|t| *t += 0.1 * random.normal());

@@ -100,8 +100,6 @@ mod tests {
         StandardMap { standard, matrix, bodies: vec![("body".into(), 0)], rotors: Vec::new() }
     }
 
-    /// Two logs of random rows hold ten columns of the body and one of friction; the second has the load on the body.
-    /// The load comes back within its own sigma.
     #[test]
     fn the_load_comes_back_within_its_sigma() {
         let map = one_body();

@@ -225,7 +225,7 @@ mod tests {
     use crate::estimators::loss::Loss;
     use crate::estimators::weighted::{Weights, fit};
     use crate::rows::residual_sums::residual_sums;
-    use crate::test_arm::Pendulum;
+    use crate::test_arm::{Pendulum, pendulum};
     use linear_model::friction::terms::FrictionTerm;
     use linear_model::states::States;
     use random::Random;
@@ -246,8 +246,7 @@ mod tests {
     /// White, by-part and believed variance over that of the estimate, in noise that keeps `rho` of itself from sample
     /// to sample.
     fn calibration(rho: f64) -> [f64; 3] {
-        let arm = Pendulum::new();
-        let model = Model::new(&arm, &[], &[]);
+        let (arm, model) = pendulum();
         let mut random = Random::new(11);
         let (runs, c) = (150, 1);
         let (mut errors, mut claimed) = (0.0, [0.0; 3]);
@@ -328,16 +327,13 @@ mod tests {
         assert!(at(32_000).1.by_part[c] < 0.5 * at(4000).1.by_part[c]);
     }
 
-    /// A torque that is another in each of two logs is no noise of either; where both have one, the logs widen little.
     #[test]
     fn what_changes_from_log_to_log_is_held() {
-        let arm = Pendulum::new();
-        let model = Model::new(&arm, &[], &[]);
+        let (arm, model) = pendulum();
         let mut random = Random::new(7);
         let mut changed = |share: f64| {
             let mut logs = [0, 1].map(|log| States { log, ..arm.states(1200) });
             for (states, sign) in logs.iter_mut().zip([1.0, -1.0]) {
-                // A gain of the torque that is larger in one log, and smaller in the other.
                 states.tau.iter_mut().for_each(|tau| *tau = *tau * (1.0 + sign * share) + 0.01 * random.normal());
             }
             of_logs(&model, &logs).1
@@ -353,11 +349,9 @@ mod tests {
         assert!(alone.moved_by_logs.is_empty() && alone.sigma() == alone.within_logs());
     }
 
-    /// A ripple of seven periods a turn returns at every pass of a position: the bands of position hold it.
     #[test]
     fn ripple_by_position_is_held() {
-        let arm = Pendulum::new();
-        let model = Model::new(&arm, &[], &[]);
+        let (arm, model) = pendulum();
         let (mut held, mut by_speed_alone, mut of_white, mut all) = (0, 0, 0, 0);
         for phase in (0..24).map(|k| f64::from(k) * std::f64::consts::TAU / 24.0) {
             let mut states = arm.states(4000);
@@ -381,16 +375,13 @@ mod tests {
         assert!(share(of_white) < 0.6, "{}", share(of_white));
     }
 
-    /// Rows that count less count less in the scores too, and nothing is claimed where no row counts.
     #[test]
     fn weighted_rows_and_empty_columns() {
-        let arm = Pendulum::new();
-        let model = Model::new(&arm, &[], &[]);
+        let (arm, model) = pendulum();
         let mut random = Random::new(3);
         let mut states = arm.states(2000);
-        for r in 0..states.len() {
-            states.tau[r] += if random.uniform() < 0.05 { 3.0 } else { 0.1 * random.normal() };
-        }
+        let mut noise = || if random.uniform() < 0.05 { 3.0 } else { 0.1 * random.normal() };
+        states.tau.iter_mut().for_each(|tau| *tau += noise());
         let (ls, plain) = of(&model, states.clone());
         let records = [states];
         let found = reweighted(&model, records.as_slice(), &ls, Loss::Huber).unwrap();

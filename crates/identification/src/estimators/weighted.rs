@@ -122,7 +122,6 @@ pub fn relative(total: f64, residual: f64) -> f64 {
 mod tests {
     use super::*;
 
-    /// The options file and the flag use the same words, and the list has every choice.
     #[test]
     fn words_are_those_of_the_options_file() {
         for weights in Weights::ALL {

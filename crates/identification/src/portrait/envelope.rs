@@ -132,7 +132,6 @@ impl Envelope {
 mod tests {
     use super::*;
 
-    /// However long the signal, the room is the same and the peaks are there.
     #[test]
     fn a_million_samples_keep_their_peaks() {
         let mut line = Envelope::default();
@@ -147,7 +146,6 @@ mod tests {
         assert!(line.is_thinned());
     }
 
-    /// A second of samples, a second without, forty times: no span reaches over a gap, however much is put together.
     #[test]
     fn long_gaps_stay_gaps() {
         let mut line = Envelope::default();
@@ -164,7 +162,6 @@ mod tests {
         }
     }
 
-    /// Samples that all stand alone take no more room than others.
     #[test]
     fn lonely_samples_take_no_more_room() {
         let mut line = Envelope::default();
@@ -188,8 +185,6 @@ mod tests {
         assert_eq!((first, line.is_thinned()), (vec![true, false, true, false], false));
     }
 
-    /// A joint that rests again and again: where no row counts the line has a gap, and lines that are filled together
-    /// have the same spans.
     #[test]
     fn missing_values_are_gaps_on_the_same_spans() {
         let (mut whole, mut broken) = (Envelope::default(), Envelope::default());
@@ -210,7 +205,6 @@ mod tests {
         }
     }
 
-    /// Thinned further, a line holds every sample between its smallest and largest value, and its gap.
     #[test]
     fn a_thinner_line_is_around_the_finer_one() {
         let mut fine = Envelope::of_spans(4000);

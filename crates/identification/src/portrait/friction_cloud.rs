@@ -98,11 +98,8 @@ mod tests {
         }
         let points = cloud.points();
         // The points fill the cells along a line, some in each column of cells.
-        assert!(
-            (MAX_CELLS_PER_AXIS as usize / 2..20 * MAX_CELLS_PER_AXIS as usize).contains(&points.len()),
-            "{}",
-            points.len()
-        );
+        let (cells, count) = (MAX_CELLS_PER_AXIS as usize, points.len());
+        assert!((cells / 2..20 * cells).contains(&count), "{count}");
         assert!(points.iter().any(|p| p.0 > 3.0) && points.iter().any(|p| p.0 < -3.0));
     }
 

@@ -243,7 +243,6 @@ mod tests {
         ]
     }
 
-    /// Torque and power are those of the pendulum with its friction, and the tip is where its angle puts it.
     #[test]
     fn courses_are_those_of_the_motion() {
         let text = "convention: khalil-kleinfinger\nname: arm\nlinks:\n  - {link: 1, antecedent: base, theta: q1}\n  - {link: 2, \

@@ -99,7 +99,6 @@ mod tests {
 
     use super::*;
 
-    /// A name with a comma stays one field, and a row that does not count has an empty field.
     #[test]
     fn rows_have_their_fields() {
         let (measured, predicted) = (vec![1.0, 2.0, 3.0, 4.0], vec![1.5, f64::NAN, 2.5, 4.5]);

@@ -167,7 +167,6 @@ mod tests {
         assert!(Spectrum::default().density().is_empty());
     }
 
-    /// A record of another rate changes nothing, whether it comes before or after; one of this rate counts.
     #[test]
     fn rates_are_not_mixed() {
         let of = |records: &[(f64, f64, usize)]| {

@@ -105,7 +105,6 @@ mod tests {
     use super::*;
     use crate::test_arm::Pendulum;
 
-    /// The parts of a pendulum are those of its equation, and their sum is W X.
     #[test]
     fn the_parts_of_a_pendulum() {
         let arm = Pendulum::new();

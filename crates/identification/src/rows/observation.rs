@@ -307,12 +307,9 @@ pub fn weighted(joints: &[Triangle], weights: &[f64]) -> Triangle {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::test_arm::Pendulum;
+    use crate::test_arm::{Made, Pendulum, pendulum};
     use linear_model::friction::terms::FrictionTerm;
-    use linear_model::parameter::BaseParameter;
-    use linear_model::regressor::Regressor;
 
-    /// Threads share the parts out; the triangles are those of one thread, bit for bit.
     #[test]
     fn threads_change_no_bit() {
         let arm = Pendulum::new();
@@ -326,11 +323,9 @@ mod tests {
         assert_eq!(threaded.joints(|_| true)[0].rows, states.len());
     }
 
-    /// However many parts are merged, those of one log stay its own, and all rows are there.
     #[test]
     fn parts_are_merged_within_their_log() {
-        let arm = Pendulum::new();
-        let model = Model::new(&arm, &[], &[]);
+        let (arm, model) = pendulum();
         // Numbers of logs, and of the parts of each. Of more than 64 logs parts of two are one.
         for (logs, parts) in [(3, 20), (7, 20), (15, 6), (60, 1), (100, 1)] {
             let one = |log: usize| Observation::of(&model, &States { log, ..arm.states(40 + log) }, parts);
@@ -347,30 +342,9 @@ mod tests {
         }
     }
 
-    /// The pendulum's columns on a joint that slides.
-    struct Slide(Pendulum);
-
-    impl Regressor for Slide {
-        fn coordinates(&self) -> &[String] {
-            self.0.coordinates()
-        }
-
-        fn parameters(&self) -> &[BaseParameter] {
-            self.0.parameters()
-        }
-
-        fn is_prismatic(&self, _: usize) -> bool {
-            true
-        }
-
-        fn fill(&self, q: &[f64], dq: &[f64], ddq: &[f64], y: &mut [f64]) {
-            self.0.fill(q, dq, ddq, y);
-        }
-    }
-
     #[test]
     fn a_prismatic_joint_has_units_and_distances_of_its_own() {
-        let (arm, slide) = (Pendulum::new(), Slide(Pendulum::new()));
+        let (arm, slide) = (Pendulum::new(), Made::new(&[true], 3, |_, y| y.fill(0.0)));
         let friction = [FrictionTerm::Viscous, FrictionTerm::Coulomb, FrictionTerm::Rotor];
         let model = Model::new(&slide, &friction, &[]);
         let units: Vec<String> = model.parameters[3..].iter().map(|p| p.unit().to_string()).collect();
@@ -379,15 +353,5 @@ mod tests {
         let observation = Observation { range: vec![(0.0, 0.2)], speed: vec![0.0], ..Observation::default() };
         assert_eq!(crate::estimate::remarks::little_motion(&model, &observation), [false]);
         assert_eq!(crate::estimate::remarks::little_motion(&Model::new(&arm, &[], &[]), &observation), [true]);
-    }
-
-    #[test]
-    fn names_and_units() {
-        let arm = Pendulum::new();
-        let model = Model::new(&arm, &FrictionTerm::STANDARD, &[]);
-        let names: Vec<String> = model.parameters.iter().map(|p| p.id.to_string()).collect();
-        assert_eq!(names, ["ZZ1", "MX1", "MY1", "FV1", "FS1", "OFF1"]);
-        let units: Vec<String> = model.parameters.iter().map(|p| p.unit().to_string()).collect();
-        assert_eq!(units, ["kg m^2", "kg m", "kg m", "N m s/rad", "N m", "N m"]);
     }
 }

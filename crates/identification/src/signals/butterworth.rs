@@ -259,50 +259,10 @@ mod tests {
     #[test]
     fn agrees_with_scipy() {
         let figures = [
-            (
-                4,
-                0.1,
-                [
-                    -0.1639495879435199,
-                    0.05314097725247006,
-                    -0.21457553768230073,
-                    -0.714105671630572,
-                    -0.7898111012870126,
-                ],
-            ),
-            (
-                5,
-                0.15,
-                [
-                    -0.21347008592527594,
-                    0.14416072734394828,
-                    -0.26891889047508166,
-                    -0.7349232067538451,
-                    -0.6467430386458023,
-                ],
-            ),
-            (
-                1,
-                0.3,
-                [
-                    -0.20003756681125862,
-                    0.21820462984521438,
-                    -0.29245537363692026,
-                    -0.8111323856152661,
-                    -0.6616613215381615,
-                ],
-            ),
-            (
-                2,
-                0.02,
-                [
-                    -0.42717480631307775,
-                    -0.4072210296921964,
-                    -0.15265093019401363,
-                    -0.12032637872920765,
-                    -0.12128923987177839,
-                ],
-            ),
+            (4, 0.1, [-0.1639495879435, 0.0531409772525, -0.2145755376823, -0.7141056716306, -0.7898111012870]),
+            (5, 0.15, [-0.2134700859253, 0.1441607273439, -0.2689188904751, -0.7349232067538, -0.6467430386458]),
+            (1, 0.3, [-0.2000375668113, 0.2182046298452, -0.2924553736369, -0.8111323856153, -0.6616613215382]),
+            (2, 0.02, [-0.4271748063131, -0.4072210296922, -0.1526509301940, -0.1203263787292, -0.1212892398718]),
         ];
         for (order, cutoff, expected) in figures {
             let y = Butterworth::low_pass(order, cutoff, 2.0).unwrap().zero_phase(vec![wave()]).remove(0);
@@ -312,17 +272,6 @@ mod tests {
         }
     }
 
-    #[test]
-    fn sections_of_scipy() {
-        let f = Butterworth::low_pass(4, 0.1, 2.0).unwrap();
-        let mut a: Vec<f64> = f.sections.iter().map(|s| s.a[0]).collect();
-        a.sort_by(f64::total_cmp);
-        for (a, e) in a.into_iter().zip([-1.7009643319435257, -1.4796742169311934]) {
-            assert!((a - e).abs() < 1e-14, "{a} {e}");
-        }
-    }
-
-    /// Kept samples are those of the whole, in groups of signals that are full and not.
     #[test]
     fn some_samples_of_the_whole() {
         let f = Butterworth::low_pass(3, 0.2, 2.0).unwrap();
@@ -373,7 +322,6 @@ mod tests {
         y[pad..pad + n].to_vec()
     }
 
-    /// Filtering signals side by side changes no bit of any of them, however many or short they are.
     #[test]
     fn signals_abreast_are_those_alone() {
         for (order, count, n) in [(4, 1, 40), (3, 8, 300), (5, 19, 1000), (4, 3, 2), (2, 9, 7)] {

@@ -292,7 +292,6 @@ mod tests {
         assert_eq!(rule(&[], 0.1).cutoff, 2.0);
     }
 
-    /// Neither a held joint, nor a creeping one, nor one with a rough encoder says how fast the motion is.
     #[test]
     fn noise_is_no_motion() {
         let mut random = Random::new(3);
@@ -352,7 +351,6 @@ mod tests {
         assert!(rule(&[noisy(wave(n, period, 60.0, 0.2))], period).f95[0] > 59.0);
     }
 
-    /// A slow motion with a good encoder is cut at 4 Hz, not at 1 Hz; with a bad one where its noise says.
     #[test]
     fn a_slow_motion_keeps_its_reversals() {
         let (n, period) = (50_000, 2e-3);
@@ -368,8 +366,6 @@ mod tests {
         assert!((found / expected - 1.0).abs() < 0.03 && found < 3.0, "{found} for {expected}");
     }
 
-    /// The content does not depend on how the samples come in, and a record of a second beside one of a minute does not
-    /// decide it.
     #[test]
     fn blocks_and_records_add_up() {
         let q = wave(150_000, 1e-3, 0.7, 1.0);

@@ -97,7 +97,6 @@ mod tests {
         }
     }
 
-    /// A sample asked for alone has the slope that it has among all, on an uneven clock and for a few samples too.
     #[test]
     fn a_sample_alone_has_the_slope_it_has_among_all() {
         let uneven: Vec<f64> = (0..40).map(|i| 0.01 * f64::from(i) + if i % 13 == 7 { 0.002 } else { 0.0 }).collect();

@@ -218,7 +218,7 @@ mod tests {
     use std::path::{Path, PathBuf};
 
     /// A pendulum's log of `rows` rows, each as `row` makes it of t, q and tau.
-    fn write(name: &str, rows: usize, row: impl Fn(usize, [f64; 3]) -> String) -> PathBuf {
+    fn write(name: &str, rows: usize, mut row: impl FnMut(usize, [f64; 3]) -> String) -> PathBuf {
         let states = Pendulum::new().states(rows);
         let mut random = Random::new(5);
         let mut text = "t,q1,tau1\n".to_string();
@@ -248,7 +248,6 @@ mod tests {
         format!("{t},{q},{tau}\n")
     }
 
-    /// The rows of a streamed log are those of the held one: the same estimate, residual and row count.
     #[test]
     fn streamed_is_held() {
         let path = write("plain", 20_000, plain);
@@ -280,7 +279,6 @@ mod tests {
         std::fs::remove_file(path).unwrap();
     }
 
-    /// No bit depends on whether blocks come from memory or from the file, or on whether states are held or made again.
     #[test]
     fn blocks_are_the_same_wherever_they_come_from() {
         let path = write("blocks", 20_000, |r, row| if r % 900 == 5 { "nan,,1\n".into() } else { plain(r, row) });
@@ -314,9 +312,6 @@ mod tests {
         std::fs::remove_file(path).unwrap();
     }
 
-    /// A hole of 0.4 s, or rows that repeat the one before, say nothing about the motion.
-    ///
-    /// Logs that are fitted together have one cut-off, which a log of a joint at rest does not change.
     #[test]
     fn holes_repeats_and_rests_move_no_cutoff() {
         let mut last = String::new();
@@ -326,10 +321,9 @@ mod tests {
             }
             format!("{t},{last}\n")
         };
-        let repeats = std::cell::RefCell::new(&mut repeats);
         let whole = write("whole", 3000, plain);
         let hole = write("hole", 3000, |r, row| if (1200..1240).contains(&r) { String::new() } else { plain(r, row) });
-        let repeated = write("repeated", 3000, |r, row| repeats.borrow_mut()(r, row));
+        let repeated = write("repeated", 3000, &mut repeats);
         let mut random = Random::new(9);
         let noise: Vec<f64> = (0..3000).map(|_| 1e-3 * random.normal()).collect();
         let rest = write("rest", 3000, |r, [t, _, tau]| format!("{t},{},{tau}\n", noise[r]));
@@ -351,7 +345,6 @@ mod tests {
         [whole, hole, repeated, rest].iter().for_each(|path| std::fs::remove_file(path).unwrap());
     }
 
-    /// The faults of a file are counted alike, wherever the blocks end.
     #[test]
     fn the_account_is_that_of_the_whole() {
         let path = write("broken", 20_000, |r, [t, q, tau]| match r {
@@ -366,11 +359,9 @@ mod tests {
         let (held, streamed) = (held.report(), streamed.report());
         // Rest is looked for in steps of 0.05 s, from the start of each block.
         let close = |a: f64, b: f64| (a - b).abs() < 0.1;
-        assert!(
-            close(streamed.rest.total, held.rest.total) && close(streamed.rest.after, held.rest.after),
-            "{streamed}{held}"
-        );
-        assert!(close(streamed.clock.duration, held.clock.duration) && close(streamed.rest.before, held.rest.before));
+        let lengths = |r: &LogReport| [r.rest.total, r.rest.after, r.rest.before, r.clock.duration];
+        let (a, b) = (lengths(streamed), lengths(held));
+        assert!(a.iter().zip(b).all(|(a, b)| close(*a, b)), "{streamed}{held}");
         // A repeat across the end of a block is not seen: at most one for each of the ten blocks.
         assert!((0..10).contains(&(held.repeated - streamed.repeated)));
         let clock = Clock { period: held.clock.period, duration: held.clock.duration, ..streamed.clock.clone() };

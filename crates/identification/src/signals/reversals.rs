@@ -104,7 +104,6 @@ mod tests {
         }
     }
 
-    /// Away from reversals every column is that of the term at a sample.
     #[test]
     fn the_columns_are_those_of_the_terms() {
         let (v, tau) = ([-0.4; 5], [2.0; 5]);

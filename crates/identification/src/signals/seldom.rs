@@ -67,7 +67,6 @@ mod tests {
         }
     }
 
-    /// Signals of 125 Hz logged at 500 Hz are a log of 125 Hz: the same cut-off, the same samples.
     #[test]
     fn a_held_log_is_taken_at_its_own_rate() {
         let arm = Pendulum::new();
@@ -96,7 +95,6 @@ mod tests {
         }
     }
 
-    /// Torques of 20 Hz beside positions of 500 Hz: the cut-off is a fifth of their rate at most, and they are not late.
     #[test]
     fn torques_that_come_seldom_bound_the_cutoff() {
         let held = log(1, 25);

@@ -124,7 +124,6 @@ mod tests {
         assert!(!standstill(&[1.0; 10], period).contains(&true));
     }
 
-    /// A swing of 20 s by 0.02 rad takes two seconds to turn, and is kept. With a rest at each end it is a standstill.
     #[test]
     fn slow_reversals_are_kept_and_rests_at_them_are_not() {
         let (period, swing) = (0.01, 20.0);
@@ -149,7 +148,6 @@ mod tests {
         assert!(standstill(&stop, period).contains(&true));
     }
 
-    /// Of three joints the second rests throughout; the third rests in half of the samples and keeps its motion.
     #[test]
     fn joints_that_rest_throughout_do_not_move() {
         let used = vec![true, false, false, true, false, true];

@@ -139,7 +139,6 @@ mod tests {
         vec![of(0..3001), of(3001..3003), of(3003..9001)]
     }
 
-    /// Samples are counted over all records, and what passes find beside is what passes for it would find.
     #[test]
     fn every_fourth_sample_of_all() {
         let all = records();

@@ -244,23 +244,10 @@ fn product(m: &DMatrix<f64>, x: Vec<Vec<f64>>) -> Vec<Vec<f64>> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use logs::LogReport;
     use std::f64::consts::TAU;
 
     fn log(q: Vec<Vec<f64>>, effort: Vec<Vec<f64>>, effort_is: Effort) -> Log {
-        Log {
-            name: "log.csv".into(),
-            coordinates: (1..=q.len()).map(|i| format!("q{i}")).collect(),
-            t: vec![0.0],
-            dq: Some(q.clone()),
-            ddq: None,
-            rows: vec![1],
-            window: None,
-            report: LogReport::default(),
-            q,
-            effort,
-            effort_is,
-        }
+        Log { dq: Some(q.clone()), ..crate::test_arm::log(vec![0.0], q, effort, effort_is) }
     }
 
     /// tau' dq = tau_m' dq_m for a coupled transmission: nothing is lost between motors and joints.
@@ -281,7 +268,6 @@ mod tests {
         assert_eq!(two.coupled(), [Coupling::motor(2, &[(0, 2.0), (1, -1.0)])]);
     }
 
-    /// A joint of many turns whose angle is wrapped before the gear is counted, and one whose motor goes fast.
     #[test]
     fn jumps_are_taken_back_at_the_joint() {
         let joint: Vec<f64> = (0..1000).map(|i| 5.0 * (0.04 * f64::from(i)).sin()).collect();

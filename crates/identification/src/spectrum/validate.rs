@@ -247,24 +247,19 @@ mod tests {
     }
 
     #[test]
-    fn a_short_record_is_refused() {
+    fn short_and_unlike_records_are_refused() {
         let arm = Pendulum::new();
-        let short = [("v0".into(), Record { sample_time: 1e-3, q: vec![vec![0.0; 9]], current: vec![vec![0.0; 9]] })];
-        let error = validate_motions(&ModelReference::default(), "", &arm, &arm.truth, &[1.0], &short, 40.0);
-        assert!(error.unwrap_err().to_string().contains("9 samples of 1 joints"));
+        for (positions, currents, said) in
+            [(9, 9, "9 samples of 1 joints"), (200, 199, "a series of 199 samples beside one of 200")]
+        {
+            let (q, current) = (vec![vec![0.0; positions]], vec![vec![0.0; currents]]);
+            let short = [("v0".into(), Record { sample_time: 1e-3, q, current })];
+            let error = validate_motions(&ModelReference::default(), "", &arm, &arm.truth, &[1.0], &short, 40.0);
+            let error = error.unwrap_err().to_string();
+            assert!(error.starts_with("v0") && error.contains(said), "{error}");
+        }
     }
 
-    #[test]
-    fn series_of_unlike_lengths_are_refused() {
-        let arm = Pendulum::new();
-        let short =
-            [("v0".into(), Record { sample_time: 1e-3, q: vec![vec![0.0; 200]], current: vec![vec![0.0; 199]] })];
-        let error = validate_motions(&ModelReference::default(), "", &arm, &arm.truth, &[1.0], &short, 40.0);
-        let error = error.unwrap_err().to_string();
-        assert!(error.starts_with("v0") && error.contains("a series of 199 samples beside one of 200"), "{error}");
-    }
-
-    /// Where no lag is looked at, nothing is said of it, and the table shows no number.
     #[test]
     fn too_few_samples_are_neither_white_nor_not() {
         let mut random = Random::new(5);

@@ -313,7 +313,6 @@ mod tests {
         assert!((columns(Stribeck(2.0), 2.0)[0] - (-1f64).exp()).abs() < 1e-15);
     }
 
-    /// The asymmetric columns contain the symmetric ones, because friction with equal directions is a special case.
     #[test]
     fn asymmetric_holds_viscous_coulomb_and_offset() {
         for dq in [-1.5, 0.4] {

@@ -110,19 +110,15 @@ mod tests {
         }
     }
 
-    /// Spikes, noise without a motion, torques that chatter and velocities of a coarse encoder are of one source.
     #[test]
     fn other_signals_are_of_one_source() {
         let (speed, torque) = (signals(1.0), signals(2.0));
         let noise: Vec<Vec<f64>> = (0..2).map(|k| (0..2000).map(|i| chance(i, k as f64)).collect()).collect();
-        let spikes: Vec<Vec<f64>> = torque
-            .iter()
-            .map(|x| x.iter().enumerate().map(|(i, x)| if i % 20 == 3 { 9.0 } else { *x }).collect())
-            .collect();
-        let chatter: Vec<Vec<f64>> = torque
-            .iter()
-            .map(|x| x.iter().enumerate().map(|(i, x)| x + if i % 2 == 0 { 2.0 } else { -2.0 }).collect())
-            .collect();
+        let changed = |by: fn((usize, &f64)) -> f64| -> Vec<Vec<f64>> {
+            torque.iter().map(|x| x.iter().enumerate().map(by).collect()).collect()
+        };
+        let spikes = changed(|(i, x)| if i % 20 == 3 { 9.0 } else { *x });
+        let chatter = changed(|(i, x)| x + if i % 2 == 0 { 2.0 } else { -2.0 });
         let coarse = |slope: f64| {
             (0..2000).map(|i| (slope * f64::from(i)).floor() - (slope * f64::from(i - 1)).floor()).collect()
         };

@@ -187,7 +187,6 @@ mod tests {
         assert_eq!(said(2.69e-3), expected);
     }
 
-    /// Neither signed counts, nor torques without counts, nor a torque of one sign, nor a valve is such a word.
     #[test]
     fn other_signals_are_no_words() {
         let counts = counts();

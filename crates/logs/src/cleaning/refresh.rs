@@ -137,7 +137,6 @@ mod tests {
         Refresh::of(&[motion], &[effort], 2e-3)
     }
 
-    /// Signals of 125 Hz and 20 Hz in a log of 500 Hz.
     #[test]
     fn the_time_between_new_values_is_found() {
         let found = of(&held(4000, 4, 1.0), &held(4000, 25, 2.0));
@@ -153,7 +152,6 @@ mod tests {
         assert!((of(&rested, &rested).motion - 8e-3).abs() < 1e-9);
     }
 
-    /// Neither rest, nor a coarse encoder, nor lost samples are a signal that comes seldom.
     #[test]
     fn what_repeats_by_chance_is_not_seldom() {
         let fresh = held(4000, 1, 4.0);

@@ -334,7 +334,6 @@ mod tests {
         assert_eq!((columns.position[0].column, columns.position[0].unit.as_str()), (2, "deg"));
     }
 
-    /// A minus before a name changes the sign; a header that begins with one is meant as it is. What is read can be named again.
     #[test]
     fn a_minus_before_a_name_changes_the_sign() {
         let given = |names: [&str; 2]| Some(Names::Each(names.map(str::to_string).to_vec()));
@@ -375,7 +374,6 @@ mod tests {
         }
     }
 
-    /// Patterns by number from 1 or 0 and by name; a unit in brackets behind; what was meant.
     #[test]
     fn patterns_find_numbers_and_names() {
         let given = |position: &str, header: &str| {
@@ -396,7 +394,6 @@ mod tests {
         assert!(message.contains("no column `positon_1` (did you mean `position_1`?)"), "{message}");
     }
 
-    /// Coordinates without a torque need no column of one, and have none where one is there.
     #[test]
     fn coordinates_without_a_torque() {
         let names = |prescribed: &[&str], free: &[&str]| {
@@ -445,7 +442,6 @@ mod tests {
         assert!(slides("counts(0.001)").is_ok() && slides("mm").is_ok() && slides("deg").is_err());
     }
 
-    /// The names of a log and of a description that differ by a prefix.
     #[test]
     fn a_prefix_that_all_names_share_is_no_obstacle() {
         let joints = ["j1", "j2"];
@@ -466,20 +462,5 @@ mod tests {
         // One joint that fits is none of the robot.
         let message = find("t,q_left_j1,tau_left_j1", &joints, &ColumnNames::default()).unwrap_err().to_string();
         assert!(message.contains("no columns hold the joint positions"), "{message}");
-    }
-
-    #[test]
-    fn refusals() {
-        for (header, expected) in [
-            ("q1,q2,tau1,tau2", "no column holds the time"),
-            ("t,tau1,tau2", "no columns hold the joint positions"),
-            ("t,q1,q2", "no columns hold the joint torques or motor currents"),
-            ("t,q1,tau1,tau2", "the position of joint 2 (elbow) is missing"),
-            ("t,q1,q2,position_1,tau1,tau2", "`q1` and `position_1` both hold the position of joint 1"),
-            ("t,time,q1,q2,tau1,tau2", "`t` and `time` both hold the time"),
-        ] {
-            let message = find(header, &["shoulder", "elbow"], &ColumnNames::default()).unwrap_err().to_string();
-            assert!(message.contains(expected), "{header}: {message}");
-        }
     }
 }

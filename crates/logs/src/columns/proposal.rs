@@ -460,7 +460,6 @@ mod tests {
         assert!(shown.contains("position: \"{joint}_state\"") && shown.contains("torque: \"{joint} load\""), "{shown}");
     }
 
-    /// A trace may write joints with a capital: its columns are named one by one then.
     #[test]
     fn joints_in_other_letters_are_found() {
         let trace = "Sample time,Shoulder joint angle,Elbow joint angle,Shoulder speed,Elbow speed,Shoulder drive load,Elbow drive load";
@@ -470,7 +469,6 @@ mod tests {
         assert!(proposal.mapping.is_some() && shown.contains("torque: [\"Shoulder drive load\""), "{shown}");
     }
 
-    /// Of two columns that count, the finer one that is named like a clock; one that begins anew with each episode is one.
     #[test]
     fn the_finer_clock_is_taken() {
         let mut table = table("stamp_s,a_state,b_state,a_vel,b_vel,a_load,b_load", [1.0; 4]);
@@ -484,7 +482,6 @@ mod tests {
         assert!(shown.contains("time: \"timestamp_fine\"") && shown.contains("by 0.005 a row"), "{shown}");
     }
 
-    /// Goals stand for torques where there are none, in their own unit; where there are torques, nobody looks for goals.
     #[test]
     fn goals_of_servos_are_proposed_where_no_torque_is() {
         let header = "timestamp,observation.state_1,observation.state_2,speed_1,speed_2,action_1,action_2";

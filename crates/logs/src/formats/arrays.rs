@@ -97,7 +97,6 @@ impl Table {
 mod tests {
     use super::*;
 
-    /// A log of arrays is that of the same numbers in a text.
     #[test]
     fn arrays_are_the_text_of_their_numbers() {
         let of = |shape: &[usize], values: &[f64]| Array { shape: shape.into(), values: values.into() };
@@ -115,7 +114,6 @@ mod tests {
         assert!(refused.contains("column `note`"), "{refused}");
     }
 
-    /// An array of three axes is named and does not count for the length of a run.
     #[test]
     fn more_axes_are_noted() {
         let of = |shape: &[usize]| Array { shape: shape.into(), values: vec![0.5; shape.iter().product()] };
@@ -126,7 +124,6 @@ mod tests {
         assert!(note.starts_with("array `images` has 3 axes, [4, 2, 2]: it is not used"), "{note}");
     }
 
-    /// A rate makes a time only where there is one to make.
     #[test]
     fn a_rate_that_makes_no_time_is_refused() {
         let of = |key: &str, value: f64, other: &str| {
@@ -143,10 +140,8 @@ mod tests {
             ("dt", f64::INFINITY, "s"),
         ] {
             let refused = of(key, value, "dq").err().unwrap().to_string();
-            assert!(
-                refused.contains(&format!("`{key}` is {value}; a positive number of {unit} is expected")),
-                "{refused}"
-            );
+            let said = format!("`{key}` is {value}; a positive number of {unit} is expected");
+            assert!(refused.contains(&said), "{refused}");
             assert!(of(key, value, "t").is_ok());
         }
         assert_eq!(of("frequency", 4.0, "dq").unwrap().columns[2], [0.0, 0.25, 0.5]);

@@ -403,14 +403,10 @@ mod tests {
     #[test]
     fn headers_in_comments_and_rows_of_units() {
         let savetxt = table("# written by hand\n# t q1\n0.0 1.0\n0.1 2.0\n");
-        assert_eq!(
-            (savetxt.header.clone(), savetxt.columns[1].clone()),
-            (vec!["t".into(), "q1".into()], vec![1.0, 2.0])
-        );
+        assert_eq!((savetxt.header.join(" "), &savetxt.columns[1]), ("t q1".into(), &vec![1.0, 2.0]));
         assert_eq!((savetxt.line(0), savetxt.line(1)), (3, 4));
         let units = table("t,q1\ns,deg\n0,1\n");
-        assert_eq!((units.header.clone(), units.columns[1].clone()), (vec!["t_s".into(), "q1_deg".into()], vec![1.0]));
-        assert_eq!(units.line(0), 3);
+        assert_eq!((units.header.join(" "), units.columns[1][0], units.line(0)), ("t_s q1_deg".into(), 1.0, 3));
     }
 
     #[test]
@@ -425,7 +421,6 @@ mod tests {
         *state >> 20
     }
 
-    /// Numbers of every length and size, subnormal and out of range, are those of the standard library, bit for bit.
     #[test]
     fn numbers_are_those_of_the_standard_library() {
         let mut state = 7;
@@ -447,15 +442,11 @@ mod tests {
         assert_eq!((table.rows(), table.ragged), (20_000, 0));
         for (i, written) in written.iter().enumerate() {
             let (found, expected) = (table.columns[i % 3][i / 3], written.parse::<f64>().unwrap());
-            assert!(
-                found.to_bits() == expected.to_bits() || (found.is_nan() && expected.is_nan()),
-                "{written}: {found}"
-            );
+            let are_none = found.is_nan() && expected.is_nan();
+            assert!(found.to_bits() == expected.to_bits() || are_none, "{written}: {found}");
         }
     }
 
-    /// Rows with everything that a dialect knows, over several windows. The result depends neither on where blocks end,
-    /// nor on how many rows are asked for, nor on the number of threads.
     #[test]
     fn blocks_and_threads_change_nothing() {
         let mut state = 3;

@@ -305,7 +305,6 @@ mod tests {
         assert_eq!(table.columns[4], [0.0, 0.01, 0.02]);
     }
 
-    /// Sixty million zeros in some kB take no memory, in one array or in many; an honest array of zeros is read.
     #[test]
     fn an_array_is_unpacked_within_the_budget_of_its_file() {
         let zeros = |rows: usize| npy("<f8", &format!("({rows}, 2)"), "False", &vec![0; 16 * rows]);
@@ -352,7 +351,6 @@ mod tests {
         }
     }
 
-    /// A shape without numbers is no length, and a file is not read twice.
     #[test]
     fn claims_are_not_believed() {
         let dt = npy("<f8", "()", "False", &doubles(&[0.01]));

@@ -166,7 +166,6 @@ mod tests {
         assert_eq!(date("elbow up"), None);
     }
 
-    /// As the library reads them, whatever stands behind.
     #[test]
     fn plain_numbers_are_those_of_the_library() {
         let numbers =

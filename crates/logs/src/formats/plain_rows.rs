@@ -45,7 +45,6 @@ mod tests {
     use super::*;
     use crate::formats::rows::WholeRows;
 
-    /// Cells of which both ends are known are read as those that are cut out one by one.
     #[test]
     fn plain_rows_are_as_any() {
         let cells = [

@@ -100,7 +100,6 @@ pub(crate) fn held_against_numbers(
 mod tests {
     use super::*;
 
-    /// Where the numbers keep more than the field, they are refused; where fewer, the field's others are named.
     #[test]
     fn the_rank_of_the_numbers_is_that_of_the_field_or_refused() {
         let scan = Scan { kept: vec![0, 2, 5], ..Scan::default() };

@@ -114,7 +114,6 @@ mod tests {
         assert!(found.rows(joints * states, p - joints * states).iter().all(|x| x.abs() < 1e-12));
     }
 
-    /// NaN is not lost on the way: the scan must see it.
     #[test]
     fn not_a_number_stays_so() {
         let mut matrix = DMatrix::from_fn(6, 3, |r, c| (r + 2 * c) as f64 + 1.0);
@@ -122,7 +121,6 @@ mod tests {
         assert!(triangle(&matrix, 2).column(1).iter().any(|x| x.is_nan()));
     }
 
-    /// Fewer rows than columns, and no rows at all.
     #[test]
     fn few_rows_leave_zeros() {
         let matrix = DMatrix::from_row_slice(2, 3, &[3.0, 1.0, 2.0, 4.0, 1.0, 0.0]);

@@ -80,19 +80,3 @@ impl Poles {
         self.all.push(Pole { lever: NULL, first: j, axes: 1 });
     }
 }
-
-#[cfg(test)]
-mod tests {
-    use crate::derivation::Derivation;
-
-    /// The axes of a Panda: three through the shoulder, the elbow's beside them, two through the wrist, the flange's beside.
-    #[test]
-    fn axes_of_a_shoulder_and_a_wrist_share_their_poles() {
-        let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../../models/panda.yaml");
-        let robot = robot::format::read(std::path::Path::new(path)).unwrap();
-        let derivation = Derivation::new(&robot).unwrap();
-        let poles = &derivation.links.last().unwrap().poles;
-        assert_eq!(poles.of, [Some(0), Some(0), Some(0), None, Some(1), Some(1), Some(2)]);
-        assert_eq!(poles.all.iter().map(|pole| pole.first.0).collect::<Vec<_>>(), [0, 4, 6]);
-    }
-}

@@ -269,7 +269,6 @@ mod tests {
         }
     }
 
-    /// Accelerations undo torques, in passes of many states with torques of their own.
     #[test]
     fn functions_are_found_by_their_name() {
         let model = Model::read(format!("{}/../../models/ur5.yaml", env!("CARGO_MANIFEST_DIR"))).unwrap();

@@ -111,8 +111,7 @@ mod tests {
             let said = message(HarmonicRequest { delay: Some(Delay::Seconds(seconds)), ..plain() });
             assert!(said.contains("seconds between -1 and 1 are expected"), "{said}");
         }
-        assert!(
-            message(HarmonicRequest { cutoff: Some(0.0), ..plain() }).starts_with("[cutoff] must be a positive number")
-        );
+        let said = message(HarmonicRequest { cutoff: Some(0.0), ..plain() });
+        assert!(said.starts_with("[cutoff] must be a positive number"), "{said}");
     }
 }

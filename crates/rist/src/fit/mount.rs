@@ -77,7 +77,6 @@ impl Tilt {
 mod tests {
     use super::*;
 
-    /// The torques of a robot whose gravity is turned, less those as it is, are those of the tilt.
     #[test]
     fn a_tilt_is_a_turned_gravity() {
         let puma = concat!(env!("CARGO_MANIFEST_DIR"), "/../../models/puma560.yaml");

@@ -291,8 +291,6 @@ pub(crate) fn search<T>(
 mod tests {
     use super::*;
 
-    /// An error that falls by far is enough where something was left to explain; beside an unknown beyond its deviations it need
-    /// not fall by far.
     #[test]
     fn what_predicts_better_by_far_is_kept() {
         let by_far = |errors| Evidence::Errors { errors, limit: WORTHWHILE_ERROR_RATIO }.is_enough();

@@ -195,7 +195,6 @@ fn is_all_that_shows(model: &Model, options: &Options, estimate: &Estimate, rang
 mod tests {
     use super::*;
 
-    /// What is added to the variances stays, however sure another log makes the rest; so do correlations.
     #[test]
     fn what_gains_add_is_added_afterwards() {
         let wide = widened(&[vec![4.0, -1.0], vec![-1.0, 1.0]], &[5.0, 0.0]);

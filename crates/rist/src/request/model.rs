@@ -107,7 +107,6 @@ impl ModelOptions {
 mod tests {
     use super::*;
 
-    /// One option that is repeated leaves the others of the artefact, and one name of an option its other names.
     #[test]
     fn options_go_over_those_of_an_artefact_key_by_key() {
         let artefact = ModelOptions {
@@ -119,10 +118,8 @@ mod tests {
         let made_with = artefact.description().unwrap();
         let over = |given: ModelOptions| given.over(&made_with).unwrap();
         assert_eq!(over(ModelOptions::default()).description(), artefact.description());
-        assert_eq!(
-            over(ModelOptions { base: artefact.base, any_size: true, ..Default::default() }).description(),
-            Some(made_with.clone())
-        );
+        let same = over(ModelOptions { base: artefact.base, any_size: true, ..Default::default() });
+        assert_eq!(same.description(), Some(made_with.clone()));
         let other = over(ModelOptions { value: vec![("D3".into(), 0.3)], ..Default::default() });
         assert_eq!(other.value, [("D3".to_string(), 0.3), ("D4".to_string(), 0.5)]);
         let none = over(ModelOptions { rotor_inertia: Some(RotorInertias::None), ..Default::default() });

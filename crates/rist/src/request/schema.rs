@@ -60,10 +60,8 @@ mod tests {
         }
         let rate = &schema["$defs"]["excite"]["properties"]["rate"];
         assert_eq!(rate["type"], "number", "{rate}");
-        assert!(
-            rate["default"].is_number() && rate.get("minimum").or(rate.get("exclusiveMinimum")).is_some(),
-            "{rate}"
-        );
+        let is_bounded = rate.get("minimum").or(rate.get("exclusiveMinimum")).is_some();
+        assert!(rate["default"].is_number() && is_bounded, "{rate}");
         // Another field is named, not a flag.
         let text = schema.to_string();
         assert!(!text.contains("--") && !text.contains("[limits]"));

@@ -83,8 +83,6 @@ mod tests {
     use modeling::Derivation;
     use std::path::Path;
 
-    /// Many states at once give what each gives alone, byte for byte. The robots are a tree, and loops that are closed
-    /// numerically and do not close everywhere.
     #[test]
     fn many_are_those_of_one() {
         for name in ["tree.yaml", "sr400.par"] {

@@ -187,9 +187,12 @@ mod tests {
         - {link: 2, antecedent: 1, alpha: pi/2, d: 0.5, r: 0.1 - q2, joint: prismatic}\n  \
         - {link: 3, antecedent: 1, drive: passive, theta: -2*q1 + pi/2}\n";
 
+    fn numbers(node: roxmltree::Node, key: &str) -> Vec<f64> {
+        node.attribute(key).unwrap().split(' ').map(|x| x.parse().unwrap()).collect()
+    }
+
     const BODY: Ten = [0.1, 0.0, 0.01, 0.12, 0.0, 0.11, 0.2, 0.0, 0.1, 2.0];
 
-    /// Bodies nest as the links hang, joints turn as the coordinates do, and followers are tied to them.
     #[test]
     fn bodies_and_joints() {
         let robot = read_yaml(ARM, "arm.yaml").unwrap();
@@ -200,9 +203,6 @@ mod tests {
         let find = |tag: &str, name: &str| {
             document.descendants().find(|n| n.has_tag_name(tag) && n.attribute("name") == Some(name)).unwrap()
         };
-        let numbers = |node: roxmltree::Node, key: &str| -> Vec<f64> {
-            node.attribute(key).unwrap().split(' ').map(|x| x.parse().unwrap()).collect()
-        };
         let (first, second, third) = (find("body", "link 1"), find("body", "link 2"), find("body", "link 3"));
         assert!(second.parent() == Some(first) && third.parent() == Some(first));
         // Rx(pi/2) Tx(0.5) Tz(0.1): z of the link is -y of the first; to rounding of sine and cosine.
@@ -210,18 +210,14 @@ mod tests {
             assert!((found - expected).abs() < 1e-15);
         }
         let hinge = find("joint", "q1");
-        let shown = |key: &str| hinge.attribute(key).unwrap();
-        assert_eq!(
-            [shown("range"), shown("damping"), shown("frictionloss"), shown("armature")],
-            ["-1 2", "0.3", "0", "0.05"]
-        );
+        let shown = ["range", "damping", "frictionloss", "armature"].map(|key| hinge.attribute(key).unwrap());
+        assert_eq!(shown, ["-1 2", "0.3", "0", "0.05"]);
         let slide = find("joint", "q2");
         assert_eq!((slide.attribute("type"), numbers(slide, "axis")[2]), (Some("slide"), -1.0));
         assert!(text.contains("polycoef=\"0 -2 0 0 0\""), "{text}");
         assert_eq!(numbers(first.first_element_child().unwrap(), "mass"), [2.0]);
     }
 
-    /// In the frames of a URDF its own inertials come back.
     #[test]
     fn frames_are_the_files() {
         let urdf = r#"<robot name="r"><link name="base"/><link name="l"><inertial><origin xyz="0.1 0.2 0"/><mass value="2"/>
@@ -232,18 +228,16 @@ mod tests {
         let ten = robot.links[0].inertial.unwrap();
         let text = mjcf(&robot, &[(LinkId(0), ten)], &[]).unwrap();
         let document = Document::parse(&text).unwrap();
-        let numbers = |tag: &str, key: &str| -> Vec<f64> {
-            let node = document.descendants().find(|n| n.has_tag_name(tag)).unwrap();
-            node.attribute(key).unwrap().split(' ').map(|x| x.parse().unwrap()).collect()
-        };
-        let near = |found: Vec<f64>, expected: &[f64]| {
+        for (tag, key, expected) in [
+            ("inertial", "pos", &[0.1, 0.2, 0.0][..]),
+            ("inertial", "fullinertia", &[0.1, 0.12, 0.11, 0.01, 0.0, 0.02]),
+            ("joint", "axis", &[0.0, 1.0, 0.0]),
+            ("body", "pos", &[0.0, 0.0, 0.3]),
+        ] {
+            let found = numbers(document.descendants().find(|n| n.has_tag_name(tag)).unwrap(), key);
             // A few products of sines and cosines.
-            assert!(found.iter().zip(expected).all(|(a, b)| (a - b).abs() < 1e-14), "{found:?} {expected:?}");
-        };
-        near(numbers("inertial", "pos"), &[0.1, 0.2, 0.0]);
-        near(numbers("inertial", "fullinertia"), &[0.1, 0.12, 0.11, 0.01, 0.0, 0.02]);
-        near(numbers("joint", "axis"), &[0.0, 1.0, 0.0]);
-        near(numbers("body", "pos"), &[0.0, 0.0, 0.3]);
+            assert!(found.iter().zip(expected).all(|(a, b)| (a - b).abs() < 1e-14), "{tag} {key}: {found:?}");
+        }
     }
 
     #[test]

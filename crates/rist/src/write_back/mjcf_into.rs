@@ -227,6 +227,8 @@ mod tests {
   <joint name="r_b" type="continuous"><parent link="r_one"/><child link="r_two"/><origin xyz="0.4 0 0.1"/><axis xyz="0 1 0"/></joint>
 </robot>"#;
 
+    const HEAVY: Ten = [1.0, 0.0, 0.0, 1.0, 0.0, 1.0, 0.0, 0.0, 0.0, 2.0];
+
     const MJCF: &str = r#"<mujoco><default><joint damping="9"/></default><worldbody>
   <body name="one"> <!-- keep -->
     <inertial pos="0 0 0" mass="3" diaginertia="1 1 1"/><joint name="a" armature="1"/>
@@ -253,7 +255,6 @@ mod tests {
         assert!(inertials.len() == 2 && inertials.iter().all(|n| n.attribute("mass") == Some("1")), "{text}");
     }
 
-    /// The robot knows a name by what is shown of it. A model keeps its own, and a model of ours has what is shown.
     #[test]
     fn names_with_hidden_characters_are_found() {
         let hide = |text: &str| {
@@ -262,8 +263,7 @@ mod tests {
         };
         let options = robot::format::ReadOptions::default();
         let robot = robot::format::parse_with(&hide(URDF), std::path::Path::new("r.urdf"), options).unwrap();
-        let bodies: Vec<(LinkId, Ten)> =
-            robot.link_ids().map(|id| (id, [1.0, 0.0, 0.0, 1.0, 0.0, 1.0, 0.0, 0.0, 0.0, 2.0])).collect();
+        let bodies: Vec<(LinkId, Ten)> = robot.link_ids().map(|id| (id, HEAVY)).collect();
         let joint = |name: &str| JointDynamics { joint: name.into(), damping: 0.5, friction: 0.2, armature: 0.01 };
         let joints = [joint("r_\\u{9b}a"), joint("r_b")];
         let into = |text: &str| mjcf_into(text, "r.xml", &robot, &bodies, &joints);
@@ -295,7 +295,6 @@ mod tests {
         assert!(written("<mujoco").unwrap_err().to_string().starts_with("r.xml:1:"));
     }
 
-    /// A description that turns its second joint, in every way that an MJCF may say it.
     #[test]
     fn orientations_are_compared() {
         let turned = URDF.replace("xyz=\"0.4 0 0.1\"", "xyz=\"0.4 0 0.1\" rpy=\"0 0 1.5707963267948966\"");
@@ -312,10 +311,8 @@ mod tests {
             ["", "euler=\"0 0 1.5708\"", "axisangle=\"0 0 1 -90\"", "xyaxes=\"1 0 0 0 1 0\"", "zaxis=\"0 0 1\""]
         {
             let refused = of(MJCF, wrong).unwrap_err();
-            assert!(
-                refused.starts_with("r.xml:4") && refused.contains("frames of the two files"),
-                "{wrong}: {refused}"
-            );
+            let is_said = refused.starts_with("r.xml:4") && refused.contains("frames of the two files");
+            assert!(is_said, "{wrong}: {refused}");
         }
         let refused = of(MJCF, "quat=\"90\"").unwrap_err();
         assert!(refused.contains("<body> on the way to r_two") && refused.contains("quat=\"W X Y Z\""), "{refused}");
@@ -329,7 +326,6 @@ mod tests {
         assert!(of(&framed.replace("0 0 90", "0 0 80"), "").is_err());
     }
 
-    /// The mass of links fixed to a link is in the model once, whatever the model holds there.
     #[test]
     fn fixed_bodies_count_once() {
         let inertial = "<inertial><mass value=\"0.5\"/><inertia ixx=\"1\" ixy=\"0\" ixz=\"0\" iyy=\"1\" iyz=\"0\" izz=\"1\"/></inertial>";
@@ -338,8 +334,7 @@ mod tests {
              <child link=\"r_tool\"/></joint></robot>"
         );
         let robot = read_urdf(&URDF.replace("</robot>", &tool), "r.urdf").unwrap();
-        let bodies: Vec<(LinkId, Ten)> =
-            robot.link_ids().map(|id| (id, [1.0, 0.0, 0.0, 1.0, 0.0, 1.0, 0.0, 0.0, 0.0, 2.0])).collect();
+        let bodies: Vec<(LinkId, Ten)> = robot.link_ids().map(|id| (id, HEAVY)).collect();
         let of = |bodies_of_model: &str| {
             let text = MJCF.replace("<geom size=\"0.1\"/>", bodies_of_model);
             mjcf_into(&text, "r.xml", &robot, &bodies, &[]).map_err(|e| e.to_string())
@@ -359,11 +354,8 @@ mod tests {
         assert!(refused.contains("the body tool is not fixed to the body of r_two"), "{refused}");
         // A body that the description does not know keeps what it holds, and is named.
         let written = of("<body name=\"grip\"><geom size=\"1\"/></body><body name=\"site\"/>").unwrap();
-        assert!(
-            written.text.contains("<body name=\"grip\"><geom") && written.notes[0].ends_with(": grip"),
-            "{:?}",
-            written.notes
-        );
+        assert!(written.text.contains("<body name=\"grip\"><geom"), "{}", written.text);
+        assert!(written.notes[0].ends_with(": grip"), "{:?}", written.notes);
     }
 
     #[test]

@@ -72,15 +72,12 @@ mod tests {
     #[test]
     fn names_are_known_by_what_is_shown_of_them() {
         let text = "convention: khalil-kleinfinger\nname: \"r\\e]0;x\"\nlinks:\n  - {link: 1, name: \"a\\u202Eb\\nc\", antecedent: base, theta: q1}\n";
-        let robot = parse_with(text, Path::new("r.yaml"), ReadOptions::default()).unwrap();
+        let read = |text: &str| parse_with(text, Path::new("r.yaml"), ReadOptions::default()).unwrap();
+        let robot = read(text);
         assert_eq!((robot.name.as_str(), robot.links[0].name.as_str()), ("r\\u{1b}]0;x", "a\\u{202e}b\\nc"));
         assert!(robot.notes.iter().any(|note| note.subject == "names" && note.text.starts_with("robot `r")));
-        let plain = parse_with(
-            &text.replace("\\e", "").replace("\\u202E", "").replace("\\n", ""),
-            Path::new("r.yaml"),
-            ReadOptions::default(),
-        );
-        assert!(plain.unwrap().notes.iter().all(|note| note.subject != "names"));
+        let plain = read(&text.replace("\\e", "").replace("\\u202E", "").replace("\\n", ""));
+        assert!(plain.notes.iter().all(|note| note.subject != "names"));
     }
 
     /// What is read can be written: a key of YAML of more than 1024 characters is none.

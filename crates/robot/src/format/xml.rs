@@ -63,9 +63,6 @@ mod tests {
     fn the_first_element_is_found_behind_what_stands_before_it() {
         let text = "\u{feff}<?xml version=\"1.0\"?>\n<!DOCTYPE robot>\n<!-- <robot> -->\n<mujoco model=\"x\">";
         assert_eq!(root_tag(text), "mujoco");
-        assert_eq!(
-            (root_tag("<robot/>"), root_tag("<a:sdf>"), root_tag("<!-- "), root_tag("name: x")),
-            ("robot", "sdf", "", "")
-        );
+        assert_eq!(["<robot/>", "<a:sdf>", "<!-- ", "name: x"].map(root_tag), ["robot", "sdf", "", ""]);
     }
 }

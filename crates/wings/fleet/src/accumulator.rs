@@ -218,21 +218,18 @@ mod tests {
     use super::*;
     use crate::replicate::MAX_FAULT_PARTS_PER_LOG;
     use crate::replicate::of_hypotheses;
-    use crate::test_arm::Pendulum;
+    use crate::test_arm::{self, Pendulum};
     use identification::estimate::ledger::hypotheses::{Open, Point};
     use identification::estimate::options::Options;
     use identification::estimators::weighted::{Weights, fit};
     use linear_model::linear_model::Model;
-    use linear_model::reference::ModelReference;
     use linear_model::states::States;
     use random::Random;
 
     fn empty() -> Accumulator {
-        let arm = Pendulum::new();
         let mut options = Options { friction: Vec::new(), ..Options::default() };
         options.signal.cutoff = Some(10.0);
-        let model = ModelReference { name: "arm".into(), fingerprint: "1".into() };
-        Accumulator::new(Settings::new(&arm, model, None, &options, Open::default()).unwrap())
+        test_arm::empty(&options)
     }
 
     /// Log k of a pendulum.
@@ -247,15 +244,7 @@ mod tests {
         let (mut states, mut random) = (arm.states(100), Random::stream(5, k));
         change(&mut states);
         states.tau.iter_mut().for_each(|tau| *tau += 0.1 * random.normal());
-        let account = LogAccount {
-            name: format!("{k:03}.csv"),
-            digest: format!("{:016x}", random.bits()),
-            rows: 100,
-            kept: 100,
-            samples: 100,
-            duration: 1.0,
-            period: 0.01,
-        };
+        let account = test_arm::account(format!("{k:03}.csv"), random.bits(), 100);
         let observation = Observation::of(&model, &states, MAX_BLOCKS_PER_LOG);
         let mut cells = StateCells::new(&model);
         cells.add(&model, &states);
@@ -286,7 +275,6 @@ mod tests {
         }
     }
 
-    /// A spring that the model lacks moves the parameters: what it may move is part of their deviations.
     #[test]
     fn faults_are_in_the_deviation() {
         let sprung =
@@ -320,7 +308,6 @@ mod tests {
         parts.remove(0)
     }
 
-    /// A thousand partitions of twenty logs, in any order, give the same file to the last byte.
     #[test]
     fn any_partition_is_the_same_file() {
         let logs: Vec<Replicate> = (0..20).map(log).collect();
@@ -333,7 +320,6 @@ mod tests {
         }
     }
 
-    /// Beyond 64 logs the replicates are 64, and the sum is that of all rows to rounding.
     #[test]
     fn many_logs_stay_few_replicates() {
         let logs: Vec<Replicate> = (0..150).map(log).collect();

@@ -74,7 +74,6 @@ mod tests {
     use numerics::student::reach;
     use random::Random;
 
-    /// The solution without a block, as it is found when the block is really left out.
     #[test]
     fn it_is_the_jackknife() {
         let arm = Pendulum::new();
@@ -93,8 +92,6 @@ mod tests {
         }
     }
 
-    /// Student's t intervals from sixteen blocks hold the truth, in white noise and in noise that stays for half a
-    /// second.
     #[test]
     fn intervals_cover() {
         let arm = Pendulum::new();
@@ -120,7 +117,6 @@ mod tests {
         }
     }
 
-    /// A parameter that one block alone shows has no deviation from blocks, and spoils no other deviation.
     #[test]
     fn what_one_block_shows_spoils_no_other() {
         let arm = Pendulum::new();

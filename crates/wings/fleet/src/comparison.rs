@@ -277,15 +277,12 @@ impl ComparedRobot {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::replicate::{LogAccount, MAX_BLOCKS_PER_LOG, Replicate};
-    use crate::settings::Settings;
-    use crate::test_arm::Pendulum;
-    use identification::estimate::ledger::hypotheses::Open;
+    use crate::replicate::{MAX_BLOCKS_PER_LOG, Replicate};
+    use crate::test_arm::{Pendulum, account, empty};
     use identification::estimate::options::Options;
     use identification::rows::observation::Observation;
     use linear_model::friction::terms::FrictionTerm;
     use linear_model::linear_model::Model;
-    use linear_model::reference::ModelReference;
     use random::Random;
 
     use crate::state_cells::StateCells;
@@ -305,17 +302,7 @@ mod tests {
         for r in 0..states.len() {
             states.tau[r] += more * 9.81 * states.q[r].cos() + viscous * states.dq[r] + 0.1 * random.normal();
         }
-        let account = LogAccount {
-            name: format!("{seed}.csv"),
-            digest: format!("{seed:016x}"),
-            rows: 1000,
-            kept: 1000,
-            samples: 1000,
-            duration: 10.0,
-            period: 0.01,
-        };
-        let reference = ModelReference { name: "arm".into(), fingerprint: "1".into() };
-        let mut all = Accumulator::new(Settings::new(&arm, reference, None, &options, Open::default()).unwrap());
+        let (account, mut all) = (account(format!("{seed}.csv"), seed, 1000), empty(&options));
         let observation = Observation { cutoff: 10.0, ..Observation::of(&model, &states, MAX_BLOCKS_PER_LOG) };
         let mut cells = StateCells::new(&model);
         cells.add(&model, &states);
@@ -338,7 +325,6 @@ mod tests {
         assert_eq!(Comparison::from_yaml("c", &found.to_yaml().unwrap()).unwrap(), found);
     }
 
-    /// Friction of another day is a change, and none of the bodies; a body that changed is found beside it.
     #[test]
     fn friction_is_not_asked_about_where_bodies_are() {
         let (reference, day, heavier) =

@@ -141,7 +141,6 @@ mod tests {
         (wrong, right as f64 / (count * changed) as f64)
     }
 
-    /// The rate is held, and few changes of eight deviations are missed. Changes of two deviations cannot be found.
     #[test]
     fn the_rate_is_held_where_deviations_are_estimated() {
         // The share of one fleet scatters by 4 %, the mean of 60 by 0.5 %, of which one is allowed. With Welch's

@@ -197,9 +197,7 @@ pub(crate) fn of_hypotheses<R: Records + ?Sized>(
 mod tests {
     use super::*;
     use crate::test_arm::Pendulum;
-    use random::Random;
 
-    /// Sixteen blocks give the same bits whether they are folded at once or first to four.
     #[test]
     fn folding_forgets_its_steps() {
         let arm = Pendulum::new();
@@ -218,51 +216,5 @@ mod tests {
         assert_eq!(at_once.observation.parts.len(), 1);
         assert_eq!(at_once.cells, slowly.cells);
         assert!(at_once.faults == slowly.faults && at_once.faults.len() == 1);
-    }
-
-    /// A thousand partitions of the rows of a log, merged in any order, give R'R and the solution of one pass.
-    #[test]
-    fn any_partition_of_the_rows_is_one_pass() {
-        let arm = Pendulum::new();
-        let model = Model::new(&arm, &[], &[]);
-        let (mut states, mut random) = (arm.states(640), Random::new(11));
-        states.tau.iter_mut().for_each(|tau| *tau += 0.1 * random.normal());
-        let whole = Observation::of(&model, &states, 1).joints(|_| true);
-        let solution = fit(&whole, Weights::Joint).0.x;
-        // The pieces are contiguous rows, between cuts drawn at random.
-        let pieces = |cuts: &[usize]| -> Vec<Triangle> {
-            let mut kept = states.clone();
-            let piece = |range: std::ops::Range<usize>| {
-                for r in 0..states.len() {
-                    kept.used[r] = range.contains(&r);
-                }
-                Observation::of(&model, &kept, 1).joints(|_| true).remove(0)
-            };
-            cuts.windows(2).map(|w| w[0]..w[1]).map(piece).collect()
-        };
-        for _ in 0..1000 {
-            let count = 1 + (random.uniform() * 12.0) as usize;
-            let mut cuts: Vec<usize> =
-                (0..count).map(|_| (random.uniform() * 640.0) as usize).chain([0, 640]).collect();
-            cuts.sort_unstable();
-            let mut left = pieces(&cuts);
-            let mut merged = Triangle::new(3);
-            while !left.is_empty() {
-                merged.merge(&left.remove((random.uniform() * left.len() as f64) as usize), 1.0);
-            }
-            for i in 0..=3 {
-                for j in i..=3 {
-                    let product = |t: &Triangle| (0..=i).map(|k| t.at(k, i) * t.at(k, j)).sum::<f64>();
-                    let norm = |c: usize| (0..=c).map(|k| whole[0].at(k, c).powi(2)).sum::<f64>().sqrt();
-                    // 640 rows and thirteen folds make some ten roundings of a part in 1e16, on the norms of the
-                    // columns.
-                    let error = (product(&merged) - product(&whole[0])).abs();
-                    assert!(error < 1e-12 * norm(i) * norm(j), "{i} {j}: {error}");
-                }
-            }
-            let found = fit(&[merged], Weights::Joint).0.x;
-            // The condition number of these columns is below ten.
-            assert!(found.iter().zip(&solution).all(|(a, b)| (a - b).abs() < 1e-12 * b.abs().max(1.0)), "{found:?}");
-        }
     }
 }

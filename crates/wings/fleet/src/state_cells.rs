@@ -254,8 +254,6 @@ mod tests {
     use identification::rows::residual_sums::residual_sums;
     use random::Random;
 
-    /// However coarse the cells are, those of speed hold each row once, and those of position too: their columns' products
-    /// are W'W, and at the solution W'(tau - W x) is zero.
     #[test]
     fn each_row_is_in_one_cell_of_either_kind() {
         let arm = Pendulum::new();
@@ -287,7 +285,6 @@ mod tests {
         assert!(counts[0] == [5, 8] && counts[1][1] < 8 && counts[2][1] == 0, "{counts:?}");
     }
 
-    /// Under friction of another law the deviations are those that the bands of the rows give, but for where bands end.
     #[test]
     fn what_the_model_lacks_is_in_the_deviation() {
         let arm = Pendulum::new();
@@ -314,16 +311,14 @@ mod tests {
         assert!(found[0].iter().zip(white_deviation(&solution)).any(|(speed, white)| *speed > 2.0 * white));
     }
 
-    /// Cells do not depend on how often a joint has turned, and large numbers have a cell.
     #[test]
     fn every_state_has_a_cell() {
         let of = |q: f64| position_cell(&States { q: vec![q], ..States::default() }, 0, false);
         assert_eq!((of(0.1), of(0.1 + 100.0 * TAU), of(-0.01)), (0, 0, 31));
         for q in [0.0, -0.0, 1e300, -1e300, f64::MIN_POSITIVE, -1e-300] {
             let states = States { q: vec![q], ..States::default() };
-            assert!(
-                [true, false].iter().all(|slides| StateCells::INDICES.contains(&position_cell(&states, 0, *slides)))
-            );
+            let cells = [true, false].map(|slides| position_cell(&states, 0, slides));
+            assert!(cells.iter().all(|cell| StateCells::INDICES.contains(cell)), "{cells:?}");
         }
         assert_eq!([0.0, 1e-300, 0.26, -0.5, 0.999, 1e300].map(octave), [-8, -8, -2, -1, -1, 10]);
     }

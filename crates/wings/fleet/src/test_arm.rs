@@ -1,8 +1,26 @@
-//! The pendulum of `experiments`, for unit tests.
+//! The pendulum of `experiments`, for unit tests; sums of nothing yet, and the account of a log.
 
+use identification::estimate::ledger::hypotheses::Open;
+use identification::estimate::options::Options;
+use linear_model::reference::ModelReference;
+
+use crate::accumulator::Accumulator;
+use crate::replicate::LogAccount;
+use crate::settings::Settings;
 pub(crate) use pendulum::Pendulum;
 
 #[path = "../../../experiments/src/pendulum.rs"]
 mod pendulum;
 #[path = "../../../identification/src/test_states.rs"]
 mod test_states;
+
+pub(crate) fn empty(options: &Options) -> Accumulator {
+    let model = ModelReference { name: "arm".into(), fingerprint: "1".into() };
+    Accumulator::new(Settings::new(&Pendulum::new(), model, None, options, Open::default()).unwrap())
+}
+
+/// Of as many rows, 10 ms apart.
+pub(crate) fn account(name: String, digest: u64, rows: usize) -> LogAccount {
+    let (digest, duration) = (format!("{digest:016x}"), 0.01 * rows as f64);
+    LogAccount { name, digest, rows, kept: rows, samples: rows, duration, period: 0.01 }
+}

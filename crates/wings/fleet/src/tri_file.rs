@@ -187,30 +187,20 @@ mod tests {
     use super::*;
     use crate::replicate::{MAX_BLOCKS_PER_LOG, MAX_FAULT_PARTS_PER_LOG};
     use crate::state_cells::StateCells;
-    use crate::test_arm::Pendulum;
-    use identification::estimate::ledger::hypotheses::Open;
+    use crate::test_arm::{Pendulum, account, empty};
     use identification::estimate::options::Options;
     use identification::rows::observation::Observation;
     use linear_model::linear_model::Model;
-    use linear_model::reference::ModelReference;
 
     fn some() -> Accumulator {
         let arm = Pendulum::new();
         let mut options = Options::default();
         // A cut-off with all the digits a number has.
         options.signal.cutoff = Some(10.0 / 3.0);
-        let model = ModelReference { name: "arm".into(), fingerprint: "0f".into() };
-        let mut all = Accumulator::new(Settings::new(&arm, model, None, &options, Open::default()).unwrap());
+        let mut all = empty(&options);
         let linear = Model::new(&arm, &options.friction, &[]);
-        let account = LogAccount {
-            name: "day 1: morning.csv".into(),
-            digest: "00000000000000ff".into(),
-            rows: 100,
-            kept: 99,
-            samples: 98,
-            duration: 0.1 + 0.2,
-            period: 0.01,
-        };
+        let account = account("day 1: morning.csv".into(), 0xff, 100);
+        let account = LogAccount { kept: 99, samples: 98, duration: 0.1 + 0.2, ..account };
         let mut observation = Observation::of(&linear, &arm.states(100), MAX_BLOCKS_PER_LOG);
         observation.f95 = vec![0.1];
         let mut cells = StateCells::new(&linear);
@@ -238,7 +228,6 @@ mod tests {
         assert_eq!(again.to_bytes().unwrap(), bytes);
     }
 
-    /// A file that ends anywhere too early, or has any one byte changed, is refused.
     #[test]
     fn what_is_cut_short_or_damaged_is_refused() {
         let bytes = some().to_bytes().unwrap();
@@ -257,7 +246,6 @@ mod tests {
         assert!(refused(b"").unwrap().contains("it is empty"));
     }
 
-    /// The head of a stranger may be nested without end, or ask for triangles that need more memory than the file has.
     #[test]
     fn a_head_is_believed_only_so_far() {
         let nested = joined(&"[".repeat(100_000), &[]);
@@ -280,7 +268,6 @@ mod tests {
         }
     }
 
-    /// Sums of four limbs of ten joints are of a few of their 384 columns each, in memory as in the file.
     #[test]
     fn sums_of_forty_joints_fit_their_budget() {
         let (p, joints) = (384, 40);

@@ -469,7 +469,6 @@ pub(crate) mod tests {
         log
     }
 
-    /// Without noise the body comes back to what differences and sums of samples leave.
     #[test]
     fn the_body_comes_back() {
         for sign in [1.0, -1.0] {
@@ -525,7 +524,6 @@ pub(crate) mod tests {
         log
     }
 
-    /// Postures tell mass and centre, and no inertia.
     #[test]
     fn postures_tell_mass_and_centre() {
         let (truth, mut log) = (body(), rests(250, 0.5, 3));

@@ -154,7 +154,6 @@ fn turned(m: &Matrix, v: [f64; 3]) -> [f64; 3] {
 mod tests {
     use super::*;
 
-    /// Every correction undoes its own mistake, and asks for itself in YAML.
     #[test]
     fn a_quaternion_comes_back_and_a_correction_says_itself() {
         for q in [[0.5, -0.5, 0.5, 0.5], [0.0, 1.0, 0.0, 0.0], [0.1, 0.2, -0.3, 0.86f64.sqrt()], [0.8, 0.0, 0.6, 0.0]] {

@@ -283,7 +283,6 @@ mod tests {
         ]
     }
 
-    /// Whatever is wrong with a log is found in motions and in postures, and what is printed mends it.
     #[test]
     fn each_mistake_is_found_and_its_remedy_mends_it() {
         for log in [log(12.0, 0.03, 1.0, 5), rests(40, 0.03, 6), rests(14, 0.03, 7), log(12.0, 0.03, -1.0, 8)] {
@@ -306,7 +305,6 @@ mod tests {
         }
     }
 
-    /// A push in the middle of a log is no turn and no unit: it is left, and nothing is said to explain it.
     #[test]
     fn what_nothing_explains_has_no_remedy_that_was_tried() {
         let mut pushed = log(12.0, 0.03, 1.0, 5);
@@ -316,7 +314,6 @@ mod tests {
         assert!(!said.next.unwrap().contains("corrections"));
     }
 
-    /// A driver that takes the weight out leaves what moves the load; that is told from noise and from other faults.
     #[test]
     fn signals_without_weight_are_named() {
         let weightless = changed(&log(12.0, 0.03, 1.0, 5), |r, [f, n, _]| {
@@ -332,7 +329,6 @@ mod tests {
         assert_eq!(said.next.unwrap(), OWN_SIGNALS);
     }
 
-    /// Nothing is said against a log that is right, however noisy, by either sign and in either form.
     #[test]
     fn a_clean_log_is_not_accused() {
         for seed in 0..8 {

@@ -119,7 +119,6 @@ mod tests {
         claims_of_columns(&passport).iter().map(Claim::to_string).collect()
     }
 
-    /// A column that is in time, one behind a filter, and one that is none.
     #[test]
     fn columns_are_told_with_their_evidence() {
         let good = [joint("q1", Some(2e-4), Some((0.99, 1.0)), false), joint("q2", None, Some((0.9, 1.1)), false)];
@@ -132,15 +131,12 @@ mod tests {
         );
         let bad = [joint("q1", Some(0.016), Some((0.1, 9.0)), true), joint("q2", Some(0.015), Some((0.9, 1.1)), false)];
         let found = said(&bad, true, true);
-        assert!(
-            found[0].contains("q1, q2: assumed by default") && found[0].contains("lag them by 16.0 ms"),
-            "{found:?}"
-        );
+        assert!(found[0].contains("q1, q2: assumed by default"), "{found:?}");
+        assert!(found[0].contains("lag them by 16.0 ms"), "{found:?}");
         assert!(found[1].starts_with("acceleration column of q1: assumed"), "{found:?}");
         assert!(found[1].contains("correlation of 0.10 with that slope and 9"), "{found:?}");
     }
 
-    /// Of a column that is not there, or not used, nothing is said; nor of joints that say nothing.
     #[test]
     fn nothing_is_said_of_what_was_not_looked_at() {
         let joints = [joint("q1", Some(0.016), Some((0.1, 9.0)), true)];

@@ -200,7 +200,6 @@ mod tests {
         worst(&claims, &torque_purpose(Use::Gravity)) < Standing::Agreed
     }
 
-    /// A torque that grows by a fifth is open with its size; one that cannot be told lowers nothing.
     #[test]
     fn a_drift_that_is_there_lowers_and_one_that_may_be_does_not() {
         let found = claims(tested(Hypothesis::Drift(0), 0.2, 0.1, Vec::new()));
@@ -233,8 +232,6 @@ mod tests {
         }
     }
 
-    /// A torque that would be off by more than itself is no scale: another cause that explains as much is named in its place, and
-    /// else none.
     #[test]
     fn a_size_beyond_its_step_is_not_printed() {
         let beyond = tested(Hypothesis::Scale(0), -1.28, 0.1, Vec::new());
@@ -248,7 +245,6 @@ mod tests {
         assert!(both.iter().all(|claim| !claim.to_string().contains("not identified")), "{both:?}");
     }
 
-    /// A rotor that a parameter contains is named with it and lowers nothing.
     #[test]
     fn a_hidden_rotor_is_part_of_a_parameter() {
         let hidden = claims(tested(Hypothesis::Rotor(0), 0.0, f64::INFINITY, vec![0]));

@@ -170,7 +170,6 @@ fn named(estimate: &Estimate, status: Status) -> String {
 mod tests {
     use super::*;
 
-    /// Where the covariance tells how unsure torques are, the condition number says no more.
     #[test]
     fn the_condition_number_counts_where_no_covariance_does() {
         let estimate = Estimate { condition_number: Some(1e4), ..Estimate::default() };
@@ -181,7 +180,6 @@ mod tests {
         }
     }
 
-    /// What no motion tells apart lowers the bodies and no torque.
     #[test]
     fn what_no_motion_tells_is_open_for_bodies_alone() {
         let open = Identified::unidentifiable("MX3".parse().unwrap(), linear_model::unit::Unit::FIRST_MOMENT, 1.0);

@@ -247,7 +247,6 @@ fn finding(finding: &Finding) -> Claim {
 mod tests {
     use super::*;
 
-    /// A zero that 30 degrees would have shown agrees; one that only 60 would have shown is open.
     #[test]
     fn a_zero_that_only_a_large_turn_shows_is_open() {
         let joint = |degrees: f64| JointPassport {
@@ -264,8 +263,6 @@ mod tests {
         assert_eq!(claims.iter().map(of).collect::<Vec<_>>(), [["by 30"], ["by 60"]]);
     }
 
-    /// A joint whose torque neither the description nor the other joints tell is named beside the factor of all; one that the description
-    /// tells is not.
     #[test]
     fn a_joint_whose_factor_nothing_tells_is_named_beside_the_units() {
         let names = |names: &[&str]| names.iter().map(|name| name.to_string()).collect::<Vec<_>>();
@@ -273,15 +270,11 @@ mod tests {
         let open =
             |of: &[&str]| cannot_tell(Subject::of(SCALE, names(of)), "other bodies explain it as well", "a load");
         let said = |of: &[&str]| units_of_logs(&[all.clone(), open(of)]).unwrap();
-        assert!(
-            said(&["j2", "j3"]).ends_with("would not have shown; at j3 no factor would have"),
-            "{}",
-            said(&["j2", "j3"])
-        );
+        let both = said(&["j2", "j3"]);
+        assert!(both.ends_with("would not have shown; at j3 no factor would have"), "{both}");
         assert!(said(&["j2"]).ends_with("would not have shown"));
     }
 
-    /// Slopes that agree tell a small factor, slopes that scatter a large one; one alone tells little, and so do two.
     #[test]
     fn the_factor_that_would_be_found_follows_the_scatter() {
         assert_eq!(common_power(&[1.25]), NOMINAL_INERTIAL_SLOPES.end);

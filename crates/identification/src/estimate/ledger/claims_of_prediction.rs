@@ -189,7 +189,6 @@ mod tests {
     use super::*;
     use claims::Standing;
 
-    /// A description that predicts better counts where the deviations of the parameters do not explain it.
     #[test]
     fn a_better_description_counts_beyond_the_deviations() {
         let of = |error: f64, described: f64, unsure: Option<f64>| {
@@ -217,7 +216,6 @@ mod tests {
         assert!(why(of(0.06, 0.04, Some(0.1))).starts_with("another motion is predicted with an error"));
     }
 
-    /// What the parameters of another log itself leave of it is not held against those that predict it.
     #[test]
     fn the_noise_of_another_log_is_its_own() {
         let of = |error: f64, by_parameters: Option<f64>| {
@@ -235,8 +233,6 @@ mod tests {
         assert_eq!(of(0.25, Some(0.034)), (false, false));
     }
 
-    /// A log that the others alone predict badly says nothing against parameters from all, where deviations explain the error or
-    /// all logs have one set of parameters; it does where neither is so, and where it was not fitted.
     #[test]
     fn a_log_that_tells_little_is_no_contradiction() {
         let of = |error: f64, unsure: f64, apart: f64, others_are_of_the_fit: bool| {

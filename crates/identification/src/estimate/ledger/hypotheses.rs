@@ -353,7 +353,6 @@ mod tests {
         (found, errors)
     }
 
-    /// Torques that are logged one sample late: the time is told, with it the parameters are right, and no claim names it.
     #[test]
     fn late_torques_are_told() {
         let late = |states: &mut States| {
@@ -372,7 +371,6 @@ mod tests {
         assert!(none.value.abs() < 1e-4, "{none:?}");
     }
 
-    /// Friction of a tenth of the load.
     #[test]
     fn friction_of_the_load_is_told() {
         let loaded = |states: &mut States| {

@@ -154,8 +154,6 @@ mod tests {
     use crate::estimate::identified::{Deviations, Identified};
     use linear_model::unit::Unit;
 
-    /// Parameters are found by their names: friction that was chosen behind the step keeps its deviation, and an unknown that
-    /// nothing tells widens nothing.
     #[test]
     fn deviations_of_unknowns_reach_their_parameters() {
         let one = |id: &str| {

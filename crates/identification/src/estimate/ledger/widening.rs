@@ -124,7 +124,6 @@ mod tests {
         assert!(wide.remarks.len() == 1 && wide.remarks[0].contains("q1") && wide.remarks[0].contains("allow for it"));
     }
 
-    /// A rotor and a fault that is not told widen what they move by value and deviation: of faults the widest.
     #[test]
     fn what_may_be_there_is_part_of_the_deviation() {
         let rotor = Tested { of: Hypothesis::Rotor(0), deviation: 0.02, ..scale(0.01, 0.04) };
@@ -145,7 +144,6 @@ mod tests {
         assert!((wide.parameters[0].sigma.unwrap() - 0.0099f64.sqrt()).abs() < 1e-15, "{:?}", wide.parameters[0]);
     }
 
-    /// As a fault that is told, one that is not widens nothing and says nothing, and neither does one of another fit.
     #[test]
     fn what_is_not_told_widens_nothing() {
         for faults in [vec![], vec![scale(0.0039, 0.04)], vec![Tested { effect: vec![0.1], ..scale(0.02, 0.0) }]] {

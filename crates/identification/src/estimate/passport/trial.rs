@@ -184,7 +184,6 @@ mod tests {
         log(&left)
     }
 
-    /// A fault is named with what it uncovers, and what a description leaves before and after.
     #[test]
     fn what_a_remedy_uncovers_is_tried_with_it() {
         let (first, second) = (Hypothesis::TorqueSign(0), Hypothesis::MotionSign(1));
@@ -200,7 +199,6 @@ mod tests {
         assert!(tried(log(&[]), |_| unreachable!("nothing is to be tried")).findings.is_empty());
     }
 
-    /// What mends the log as well stands behind, and what forbids no estimate is neither lost nor an alternative.
     #[test]
     fn an_explanation_is_put_before_another() {
         let saturated = || Finding::of(Fault::Saturated(0.1), vec!["j2".into()], String::new(), "");
@@ -212,7 +210,6 @@ mod tests {
         assert_eq!(found, [(Fault::Mount(1.0), 0), (Fault::Saturated(0.1), 0), (sign, 1)]);
     }
 
-    /// A cause that does not mend the log is no cause; what is said instead names the joint and what was tried.
     #[test]
     fn a_remedy_that_mends_nothing_is_not_named() {
         let faults = [Hypothesis::TorqueSign(0)];

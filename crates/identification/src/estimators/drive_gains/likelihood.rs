@@ -308,7 +308,6 @@ pub(crate) mod tests {
         }
     }
 
-    /// With one gain known, or with a load, there is no bias and the deviations hold.
     #[test]
     fn likelihood_is_unbiased_with_honest_deviations() {
         for (is_loaded, known) in [(false, THIRD), (true, [Gain::Free; 3])] {

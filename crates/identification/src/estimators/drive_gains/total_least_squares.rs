@@ -127,8 +127,6 @@ mod tests {
         }
     }
 
-    /// Scaled to the noise left in the columns, the solution has no bias, as maximum likelihood has none. Unscaled it
-    /// has one.
     #[test]
     fn the_columns_are_scaled_to_their_noise() {
         for (is_loaded, known) in [(false, THIRD), (true, [Gain::Free; 3])] {

@@ -70,7 +70,6 @@ impl Layout {
 mod tests {
     use super::*;
 
-    /// Each unknown stands in one range.
     #[test]
     fn the_ranges_follow_each_other() {
         for (drift_count, ended_spectra) in [(0, 0), (3, 0), (0, 3), (3, 3)] {

@@ -194,8 +194,6 @@ mod tests {
         }
     }
 
-    /// Intervals widen with the joint that lacks most, and have their full width where the model is said to lack
-    /// something.
     #[test]
     fn the_allowance_grows_and_does_not_jump() {
         assert_eq!(misfit(&[0.3, NOISE_CHI_SQUARE], 0.6).beyond_noise(), 0.0);

@@ -300,7 +300,6 @@ mod tests {
         bytes
     }
 
-    /// Rows read some at a time, from a file, are those of the whole; columns that are not wanted are empty.
     #[test]
     fn rows_across_row_groups() {
         let bytes = file();

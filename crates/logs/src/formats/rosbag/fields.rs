@@ -202,7 +202,6 @@ mod tests {
         assert_eq!(found.values, [1.0, 2.0, 3.0]);
     }
 
-    /// Definitions that hold themselves, and lengths that are not there.
     #[test]
     fn nothing_that_a_message_claims_is_without_end() {
         let own = Schema::of("a/S", "S[] s").unwrap();

@@ -199,7 +199,6 @@ pub(crate) fn clipped(text: String) -> String {
 mod tests {
     use super::*;
 
-    /// One message names 500 joints, 20 000 name one: the table has the columns of that one.
     #[test]
     fn joints_that_come_once_make_no_columns() {
         let names: Vec<String> = (0..MAX_JOINTS).map(|j| format!("j{j}")).collect();
@@ -211,10 +210,7 @@ mod tests {
         (0..20_000).for_each(|r| table.push(2 + r, &one).unwrap());
         let table = table.table("/a", "log", vec![]).unwrap();
         assert_eq!(table.header, ["time", "position_j0"]);
-        assert!(
-            table.notes.iter().any(|n| n.starts_with("left out") && n.contains("j1, j10, j100")),
-            "{:?}",
-            table.notes
-        );
+        let notes = &table.notes;
+        assert!(notes.iter().any(|n| n.starts_with("left out") && n.contains("j1, j10, j100")), "{notes:?}");
     }
 }

@@ -262,7 +262,6 @@ mod tests {
         assert_eq!((outcome.channels, outcome.cut), (vec![channel], None));
     }
 
-    /// A file cut anywhere before its end reports up to where it is whole, which is where a record ends.
     #[test]
     fn the_place_of_a_cut() {
         let whole = file();

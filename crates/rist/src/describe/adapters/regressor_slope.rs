@@ -116,7 +116,6 @@ mod tests {
     use super::*;
     use random::Random;
 
-    /// The torques and their gradients are those of the regressor times its parameters.
     #[test]
     fn torques_are_those_of_the_regressor() {
         for name in ["ur5.urdf", "scara.yaml", "stanford.yaml", "race.yaml"] {

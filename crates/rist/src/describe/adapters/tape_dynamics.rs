@@ -59,7 +59,6 @@ mod tests {
     use super::*;
     use random::Random;
 
-    /// Both ways to A and h agree, with a prismatic joint and with a loop whose passive joints are known functions.
     #[test]
     fn tapes_and_regressor_agree() {
         for name in ["ur5.yaml", "scara.yaml", "stanford.yaml", "race.yaml"] {

@@ -83,7 +83,6 @@ impl EnclosedTorque for TorqueEnclosure<'_> {
 mod tests {
     use super::*;
 
-    /// Along a motion of all joints the torque in plain f64 lies within its enclosures, which are narrow.
     #[test]
     fn torques_lie_within() {
         let models = concat!(env!("CARGO_MANIFEST_DIR"), "/../../models");

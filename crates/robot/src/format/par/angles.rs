@@ -48,15 +48,8 @@ mod tests {
         let sum = Value::Add(Value::Number(6.0).into(), Value::Number(5.0).into());
         let symbols = [Symbol { name: "G".into(), value: Value::Number(8.0), generic: false }];
         let symbol = Value::Symbol(SymbolId(0));
-        let zero = || Value::ZERO;
-        let placement = ModifiedDh {
-            gamma: sum,
-            b: Value::Number(7.0),
-            alpha: symbol.clone(),
-            d: zero(),
-            theta: zero(),
-            r: zero(),
-        };
+        let [d, theta, r] = [(); 3].map(|()| Value::ZERO);
+        let placement = ModifiedDh { gamma: sum, b: Value::Number(7.0), alpha: symbol.clone(), d, theta, r };
         let within = within_turns(placement, &symbols);
         assert!((within.gamma.number(&symbols) - (11.0 - TAU)).abs() < 1e-15);
         assert_eq!((within.b, within.alpha), (Value::Number(7.0), symbol));

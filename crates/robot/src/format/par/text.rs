@@ -203,18 +203,4 @@ mod tests {
         assert_eq!((found.entries[1].items[1].line, found.entries[1].items[1].column), (4, 2));
         assert_eq!((found.values[0].0.as_str(), found.values[0].1.kind()), ("D3", "`0.45`".into()));
     }
-
-    #[test]
-    fn what_is_no_entry_is_refused() {
-        for (text, part) in [
-            ("ant = {0,1\nsigma = {0}", "f:1:7: the list of `ant` is never closed"),
-            ("NL 2", "f:1:1: expected `key = value`, found `NL`"),
-            ("(* open", "f:1:1: a comment"),
-            ("d = {1,,2}", "f:1:8: item 2 of `d` is empty"),
-            ("NL = 1\nNL = 2", "f:2:1: `NL` stands twice, first on line 1"),
-        ] {
-            let message = scan(SOURCE, text).unwrap_err().to_string();
-            assert!(message.contains(part), "{message}");
-        }
-    }
 }
