@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use clap::Args;
-use rist::{DescriptionOptions, Model, ModelOptions, Robot};
+use rist::{DescriptionOptions, Model, ModelOptions, READ_EXTENSIONS, Robot};
 
 use crate::failure::Failure;
 use crate::flags::Flags;
@@ -12,7 +12,7 @@ use crate::terminal::{at_work, note};
 /// The model and how to read it.
 #[derive(Args)]
 pub(crate) struct ModelArguments {
-    /// Robot description: .yaml (modified DH), .urdf or .par (SYMORO); - is standard input
+    #[arg(help = format!("Robot description, a {READ_EXTENSIONS} file; - is standard input"))]
     pub model: PathBuf,
 
     #[command(flatten)]

@@ -3,7 +3,7 @@
 use std::ffi::OsString;
 
 use rist::DescriptionFormat;
-use rist::wings::{DescriptionWriter, LogFormat, LogReader, MeshFormat, Wing};
+use rist::wings::{DescriptionWriter, FunctionOfLink, LogFormat, LogReader, MeshFormat, Wing};
 
 /// Commands of each wing, and whether the program has it.
 const WINGS: [(&str, &[&str], bool); 4] = [
@@ -68,6 +68,15 @@ fn absent() -> Wing {
         wing.mesh_formats.push(MeshFormat { extension: "dae", vertices: Err(without!("a Collada mesh", "foreign")) });
         let write = Err(without!("[to=par]", "foreign"));
         wing.writers.push(DescriptionWriter { format: DescriptionFormat::Par, write });
+    }
+    if cfg!(not(feature = "formulas")) {
+        let absent = |word| FunctionOfLink {
+            word,
+            sentence: [""; 2],
+            derive: |_, _, _| Err(without!("formulas").into()),
+            has_reference: false,
+        };
+        wing.functions = ["jacobian-determinant", "inverse-geometry"].map(absent).into();
     }
     if cfg!(not(feature = "inspection")) {
         wing.points = Some(Err(without!("inspection")));

@@ -23,7 +23,7 @@ use crate::work::alone;
 
 /// A robot and what follows from it: base parameters, regressors, torques, source.
 ///
-/// `Model(path)` reads a description (.yaml, .urdf, .xml of MuJoCo, .par) and derives its dynamics; `Model.read` is the same. Functions of the state take arrays
+/// `Model(path)` reads a description (.yaml, .urdf, .xacro, .xml of MuJoCo, .par) and derives its dynamics; `Model.read` is the same. Functions of the state take arrays
 /// of shape (N, n), one state per row and one column per coordinate, or (n,) for one state: q in rad (m of a joint that slides),
 /// dq in rad/s, ddq in rad/s^2; absent rates are zero. They release the interpreter lock. float64 arrays row by row are not
 /// copied.
@@ -98,7 +98,7 @@ impl Model {
         }
         let path: PathBuf = given.extract().map_err(|_| {
             let found = given.get_type().qualname().map_or(String::new(), |name| format!(", not {name}"));
-            error(format_args!("a model is a rist.Model or the path of its description (.urdf, .yaml, .par){found}"))
+            error(format_args!("a model is a rist.Model or the path of its description ({}){found}", rist::READ_EXTENSIONS))
         })?;
         let text = rist::text_of(&path).or_error()?;
         Bound::new(given.py(), Model::derive(given.py(), text, path, options)?)
@@ -165,7 +165,7 @@ impl Model {
         Model::read(py, path, options)
     }
 
-    /// Reads a description (.yaml, .urdf, .xml of MuJoCo, .par) and derives its dynamics. Angles that are taken for others are a warning.
+    /// Reads a description (.yaml, .urdf, .xacro, .xml of MuJoCo, .par) and derives its dynamics. Angles that are taken for others are a warning.
     /// Raises rist.Error with the place of what cannot be read.
     ///
     /// Options:

@@ -128,5 +128,5 @@ pub use logs::{
 };
 pub use modeling::{BaseParameters, Closure, RobotFunction, Rules};
 pub use robot::convention::Convention;
-pub use robot::format::{Angles, Mimic, read_text, text_of};
+pub use robot::format::{Angles, Mimic, READ_EXTENSIONS, read_text, text_of};
 pub use robot::{Inertial, LinkId, Place, Robot};

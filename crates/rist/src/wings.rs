@@ -6,7 +6,6 @@
 use std::sync::Once;
 
 use experiments::plan::proof_search::{self, ProofSearch};
-use modeling::FunctionOfLink;
 
 use crate::describe::conversion;
 use crate::fit::experiments as fit;
@@ -25,6 +24,7 @@ pub use identification::estimate::verdict::Evidence;
 pub use identification::estimators::drive_gains::likelihood::DriveGains;
 pub use identification::signals::records::Records;
 pub use logs::reading::{LogFormat, LogReader};
+pub use modeling::FunctionOfLink;
 pub use robot::mesh::MeshFormat;
 
 /// What a wing adds; an error is what is said of something that was not built in.

@@ -157,8 +157,8 @@ pub(crate) fn line_search(factor: &InformationFactor, gain: &Rows, lose: &Rows, 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::plan::test_plans::random_blocks;
     use crate::plan::exchange::{Criterion, Search, exchange, value_of};
+    use crate::plan::test_plans::random_blocks;
 
     /// Points of a line: y = a + b t, t in [-1, 1]; the best design has half at each end.
     fn line() -> Vec<Rows> {

@@ -27,7 +27,7 @@ pub use crate::angle_snap::Angles;
 pub use budget::REPEATS_TOO_MUCH;
 pub use options::{Mimic, ReadOptions};
 pub use par::read_par;
-pub use read::{parse_with, read, read_text, read_with, text_of, without_macros};
+pub use read::{READ_EXTENSIONS, parse_with, read, read_text, read_with, text_of, without_macros};
 pub use typed::read_as;
 pub use urdf::{read_urdf, read_urdf_with, write_urdf};
 pub use yaml::{read_yaml, write_yaml};

@@ -83,7 +83,7 @@ enum DescriptionFormat {
 }
 
 /// The extensions of files that are read.
-const READ_EXTENSIONS: &str = ".yaml, .yml, .urdf, .xacro, .xml, .mjcf or .par";
+pub const READ_EXTENSIONS: &str = ".yaml, .yml, .urdf, .xacro, .xml, .mjcf or .par";
 
 /// Files that describe robots and are not read, by extension or first element, with what makes one that is.
 const CONVERTED: [(&str, &str); 4] = [
