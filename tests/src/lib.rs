@@ -36,7 +36,11 @@ pub mod urdf_text;
 
 use std::path::{Path, PathBuf};
 
+use expr::{Function, Tape};
+use modeling::{BaseParameters, Derivation, UnclearRank};
 use robot::{Inertial, LinkId, Robot, StandardParameter};
+
+use crate::random::Random;
 
 /// The root of the workspace.
 pub fn workspace() -> PathBuf {
@@ -91,6 +95,58 @@ pub fn shared() -> Option<PathBuf> {
 /// Names of the standard parameters, in the order of the columns of D.
 pub fn standard_names(robot: &Robot) -> Vec<String> {
     StandardParameter::all(robot).into_iter().map(|s| s.display(robot).to_string()).collect()
+}
+
+/// The base parameters, or why their number is open.
+pub fn try_base_parameters(robot: &Robot) -> Result<BaseParameters, UnclearRank> {
+    let mut derivation = Derivation::new(robot).unwrap_or_else(|open| panic!("{}: {open}", robot.name));
+    let regressor = derivation.regressor();
+    derivation.base_parameters(&regressor)
+}
+
+pub fn base_parameters(robot: &Robot) -> BaseParameters {
+    try_base_parameters(robot).unwrap_or_else(|unclear| panic!("{}: {unclear}", robot.name))
+}
+
+/// The entries of all outputs by the tape.
+pub fn evaluated(function: &Function, inputs: &[&[f64]]) -> Vec<f64> {
+    let tape = Tape::new(&function.bound());
+    let mut outputs = vec![f64::NAN; tape.n_outputs()];
+    tape.evaluate(&inputs.concat(), &mut tape.workspace(), &mut outputs);
+    outputs
+}
+
+/// A robot with physical standard parameters.
+pub struct Case {
+    pub robot: Robot,
+    pub base: BaseParameters,
+    pub x: Vec<f64>,
+    pub x_base: Vec<f64>,
+}
+
+/// The models, and those of these names on a floating base.
+pub fn cases(seed: u64, floating: &[&str]) -> Vec<Case> {
+    let mut random = Random(seed);
+    let mut robots: Vec<Robot> = models().into_iter().map(|(_, robot)| robot).collect();
+    let floating: Vec<Robot> =
+        robots.iter().filter(|r| floating.contains(&r.name.as_str())).map(Robot::floating).collect();
+    robots.extend(floating);
+    let case = |robot: Robot| {
+        let base = base_parameters(&robot);
+        let x = random.physical_parameters(&robot);
+        Case { x_base: base.values(&x), x, base, robot }
+    };
+    robots.into_iter().map(case).collect()
+}
+
+/// Agreement to `tolerance` of the largest entry.
+#[track_caller]
+pub fn agree(what: &str, robot: &Robot, a: &[f64], b: &[f64], tolerance: f64) {
+    let scale = a.iter().chain(b).fold(1.0, |s: f64, x| s.max(x.abs()));
+    assert_eq!(a.len(), b.len(), "{what} of {}", robot.name);
+    for (i, (a, b)) in a.iter().zip(b).enumerate() {
+        assert!((a - b).abs() <= tolerance * scale, "{what} of {}, entry {i}: {a} and {b}", robot.name);
+    }
 }
 
 /// XX XY XZ YY YZ ZZ MX MY MZ M of each link and its rotor inertia, from the vector of standard parameters.

@@ -1,19 +1,13 @@
 //! The exact rank of robots whose loops are closed by a search: at points of a finite field that close the loops there.
 
-use expr::Tape;
 use modeling::{BaseParameters, Derivation, ExactRank, NoCertificate, UnclearRank};
-use robot::{Robot, format};
+use robot::format;
 use tests::loops::{LOOPS, resized, with_loops};
 use tests::random::Random;
-
-fn base(robot: &Robot) -> Result<BaseParameters, UnclearRank> {
-    let mut derivation = Derivation::new(robot).unwrap_or_else(|e| panic!("{}: {e}", robot.name));
-    let regressor = derivation.regressor();
-    derivation.base_parameters(&regressor)
-}
+use tests::{base_parameters, evaluated, try_base_parameters};
 
 fn exact_base(name: &str) -> BaseParameters {
-    base(&with_loops(name)).unwrap_or_else(|e| panic!("{name}: {e}"))
+    base_parameters(&with_loops(name))
 }
 
 /// The kept columns, and what each absorbs.
@@ -56,7 +50,7 @@ fn columns_and_relations_are_those_of_other_lengths() {
         for seed in 0..if count > 100 { 1 } else { 2 } {
             // Small, so that the loops close from where the search starts.
             let other = resized(&with_loops(name), 0.03, &mut Random(seed));
-            let base = base(&other).unwrap_or_else(|e| panic!("{name}: {e}"));
+            let base = base_parameters(&other);
             assert_eq!(base.len(), count, "{name}");
             assert_eq!(structure(&base), expected, "{name}");
             if given.rank.general_relations == 0 {
@@ -79,17 +73,13 @@ fn the_base_parameters_lose_nothing_at_other_states() {
         let random = &mut Random(7);
         let x = random.vector(p, 1.0);
         let x_base = base.values(&x);
-        let (tape, base_tape) = (Tape::new(&regressor), Tape::new(&base_regressor));
         let (origin, _) = closure.find_origin(n).unwrap();
         let mut found = 0;
         for _ in 0..20 {
             let q: Vec<f64> = origin.iter().map(|q| q + 0.15 * random.unit()).collect();
             let Ok(passive) = closure.passive(&q) else { continue };
             let inputs = [q, passive, random.vector(n, 2.0), random.vector(n, 4.0)].concat();
-            let mut d = vec![0.0; n * p];
-            let mut d_base = vec![0.0; n * x_base.len()];
-            tape.evaluate(&inputs, &mut tape.workspace(), &mut d);
-            base_tape.evaluate(&inputs, &mut base_tape.workspace(), &mut d_base);
+            let (d, d_base) = (evaluated(&regressor, &[&inputs]), evaluated(&base_regressor, &[&inputs]));
             let product = |row: &[f64], x: &[f64]| row.iter().zip(x).map(|(a, b)| a * b).sum::<f64>();
             let largest = d.iter().fold(1.0, |largest: f64, y| largest.max(y.abs()));
             for (row, base_row) in d.chunks(p).zip(d_base.chunks(x_base.len())) {
@@ -122,12 +112,12 @@ loops:
 #[test]
 fn lengths_that_are_equal_by_chance_are_refused() {
     let robot = format::read_yaml(BY_CHANCE, "by_chance.yaml").unwrap();
-    let refused = base(&robot).err();
+    let refused = try_base_parameters(&robot).err();
     let Some(UnclearRank::Coincident { numeric, exact, only_exact }) = refused else { panic!("{refused:?}") };
     assert_eq!((numeric, exact, only_exact.len()), (3, 8, 5));
     // Almost equal: a four-bar like any other.
     let near = BY_CHANCE.replace("L2: 0.5,", "L2: 0.52,");
-    let near = base(&format::read_yaml(&near, "near.yaml").unwrap()).unwrap();
+    let near = base_parameters(&format::read_yaml(&near, "near.yaml").unwrap());
     assert_eq!((near.len(), near.rank.exact.rank()), (8, Some(8)));
 }
 

@@ -5,20 +5,16 @@ use std::collections::HashMap;
 use std::fmt::Write as _;
 use std::process::Command;
 
-use expr::{Function, Tape};
+use expr::Function;
 use formulas::{FormulaLanguage, Formulas, formula_file, printed_symbols};
 use modeling::{LinkFrame, RobotFunction};
 use robot::Robot;
 use tests::formula_text::{assignments, evaluated};
-use tests::model_path;
+use tests::model;
 use tests::random::Random;
 
 /// Two ways to add up some thousand terms that mostly cancel.
 const ROUNDING: f64 = 1e-11;
-
-fn robot(file: &str) -> Robot {
-    robot::format::read(&model_path(file)).unwrap_or_else(|e| panic!("{e}"))
-}
 
 /// The functions of a robot by word, those of a link for its last one; all constants are symbols.
 fn functions(robot: &Robot, words: &[&str]) -> Vec<Function> {
@@ -42,12 +38,9 @@ fn values(function: &Function, random: &mut Random) -> Vec<f64> {
     inputs.into_iter().chain(function.constants().into_iter().map(|(_, _, x)| x)).collect()
 }
 
-/// The entries of all outputs by the tape.
 fn by_tape(function: &Function, values: &[f64]) -> Vec<f64> {
-    let tape = Tape::new(&function.bound());
-    let mut outputs = vec![f64::NAN; tape.n_outputs()];
-    tape.evaluate(&values[..tape.n_inputs()], &mut tape.workspace(), &mut outputs);
-    outputs
+    let n = function.inputs.iter().map(|i| i.entries.len()).sum();
+    tests::evaluated(function, &[&values[..n]])
 }
 
 /// The entries of all outputs, where `name` gives what the language calls one; what it does not assign is zero.
@@ -105,7 +98,7 @@ fn agree(what: &str, found: &[f64], expected: &[f64]) {
 fn text_latex_and_matlab_compute_what_the_tape_does() {
     let (mut random, mut compared) = (Random(40), 0);
     for file in ["planar2r_vertical.yaml", "rx90.yaml", "stanford.yaml", "sr400.par", "tree.yaml", "race.yaml"] {
-        let robot = robot(file);
+        let robot = model(file);
         for function in functions(&robot, &all_words()) {
             // Also with some of the constants as numbers.
             for function in [function.bound_except(&|name| name.len() % 2 == 0), function] {
@@ -127,7 +120,7 @@ fn text_latex_and_matlab_compute_what_the_tape_does() {
 fn expanded_entries_compute_what_the_tape_does() {
     let mut random = Random(41);
     for file in ["planar2r_vertical.yaml", "scara.yaml", "cartpole.yaml"] {
-        for function in functions(&robot(file), &["inertia-matrix", "bias", "inverse-dynamics", "pose", "jacobian"]) {
+        for function in functions(&model(file), &["inertia-matrix", "bias", "inverse-dynamics", "pose", "jacobian"]) {
             let values = values(&function, &mut random);
             let expected = by_tape(&function, &values);
             for language in [FormulaLanguage::Text, FormulaLanguage::Latex] {
@@ -141,7 +134,7 @@ fn expanded_entries_compute_what_the_tape_does() {
 #[test]
 fn one_entry_is_that_of_the_matrix() {
     let mut random = Random(42);
-    for function in functions(&robot("rx90.yaml"), &["inertia-matrix", "pose"]) {
+    for function in functions(&model("rx90.yaml"), &["inertia-matrix", "pose"]) {
         let values = values(&function, &mut random);
         let expected = by_tape(&function, &values);
         let (o, (row, column)) = (&function.outputs[0], (1, 2));
@@ -169,7 +162,7 @@ fn sympy_computes_what_the_tape_does() {
     let (mut random, mut script, mut expected) = (Random(43), String::new(), Vec::new());
     for (m, file) in ["planar2r_vertical.yaml", "rx90.yaml", "sr400.par"].into_iter().enumerate() {
         let words = ["inertia-matrix", "inverse-dynamics", "forward-dynamics", "energy", "pose", "friction"];
-        let functions = functions(&robot(file), &words);
+        let functions = functions(&model(file), &words);
         let formulas = functions.iter().map(|function| {
             let doc = vec!["A \"test\" \\ of".into(), "two lines.".into()];
             Formulas { doc, function: function.clone(), place: None, is_expanded: false }

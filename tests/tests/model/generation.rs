@@ -4,13 +4,12 @@
 use std::path::Path;
 use std::process::Command;
 
-use expr::Tape;
 use modeling::Derivation;
 use robot::Robot;
 use tests::program::folder;
 use tests::random::Random;
 use tests::urdf_text::random_tree;
-use tests::{dot, models, recursion};
+use tests::{dot, evaluated, models, recursion};
 
 fn generated(robot: &Robot) -> String {
     let module = modeling::module(robot, &[]).unwrap_or_else(|unclear| panic!("{}: {unclear}", robot.name));
@@ -87,9 +86,7 @@ fn goes_all_the_way(n: usize, reach: usize, seed: u64) {
     let base = derivation.base_parameters(&regressor).unwrap_or_else(|unclear| panic!("{n} joints: {unclear}"));
     let mut random = Random(seed);
     let (state, x) = (random.state(&robot), random.parameters(&robot));
-    let tape = Tape::new(&base.regressor(&regressor));
-    let mut y = vec![f64::NAN; tape.n_outputs()];
-    tape.evaluate(&state.inputs(), &mut tape.workspace(), &mut y);
+    let y = evaluated(&base.regressor(&regressor), &[&state.inputs()]);
     let x_base = base.values(&x);
     for (row, tau) in y.chunks(base.len()).zip(recursion::torque(&robot, &state, &x)) {
         let (found, size) = dot(row, &x_base);
@@ -100,16 +97,8 @@ fn goes_all_the_way(n: usize, reach: usize, seed: u64) {
 }
 
 #[test]
-fn one_joint_is_generated() {
-    goes_all_the_way(1, 1, 41);
-}
-
-#[test]
-fn a_serial_robot_of_thirty_joints_is_generated() {
-    goes_all_the_way(30, 1, 42);
-}
-
-#[test]
-fn a_tree_of_forty_four_joints_is_generated() {
-    goes_all_the_way(44, 6, 43);
+fn any_tree_of_joints_is_generated() {
+    for (n, reach, seed) in [(1, 1, 41), (30, 1, 42), (44, 6, 43)] {
+        goes_all_the_way(n, reach, seed);
+    }
 }

@@ -1,8 +1,8 @@
 //! Loops closed numerically: against the same loops closed by affine functions, and against energy.
 
-use expr::{Function, Tape};
 use modeling::{Derivation, Open};
 use robot::{Affine, CoordinateId, PassiveCoordinate, Robot, Value};
+use tests::{base_parameters, evaluated};
 
 /// A planar four-bar: crank L1, coupler L2, rocker L3 on the base at L4. Cut between coupler and rocker.
 fn four_bar(lengths: [f64; 4]) -> Robot {
@@ -83,13 +83,6 @@ links:
     robot
 }
 
-fn evaluate(function: &Function, inputs: &[&[f64]]) -> Vec<f64> {
-    let tape = Tape::new(function);
-    let mut outputs = vec![0.0; tape.n_outputs()];
-    tape.evaluate(&inputs.concat(), &mut tape.workspace(), &mut outputs);
-    outputs
-}
-
 /// Physical parameters of three links and a rotor.
 fn parameters(n: usize) -> Vec<f64> {
     let body = [0.03, 0.001, -0.002, 0.05, 0.003, 0.04, 0.2, 0.05, -0.03, 2.0];
@@ -114,8 +107,8 @@ fn a_parallelogram_solved_numerically_is_the_affine_one() {
     for q in [0.4, 0.8, 1.3, 2.0] {
         let passive = closure.solve(&[q], Some(&[-q, q, 0.0])).unwrap();
         assert!((passive[0] + q).abs() < 1e-10 && (passive[1] - q).abs() < 1e-10, "{passive:?}");
-        let a = evaluate(&torque, &[&[q], &passive, &[1.7], &[-2.3], &x])[0];
-        let b = evaluate(&reference, &[&[q], &[1.7], &[-2.3], &x])[0];
+        let a = evaluated(&torque, &[&[q], &passive, &[1.7], &[-2.3], &x])[0];
+        let b = evaluated(&reference, &[&[q], &[1.7], &[-2.3], &x])[0];
         // The passive angles are solved to 1e-11; the torque is some newton metres.
         assert!((a - b).abs() < 1e-9, "{a} {b}");
     }
@@ -130,18 +123,9 @@ fn the_parallelogram_four_bar_has_three_base_parameters_either_way() {
     let (crank, base) = (symbol("L1"), symbol("L4"));
     implicit.loops[0].twin.geometry.d = crank;
     implicit.loops[0].cut.geometry.d = base;
-    let mut derivation = Derivation::new(&implicit).unwrap();
-    let regressor = derivation.regressor();
-    let base = derivation.base_parameters(&regressor).unwrap();
+    let base = base_parameters(&implicit);
     assert_eq!(base.len(), 3, "{:?}", base.base.iter().map(|b| &b.name).collect::<Vec<_>>());
     assert_eq!(base.rank.exact, modeling::ExactRank::Closed { rank: 3, other_assemblies: true });
-
-    // By four lengths of their own it is one four-bar of many, which have eight.
-    let chance = four_bar([0.3, 0.6, 0.3, 0.6]);
-    let mut derivation = Derivation::new(&chance).unwrap();
-    let regressor = derivation.regressor();
-    let refused = derivation.base_parameters(&regressor).err();
-    assert!(matches!(refused, Some(modeling::UnclearRank::Coincident { numeric: 3, exact: 8, .. })), "{refused:?}");
 }
 
 #[test]
@@ -158,10 +142,10 @@ fn power_is_the_change_of_energy_and_base_parameters_lose_nothing() {
         for q in [0.3, 0.9, 1.6] {
             let (dq, ddq) = (1.3, -0.8);
             let passive = closure.solve(&[q], None).unwrap();
-            let tau = evaluate(&torque, &[&[q], &passive, &[dq], &[ddq], &x])[0];
+            let tau = evaluated(&torque, &[&[q], &passive, &[dq], &[ddq], &x])[0];
 
-            let d = evaluate(&regressor, &[&[q], &passive, &[dq], &[ddq]]);
-            let d_base = evaluate(&base_regressor, &[&[q], &passive, &[dq], &[ddq]]);
+            let d = evaluated(&regressor, &[&[q], &passive, &[dq], &[ddq]]);
+            let d_base = evaluated(&base_regressor, &[&[q], &passive, &[dq], &[ddq]]);
             let product = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
             assert!((product(&d, &x) - tau).abs() < 1e-11 * (1.0 + tau.abs()), "{}", robot.name);
             // Numeric coefficients carry the rounding of the scan.
@@ -170,7 +154,7 @@ fn power_is_the_change_of_energy_and_base_parameters_lose_nothing() {
             let mut at = |t: f64| {
                 let (q, dq) = (q + t * dq + 0.5 * t * t * ddq, dq + t * ddq);
                 let passive = closure.solve(&[q], Some(&passive)).unwrap();
-                let e = evaluate(&energy, &[&[q], &passive, &[dq]]);
+                let e = evaluated(&energy, &[&[q], &passive, &[dq]]);
                 product(&e[..p], &x) + product(&e[p..], &x)
             };
             let h = 1e-3;
@@ -182,11 +166,11 @@ fn power_is_the_change_of_energy_and_base_parameters_lose_nothing() {
         // A ddq + h = tau, and forward undoes inverse.
         let q = 0.7;
         let passive = closure.solve(&[q], None).unwrap();
-        let inverse = evaluate(&derivation.inverse_dynamics(&base), &[&[q], &passive, &[1.1], &[0.6], &x_base])[0];
-        let a = evaluate(&derivation.inertia_matrix(&base), &[&[q], &passive, &x_base])[0];
-        let bias = evaluate(&derivation.bias(&base), &[&[q], &passive, &[1.1], &x_base])[0];
+        let inverse = evaluated(&derivation.inverse_dynamics(&base), &[&[q], &passive, &[1.1], &[0.6], &x_base])[0];
+        let a = evaluated(&derivation.inertia_matrix(&base), &[&[q], &passive, &x_base])[0];
+        let bias = evaluated(&derivation.bias(&base), &[&[q], &passive, &[1.1], &x_base])[0];
         assert!((a * 0.6 + bias - inverse).abs() < 1e-9 * (1.0 + inverse.abs()), "{}", robot.name);
-        let back = evaluate(&derivation.forward_dynamics(&base), &[&[q], &passive, &[1.1], &[inverse], &x_base])[0];
+        let back = evaluated(&derivation.forward_dynamics(&base), &[&[q], &passive, &[1.1], &[inverse], &x_base])[0];
         assert!((back - 0.6).abs() < 1e-9, "{}: {back}", robot.name);
     }
 }

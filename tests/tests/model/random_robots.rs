@@ -3,12 +3,12 @@
 //! Chains and trees of up to six links, whose joints are revolute, prismatic, moved by other coordinates, or locked, with
 //! four kinds of numbers. The seeds are fixed: a robot that fails is found again by its number.
 
-use expr::{Function, Tape};
+use expr::Function;
 use modeling::{BaseParameters, Derivation};
 use nalgebra::DMatrix;
 use robot::{Robot, format};
 use tests::random::{Random, State};
-use tests::{dot, recursion};
+use tests::{dot, evaluated, recursion};
 
 /// Rounding of two ways to the same sum, relative to the magnitudes of its terms: some ten thousand operations of 1e-16
 /// each, most of which cancel.
@@ -103,17 +103,11 @@ fn derived(robot: &Robot, what: &str) -> Derived {
     Derived { torque: derivation.torque(), regressor, base }
 }
 
-fn evaluate(function: &Function, inputs: &[f64]) -> Vec<f64> {
-    let tape = Tape::new(function);
-    let mut outputs = vec![f64::NAN; tape.n_outputs()];
-    tape.evaluate(inputs, &mut tape.workspace(), &mut outputs);
-    outputs
-}
-
 /// The rank of D over many states, by singular values of its scaled columns.
 fn rank(regressor: &Function, robot: &Robot, random: &mut Random, p: usize) -> usize {
     let n = robot.n_coordinates();
-    let rows = (0..2 * p / n + 20).flat_map(|_| evaluate(regressor, &random.state(robot).inputs())).collect::<Vec<_>>();
+    let rows =
+        (0..2 * p / n + 20).flat_map(|_| evaluated(regressor, &[&random.state(robot).inputs()])).collect::<Vec<_>>();
     let mut observed = DMatrix::from_row_slice(rows.len() / p, p, &rows);
     let largest = observed.column_iter().map(|c| c.norm()).fold(0.0, f64::max);
     for mut column in observed.column_iter_mut() {
@@ -149,11 +143,11 @@ fn holds(seed: u64, numbers: Numbers) {
     for _ in 0..3 {
         let (state, x): (State, Vec<f64>) = (random.state(&robot), random.parameters(&robot));
         let tau = recursion::torque(&robot, &state, &x);
-        let d = evaluate(&regressor, &state.inputs());
+        let d = evaluated(&regressor, &[&state.inputs()]);
         let (by_regressor, size): (Vec<f64>, Vec<f64>) = d.chunks(p).map(|row| dot(row, &x)).unzip();
-        let directly = evaluate(&torque, &[state.inputs(), x.clone()].concat());
+        let directly = evaluated(&torque, &[&state.inputs(), &x]);
         let by_base = base.as_ref().zip(base_regressor.as_ref()).map(|(base, function)| {
-            let y = evaluate(function, &state.inputs());
+            let y = evaluated(function, &[&state.inputs()]);
             let values = base.values(&x);
             (0..n).map(|i| dot(&y[i * values.len()..][..values.len()], &values).0).collect::<Vec<f64>>()
         });

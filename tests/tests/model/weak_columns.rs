@@ -7,15 +7,10 @@ use modeling::{BaseParameters, Derivation, UnclearRank};
 use nalgebra::DMatrix;
 use robot::{Robot, Value, format};
 use tests::random::Random;
+use tests::try_base_parameters as base;
 
 fn read(text: &str) -> Robot {
     format::read_yaml(text, "weak.yaml").unwrap_or_else(|e| panic!("{e}\n{text}"))
-}
-
-fn base(robot: &Robot) -> Result<BaseParameters, UnclearRank> {
-    let mut derivation = Derivation::new(robot).unwrap();
-    let regressor = derivation.regressor();
-    derivation.base_parameters(&regressor)
 }
 
 /// Law 2 with what is left out: |D_base X_base - D X| <= left_out |D|_max sum |X|, joint by joint, where |D|_max is the norm
