@@ -355,7 +355,7 @@ mod tests {
 
     #[test]
     fn the_law_knows_a_panic_from_a_refusal() {
-        let of = |code, err: &str| broken(&Run { code, out: String::new(), err: err.into() });
+        let of = |code, err: &str| broken(&Run { code, err: err.into(), ..Run::default() });
         assert!(of(Some(2), "rist: no").is_none() && of(Some(0), "").is_none() && of(Some(1), "").is_none());
         assert!(of(Some(101), "x").is_some() && of(None, "").is_some());
         assert!(of(Some(2), "thread 'a' panicked at b").is_some());

@@ -20,10 +20,21 @@ standard_parameters:
 ";
 
 /// The outcome of a run.
+#[derive(Default)]
 pub struct Run {
+    pub called: String,
     pub code: Option<i32>,
     pub out: String,
     pub err: String,
+}
+
+impl Run {
+    /// The same, where it ended with this code.
+    #[track_caller]
+    pub fn ended(self, code: i32) -> Run {
+        assert_eq!(self.code, Some(code), "{}: {}{}", self.called, self.out, self.err);
+        self
+    }
 }
 
 /// Runs `rist` with these arguments in `folder`; its sentences are not folded, so that tests find their words.
@@ -40,7 +51,7 @@ pub fn rist_in_pipe(folder: &Path, arguments: &[&str]) -> Run {
 pub fn run(command: &mut Command) -> Run {
     let Output { status, stdout, stderr } = command.output().expect("rist can be started");
     let text = |bytes| String::from_utf8(bytes).expect("rist prints UTF-8");
-    Run { code: status.code(), out: text(stdout), err: text(stderr) }
+    Run { called: format!("{command:?}"), code: status.code(), out: text(stdout), err: text(stderr) }
 }
 
 /// A folder of this name, empty when it is first asked for: tests beside each other may share it.

@@ -21,8 +21,7 @@ fn estimate(here: &Path, name: &str) -> Estimate {
 }
 
 fn done(here: &Path, arguments: &[&str]) -> Run {
-    let run = rist(here, arguments);
-    assert_eq!(run.code, Some(0), "{arguments:?}: {}", run.err);
+    let run = rist(here, arguments).ended(0);
     run
 }
 
@@ -97,8 +96,7 @@ fn bodies_that_explain_nothing_are_not_written() {
     let (robot, urdf, x) = ur5();
     let negative: Vec<f64> = x.iter().map(|x| -x).collect();
     joint_log::write(&here.join("log.csv"), &robot, &negative, &[1.0; 6], 0.05);
-    let run = rist(&here, &["identify", &urdf, "log.csv", "--write-urdf", "w.urdf"]);
-    assert_eq!(run.code, Some(1), "{}{}", run.out, run.err);
+    let run = rist(&here, &["identify", &urdf, "log.csv", "--write-urdf", "w.urdf"]).ended(1);
     assert!(run.err.contains("nothing is written for a simulator") && !here.join("w.urdf").exists(), "{}", run.err);
 }
 
@@ -153,8 +151,7 @@ fn what_is_open_does_not_spoil_the_prediction() {
     let found = estimate(&here, "e.yaml");
     let open: Vec<_> = found.parameters.iter().filter(|p| p.status == Status::NotIdentifiable).collect();
     assert!(open.len() > 5 && open.iter().all(|p| p.value.is_none()), "{found}");
-    let run = rist(&here, &["validate", &urdf, "e.yaml", "b.csv", "--out", "v.yaml"]);
-    assert_eq!(run.code, Some(1), "{}", run.err);
+    let run = rist(&here, &["validate", &urdf, "e.yaml", "b.csv", "--out", "v.yaml"]).ended(1);
     let total = run.out.lines().find(|l| l.starts_with("total")).unwrap();
     let total: f64 = total.split_whitespace().nth(1).unwrap().parse().unwrap();
     assert!(total < 2.0 * found.total.unwrap() + 1e-3, "fitted {}: {}", found.total.unwrap(), run.out);

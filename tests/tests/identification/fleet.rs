@@ -35,15 +35,13 @@ fn log(model: &Model, x: &[f64], amplitude: f64) -> JointLog {
 }
 
 fn done(here: &Path, arguments: &[&str]) -> Run {
-    let run = rist(here, arguments);
-    assert_eq!(run.code, Some(0), "rist {}: {}{}", arguments.join(" "), run.out, run.err);
+    let run = rist(here, arguments).ended(0);
     run
 }
 
 /// What is refused, with exit code 2.
 fn refused(here: &Path, arguments: &[&str], expected: &[&str]) {
-    let run = rist(here, arguments);
-    assert_eq!(run.code, Some(2), "rist {}: {}", arguments.join(" "), run.out);
+    let run = rist(here, arguments).ended(2);
     for text in expected {
         assert!(run.err.contains(text), "rist {}: no `{text}` in {}", arguments.join(" "), run.err);
     }

@@ -48,8 +48,7 @@ fn several_logs_friction_and_prediction() {
     part("a.csv", &rows[..2500]);
     part("b.csv", &rows[2500..4500]);
     part("c.csv", &rows[4500..]);
-    let run = rist(&here, &["identify", &arm(), "a.csv", "b.csv", "--validate", "c.csv", "--out", "e.yaml"]);
-    assert_eq!(run.code, Some(0), "{}", run.err);
+    let run = rist(&here, &["identify", &arm(), "a.csv", "b.csv", "--validate", "c.csv", "--out", "e.yaml"]).ended(0);
     let estimate = yaml(&here.join("e.yaml"));
     for j in 0..2 {
         // The filter rounds the jumps of the friction, and their signs alike: to a percent.
@@ -59,8 +58,7 @@ fn several_logs_friction_and_prediction() {
     let predicted = run.out.split("c.csv, not fitted").nth(1).unwrap();
     assert!(number(line(predicted, "total"), 1) < 0.01, "{predicted}");
     // Later, from the file alone, the same.
-    let later = rist(&here, &["validate", &arm(), "e.yaml", "c.csv", "--out", "v.yaml"]);
-    assert_eq!(later.code, Some(0), "{}", later.err);
+    let later = rist(&here, &["validate", &arm(), "e.yaml", "c.csv", "--out", "v.yaml"]).ended(0);
     assert_eq!(line(&later.out, "total"), line(predicted, "total"));
     let total = yaml(&here.join("v.yaml"))["total"].as_f64().unwrap();
     assert!((total - number(line(predicted, "total"), 1)).abs() < 1e-4);
@@ -76,12 +74,10 @@ fn currents_become_torques_by_gains_given_or_found() {
     std::fs::write(here.join("options.yaml"), "covariance: true\n").unwrap();
     let command = ["identify", &arm(), "log.csv", "--options", "options.yaml"];
     let identify = |more: &[&str]| rist(&here, &[&command, more].concat());
-    let refused = identify(&[]);
-    assert_eq!(refused.code, Some(2));
+    let refused = identify(&[]).ended(2);
     assert!(refused.err.contains("--gain q1=11.5"), "{}", refused.err);
     for gains in ["q1=2,q2=0.5", "q1=2", "q1=2,q2=0.6+-0.3"] {
-        let run = identify(&["--gain", gains, "--out", "e.yaml"]);
-        assert_eq!(run.code, Some(0), "{gains}: {}", run.err);
+        let run = identify(&["--gain", gains, "--out", "e.yaml"]).ended(0);
         let estimate = yaml(&here.join("e.yaml"));
         for (c, parameter) in estimate["parameters"].as_array().unwrap().iter().enumerate() {
             let Some(sigma) = parameter["sigma"].as_f64() else { continue };
@@ -115,8 +111,7 @@ fn a_load_between_two_logs() {
     }
     let rows = log_of(&robot, &loaded, &rubbed);
     std::fs::write(here.join("loaded.csv"), format!("{HEADER}\n{}\n", rows.join("\n"))).unwrap();
-    let run = rist(&here, &["identify", &arm(), "log.csv", "--loaded", "loaded.csv"]);
-    assert_eq!(run.code, Some(0), "{}", run.err);
+    let run = rist(&here, &["identify", &arm(), "log.csv", "--loaded", "loaded.csv"]).ended(0);
     let found = run.out.split("load on forearm").nth(1).unwrap();
     for (name, more) in load {
         let letters = name.trim_end_matches('2');
@@ -208,8 +203,7 @@ fn counts_of_an_encoder_are_refused() {
             cells.iter().map(|x| format!("{x:?}")).collect::<Vec<_>>().join(",")
         });
         write_log(&here, &counts.collect::<Vec<_>>());
-        let run = rist(&here, &["identify", &arm(), "log.csv"]);
-        assert_eq!(run.code, Some(2), "{}", run.out);
+        let run = rist(&here, &["identify", &arm(), "log.csv"]).ended(2);
         for word in ["log.csv", "q2 is at", "thousand turns", "counts of an encoder", "divide the column"] {
             assert!(run.err.contains(word), "{per_radian}: no `{word}` in {}", run.err);
         }
@@ -225,16 +219,14 @@ fn a_mujoco_model_takes_the_figures() {
         let common = ["identify", &urdf, &log, "--consistent", "--anyway", "--write-mjcf", out];
         rist(&here, &[&common, into].concat())
     };
-    let first = write("arm.xml", &[]);
-    assert_eq!(first.code, Some(0), "{}", first.err);
+    write("arm.xml", &[]).ended(0);
     let text = std::fs::read_to_string(here.join("arm.xml")).unwrap();
     assert_eq!(text.matches("<inertial ").count(), 6, "{text}");
     std::fs::write(here.join("own.xml"), &text).unwrap();
     assert_eq!(write("again.xml", &["--into", "own.xml"]).code, Some(0));
     assert!(std::fs::read_to_string(here.join("again.xml")).unwrap() == text, "the same figures change the text");
     std::fs::write(here.join("other.xml"), text.replace("pos=\"-0.425 0 0\"", "pos=\"-0.6 0 0\"")).unwrap();
-    let refused = write("no.xml", &["--into", "other.xml"]);
-    assert_eq!(refused.code, Some(2), "{}", refused.err);
+    let refused = write("no.xml", &["--into", "other.xml"]).ended(2);
     assert!(refused.err.contains("other.xml:11: the body of forearm stands at"), "{}", refused.err);
     assert!(!here.join("no.xml").exists());
 }
@@ -265,8 +257,7 @@ fn elements_between_joints_come_out() {
         std::fs::write(here.join("o.yaml"), format!("transmission:\n  elements: [{element}]\n")).unwrap();
         rist(&here, &["identify", &arm(), "a.csv", "--options", "o.yaml", "--validate", "b.csv", "--out", "e.yaml"])
     };
-    let run = options("{name: cable, along: [[1, 1.0], [2, -0.5]], torques: [spring, sine, viscous]}");
-    assert_eq!(run.code, Some(0), "{}{}", run.out, run.err);
+    let run = options("{name: cable, along: [[1, 1.0], [2, -0.5]], torques: [spring, sine, viscous]}").ended(0);
     let estimate = yaml(&here.join("e.yaml"));
     // The filter rounds the jumps of the friction: to a percent.
     for (name, exact) in [("KE_cable", stiffness), ("SE_cable", sine), ("FVE_cable", viscous)] {

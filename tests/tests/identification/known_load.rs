@@ -105,8 +105,7 @@ standard_parameters:
 ";
 
 fn run(here: &Path, arguments: &str) -> String {
-    let run = rist(here, &arguments.split_whitespace().collect::<Vec<_>>());
-    assert_eq!(run.code, Some(0), "rist {arguments}: {}", run.err);
+    let run = rist(here, &arguments.split_whitespace().collect::<Vec<_>>()).ended(0);
     run.out
 }
 

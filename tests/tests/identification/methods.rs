@@ -25,8 +25,7 @@ standard_parameters:
 ";
 
 fn run(here: &Path, arguments: &str) -> String {
-    let run = rist(here, &arguments.split_whitespace().collect::<Vec<_>>());
-    assert_eq!(run.code, Some(0), "rist {arguments}: {}{}", run.out, run.err);
+    let run = rist(here, &arguments.split_whitespace().collect::<Vec<_>>()).ended(0);
     run.out
 }
 
@@ -91,8 +90,7 @@ fn total_least_squares_finds_the_gains_of_drives() {
     let gain = total.parameters.iter().find(|p| p.id == ParameterId::drive_gain("q1")).unwrap();
     assert!((gain.value.unwrap() - 2.0).abs() < 4.0 * gain.sigma_or_infinity().max(0.005), "{gain:?}");
     let all = "identify arm.yaml currents --plan plan.yaml --gain q1=2,q2=1.5 --method tls";
-    let run = rist(&here, &all.split(' ').collect::<Vec<_>>());
-    assert_eq!(run.code, Some(2));
+    let run = rist(&here, &all.split(' ').collect::<Vec<_>>()).ended(2);
     assert!(run.err.contains("all of them are known: --method rist takes them"), "{}", run.err);
 }
 
@@ -191,8 +189,7 @@ fn every_method_heeds_or_refuses_every_flag() {
     let mut refusals: BTreeMap<String, (Vec<&str>, Vec<String>)> = BTreeMap::new();
     for method in methods {
         let base = [&["identify", "arm.yaml", "--method", method, "--out", "e.yaml"], logs_of(method)].concat();
-        let plain = rist(&here, &base);
-        assert_eq!(plain.code, Some(0), "{base:?}: {}", plain.err);
+        let plain = rist(&here, &base).ended(0);
         let estimate = || std::fs::read(here.join("e.yaml")).unwrap_or_default();
         let written = estimate();
         let elsewhere = [&OF_THE_MODEL[..], &OF_THE_TERMINAL, &["--help", "--help-all", "--method", "--out"]].concat();

@@ -72,14 +72,12 @@ fn no_mistake_is_silent() {
     for (name, robot, log, sentence) in mistakes {
         let (file, estimate, urdf) = (format!("{name}.csv"), format!("{name}.yaml"), format!("{name}.urdf"));
         log.write(&here.join(&file), &numbers);
-        let run = rist(&here, &["identify", robot, &file, "--out", &estimate, "--write-urdf", &urdf]);
-        assert_eq!(run.code, Some(1), "{name}: {}{}", run.out, run.err);
+        let run = rist(&here, &["identify", robot, &file, "--out", &estimate, "--write-urdf", &urdf]).ended(1);
         let last = verdict(&run);
         assert!(last[1].starts_with("trust: no\n") && last[1].contains(sentence), "{name}: {last:?}");
         assert!(run.err.contains("not to be trusted") && run.err.contains("--anyway"), "{name}: {}", run.err);
         assert!(here.join(&estimate).is_file() && !here.join(&urdf).exists(), "{name}");
-        let doctor = rist(&here, &["doctor", robot, &file]);
-        assert_eq!(doctor.code, Some(1), "{name}: {}", doctor.out);
+        let doctor = rist(&here, &["doctor", robot, &file]).ended(1);
         assert!(doctor.out.contains(sentence), "{name}: {}", doctor.out);
     }
     let anyway = ["identify", &ur5, "sign1.csv", "--write-urdf", "sign1.urdf", "--anyway"];
@@ -93,8 +91,7 @@ fn a_good_log_is_trusted() {
     let (model, good) = (Model::read(model_path("ur5.urdf")).unwrap(), good());
     let ur5 = model_path("ur5.urdf").display().to_string();
     good.write(&here.join("a.csv"), model.regressor().coordinates());
-    let doctor = rist(&here, &["doctor", &ur5, "a.csv"]);
-    assert_eq!(doctor.code, Some(0), "{}{}", doctor.out, doctor.err);
+    let doctor = rist(&here, &["doctor", &ur5, "a.csv"]).ended(0);
     assert!(doctor.out.contains("nothing is contradicted") && doctor.out.contains("brakes"), "{}", doctor.out);
 
     // Half a minute of a motion of three seconds is one motion.
@@ -111,8 +108,7 @@ fn a_good_log_is_trusted() {
     let other = swinging(&model.robot, &unlike(&model.robot, 5), 0.8, 0.0);
     other.write(&here.join("b.csv"), model.regressor().coordinates());
     let write = ["--consistent", "--write-urdf", "w.urdf", "--out", "e.yaml", "--validate", "b.csv"];
-    let run = rist(&here, &[&["identify", &ur5, "a.csv"], &write[..]].concat());
-    assert_eq!(run.code, Some(0), "{}{}", run.out, run.err);
+    let run = rist(&here, &[&["identify", &ur5, "a.csv"], &write[..]].concat()).ended(0);
     let found = verdict(&run);
     assert!(found[1].starts_with("trust: yes\n"), "{found:?}");
     let percent = |line: &str, behind: &str| -> f64 {
@@ -125,13 +121,11 @@ fn a_good_log_is_trusted() {
     assert!((0.5..15.0).contains(&description) && identified < 0.5 * description, "{found:?}");
     assert!(here.join("w.urdf").is_file());
 
-    let validated = rist(&here, &["validate", &ur5, "e.yaml", "b.csv"]);
-    assert_eq!(validated.code, Some(0), "{}{}", validated.out, validated.err);
+    let validated = rist(&here, &["validate", &ur5, "e.yaml", "b.csv"]).ended(0);
     assert!(verdict(&validated)[1].starts_with("trust: yes\n"), "{}", validated.out);
     let backwards = changed(&good, |l| each(&mut l.tau, |x| -x));
     backwards.write(&here.join("c.csv"), model.regressor().coordinates());
-    let refused = rist(&here, &["validate", &ur5, "e.yaml", "c.csv"]);
-    assert_eq!(refused.code, Some(1), "{}{}", refused.out, refused.err);
+    let refused = rist(&here, &["validate", &ur5, "e.yaml", "c.csv"]).ended(1);
     assert!(verdict(&refused)[1].contains("wrong sign"), "{}", refused.out);
 }
 
@@ -245,8 +239,7 @@ fn a_refused_estimate_makes_no_code() {
     degrees.write(&here.join("a.csv"), model.regressor().coordinates());
     assert_eq!(rist(&here, &["identify", &ur5, "a.csv", "--out", "e.yaml"]).code, Some(1));
     let generate = ["generate", &ur5, "--estimate", "e.yaml", "--out", "x.rs"];
-    let run = rist(&here, &generate);
-    assert_eq!(run.code, Some(1));
+    let run = rist(&here, &generate).ended(1);
     assert!(
         run.err.contains("e.yaml: not to be trusted: the zero of elbow") && run.err.contains("--anyway"),
         "{}",

@@ -231,8 +231,7 @@ fn the_feedforward_in_rust_is_that_in_c() {
     let path = model_path(file).display().to_string();
     let arguments =
         ["generate", &path, "--functions", "controller", "--estimate", "estimate.yaml", "--anyway", "--out"];
-    let run = rist(&here, &[&arguments[..], &["arm.rs"]].concat());
-    assert_eq!(run.code, Some(0), "{}", run.err);
+    rist(&here, &[&arguments[..], &["arm.rs"]].concat()).ended(0);
     let states: Vec<[f64; 6]> = (0..50)
         .map(|i| std::array::from_fn(|k| ((3 * i + 7 * k) as f64 * 0.37).sin() * [1.0, 0.05, 3.0][k / 2]))
         .collect();

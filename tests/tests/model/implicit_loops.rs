@@ -1,16 +1,16 @@
 //! Loops closed numerically: against the same loops closed by affine functions, and against energy.
 
 use modeling::{Derivation, Open};
-use robot::{Affine, CoordinateId, PassiveCoordinate, Robot, Value};
-use tests::{base_parameters, evaluated};
+use robot::{Affine, CoordinateId, Robot, Value};
+use tests::loops::with_loops;
+use tests::{base_parameters, dot, evaluated};
 
 /// A planar four-bar: crank L1, coupler L2, rocker L3 on the base at L4. Cut between coupler and rocker.
 fn four_bar(lengths: [f64; 4]) -> Robot {
-    four_bar_from(lengths, 0.0)
+    four_bar_by(lengths, "L2", "L3")
 }
 
-/// The same with the crank at this angle where q1 is zero.
-fn four_bar_from([l1, l2, l3, l4]: [f64; 4], crank: f64) -> Robot {
+fn four_bar_by([l1, l2, l3, l4]: [f64; 4], coupler: &str, rocker: &str) -> Robot {
     let text = format!(
         "convention: khalil-kleinfinger
 name: four_bar
@@ -18,69 +18,15 @@ gravity: [0, -9.81, 0]
 symbols: {{L1: {l1}, L2: {l2}, L3: {l3}, L4: {l4}}}
 coordinates: [q1]
 links:
-  - {{link: 1, antecedent: base, theta: q1 + {crank}}}
-  - {{link: 2, antecedent: 1, drive: passive, d: L1, theta: -q1}}
-  - {{link: 3, antecedent: base, drive: passive, d: L4, theta: q1}}
+  - {{link: 1, antecedent: base, theta: q1}}
+  - {{link: 2, antecedent: 1, joint: revolute, drive: passive, d: L1, start: -0.7}}
+  - {{link: 3, antecedent: base, joint: revolute, drive: passive, d: L4, start: 0.7}}
+loops:
+  - cut: {{antecedent: 2, joint: revolute, d: {coupler}, start: 0.1}}
+    twin: {{antecedent: 3, d: {rocker}}}
 "
     );
-    let mut robot = robot::format::read_yaml(&text, "four_bar.yaml").unwrap();
-    let passive = |k: usize| Affine { terms: vec![(CoordinateId(1 + k), 1.0)], offset: Value::ZERO };
-    let name = |k: usize| format!("p{k}");
-    let start = [-0.7, 0.7, 0.1];
-    robot.passive = (0..3).map(|k| PassiveCoordinate { name: name(k), start: start[k] }).collect();
-    robot.links[1].joint.variable = passive(0);
-    robot.links[2].joint.variable = passive(1);
-    robot.loops.push(robot::Loop {
-        cut: robot::LoopFrame {
-            antecedent: Some(robot::LinkId(1)),
-            geometry: robot::ModifiedDh { d: Value::Number(l2), ..robot::ModifiedDh::ZERO },
-            kind: robot::JointKind::Revolute,
-            variable: passive(2),
-        },
-        twin: robot::LoopFrame {
-            antecedent: Some(robot::LinkId(2)),
-            geometry: robot::ModifiedDh { d: Value::Number(l3), ..robot::ModifiedDh::ZERO },
-            kind: robot::JointKind::Fixed,
-            variable: Affine::constant(Value::ZERO),
-        },
-    });
-    robot
-}
-
-/// A slider-crank: crank L1, connecting rod L2, slider along the base's x axis.
-fn slider_crank() -> Robot {
-    let text = "convention: khalil-kleinfinger
-name: slider_crank
-gravity: [0, -9.81, 0]
-coordinates: [q1]
-links:
-  - {link: 1, antecedent: base, theta: q1}
-  - {link: 2, antecedent: 1, drive: passive, d: 0.2, theta: -q1}
-  - {link: 3, antecedent: base, joint: prismatic, drive: passive, gamma: pi/2, alpha: pi/2, r: q1}
-";
-    let mut robot = robot::format::read_yaml(text, "slider_crank.yaml").unwrap();
-    let passive = |k: usize| Affine { terms: vec![(CoordinateId(1 + k), 1.0)], offset: Value::ZERO };
-    let start = [-0.3, 0.6, 0.1];
-    robot.passive = (0..3).map(|k| PassiveCoordinate { name: format!("p{k}"), start: start[k] }).collect();
-    robot.links[1].joint.variable = passive(0);
-    robot.links[2].joint.variable = passive(1);
-    let half_pi = || Value::Div(Box::new(Value::Pi), Box::new(Value::Number(2.0)));
-    robot.loops.push(robot::Loop {
-        cut: robot::LoopFrame {
-            antecedent: Some(robot::LinkId(1)),
-            geometry: robot::ModifiedDh { d: Value::Number(0.5), ..robot::ModifiedDh::ZERO },
-            kind: robot::JointKind::Revolute,
-            variable: passive(2),
-        },
-        // The slider's frame has z along the base's x: turn back so that z is the base's.
-        twin: robot::LoopFrame {
-            antecedent: Some(robot::LinkId(2)),
-            geometry: robot::ModifiedDh { alpha: Value::Neg(Box::new(half_pi())), ..robot::ModifiedDh::ZERO },
-            kind: robot::JointKind::Fixed,
-            variable: Affine::constant(Value::ZERO),
-        },
-    });
-    robot
+    robot::format::read_yaml(&text, "four_bar.yaml").unwrap()
 }
 
 /// Physical parameters of three links and a rotor.
@@ -117,20 +63,14 @@ fn a_parallelogram_solved_numerically_is_the_affine_one() {
 #[test]
 fn the_parallelogram_four_bar_has_three_base_parameters_either_way() {
     // Opposite sides share their symbols: equal at every value, so that the exact rank is that of the parallelogram.
-    let mut implicit = four_bar([0.3, 0.6, 0.3, 0.6]);
-    let symbol =
-        |name: &str| Value::Symbol(robot::SymbolId(implicit.symbols.iter().position(|s| s.name == name).unwrap()));
-    let (crank, base) = (symbol("L1"), symbol("L4"));
-    implicit.loops[0].twin.geometry.d = crank;
-    implicit.loops[0].cut.geometry.d = base;
-    let base = base_parameters(&implicit);
+    let base = base_parameters(&four_bar_by([0.3, 0.6, 0.3, 0.6], "L4", "L1"));
     assert_eq!(base.len(), 3, "{:?}", base.base.iter().map(|b| &b.name).collect::<Vec<_>>());
     assert_eq!(base.rank.exact, modeling::ExactRank::Closed { rank: 3, other_assemblies: true });
 }
 
 #[test]
 fn power_is_the_change_of_energy_and_base_parameters_lose_nothing() {
-    for robot in [four_bar([0.2, 0.55, 0.4, 0.5]), slider_crank()] {
+    for robot in [four_bar([0.2, 0.55, 0.4, 0.5]), with_loops("slider_crank")] {
         let mut derivation = Derivation::new(&robot).unwrap();
         let mut closure = derivation.closure().unwrap();
         let (torque, energy, regressor) = (derivation.torque(), derivation.energy(), derivation.regressor());
@@ -146,16 +86,15 @@ fn power_is_the_change_of_energy_and_base_parameters_lose_nothing() {
 
             let d = evaluated(&regressor, &[&[q], &passive, &[dq], &[ddq]]);
             let d_base = evaluated(&base_regressor, &[&[q], &passive, &[dq], &[ddq]]);
-            let product = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
-            assert!((product(&d, &x) - tau).abs() < 1e-11 * (1.0 + tau.abs()), "{}", robot.name);
+            assert!((dot(&d, &x).0 - tau).abs() < 1e-11 * (1.0 + tau.abs()), "{}", robot.name);
             // Numeric coefficients carry the rounding of the scan.
-            assert!((product(&d_base, &x_base) - tau).abs() < 1e-9 * (1.0 + tau.abs()), "{}", robot.name);
+            assert!((dot(&d_base, &x_base).0 - tau).abs() < 1e-9 * (1.0 + tau.abs()), "{}", robot.name);
 
             let mut at = |t: f64| {
                 let (q, dq) = (q + t * dq + 0.5 * t * t * ddq, dq + t * ddq);
                 let passive = closure.solve(&[q], Some(&passive)).unwrap();
                 let e = evaluated(&energy, &[&[q], &passive, &[dq]]);
-                product(&e[..p], &x) + product(&e[p..], &x)
+                dot(&e[..p], &x).0 + dot(&e[p..], &x).0
             };
             let h = 1e-3;
             let slope = (8.0 * (at(h) - at(-h)) - (at(2.0 * h) - at(-2.0 * h))) / (12.0 * h);

@@ -102,8 +102,7 @@ fn bodies_keep_their_distance_between_samples_too() {
     std::fs::write(folder.join("limits.yaml"), LIMITS).unwrap();
     let excite =
         ["excite", "arm.urdf", "--limits", "limits.yaml", "--period", "6", "--repetitions", "1", "--starts", "2"];
-    let found = run(&folder, &[&excite[..], &["--iterations", "15", "--out", "motion.yaml"]].concat());
-    assert_eq!(found.code, Some(0), "{}{}", found.out, found.err);
+    let found = run(&folder, &[&excite[..], &["--iterations", "15", "--out", "motion.yaml"]].concat()).ended(0);
     the_last_line_tells_all(&found.out);
     let joined = "distance of upper and column, fore and upper: assumed by default: they touch in 99 % of 1000 poses";
     assert!(found.out.contains(joined), "{}", found.out);
@@ -143,8 +142,7 @@ fn bodies_keep_their_distance_between_samples_too() {
         let mut artefact = artefact.clone();
         change(&mut artefact);
         std::fs::write(folder.join(name), artefact.to_yaml().unwrap()).unwrap();
-        let found = run(&folder, &["check", "arm.urdf", name]);
-        assert_eq!(found.code, Some(1), "{name}: {}{}", found.out, found.err);
+        let found = run(&folder, &["check", "arm.urdf", name]).ended(1);
         assert!(found.err.contains(said), "{name}: {}", found.err);
     };
     let reached = |limit: LimitKind, subject: &str| {
@@ -181,8 +179,8 @@ fn impossible_rooms_get_an_answer() {
         ("space: {distance: .nan}", "space: distance is NaN"),
     ] {
         std::fs::write(folder.join("limits.yaml"), limits).unwrap();
-        let found = run(&folder, &[&["excite", "arm.urdf", "--limits", "limits.yaml"][..], &quick[..]].concat());
-        assert_eq!(found.code, Some(2), "{limits}: {}{}", found.out, found.err);
+        let found =
+            run(&folder, &[&["excite", "arm.urdf", "--limits", "limits.yaml"][..], &quick[..]].concat()).ended(2);
         assert!(found.err.contains(said), "{limits}: {}", found.err);
     }
     // A mesh that is not there: said with its path, and nothing is claimed of it.
@@ -250,8 +248,7 @@ fn what_a_user_signs_is_said() {
     assert!(signed.out.contains("floor: assumed by the user: nothing stands below the robot (floor: none)\n"));
     assert!(!signed.out.contains("distance        4 of "), "{}", signed.out);
     // What the file signs away counts in a file of the user's alone.
-    let check = run(limits, &["check", "motion.yaml"]);
-    assert_eq!(check.code, Some(0), "{}{}", check.out, check.err);
+    run(limits, &["check", "motion.yaml"]).ended(0);
     let check = run("{}", &["check", "motion.yaml"]);
     assert!(check.out.contains("note: the motion's own file leaves out pairs of links or the floor"), "{}", check.out);
     assert!(check.out.contains("distance        ") && check.out.contains("fore and post"), "{}", check.out);
@@ -271,8 +268,7 @@ fn beyond_own_list() {
     std::fs::write(folder.join("arm.urdf"), ARM).unwrap();
     let made = ["--starts", "1", "--iterations", "2", "--period", "6", "--limits", "none.yaml", "--out", "motion.yaml"];
     std::fs::write(folder.join("none.yaml"), "space: {floor: none, distance: 0.001}").unwrap();
-    let excited = run(&folder, &[&["excite", "arm.urdf"][..], &made].concat());
-    assert_eq!(excited.code, Some(0), "{}", excited.err);
+    run(&folder, &[&["excite", "arm.urdf"][..], &made].concat()).ended(0);
     let text = std::fs::read_to_string(folder.join("motion.yaml")).unwrap();
     let motion = ExcitingMotion::from_yaml("motion.yaml", &text).unwrap();
     let of = |file: &str| run(&folder, &["check", "arm.urdf", file]);

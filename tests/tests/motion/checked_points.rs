@@ -21,8 +21,7 @@ fn played() -> &'static Path {
         let play = ["--play", "motion.csv", "--play", "ros.yaml", "--play", "ros.json"];
         let excite =
             ["excite", "arm.yaml", "--starts", "1", "--iterations", "20", "--repetitions", "1", "--period", "4"];
-        let found = rist(&folder, &[&excite[..], &play, &["--out", "motion.yaml"]].concat());
-        assert_eq!(found.code, Some(0), "{}{}", found.out, found.err);
+        rist(&folder, &[&excite[..], &play, &["--out", "motion.yaml"]].concat()).ended(0);
         folder
     })
 }
@@ -116,8 +115,7 @@ fn a_plan_and_its_proof_are_checked() {
         "--out",
         "plan.yaml",
     ];
-    let made = rist(folder, &plan);
-    assert_eq!(made.code, Some(0), "{}{}", made.out, made.err);
+    rist(folder, &plan).ended(0);
     let found = check(folder, "plan.yaml", &[]);
     holds(&found, 0, &["e01: proven", "e06: proven", "proven again: D-efficiency at least 0."]);
     file_with(folder, "better.yaml", "d_efficiency_at_least: 0.", "d_efficiency_at_least: 0.99999");
@@ -187,8 +185,7 @@ fn a_plan_keeps_efforts_and_bodies() {
 fn what_a_file_tells_is_foreseen() {
     let folder = played();
     let told = |file: &str, arguments: &[&str]| {
-        let run = rist(folder, &[&["--json", "visibility", "arm.yaml", file][..], arguments].concat());
-        assert_eq!(run.code, Some(0), "{}{}", run.out, run.err);
+        let run = rist(folder, &[&["--json", "visibility", "arm.yaml", file][..], arguments].concat()).ended(0);
         serde_json::from_str::<serde_json::Value>(&run.out).unwrap()
     };
     let deviations = |told: &serde_json::Value| -> Vec<f64> {
@@ -215,8 +212,7 @@ fn what_a_file_tells_is_foreseen() {
     }
     let still = "t,q_q1,q_q2,dq_q1,dq_q2,ddq_q1,ddq_q2\n0,0,0,0,0,0,0\n1,0.2,0,0,0,0,0\n";
     std::fs::write(folder.join("still.csv"), still).unwrap();
-    let run = rist(folder, &["visibility", "arm.yaml", "still.csv"]);
-    assert_eq!(run.code, Some(0), "{}", run.err);
+    let run = rist(folder, &["visibility", "arm.yaml", "still.csv"]).ended(0);
     for said in ["q2: it uses 0 % of its positions", "feedforward at the speed limits: not told", "told: "] {
         assert!(run.out.contains(said), "no `{said}` in {}", run.out);
     }

@@ -89,8 +89,7 @@ fn arm() -> PathBuf {
 
 fn excite(folder: &Path, arguments: &[&str]) {
     let short = ["--period", "6", "--repetitions", "1", "--starts", "1", "--iterations", "10"];
-    let found = rist(folder, &[&["excite"][..], arguments, &short[..]].concat());
-    assert_eq!(found.code, Some(0), "{}{}", found.out, found.err);
+    rist(folder, &[&["excite"][..], arguments, &short[..]].concat()).ended(0);
 }
 
 /// Of a ball of 900 points with 900 inside: the vertices that the checker keeps, what it adds around them, and how far the whole
@@ -159,8 +158,7 @@ fn a_rod_in_a_fork_is_proven_by_both() {
     excite(&folder, &["fork.urdf", "--out", "motion.yaml"]);
     let motion = std::fs::read_to_string(folder.join("motion.yaml")).unwrap();
     assert!(motion.contains("rod and fork") && motion.contains(note), "{motion}");
-    let said = rist(&folder, &["check", "fork.urdf", "motion.yaml"]);
-    assert_eq!(said.code, Some(0), "{}{}", said.out, said.err);
+    rist(&folder, &["check", "fork.urdf", "motion.yaml"]).ended(0);
     let narrow = fork().replace("0.44", "0.33");
     for (mesh, code, says) in [(fork(), 0, "distance"), (narrow, 1, "BROKEN: distance of rod and fork")] {
         std::fs::write(folder.join("fork.obj"), mesh).unwrap();
@@ -170,8 +168,7 @@ fn a_rod_in_a_fork_is_proven_by_both() {
             assert!(found.out.contains(says), "{}", found.out);
         }
     }
-    let said = rist(&folder, &["check", "fork.urdf", "motion.yaml"]);
-    assert_eq!(said.code, Some(1), "{}{}", said.out, said.err);
+    rist(&folder, &["check", "fork.urdf", "motion.yaml"]).ended(1);
 }
 
 /// Runs the checker on files that a defect was put into, and holds what it says.
@@ -261,8 +258,7 @@ fn a_motion_is_proven_anew_without_rist_and_each_defect_is_found() {
     }
     let folder = arm();
     excite(&folder, &["arm.urdf", "--limits", "limits.yaml", "--out", "motion.yaml"]);
-    let found = checker(&folder, "check_motion.py", &["arm.urdf", "motion.yaml", "--limits", "limits.yaml"]);
-    assert_eq!(found.code, Some(0), "{}{}", found.out, found.err);
+    let found = checker(&folder, "check_motion.py", &["arm.urdf", "motion.yaml", "--limits", "limits.yaml"]).ended(0);
     for said in [
         "4 position, 4 velocity, 4 acceleration, 4 jerk, ",
         "stopping takes at most ",
@@ -286,8 +282,7 @@ fn a_motion_is_proven_anew_without_rist_and_each_defect_is_found() {
     // Those of the motion's own file count where the user gives none, and where they are greater.
     std::fs::write(folder.join("none.yaml"), &LIMITS[..LIMITS.find("margins:").unwrap()]).unwrap();
     for limits in ["none.yaml", "limits.yaml"] {
-        let found = rist(&folder, &["check", "arm.urdf", "motion.yaml", "--limits", limits]);
-        assert_eq!(found.code, Some(0), "{}{}", found.out, found.err);
+        let found = rist(&folder, &["check", "arm.urdf", "motion.yaml", "--limits", limits]).ended(0);
         for said in ["calibration: 0.001 m, the proof", "payload: none to 0.5 kg on tip", "cover stopping"] {
             assert!(found.out.contains(said), "{limits}: no `{said}` in {}", found.out);
         }
@@ -297,8 +292,7 @@ fn a_motion_is_proven_anew_without_rist_and_each_defect_is_found() {
     let at = motion.find("- limit: distance\n  subject: fore and post\n").unwrap();
     let next = at + 1 + motion[at + 1..].find("\n- limit: ").unwrap();
     std::fs::write(folder.join("cut.yaml"), format!("{}{}", &motion[..at], &motion[next + 1..])).unwrap();
-    let found = checker(&folder, "check_motion.py", &["arm.urdf", "cut.yaml", "--limits", "limits.yaml"]);
-    assert_eq!(found.code, Some(0), "{}{}", found.out, found.err);
+    let found = checker(&folder, "check_motion.py", &["arm.urdf", "cut.yaml", "--limits", "limits.yaml"]).ended(0);
     let unseen = ["NOT looked at: distance of post and fore: not in the certificate", "distance of fore and post: not"];
     assert!(unseen.iter().any(|said| found.out.contains(said)), "{}", found.out);
 }
@@ -314,8 +308,7 @@ fn a_spline_and_a_description_in_yaml_are_proven_anew() {
         let model = models.join(model).display().to_string();
         let motion: &[&str] = if spline { &["--motion", "spline"] } else { &[] };
         excite(&folder, &[&[model.as_str(), "--out", "motion.yaml"][..], motion].concat());
-        let found = checker(&folder, "check_motion.py", &[&model, "motion.yaml"]);
-        assert_eq!(found.code, Some(0), "{model}: {}{}", found.out, found.err);
+        checker(&folder, "check_motion.py", &[&model, "motion.yaml"]).ended(0);
         // A tenth more of every coefficient breaks something: the search uses what the limits leave.
         let text = std::fs::read_to_string(folder.join("motion.yaml")).unwrap();
         let period = text.lines().find(|line| line.starts_with("period_s: ")).unwrap();
@@ -334,10 +327,8 @@ fn a_plan_is_proven_anew_without_rist_and_each_defect_is_found() {
     let model = workspace().join("models/planar2r_vertical.yaml").display().to_string();
     let plan =
         ["plan", &model, "-n", "6", "--starts", "2", "--nodes", "60", "--configurations", "8", "--out", "plan.yaml"];
-    let made = rist(&folder, &plan);
-    assert_eq!(made.code, Some(0), "{}{}", made.out, made.err);
-    let found = checker(&folder, "check_plan.py", &[&model, "plan.yaml"]);
-    assert_eq!(found.code, Some(0), "{}{}", found.out, found.err);
+    rist(&folder, &plan).ended(0);
+    checker(&folder, "check_plan.py", &[&model, "plan.yaml"]).ended(0);
     let text = std::fs::read_to_string(folder.join("plan.yaml")).unwrap();
     let line = |key: &str| text.lines().find(|line| line.trim_start().starts_with(key)).unwrap();
     let after = |key: &str| &text[text.find(key).unwrap()..];

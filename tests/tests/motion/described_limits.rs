@@ -27,8 +27,7 @@ fn limits_of_followers_soft_limits_and_turns_are_heeded() {
     std::fs::write(folder.join("arm.urdf"), ARM).unwrap();
     for seed in ["1", "2", "3"] {
         let excite = ["excite", "arm.urdf", "--starts", "1", "--iterations", "10", "--period", "4", "--seed", seed];
-        let run = rist(&folder, &[&excite[..], &["--out", "m.yaml"]].concat());
-        assert_eq!(run.code, Some(0), "{}{}", run.out, run.err);
+        let run = rist(&folder, &[&excite[..], &["--out", "m.yaml"]].concat()).ended(0);
         let said = run.out + &run.err;
         for sentence in [
             "j1: positions from -900 to 900 rad are more than two turns: are degrees meant?",
@@ -52,11 +51,9 @@ fn a_simulation_beyond_the_limits_says_so() {
     let folder = folder("simulated-beyond");
     std::fs::write(folder.join("arm.urdf"), ARM.replace("900", "2")).unwrap();
     let excite = ["excite", "arm.urdf", "--starts", "1", "--iterations", "10", "--period", "4"];
-    let made = rist(&folder, &[&excite[..], &["--out", "m.yaml"]].concat());
-    assert_eq!(made.code, Some(0), "{}{}", made.out, made.err);
+    rist(&folder, &[&excite[..], &["--out", "m.yaml"]].concat()).ended(0);
     let simulate = |motion: &str| {
-        let run = rist(&folder, &["simulate", "arm.urdf", motion, "--out", "logs", "--validation", "0"]);
-        assert_eq!(run.code, Some(0), "{}{}", run.out, run.err);
+        let run = rist(&folder, &["simulate", "arm.urdf", motion, "--out", "logs", "--validation", "0"]).ended(0);
         run.out + &run.err
     };
     let inside = simulate("m.yaml");

@@ -17,8 +17,7 @@ fn arm(name: &str) -> PathBuf {
 
 /// Where the request is refused, the words of the message are these.
 fn refused(here: &Path, arguments: &[&str], said: &[&str]) {
-    let run = rist(here, &[&["excite", "arm.yaml"], arguments].concat());
-    assert_eq!(run.code, Some(2), "{arguments:?}: {}{}", run.out, run.err);
+    let run = rist(here, &[&["excite", "arm.yaml"], arguments].concat()).ended(2);
     said.iter().for_each(|said| assert!(run.err.contains(said), "{arguments:?}: `{said}` is not in {}", run.err));
     assert!(!run.err.contains("panicked"), "{arguments:?}: {}", run.err);
 }
@@ -120,8 +119,7 @@ fn limits_of_an_arm_are_read_or_refused() {
         ("space: {floor: 0.0}", "floor at z = 0 m"),
         ("space: {walls: [{point: [0,0,0], normal: [1,0,0]}]}", "region of 4"),
     ] {
-        let run = run(limits);
-        assert_eq!(run.code, Some(0), "{limits}: {}{}", run.out, run.err);
+        let run = run(limits).ended(0);
         let last = run.out.split("\n\n").last().unwrap_or_default().replace("\n  ", " ");
         assert!(last.starts_with("proven, ") && last.contains(said), "{limits}: {last}");
     }
@@ -152,8 +150,7 @@ fn limits_of_an_arm_are_read_or_refused() {
         ("all: {slowed: 0.000001}", "a blend 7.5000e5 s"),
         ("all: {jerk: 0.000000001}", "nearest is its limit of jerk: raise it"),
     ] {
-        let run = run(limits);
-        assert_eq!(run.code, Some(2), "{limits}: {}{}", run.out, run.err);
+        let run = run(limits).ended(2);
         assert!(run.err.contains(said), "{limits}: `{said}` is not in {}", run.err);
         // Of places, not of pairs: what helps pairs is not said.
         let is_place = limits.contains("boxes") || limits.contains("walls");
@@ -198,8 +195,7 @@ fn found(name: &str) -> (PathBuf, ExcitingMotion) {
     let here = arm(name);
     std::fs::write(here.join("made.yaml"), "all: {velocity: 2, acceleration: 8, jerk: 150, power: 60}\n").unwrap();
     let out = ["--limits", "made.yaml", "--out", "motion.yaml"];
-    let run = rist(&here, &[&["excite", "arm.yaml"], &QUICK[..], &out].concat());
-    assert_eq!(run.code, Some(0), "{}{}", run.out, run.err);
+    rist(&here, &[&["excite", "arm.yaml"], &QUICK[..], &out].concat()).ended(0);
     let text = std::fs::read_to_string(here.join("motion.yaml")).unwrap();
     let motion = ExcitingMotion::from_yaml("motion.yaml", &text).unwrap();
     (here, motion)
@@ -272,8 +268,7 @@ fn motions_of_absurd_size_are_refused() {
 fn a_check_says_whose_limits_it_proves() {
     let (here, motion) = found("own_limits");
     let run = |arguments: &[&str]| rist(&here, &[&["check", "arm.yaml"], arguments].concat());
-    let plain = run(&["motion.yaml"]);
-    assert_eq!(plain.code, Some(0), "{}", plain.err);
+    let plain = run(&["motion.yaml"]).ended(0);
     for line in [
         "position      as in the motion's file, tighter than the others",
         "velocity      as in the motion's file, tighter than the others",
@@ -290,8 +285,7 @@ fn a_check_says_whose_limits_it_proves() {
         assert!(plain.out.contains(line), "{line}: {}", plain.out);
     }
     // With the file that it was made with nothing is left to the motion's own word.
-    let whole = run(&["motion.yaml", "--limits", "made.yaml"]);
-    assert_eq!(whole.code, Some(0), "{}", whole.err);
+    let whole = run(&["motion.yaml", "--limits", "made.yaml"]).ended(0);
     assert!(whole.out.contains("jerk          as in the limits file"), "{}", whole.out);
     assert!(!whole.out.contains("assumed by the motion's file"), "{}", whole.out);
     assert!(
@@ -310,8 +304,7 @@ fn a_check_says_whose_limits_it_proves() {
     std::fs::write(here.join("loose.yaml"), loosened.to_yaml().unwrap()).unwrap();
     let unnoticed = run(&["loose.yaml"]);
     assert!(!unnoticed.err.contains("acceleration of q1"), "{}", unnoticed.err);
-    let noticed = run(&["loose.yaml", "--limits", "made.yaml"]);
-    assert_eq!(noticed.code, Some(1), "{}", noticed.out);
+    let noticed = run(&["loose.yaml", "--limits", "made.yaml"]).ended(1);
     assert!(noticed.err.contains("acceleration of q1: ") && noticed.err.contains(" is beyond "), "{}", noticed.err);
 
     // What the file does not give is not assumed against the motion; a looser file is refused.
@@ -319,8 +312,7 @@ fn a_check_says_whose_limits_it_proves() {
     let held = run(&["motion.yaml", "--limits", "own.yaml"]);
     assert!(held.err.contains("beyond the floor"), "{}", held.err);
     std::fs::write(here.join("own.yaml"), "coordinates: {q2: {power: 1e-3}}\n").unwrap();
-    let held = run(&["motion.yaml", "--limits", "own.yaml"]);
-    assert_eq!(held.code, Some(1), "{}", held.out);
+    let held = run(&["motion.yaml", "--limits", "own.yaml"]).ended(1);
     assert!(held.err.contains("power of q2: ") && !held.err.contains("jerk of"), "{}", held.err);
     for (limits, said) in
         [("all: {velocity: 6}", "coordinate q1: velocity 6"), ("coordinates: {q7: {jerk: 1}}", "`q7`")]
@@ -346,8 +338,7 @@ fn a_motion_file_that_contradicts_itself_is_refused() {
         std::fs::write(here.join("changed.yaml"), motion.to_yaml().unwrap()).unwrap();
         rist(&here, &["check", "arm.yaml", "changed.yaml"])
     };
-    let moves = check(&|m| m.joints[1].limits.locked = Some(0.0));
-    assert_eq!(moves.code, Some(1), "{}", moves.err);
+    let moves = check(&|m| m.joints[1].limits.locked = Some(0.0)).ended(1);
     assert!(moves.err.contains("position of q2: ") && moves.err.contains("is beyond "), "{}", moves.err);
     let long = check(&|m| m.repetitions = 1_000_000_000);
     assert!(long.code == Some(2) && long.err.contains("samples; at most 4e6 are taken"), "{}", long.err);

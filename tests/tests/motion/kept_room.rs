@@ -44,8 +44,7 @@ fn motion(here: &Path) -> ExcitingMotion {
 #[test]
 fn room_that_a_person_would_want() {
     let here = written("kept_room", &arm(r#"lower="-2.5" upper="2.5""#, ""));
-    let run = excite(&here, &[]);
-    assert_eq!(run.code, Some(0), "{}{}", run.out, run.err);
+    let run = excite(&here, &[]).ended(0);
     let said = run.out.replace("\n  ", " ");
     for words in [
         "joints keep 0.02 rad, or 2 % of their room, to the ends of their positions",
@@ -59,8 +58,7 @@ fn room_that_a_person_would_want() {
     assert_eq!((bound("fore at the floor"), bound("fore and post")), (0.02, 0.02));
     assert_eq!((found.space.floor, found.space.spacing), (Some(Floor::At(0.0)), Some(0.02)));
     assert_eq!(found.joints[1].limits.position, (-2.48, 2.48));
-    let check = rist(&here, &["check", "arm.urdf", "motion.yaml"]);
-    assert_eq!(check.code, Some(0), "{}{}", check.out, check.err);
+    rist(&here, &["check", "arm.urdf", "motion.yaml"]).ended(0);
 
     // Each may be turned off; what the user gives is kept as it is given.
     let limits = "margins: {tracking: 0}\nspace: {distance: 0.01, floor: none}";
@@ -78,8 +76,7 @@ fn room_that_a_person_would_want() {
 fn a_floor_that_leaves_no_motion_is_none() {
     // The ball stays between 10 and 4 cm below.
     let here = written("kept_no_floor", &arm(r#"lower="-0.05" upper="0.1""#, ""));
-    let run = excite(&here, &[]);
-    assert_eq!(run.code, Some(0), "{}{}", run.out, run.err);
+    let run = excite(&here, &[]).ended(0);
     let said = run.out.replace("\n  ", " ");
     assert!(said.contains("no floor, lowest point -0.1") && said.contains("NOT looked at: floor"), "{said}");
 }
@@ -94,8 +91,7 @@ fn sides_of_a_joint_need_no_margin() {
         ["margins: {encoder_zero: 0.002, tracking: 0.01, calibration: 0.001, mesh: 0.0005}", "space: {distance: 0.02}"]
     {
         std::fs::write(here.join("limits.yaml"), limits).unwrap();
-        let run = excite(&here, &["--limits", "limits.yaml"]);
-        assert_eq!(run.code, Some(0), "{limits}: {}{}", run.out, run.err);
+        let run = excite(&here, &["--limits", "limits.yaml"]).ended(0);
         let said = run.out.replace('\n', " ").replace("  ", " ");
         assert!(
             said.contains("they are the sides of one joint, and 1000 poses change their distance by less than"),
@@ -123,8 +119,7 @@ fn a_refusal_counts_and_its_remedy_was_tried() {
         written("kept_refusal", &arm(r#"lower="-2.5" upper="0.5""#, &(finger("left", 1) + &finger("right", -1))));
     let limits = |text: &str| std::fs::write(here.join("limits.yaml"), text).unwrap();
     limits("space: {distance: 0.03}");
-    let run = excite(&here, &["--limits", "limits.yaml"]);
-    assert_eq!(run.code, Some(2), "{}{}", run.out, run.err);
+    let run = excite(&here, &["--limits", "limits.yaml"]).ended(2);
     let said = &run.err;
     assert!(
         said.contains("of 300 poses within the limits 0 keep all of them") && !said.contains("no motion keeps"),
@@ -133,13 +128,11 @@ fn a_refusal_counts_and_its_remedy_was_tried() {
     assert!(said.contains("broken are distance of right and left (0.03 m) in 300"), "{said}");
     assert!(said.contains("tried, and a motion is proven: space without `distance: 0.0300`"), "{said}");
     limits("{}");
-    let run = excite(&here, &["--limits", "limits.yaml"]);
-    assert_eq!(run.code, Some(0), "{}{}", run.out, run.err);
+    excite(&here, &["--limits", "limits.yaml"]).ended(0);
 
     // A box above the arm: nothing that is tried leads there.
     limits("space: {boxes: [{low: [-1, -1, 2], high: [1, 1, 3], links: [fore]}]}");
-    let run = excite(&here, &["--limits", "limits.yaml"]);
-    assert_eq!(run.code, Some(2), "{}{}", run.out, run.err);
+    let run = excite(&here, &["--limits", "limits.yaml"]).ended(2);
     let said = &run.err;
     assert!(
         said.contains("region of fore at the least z of the box (0 m) in 300") && !said.contains("tried"),
@@ -152,8 +145,7 @@ fn a_refusal_counts_and_its_remedy_was_tried() {
 fn velocities_beyond_reach() {
     let fast = arm(r#"lower="-2.5" upper="2.5""#, "").replacen(r#"velocity="2""#, r#"velocity="1e6""#, 1);
     let here = written("kept_fast", &fast);
-    let run = excite(&here, &[]);
-    assert_eq!(run.code, Some(0), "{}{}", run.out, run.err);
+    let run = excite(&here, &[]).ended(0);
     let said = run.out.replace("\n  ", " ");
     assert!(said.contains("turn: a velocity of 1e6 rad/s is no limit, 1.0000 rad/s assumed"), "{said}");
 
@@ -161,25 +153,21 @@ fn velocities_beyond_reach() {
     <limit lower="0" upper="0.02" velocity="5" effort="20"/></joint>
   <link name="finger"><inertial><mass value="0.1"/><inertia ixx="1e-5" ixy="0" ixz="0" iyy="1e-5" iyz="0" izz="1e-5"/></inertial></link>"#;
     let here = written("kept_gripper", &arm(r#"lower="-2.5" upper="2.5""#, gripper));
-    let run = excite(&here, &[]);
-    assert_eq!(run.code, Some(0), "{}{}", run.out, run.err);
+    excite(&here, &[]).ended(0);
 }
 
 /// A folded arm stands just at a limit of its description, and goes from there; a pose at which bodies touch is refused at once.
 #[test]
 fn the_way_from_a_folded_pose() {
     let here = written("kept_folded", &arm(r#"lower="-2.5" upper="0""#, ""));
-    let run = excite(&here, &["--limits", "limits.yaml"]);
-    assert_eq!(run.code, Some(2), "{}", run.err);
+    excite(&here, &["--limits", "limits.yaml"]).ended(2);
     std::fs::write(here.join("limits.yaml"), "space: {floor: none}").unwrap();
-    let run = excite(&here, &["--limits", "limits.yaml"]);
-    assert_eq!(run.code, Some(0), "{}{}", run.out, run.err);
+    excite(&here, &["--limits", "limits.yaml"]).ended(0);
     let play = |from: &str| {
         let asked = ["--controller", "ros2", "--limits", "limits.yaml", "--out", "way.yaml", "--from", from];
         rist(&here, &[&["play", "arm.urdf", "motion.yaml"], &asked[..]].concat())
     };
-    let run = play("turn=0.2,bend=0");
-    assert_eq!(run.code, Some(0), "{}{}", run.out, run.err);
+    play("turn=0.2,bend=0").ended(0);
     // By a hair beyond is beyond.
     let run = play("turn=0.2,bend=1e-5");
     assert!(run.code == Some(1) && run.err.contains("way there: position of bend"), "{}{}", run.out, run.err);

@@ -45,8 +45,7 @@ fn a_second_motion_shows_what_the_first_left_open() {
     let urdf = urdf.to_str().unwrap();
     let excite = |name: &str, more: &[&str]| {
         let common = ["excite", urdf, "--repetitions", "1", "--starts", "2", "--out", name];
-        let found = run(&folder, &[&common[..], more].concat());
-        assert_eq!(found.code, Some(0), "{}{}", found.out, found.err);
+        let found = run(&folder, &[&common[..], more].concat()).ended(0);
         let text = std::fs::read_to_string(folder.join(name)).unwrap();
         (ExcitingMotion::from_yaml(name, &text).unwrap(), found.out)
     };

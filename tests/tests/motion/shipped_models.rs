@@ -12,8 +12,7 @@ use tests::workspace;
 
 /// Runs a command, which must end with 0; its output.
 fn run(here: &Path, arguments: &str) -> String {
-    let run = rist(here, &arguments.split_whitespace().collect::<Vec<_>>());
-    assert_eq!(run.code, Some(0), "{}: rist {arguments}: {}{}", here.display(), run.out, run.err);
+    let run = rist(here, &arguments.split_whitespace().collect::<Vec<_>>()).ended(0);
     run.out
 }
 

@@ -54,8 +54,7 @@ fn hold_played(folder: &Path, urdf: &str) {
     assert_eq!(played.lines().count(), 1 + 8 * 200 + 1);
     assert!(std::fs::read_to_string(folder.join("m.script")).unwrap().contains("servoj"));
     assert!(std::fs::read_to_string(folder.join("ros.yaml")).unwrap().contains("time_from_start"));
-    let simulated = run(folder, &["simulate", urdf, "motion.yaml", "--validation", "0", "--out", "logs"]);
-    assert_eq!(simulated.code, Some(0), "{}", simulated.err);
+    run(folder, &["simulate", urdf, "motion.yaml", "--validation", "0", "--out", "logs"]).ended(0);
     let found = run(folder, &["identify", urdf, "logs/motion.csv"]);
     assert!(found.out.contains("ZZR_shoulder_pan"), "{}{}", found.out, found.err);
 }
@@ -69,8 +68,7 @@ fn a_spline_is_found_proven_played_and_refused_where_it_is_broken() {
     let excite =
         ["excite", urdf, "--motion", "spline", "--limits", "limits.yaml", "--period", "4", "--repetitions", "2"];
     let files = ["--play", "m.csv", "--play", "ros.yaml", "--play", "m.script", "--out", "motion.yaml"];
-    let found = run(&folder, &[&excite[..], &["--starts", "1", "--iterations", "15"], &files].concat());
-    assert_eq!(found.code, Some(0), "{}{}", found.out, found.err);
+    let found = run(&folder, &[&excite[..], &["--starts", "1", "--iterations", "15"], &files].concat()).ended(0);
     assert!(
         found.out.contains("a quintic spline of 9 spans, 2 times 4 s from rest to rest: 8 s at 200 Hz"),
         "{}",
@@ -88,15 +86,13 @@ fn a_spline_is_found_proven_played_and_refused_where_it_is_broken() {
     hold_played(&folder, urdf);
 
     // The proof is found again, and does not believe the file.
-    let checked = run(&folder, &["check", urdf, "motion.yaml"]);
-    assert_eq!(checked.code, Some(0), "{}", checked.err);
+    run(&folder, &["check", urdf, "motion.yaml"]).ended(0);
     let parameters = model.described_parameters().unwrap();
     let broken = |limit: LimitKind, joint: usize, change: &dyn Fn(&mut ExcitingMotion)| {
         let mut artefact = artefact.clone();
         change(&mut artefact);
         std::fs::write(folder.join("broken.yaml"), artefact.to_yaml().unwrap()).unwrap();
-        let found = run(&folder, &["check", urdf, "broken.yaml"]);
-        assert_eq!(found.code, Some(1), "{limit}: {}{}", found.out, found.err);
+        let found = run(&folder, &["check", urdf, "broken.yaml"]).ended(1);
         // `power of elbow: 41.2 W at 1.25 s is beyond 36 W by 5.2 W`: true at that time.
         let head = format!("{limit} of {}: ", artefact.joints[joint].coordinate);
         let said = found.err.split("; ").find_map(|fault| fault.split_once(&head)).map(|(_, said)| said);
@@ -148,8 +144,7 @@ fn what_makes_no_spline_is_refused() {
         (vec![urdf, "--limits", "power.yaml"], "there is no coordinate `shoulder`"),
         (vec!["weightless.yaml", "--limits", "limits.yaml"], "the limit of power of q1 needs the torque"),
     ] {
-        let found = run(&folder, &[&["excite"][..], &arguments].concat());
-        assert_eq!(found.code, Some(2), "{arguments:?}: {}{}", found.out, found.err);
+        let found = run(&folder, &[&["excite"][..], &arguments].concat()).ended(2);
         assert!(found.err.contains(said), "{arguments:?}: {}", found.err);
     }
 }

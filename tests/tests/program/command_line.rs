@@ -94,8 +94,7 @@ fn inspect_prints_what_the_library_finds() {
             assert_eq!(found["ops"][name], count(function.count()), "{file} {name}");
         }
 
-        let run = rist(&here, &["inspect", &path(file)]);
-        assert_eq!(run.code, Some(0));
+        let run = rist(&here, &["inspect", &path(file)]).ended(0);
         // Lines are wrapped between words.
         let words = run.out.split_whitespace().collect::<Vec<_>>().join(" ");
         for (b, rule) in d.parameters.base.iter().zip(&rules.base) {
@@ -181,8 +180,7 @@ fn identify_gives_back_the_parameters_that_made_the_log() {
     }
 
     // With the filter and the weights of the defaults: the same to a tenth of a percent of the largest.
-    let run = rist(&here, &[&arguments[..], &["--friction", "none"]].concat());
-    assert_eq!(run.code, Some(0), "{}", run.err);
+    rist(&here, &[&arguments[..], &["--friction", "none"]].concat()).ended(0);
     let text = std::fs::read_to_string(here.join("estimate.yaml")).unwrap();
     let estimate: Json = serde_yaml::from_str(&text).unwrap();
     for (found, expected) in estimate["parameters"].as_array().unwrap().iter().zip(&expected) {
@@ -204,8 +202,7 @@ fn identify_gives_back_the_parameters_that_made_the_log() {
 fn generate_writes_the_file_of_the_library() {
     let here = folder("generate");
     let model = path("race.yaml");
-    let to_file = rist(&here, &["generate", &model, "--out", "race.rs"]);
-    assert_eq!(to_file.code, Some(0), "{}", to_file.err);
+    rist(&here, &["generate", &model, "--out", "race.rs"]).ended(0);
     let written = std::fs::read_to_string(here.join("race.rs")).unwrap();
     let module = modeling::module(&tests::model("race.yaml"), &[]).unwrap_or_else(|e| panic!("{e}"));
     assert_eq!(written, codegen::rust_file(&module, &format!("rist generate {model}")));
@@ -291,8 +288,7 @@ fn a_nan_in_a_log_is_left_out_and_told_and_a_log_of_them_refused() {
     let arguments = ["identify", &bare("planar2r_vertical.yaml"), "log.csv", "--out", "estimate.yaml"];
     rows[998] = without_q2(&rows[998]);
     write_log(&here, &rows);
-    let run = rist(&here, &arguments);
-    assert_eq!(run.code, Some(0), "{}", run.err);
+    let run = rist(&here, &arguments).ended(0);
     assert!(run.out.contains("1 row left out") && run.out.contains("line 1000"), "{}", run.out);
     let estimate = std::fs::read_to_string(here.join("estimate.yaml")).unwrap();
     assert!(!estimate.contains("NaN") && !estimate.contains(".nan"), "{estimate}");
@@ -305,8 +301,7 @@ fn a_nan_in_a_log_is_left_out_and_told_and_a_log_of_them_refused() {
 #[test]
 fn shells_and_manuals_know_every_command() {
     let here = folder("shells");
-    let run = rist(&here, &["completions", "bash"]);
-    assert_eq!(run.code, Some(0), "{}", run.err);
+    let run = rist(&here, &["completions", "bash"]).ended(0);
     assert!(run.out.contains("_rist()") && run.out.contains("--rotor-inertia"));
     assert_eq!(rist(&here, &["man", "--out", "man"]).code, Some(0));
     let pages = files(&here.join("man"));

@@ -33,8 +33,7 @@ fn files_without_end_are_refused() {
         &["check", planar, "endless.yaml"],
     ];
     for command in commands {
-        let run = bounded(&here, command);
-        assert_eq!(run.code, Some(2), "{command:?}: {}", run.err);
+        let run = bounded(&here, command).ended(2);
         let says_why =
             ["larger than 16 MiB", "binary file", "no sums of rist accumulate"].iter().any(|why| run.err.contains(why));
         assert!(says_why, "{command:?}: {}", run.err);
@@ -53,8 +52,7 @@ fn strings_of_a_recording_are_not_believed() {
     ];
     for record in claims {
         std::fs::write(here.join("claim.mcap"), [b"\x89MCAP0\r\n", record].concat()).unwrap();
-        let run = bounded(&here, &["doctor", planar.to_str().unwrap(), "claim.mcap"]);
-        assert_eq!(run.code, Some(2), "{}", run.err);
+        let run = bounded(&here, &["doctor", planar.to_str().unwrap(), "claim.mcap"]).ended(2);
         assert!(run.err.contains("4294967295 bytes are claimed"), "{}", run.err);
     }
 }
@@ -78,14 +76,12 @@ fn a_slow_rate_is_refused() {
     let here = folder("hostile-rate");
     let planar = model_path("planar2r_vertical.yaml");
     let planar = planar.to_str().unwrap();
-    let run = tests::program::rist(&here, &["excite", planar, "--out", "motion.yaml"]);
-    assert_eq!(run.code, Some(0), "{}", run.err);
+    tests::program::rist(&here, &["excite", planar, "--out", "motion.yaml"]).ended(0);
     let text = std::fs::read_to_string(here.join("motion.yaml")).unwrap();
     let slow = |line: &str| if line.starts_with("rate_hz:") { "rate_hz: 1e-6".into() } else { line.to_string() };
     let slow: Vec<String> = text.lines().map(slow).collect();
     std::fs::write(here.join("slow.yaml"), slow.join("\n")).unwrap();
-    let run = bounded(&here, &["simulate", planar, "slow.yaml", "--out", "logs"]);
-    assert_eq!(run.code, Some(2), "{}", run.err);
+    let run = bounded(&here, &["simulate", planar, "slow.yaml", "--out", "logs"]).ended(2);
     assert!(run.err.contains("a controller has 1 to 20000 Hz"), "{}", run.err);
 }
 
@@ -93,8 +89,7 @@ fn a_slow_rate_is_refused() {
 #[test]
 fn names_are_shown_as_what_they_are() {
     let here = folder("hostile-names");
-    let run = bounded(&here, &["inspect", "a\u{1b}]0;x\u{202e}.yaml", "--color", "always"]);
-    assert_eq!(run.code, Some(2));
+    let run = bounded(&here, &["inspect", "a\u{1b}]0;x\u{202e}.yaml", "--color", "always"]).ended(2);
     assert!(run.err.contains("a\\u{1b}]0;x\\u{202e}.yaml"), "{:?}", run.err);
 }
 
@@ -103,8 +98,7 @@ fn an_element_of_countless_attributes_is_refused_where_it_stands() {
     let here = folder("hostile-attributes");
     let attributes: String = (0..100_000).map(|k| format!(" a{k}=\"1\"")).collect();
     std::fs::write(here.join("crowded.urdf"), format!("<robot name=\"r\">\n<link{attributes}/></robot>")).unwrap();
-    let run = bounded(&here, &["inspect", "crowded.urdf"]);
-    assert_eq!(run.code, Some(2));
+    let run = bounded(&here, &["inspect", "crowded.urdf"]).ended(2);
     let lines: Vec<&str> = run.err.lines().collect();
     let [message, excerpt] = lines[..] else { panic!("{}", run.err) };
     assert_eq!(message, "rist: crowded.urdf:2: <link> has more than 256 attributes: no element of a URDF has");
@@ -131,8 +125,7 @@ fn no_name_is_a_command_or_markup() {
     std::fs::write(here.join("odd.yaml"), ODD_NAMES).unwrap();
     let hidden = |text: &str| text.chars().any(|c| c != '\n' && rist::gate::shown::is_hidden(c));
     for format in ["text", "markdown", "latex", "html", "json"] {
-        let run = bounded(&here, &["inspect", "odd.yaml", "--format", format]);
-        assert_eq!(run.code, Some(0), "{format}: {}", run.err);
+        let run = bounded(&here, &["inspect", "odd.yaml", "--format", format]).ended(0);
         assert!(!hidden(&run.out) && !hidden(&run.err), "{format}: {:?}", run.out);
     }
     let run = bounded(&here, &["inspect", "odd.yaml", "--format", "markdown"]);
@@ -142,8 +135,7 @@ fn no_name_is_a_command_or_markup() {
     let table: Vec<&str> = run.out.lines().skip_while(|line| !line.starts_with("| link |")).take(4).collect();
     assert!(table.iter().all(|line| cells(line) == 8), "{table:?}");
     for (language, file) in [("rust", "odd.rs"), ("c", "odd.c")] {
-        let run = bounded(&here, &["generate", "odd.yaml", "--language", language, "--out", file]);
-        assert_eq!(run.code, Some(0), "{}", run.err);
+        bounded(&here, &["generate", "odd.yaml", "--language", language, "--out", file]).ended(0);
         assert!(!hidden(&std::fs::read_to_string(here.join(file)).unwrap()), "{file}");
     }
 }

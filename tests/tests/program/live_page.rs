@@ -56,8 +56,7 @@ fn page_of_a_log(name: &str) -> (String, Vec<Row>) {
     let rubbed = |_: usize, dq: f64, tau: f64| tau + 0.4 * dq + 0.3 * dq.signum();
     let log = log_of(&robot, &Random(41).physical_parameters(&robot), &rubbed);
     std::fs::write(here.join("a.csv"), format!("{HEADER}\n{}\n", log.join("\n"))).unwrap();
-    let run = rist(&here, &["identify", &arm, "a.csv", "--report", "p.html", "--series", "s.csv", "--out", "e.yaml"]);
-    assert_eq!(run.code, Some(0), "{}", run.err);
+    rist(&here, &["identify", &arm, "a.csv", "--report", "p.html", "--series", "s.csv", "--out", "e.yaml"]).ended(0);
     let text = |file: &str| std::fs::read_to_string(here.join(file)).unwrap();
     (text("p.html"), rows(&text("s.csv")))
 }

@@ -39,8 +39,7 @@ fn what_uses_base_parameters_refuses_a_rank_that_only_chance_makes() {
         &["identify", "arm.yaml", "log.csv", "--out", "estimate.yaml"],
         &["accumulate", "arm.yaml", "log.csv", "--out", "sums.tri"],
     ] {
-        let run = rist(&here, arguments);
-        assert_eq!(run.code, Some(2), "{arguments:?}: {}{}", run.out, run.err);
+        let run = rist(&here, arguments).ended(2);
         for part in ["the numeric rank is 3, the exact one 8", "ZZ2", "one symbol"] {
             assert!(run.err.contains(part), "{arguments:?}: {}", run.err);
         }
@@ -92,8 +91,7 @@ fn what_takes_long_is_refused_with_the_figures() {
     for n in [220, 300] {
         chain(n);
         for command in ["inspect", "generate", "excite"] {
-            let run = rist(&here, &[command, "long.yaml"]);
-            assert_eq!(run.code, Some(2), "{command}: {}", run.err);
+            let run = rist(&here, &[command, "long.yaml"]).ended(2);
             let size = format!("{n} links with {} standard parameters", 10 * n);
             let parts = [&size, " s and ", " GiB", "--any-size"];
             assert!(parts.iter().all(|part| run.err.contains(part)), "{command}: {}", run.err);
@@ -111,8 +109,7 @@ fn a_long_link_in_a_loop_ends_in_a_sentence() {
     for length in ["1e3", "2e5", "1e6", "1e9", "1e12", "1e15"] {
         let text = BY_CHANCE.replace("L0: 0.5", &format!("L0: {length}"));
         std::fs::write(here.join("long.yaml"), text).unwrap();
-        let run = rist(&here, &["inspect", "long.yaml"]);
-        assert_eq!(run.code, Some(2), "{length}: {}{}", run.out, run.err);
+        let run = rist(&here, &["inspect", "long.yaml"]).ended(2);
         assert!(run.err.contains("in which the loops close"), "{length}: {}", run.err);
     }
 }

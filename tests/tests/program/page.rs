@@ -26,8 +26,7 @@ fn a_log_becomes_a_page_and_a_series() {
     let rows = log_of(&robot, &Random(41).physical_parameters(&robot), &rubbed);
     std::fs::write(here.join("a <b>.csv"), format!("{HEADER}\n{}\n", rows.join("\n"))).unwrap();
     let made = ["--report", "page.html", "--series", "torques.csv", "--out", "e.yaml", "--date", "1 April 2026"];
-    let run = rist(&here, &[&["identify", &arm, "a <b>.csv"], &made[..]].concat());
-    assert_eq!(run.code, Some(0), "{}", run.err);
+    rist(&here, &[&["identify", &arm, "a <b>.csv"], &made[..]].concat()).ended(0);
     let page = std::fs::read_to_string(here.join("page.html")).unwrap();
     // One chart each of torque, residual, parts, friction, spectrum and autocorrelation, of two joints; the robot, the map
     // of correlations, and the frames that lines are cut at.
@@ -73,8 +72,7 @@ fn a_sheet_in_every_language() {
     let here = folder("sheet");
     let arm = model_path("race.yaml").display().to_string();
     let of = |format: &str| {
-        let run = rist(&here, &["inspect", &arm, "--format", format]);
-        assert_eq!(run.code, Some(0), "{}", run.err);
+        let run = rist(&here, &["inspect", &arm, "--format", format]).ended(0);
         assert!(!run.out.contains("could not be made"), "{}", run.out);
         run.out
     };
@@ -130,8 +128,7 @@ fn a_page_proves_a_plan_or_says_who_claims() {
         ["plan", &arm, "-n", "6", "--starts", "2", "--nodes", "60", "--configurations", "8", "--out", "plan.yaml"];
     assert_eq!(rist(&here, &plan).code, Some(0));
     let page = |plan: &str, model: &[&str]| {
-        let run = rist(&here, &[&["report", "--plan", plan, "--out", "page.html"], model].concat());
-        assert_eq!(run.code, Some(0), "{}", run.err);
+        rist(&here, &[&["report", "--plan", plan, "--out", "page.html"], model].concat()).ended(0);
         std::fs::read_to_string(here.join("page.html")).unwrap()
     };
     let (quoted, proved) = (page("plan.yaml", &[]), page("plan.yaml", &["--model", &arm]));
@@ -158,8 +155,7 @@ fn a_motion_is_drawn_within_its_limits() {
     let quick =
         ["--limits", "limits.yaml", "--starts", "1", "--iterations", "4", "--period", "5", "--repetitions", "1"];
     let files = ["--out", "motion.yaml", "--report", "page.html", "--date", "1 April"];
-    let run = rist(&here, &[&["excite", &arm], &quick[..], &files].concat());
-    assert_eq!(run.code, Some(0), "{}{}", run.out, run.err);
+    rist(&here, &[&["excite", &arm], &quick[..], &files].concat()).ended(0);
     let text = |file: &str| std::fs::read_to_string(here.join(file)).unwrap();
     let page = text("page.html");
     // Position, velocity, acceleration, jerk, torque and power of six joints, and three planes; the robot and the frames.
@@ -186,8 +182,7 @@ fn a_motion_is_drawn_within_its_limits() {
         page.split("<svg").skip(1).map(|s| s.split("</svg>").next().unwrap().to_string()).collect()
     };
     let report = ["report", "--motion", "motion.yaml", "--out", "again.html"];
-    let run = rist(&here, &[&report[..], &["--model", &arm, "--svg", "pictures"]].concat());
-    assert_eq!(run.code, Some(0), "{}", run.err);
+    rist(&here, &[&report[..], &["--model", &arm, "--svg", "pictures"]].concat()).ended(0);
     assert!(drawn(&page) == drawn(&text("again.html")), "the charts differ");
     assert_eq!(std::fs::read_dir(here.join("pictures")).unwrap().count(), 6 * 6 + 3);
 
@@ -202,8 +197,7 @@ fn a_motion_is_drawn_within_its_limits() {
 
     let broken = text("motion.yaml").replacen("centre: ", "centre: 9 # ", 1);
     std::fs::write(here.join("broken.yaml"), broken).unwrap();
-    let run = rist(&here, &["report", "--motion", "broken.yaml", "--model", &arm, "--out", "broken.html"]);
-    assert_eq!(run.code, Some(0), "{}", run.err);
+    rist(&here, &["report", "--motion", "broken.yaml", "--model", &arm, "--out", "broken.html"]).ended(0);
     let said = ["BROKEN: position of shoulder_pan", "BEYOND its limit", "position of shoulder_pan: "];
     said.iter().for_each(|said| assert!(text("broken.html").contains(said), "{said}"));
     let run =
@@ -219,8 +213,7 @@ fn the_page_of_the_ur5_is_small() {
     let here = folder("page_of_ur5");
     let (arm, log) = (model_path("ur5.urdf"), tests::workspace().join("docs/ur5/log.csv"));
     let (arm, log) = (arm.display().to_string(), log.display().to_string());
-    let run = rist(&here, &["identify", &arm, &log, "--out", "e.yaml", "--report", "ur5.html"]);
-    assert_eq!(run.code, Some(0), "{}", run.err);
+    rist(&here, &["identify", &arm, &log, "--out", "e.yaml", "--report", "ur5.html"]).ended(0);
     let page = std::fs::read_to_string(here.join("ur5.html")).unwrap();
     assert!(page.len() <= PICTURES + 400_000, "{}", page.len());
     let scripts: Vec<&str> = page.split("<script>").skip(1).map(|s| s.split("</script>").next().unwrap()).collect();
@@ -243,8 +236,7 @@ fn two_estimates_are_compared() {
         let (log, out) = (format!("{file}.csv"), format!("{file}.yaml"));
         assert_eq!(rist(&here, &["identify", &arm, &log, "--out", &out]).code, Some(0));
     }
-    let run = rist(&here, &["report", "--estimate", "a.yaml", "--against", "b.yaml", "--out", "page.html"]);
-    assert_eq!(run.code, Some(0), "{}", run.err);
+    rist(&here, &["report", "--estimate", "a.yaml", "--against", "b.yaml", "--out", "page.html"]).ended(0);
     let page = std::fs::read_to_string(here.join("page.html")).unwrap();
     let (_, table) = page.split_once("<table class=\"compared\">").unwrap();
     // The viscous friction of both joints moved, by a tenth; it stands first.
