@@ -47,11 +47,32 @@ pub fn rist_in_pipe(folder: &Path, arguments: &[&str]) -> Run {
     run(Command::new(program()).args(arguments).current_dir(folder).env_remove("COLUMNS"))
 }
 
-/// Runs a command that starts `rist`.
 pub fn run(command: &mut Command) -> Run {
-    let Output { status, stdout, stderr } = command.output().expect("rist can be started");
+    let Output { status, stdout, stderr } = command.output().unwrap_or_else(|e| panic!("{command:?}: {e}"));
     let text = |bytes| String::from_utf8(bytes).expect("rist prints UTF-8");
     Run { called: format!("{command:?}"), code: status.code(), out: text(stdout), err: text(stderr) }
+}
+
+/// Runs a compiler or another program, which has to succeed, in `folder`.
+#[track_caller]
+pub fn done(folder: &Path, program: &str, options: &str) -> Run {
+    let named = if program == "rustc" { std::env::var("RUSTC").ok() } else { None };
+    let mut command = Command::new(named.as_deref().unwrap_or(program));
+    run(command.args(options.split(' ')).current_dir(folder)).ended(0)
+}
+
+/// Whether there is a `python3` with these modules; said where there is none.
+pub fn has_python(modules: &str) -> bool {
+    let import = format!("import {modules}");
+    let found = Command::new("python3").args(["-c", &import]).output().is_ok_and(|o| o.status.success());
+    if !found {
+        println!("skipped: no python3 with {modules}");
+    }
+    found
+}
+
+pub fn is_there(program: &str) -> bool {
+    Command::new(program).arg("--version").output().is_ok_and(|o| o.status.success())
 }
 
 /// A folder of this name, empty when it is first asked for: tests beside each other may share it.

@@ -11,7 +11,7 @@ use experiments::simulate::dynamics::{Dynamics, RegressorDynamics};
 use linear_model::friction::law::FrictionLaw;
 use tests::joint_log::Machine;
 use tests::model_path;
-use tests::program::{folder, rist};
+use tests::program::{done, folder, rist, run};
 
 /// Bandwidth of the loops, rad/s; damping is 1.
 const W: f64 = 10.0;
@@ -45,9 +45,7 @@ int main(void)\n{{\n{declared}    double tau[{n}];\n    int k, is_cut;
         std::fs::write(here.join(format!("{word}.c")), main).unwrap();
         let options =
             format!("-std=c99 -Wall -Wextra -Wconversion -pedantic -Werror -O1 -o {word} {word}.c {robot}.c -lm");
-        let made =
-            Command::new("cc").args(options.split(' ')).current_dir(here).output().expect("a C compiler is there");
-        assert!(made.status.success(), "{}", String::from_utf8_lossy(&made.stderr));
+        done(here, "cc", &options);
         let mut child = Command::new(here.join(word)).stdin(Stdio::piped()).stdout(Stdio::piped()).spawn().unwrap();
         let (to, from) = (child.stdin.take().unwrap(), BufReader::new(child.stdout.take().unwrap()));
         Program { child, to, from }
@@ -112,25 +110,13 @@ fn controller_from_a_log(here: &Path, file: &str, model: &rist::Model, viscous: 
     let names: Vec<String> = model.robot.coordinates.iter().map(|c| c.name.clone()).collect();
     machine.log().write(&here.join("log.csv"), &names);
     let path = model_path(file).display().to_string();
-    for arguments in [
-        vec!["identify", &path, "log.csv", "--out", "estimate.yaml"],
-        vec![
-            "generate",
-            &path,
-            "--functions",
-            "controller",
-            "--estimate",
-            "estimate.yaml",
-            "--anyway",
-            "--language",
-            "c",
-        ],
-    ] {
-        let source = format!("{}.c", model.robot.name);
-        let out = if arguments[0] == "generate" { vec!["--out", &source] } else { vec![] };
-        let run = rist(here, &[arguments.clone(), out].concat());
-        assert!(run.code == Some(0) || arguments[0] == "identify", "{arguments:?}: {}", run.err);
-    }
+    rist(here, &["identify", &path, "log.csv", "--out", "estimate.yaml"]);
+    generate(here, &path, &["--language", "c", "--out", &format!("{}.c", model.robot.name)]);
+}
+
+fn generate(here: &Path, path: &str, more: &[&str]) {
+    let with = ["generate", path, "--functions", "controller", "--estimate", "estimate.yaml", "--anyway"];
+    rist(here, &[&with[..], more].concat()).ended(0);
 }
 
 #[test]
@@ -229,9 +215,7 @@ fn the_feedforward_in_rust_is_that_in_c() {
     let here = folder("controller_rust");
     controller_from_a_log(&here, file, &model, &[0.5, 0.2], &[1.0, 0.4]);
     let path = model_path(file).display().to_string();
-    let arguments =
-        ["generate", &path, "--functions", "controller", "--estimate", "estimate.yaml", "--anyway", "--out"];
-    rist(&here, &[&arguments[..], &["arm.rs"]].concat()).ended(0);
+    generate(&here, &path, &["--out", "arm.rs"]);
     let states: Vec<[f64; 6]> = (0..50)
         .map(|i| std::array::from_fn(|k| ((3 * i + 7 * k) as f64 * 0.37).sin() * [1.0, 0.05, 3.0][k / 2]))
         .collect();
@@ -242,18 +226,12 @@ fn the_feedforward_in_rust_is_that_in_c() {
         println!(\"{{:e}} {{:e}}\", tau[0], tau[1]);\n    }}\n}}\n"
     );
     std::fs::write(here.join("main.rs"), main).unwrap();
-    let rustc = std::env::var_os("RUSTC").unwrap_or("rustc".into());
-    let options = "--edition 2024 -A dead_code -D warnings -o main main.rs";
-    let built = Command::new(&rustc).args(options.split(' ')).current_dir(&here).output().unwrap();
-    assert!(built.status.success(), "{}", String::from_utf8_lossy(&built.stderr));
+    done(&here, "rustc", "--edition 2024 -A dead_code -D warnings -o main main.rs");
     // The file alone needs no standard library.
     std::fs::write(here.join("lib.rs"), "#![no_std]\npub mod arm;\n").unwrap();
-    let options = "--edition 2024 --crate-type lib -D warnings lib.rs";
-    let built = Command::new(&rustc).args(options.split(' ')).current_dir(&here).output().unwrap();
-    assert!(built.status.success(), "{}", String::from_utf8_lossy(&built.stderr));
+    done(&here, "rustc", "--edition 2024 --crate-type lib -D warnings lib.rs");
 
-    let said = Command::new(here.join("main")).output().unwrap();
-    let said = String::from_utf8(said.stdout).unwrap();
+    let said = run(&mut Command::new(here.join("main"))).out;
     let in_rust: Vec<f64> = said.split_whitespace().map(|x| x.parse().unwrap()).collect();
     assert_eq!(in_rust.len(), 100);
     let (x, f, name) = (format!("{}_x", model.robot.name), format!("{}_f", model.robot.name), &model.robot.name);

@@ -3,7 +3,6 @@
 
 use std::collections::HashMap;
 use std::fmt::Write as _;
-use std::process::Command;
 
 use expr::Function;
 use formulas::{FormulaLanguage, Formulas, formula_file, printed_symbols};
@@ -11,6 +10,7 @@ use modeling::{LinkFrame, RobotFunction};
 use robot::Robot;
 use tests::formula_text::{assignments, evaluated};
 use tests::model;
+use tests::program::{done, folder, has_python};
 use tests::random::Random;
 
 /// Two ways to add up some thousand terms that mostly cancel.
@@ -152,13 +152,10 @@ fn one_entry_is_that_of_the_matrix() {
 
 #[test]
 fn sympy_computes_what_the_tape_does() {
-    let has_sympy = Command::new("python3").args(["-c", "import sympy"]).output().is_ok_and(|o| o.status.success());
-    if !has_sympy {
-        println!("skipped: no python3 with sympy");
+    if !has_python("sympy") {
         return;
     }
-    let folder = std::path::Path::new(env!("CARGO_TARGET_TMPDIR")).join("sympy");
-    std::fs::create_dir_all(&folder).unwrap();
+    let folder = folder("sympy");
     let (mut random, mut script, mut expected) = (Random(43), String::new(), Vec::new());
     for (m, file) in ["planar2r_vertical.yaml", "rx90.yaml", "sr400.par"].into_iter().enumerate() {
         let words = ["inertia-matrix", "inverse-dynamics", "forward-dynamics", "energy", "pose", "friction"];
@@ -188,9 +185,7 @@ fn sympy_computes_what_the_tape_does() {
         }
     }
     std::fs::write(folder.join("run.py"), script).unwrap();
-    let ran = Command::new("python3").arg("run.py").current_dir(&folder).output().unwrap();
-    assert!(ran.status.success(), "{}", String::from_utf8_lossy(&ran.stderr));
-    let printed = String::from_utf8(ran.stdout).unwrap();
+    let printed = done(&folder, "python3", "run.py").out;
     let mut numbers = printed.lines().map(|x| x.parse::<f64>().unwrap());
     for (what, expected) in expected {
         let found: Vec<f64> = numbers.by_ref().take(expected.len()).collect();

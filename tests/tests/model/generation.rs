@@ -2,11 +2,10 @@
 //! that could fail. Any tree of joints can be generated, large or small.
 
 use std::path::Path;
-use std::process::Command;
 
 use modeling::Derivation;
 use robot::Robot;
-use tests::program::folder;
+use tests::program::{done, folder};
 use tests::random::Random;
 use tests::urdf_text::random_tree;
 use tests::{dot, evaluated, models, recursion};
@@ -20,10 +19,7 @@ fn generated(robot: &Robot) -> String {
 fn compiles(folder: &Path, root: &str, text: &str) {
     std::fs::write(folder.join("x.rs"), text).unwrap();
     std::fs::write(folder.join("without_std.rs"), "#![no_std]\npub mod x;\n").unwrap();
-    let rustc = std::env::var_os("RUSTC").unwrap_or("rustc".into());
-    let arguments = "--crate-type lib --edition 2024 --emit=metadata -D warnings".split(' ');
-    let out = Command::new(rustc).args(arguments).arg(root).current_dir(folder).output().unwrap();
-    assert!(out.status.success(), "{root}: {}", String::from_utf8_lossy(&out.stderr));
+    done(folder, "rustc", &format!("--crate-type lib --edition 2024 --emit=metadata -D warnings {root}"));
 }
 
 #[test]

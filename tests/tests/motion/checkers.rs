@@ -5,7 +5,7 @@
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use tests::program::{Run, folder, rist, run};
+use tests::program::{Run, folder, has_python, rist, run};
 use tests::workspace;
 
 /// Three joints; a mesh, a cylinder, a box and a capsule; a mimic finger that slides.
@@ -49,15 +49,6 @@ space:
   walls: [{point: [0.9, 0, 0], normal: [-2, 0, 0]}]
   boxes: [{low: [-1.4, -1.2, 0], high: [2, 1.2, 2], links: [fore]}]
 ";
-
-/// A `python3` with numpy; said where there is none.
-fn has_python() -> bool {
-    let found = Command::new("python3").args(["-c", "import numpy"]).output().is_ok_and(|o| o.status.success());
-    if !found {
-        println!("NOT looked at: no python3 with numpy");
-    }
-    found
-}
 
 fn checker(folder: &Path, name: &str, arguments: &[&str]) -> Run {
     let script = workspace().join("docs/checkers").join(name);
@@ -110,7 +101,7 @@ print(len(kept), radius, ((along @ whole.T).max(1) - (along @ kept.T).max(1)).ma
 /// proven.
 #[test]
 fn the_checker_makes_meshes_hardly_larger() {
-    if !has_python() {
+    if !has_python("numpy") {
         return;
     }
     let found = run(Command::new("python3").args(["-B", "-c", REDUCED]).current_dir(workspace().join("docs/checkers")));
@@ -162,7 +153,7 @@ fn a_rod_in_a_fork_is_proven_by_both() {
     let narrow = fork().replace("0.44", "0.33");
     for (mesh, code, says) in [(fork(), 0, "distance"), (narrow, 1, "BROKEN: distance of rod and fork")] {
         std::fs::write(folder.join("fork.obj"), mesh).unwrap();
-        if has_python() {
+        if has_python("numpy") {
             let found = checker(&folder, "check_motion.py", &["fork.urdf", "motion.yaml"]);
             assert_eq!(found.code, Some(code), "{}{}", found.out, found.err);
             assert!(found.out.contains(says), "{}", found.out);
@@ -253,7 +244,7 @@ const DEFECTS: [Defect; 20] = [
 
 #[test]
 fn a_motion_is_proven_anew_without_rist_and_each_defect_is_found() {
-    if !has_python() {
+    if !has_python("numpy") {
         return;
     }
     let folder = arm();
@@ -299,7 +290,7 @@ fn a_motion_is_proven_anew_without_rist_and_each_defect_is_found() {
 
 #[test]
 fn a_spline_and_a_description_in_yaml_are_proven_anew() {
-    if !has_python() {
+    if !has_python("numpy") {
         return;
     }
     let folder = folder("checkers-yaml");
@@ -320,7 +311,7 @@ fn a_spline_and_a_description_in_yaml_are_proven_anew() {
 
 #[test]
 fn a_plan_is_proven_anew_without_rist_and_each_defect_is_found() {
-    if !has_python() {
+    if !has_python("numpy") {
         return;
     }
     let folder = folder("checkers-plan");

@@ -10,7 +10,7 @@
 use std::path::Path;
 
 use tests::joint_log::{swinging, unlike};
-use tests::program::{folder, rist, rist_in_pipe};
+use tests::program::{done, folder, rist, rist_in_pipe, run};
 use tests::{model_path, workspace};
 
 /// Command and output, of each command of the text.
@@ -314,12 +314,7 @@ fn the_page_on_code_for_a_loop_runs() {
         let written = format!("{:?}", parameter.value.expect("everything is seen"));
         assert!(rust.contains(&written) && c.contains(&written), "{}: {written}", parameter.id);
     }
-    let compiled = std::process::Command::new("cc")
-        .args(["-std=c99", "-Wall", "-Wextra", "-Werror", "-pedantic", "-c", "arm.c", "-o", "arm.o"])
-        .current_dir(&here)
-        .output()
-        .expect("a C compiler is there");
-    assert!(compiled.status.success(), "{}", String::from_utf8_lossy(&compiled.stderr));
+    done(&here, "cc", "-std=c99 -Wall -Wextra -Werror -pedantic -c arm.c -o arm.o");
 
     // The lines of Rust that it shows, at a state of rest: the torques of the page are those of `rist evaluate`, whose
     // numbers are the description's; the estimate is that of its simulation, to a few per cent.
@@ -328,15 +323,12 @@ fn the_page_on_code_for_a_loop_runs() {
     let states = "let (q, dq, ddq_wanted) = ([0.4, -0.3], [0.5, 0.2], [1.0, 2.0]);";
     let program = format!("mod arm;\nfn main() {{\n{states}\n{lines}println!(\"{{}} {{}}\", tau[0], tau[1]);\n}}\n");
     std::fs::write(here.join("main.rs"), program).unwrap();
-    let rustc = std::env::var_os("RUSTC").unwrap_or("rustc".into());
-    let built = std::process::Command::new(rustc).args(["--edition", "2024", "main.rs"]).current_dir(&here).output();
-    let built = built.expect("a Rust compiler is there");
-    assert!(built.status.success(), "{}", String::from_utf8_lossy(&built.stderr));
-    let ran = std::process::Command::new(here.join("main")).output().expect("it runs");
+    done(&here, "rustc", "--edition 2024 main.rs");
+    let ran = run(&mut std::process::Command::new(here.join("main")));
     std::fs::write(here.join("states.csv"), "q_q1,q_q2,dq_q1,dq_q2,ddq_q1,ddq_q2\n0.4,-0.3,0.5,0.2,1,2\n").unwrap();
     let expected = rist(&here, &["evaluate", "arm.yaml", "states.csv", "--quantity", "torque"]).out;
     let numbers = |text: &str| text.split([' ', ',', '\n']).filter_map(|x| x.parse().ok()).collect::<Vec<f64>>();
-    let (found, expected) = (numbers(&String::from_utf8_lossy(&ran.stdout)), numbers(&expected));
+    let (found, expected) = (numbers(&ran.out), numbers(&expected));
     assert_eq!((found.len(), expected.len()), (2, 2));
     for (found, expected) in found.iter().zip(&expected) {
         assert!((found - expected).abs() < 0.05 * expected.abs(), "{found} {expected}");
@@ -359,15 +351,8 @@ fn the_page_on_formulas_runs() {
     write_files("docs/tutorial.md", &here);
     std::fs::copy(model_path("rx90.yaml"), here.join("rx90.yaml")).expect("models/rx90.yaml is there");
     holds("docs/how-to/from-a-robot-to-a-formula.md", &here);
-    let rustc = std::env::var_os("RUSTC").unwrap_or("rustc".into());
-    for (program, options) in [
-        (rustc, "--edition 2024 --crate-type lib arm_open.rs"),
-        ("cc".into(), "-std=c99 -Wall -Wextra -Werror -pedantic -c arm_open.c -o arm_open.o"),
-    ] {
-        let built = std::process::Command::new(program).args(options.split(' ')).current_dir(&here).output();
-        let built = built.expect("the compiler is there");
-        assert!(built.status.success(), "{}", String::from_utf8_lossy(&built.stderr));
-    }
+    done(&here, "rustc", "--edition 2024 --crate-type lib arm_open.rs");
+    done(&here, "cc", "-std=c99 -Wall -Wextra -Werror -pedantic -c arm_open.c -o arm_open.o");
 }
 
 #[test]
