@@ -5,6 +5,8 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 use std::sync::{Mutex, OnceLock, PoisonError};
 
+use rist::Estimate;
+
 /// Two links in a vertical plane, with all that a motion can be limited by.
 pub const LIMITED_ARM: &str = "\
 convention: khalil-kleinfinger
@@ -42,6 +44,12 @@ pub fn rist(folder: &Path, arguments: &[&str]) -> Run {
     run(Command::new(program()).args(arguments).current_dir(folder).env("COLUMNS", "100000"))
 }
 
+/// The same with arguments between blanks, which has to succeed.
+#[track_caller]
+pub fn rist_done(folder: &Path, arguments: &str) -> Run {
+    rist(folder, &arguments.split_whitespace().collect::<Vec<_>>()).ended(0)
+}
+
 /// The same as a reader sees it in a pipe.
 pub fn rist_in_pipe(folder: &Path, arguments: &[&str]) -> Run {
     run(Command::new(program()).args(arguments).current_dir(folder).env_remove("COLUMNS"))
@@ -73,6 +81,11 @@ pub fn has_python(modules: &str) -> bool {
 
 pub fn is_there(program: &str) -> bool {
     Command::new(program).arg("--version").output().is_ok_and(|o| o.status.success())
+}
+
+pub fn estimate(path: &Path) -> Estimate {
+    let text = std::fs::read_to_string(path).unwrap_or_else(|e| panic!("{}: {e}", path.display()));
+    Estimate::from_yaml("estimate", &text).unwrap_or_else(|e| panic!("{e}"))
 }
 
 /// A folder of this name, empty when it is first asked for: tests beside each other may share it.

@@ -15,7 +15,7 @@ use tests::program::folder;
 
 fn identified(name: &str, model: &Model, log: &JointLog, more: &str) -> Identification {
     let file = folder("default_path").join(format!("{name}.csv"));
-    log.write(&file, model.regressor().coordinates());
+    log.write_for(model, &file);
     if !more.is_empty() {
         let text = std::fs::read_to_string(&file).unwrap();
         // The same columns behind each row, of numbers without a pattern.
@@ -93,9 +93,7 @@ fn late_torques_are_taken_back() {
     assert!(says(&found, DECISIONS[1]), "{:?}", found.estimate.remarks);
     assert!(found.decided.delay.is_some_and(|d| (d.seconds - 0.02).abs() < 1e-3));
     // Pinned by the user.
-    let file = folder("default_path_pinned").join("late.csv");
-    late.write(&file, model.regressor().coordinates());
-    let (source, _) = model.open_log(&file, &Default::default()).unwrap();
+    let source = late.opened(&model, &folder("default_path_pinned").join("late.csv"));
     let mut samples = SamplesRequest::default();
     samples.rows.signals.delay = Some(rist::request::Delay::Seconds(0.0));
     let request = IdentifyRequest { samples, ..IdentifyRequest::default() };

@@ -1,12 +1,10 @@
 //! What an estimate says of itself holds, and what is none is refused.
 
-use std::path::Path;
-
 use identification::estimate::artefact::Estimate;
 use identification::estimate::identified::Status;
 use robot::{Robot, StandardParameter};
 use tests::joint_log;
-use tests::program::{Run, folder, rist};
+use tests::program::{estimate, folder, rist};
 use tests::random::Random;
 use tests::{model, model_path, model_text};
 
@@ -14,15 +12,6 @@ fn ur5() -> (Robot, String, Vec<f64>) {
     let robot = model("ur5.urdf");
     let x = Random(60).physical_parameters(&robot);
     (robot, model_path("ur5.urdf").display().to_string(), x)
-}
-
-fn estimate(here: &Path, name: &str) -> Estimate {
-    Estimate::from_yaml(name, &std::fs::read_to_string(here.join(name)).unwrap()).unwrap()
-}
-
-fn done(here: &Path, arguments: &[&str]) -> Run {
-    let run = rist(here, arguments).ended(0);
-    run
 }
 
 /// The experiments of a plan hold joints still: their encoders' noise is no motion, and the logs have one cut-off.
@@ -36,8 +25,8 @@ fn joints_that_are_held_do_not_decide_the_cutoff() {
         joint_log::write_measured(&here.join(log), &robot, &x, amplitude, 0.05, 1e-5);
     }
     let of = |logs: &[&str]| {
-        done(&here, &[&["identify", &urdf, "--friction", "none", "--out", "e.yaml"], logs].concat());
-        estimate(&here, "e.yaml")
+        rist(&here, &[&["identify", &urdf, "--friction", "none", "--out", "e.yaml"], logs].concat()).ended(0);
+        estimate(&here.join("e.yaml"))
     };
     // Sines of at most 0.8 Hz, in bins of 0.1 Hz; a fifth of the rate, which noise asks for, is 100 Hz.
     let together = of(&logs);
@@ -81,7 +70,7 @@ fn a_wrong_description_moves_a_consistent_estimate_within_its_bound() {
     let of = |urdf: &str, code: i32| {
         let run = rist(&here, &["identify", urdf, "log.csv", "--friction", "none", "--consistent", "--out", "e.yaml"]);
         assert_eq!(run.code, Some(code), "{}", run.err);
-        account(&estimate(&here, "e.yaml"))
+        account(&estimate(&here.join("e.yaml")))
     };
     let ((right, _), (wrong, excess)) = (of(&urdf, 0), of("wrong.urdf", 1));
     // 24 logarithms of a nat less what the description loses of its weight, and what the bound itself costs with bodies a
@@ -108,13 +97,13 @@ fn an_estimate_is_whole_and_knows_its_model() {
     joint_log::write(&here.join("log.csv"), &robot, &x, &[1.0; 6], 0.01);
     joint_log::write(&here.join("other.csv"), &robot, &x, &[0.7; 6], 0.01);
     let flags = ["--rotor-inertia", "actuated", "--friction", "viscous,coulomb", "--out", "e.yaml"];
-    done(&here, &[&["identify", &urdf, "log.csv"], &flags[..]].concat());
-    let new = done(&here, &["validate", &urdf, "e.yaml", "other.csv"]);
+    rist(&here, &[&["identify", &urdf, "log.csv"], &flags[..]].concat()).ended(0);
+    let new = rist(&here, &["validate", &urdf, "e.yaml", "other.csv"]).ended(0);
     assert!(!new.err.contains("was fitted to it"), "{}", new.err);
     std::fs::copy(here.join("log.csv"), here.join("copy.csv")).unwrap();
-    let copied = done(&here, &["validate", &urdf, "e.yaml", "copy.csv"]);
+    let copied = rist(&here, &["validate", &urdf, "e.yaml", "copy.csv"]).ended(0);
     assert!(copied.err.contains("copy.csv: the estimate was fitted to it"), "{}", copied.err);
-    let again = done(&here, &["validate", &urdf, "e.yaml", "log.csv"]);
+    let again = rist(&here, &["validate", &urdf, "e.yaml", "log.csv"]).ended(0);
     assert!(again.err.contains("log.csv: the estimate was fitted to it"), "{}", again.err);
 
     let text = std::fs::read_to_string(here.join("e.yaml")).unwrap();
@@ -124,7 +113,7 @@ fn an_estimate_is_whole_and_knows_its_model() {
         assert!(run.code == Some(2) && run.err.contains(said), "{said}: {}", run.err);
     };
     refused(&text.lines().take(5).collect::<Vec<_>>().join("\n"), "cut short");
-    let mut fewer = estimate(&here, "e.yaml");
+    let mut fewer = estimate(&here.join("e.yaml"));
     let gone = fewer.parameters.remove(3).id.to_string();
     refused(&fewer.to_yaml().unwrap(), &format!("no parameter {gone}"));
     fewer.fingerprint = None;
@@ -148,7 +137,7 @@ fn what_is_open_does_not_spoil_the_prediction() {
         "{}",
         run.err
     );
-    let found = estimate(&here, "e.yaml");
+    let found = estimate(&here.join("e.yaml"));
     let open: Vec<_> = found.parameters.iter().filter(|p| p.status == Status::NotIdentifiable).collect();
     assert!(open.len() > 5 && open.iter().all(|p| p.value.is_none()), "{found}");
     let run = rist(&here, &["validate", &urdf, "e.yaml", "b.csv", "--out", "v.yaml"]).ended(1);

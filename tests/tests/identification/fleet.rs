@@ -6,7 +6,7 @@ use rist::{Estimate, Model};
 use tests::benchmark::fleet::{Fleet, simulate};
 use tests::faults::{changed, each};
 use tests::joint_log::{JointLog, swinging, unlike};
-use tests::program::{Run, folder, rist};
+use tests::program::{Run, estimate, folder, rist};
 use tests::{model_path, urdf_text};
 
 fn arm() -> String {
@@ -19,7 +19,7 @@ fn logs(here: &Path, count: usize) -> Vec<String> {
     let x = unlike(&model.robot, 5);
     let write = |k: usize| {
         let name = format!("{}.csv", char::from(b'a' + k as u8));
-        log(&model, &x, 1.2 - 0.1 * k as f64).write(&here.join(&name), model.regressor().coordinates());
+        log(&model, &x, 1.2 - 0.1 * k as f64).write_for(&model, &here.join(&name));
         name
     };
     (0..count).map(write).collect()
@@ -27,16 +27,12 @@ fn logs(here: &Path, count: usize) -> Vec<String> {
 
 /// Every fifth row of ten seconds at 500 Hz.
 fn log(model: &Model, x: &[f64], amplitude: f64) -> JointLog {
-    let mut log = swinging(&model.robot, x, amplitude, 0.0);
-    let thin = |x: &mut Vec<f64>| *x = x.iter().copied().step_by(5).collect();
-    thin(&mut log.t);
-    [&mut log.q, &mut log.dq, &mut log.tau].into_iter().flatten().for_each(thin);
-    log
+    swinging(&model.robot, x, amplitude, 0.0).every(5)
 }
 
+#[track_caller]
 fn done(here: &Path, arguments: &[&str]) -> Run {
-    let run = rist(here, arguments).ended(0);
-    run
+    rist(here, arguments).ended(0)
 }
 
 /// What is refused, with exit code 2.
@@ -45,10 +41,6 @@ fn refused(here: &Path, arguments: &[&str], expected: &[&str]) {
     for text in expected {
         assert!(run.err.contains(text), "rist {}: no `{text}` in {}", arguments.join(" "), run.err);
     }
-}
-
-fn estimate(path: &Path) -> Estimate {
-    Estimate::from_yaml("e", &std::fs::read_to_string(path).unwrap()).unwrap()
 }
 
 /// The sums of one log, and of several, have the estimate of `rist identify`; parts merged in any order are one file; so are

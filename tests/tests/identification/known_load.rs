@@ -2,19 +2,12 @@
 
 use std::path::Path;
 
-use identification::estimate::artefact::Estimate;
 use linear_model::known_load::KnownLoad;
 use linear_model::standard_map::StandardMap;
-use modeling::{BaseParameters, Derivation};
+use modeling::BaseParameters;
 use robot::{Inertial, Robot};
-use tests::program::{folder, rist};
-use tests::{model, model_text};
-
-fn base(robot: &Robot) -> BaseParameters {
-    let mut derivation = Derivation::new(robot).unwrap_or_else(|open| panic!("{open}"));
-    let standard = derivation.regressor();
-    derivation.base_parameters(&standard).unwrap_or_else(|unclear| panic!("{unclear}"))
-}
+use tests::program::{estimate, folder, rist, rist_done};
+use tests::{base_parameters as base, model, model_text};
 
 /// Base parameters of the bodies of the file.
 fn values(robot: &Robot, base: &BaseParameters) -> Vec<f64> {
@@ -105,8 +98,7 @@ standard_parameters:
 ";
 
 fn run(here: &Path, arguments: &str) -> String {
-    let run = rist(here, &arguments.split_whitespace().collect::<Vec<_>>()).ended(0);
-    run.out
+    rist_done(here, arguments).out
 }
 
 /// Greatest distance between the positions of a log and of the motion it was to follow, of so many joints.
@@ -131,10 +123,9 @@ fn a_load_on_the_forearm_gives_all_gains_and_the_estimate_feeds_forward() {
     let out =
         run(&here, "identify arm.yaml logs --plan plan.yaml --method rist-mh --load load.yaml --out estimate.yaml");
     assert!(out.contains("all of it stands on the known load of 8 of 16 experiments"), "{out}");
-    let text = std::fs::read_to_string(here.join("estimate.yaml")).unwrap();
-    let estimate = Estimate::from_yaml("estimate.yaml", &text).unwrap();
+    let both = estimate(&here.join("estimate.yaml"));
     for (name, truth) in [("KT1", 2.393), ("KT2", 0.87), ("KT3", 1.0), ("MX3", 0.24)] {
-        let found = estimate.parameters.iter().find(|p| p.id.to_string() == name).unwrap();
+        let found = both.parameters.iter().find(|p| p.id.to_string() == name).unwrap();
         let (value, sigma) = (found.value.unwrap(), found.sigma.unwrap());
         assert!((value - truth).abs() < 4.0 * sigma && sigma < 0.005 * truth, "{name}: {value} +- {sigma}");
     }
@@ -150,8 +141,7 @@ fn a_load_on_the_forearm_gives_all_gains_and_the_estimate_feeds_forward() {
     let given = "--gain q1=2.393,q2=0.87,q3=1 --load load.yaml --out given.yaml";
     for method in ["rist", "rist-mh"] {
         run(&here, &format!("identify arm.yaml logs --plan plan.yaml --method {method} {given}"));
-        let text = std::fs::read_to_string(here.join("given.yaml")).unwrap();
-        let found = Estimate::from_yaml("given.yaml", &text).unwrap().value(&"MX3".parse().unwrap()).unwrap();
+        let found = estimate(&here.join("given.yaml")).value(&"MX3".parse().unwrap()).unwrap();
         // 0.175 kg m of load; the paper's rows feel some friction.
         assert!((found - 0.24).abs() < 0.002, "{method}: {found}");
     }

@@ -3,10 +3,9 @@
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-use identification::estimate::artefact::Estimate;
 use identification::estimate::identified::Status;
 use linear_model::parameter::ParameterId;
-use tests::program::{folder, rist};
+use tests::program::{estimate, folder, rist, rist_done};
 
 /// Two links in a vertical plane. Link 2 is a thin rod along x: MY2 is zero.
 const ARM: &str = "\
@@ -25,8 +24,7 @@ standard_parameters:
 ";
 
 fn run(here: &Path, arguments: &str) -> String {
-    let run = rist(here, &arguments.split_whitespace().collect::<Vec<_>>()).ended(0);
-    run.out
+    rist_done(here, arguments).out
 }
 
 /// A folder with arm.yaml, plan.yaml and logs/.
@@ -36,11 +34,6 @@ fn experiments(name: &str) -> PathBuf {
     run(&here, "plan arm.yaml --starts 2 --experiments 5 --out plan.yaml");
     run(&here, "simulate arm.yaml plan.yaml --validation 2 --out logs");
     here
-}
-
-fn estimate(file: &Path) -> Estimate {
-    let text = std::fs::read_to_string(file).unwrap_or_else(|e| panic!("{}: {e}", file.display()));
-    Estimate::from_yaml("estimate", &text).unwrap_or_else(|e| panic!("{e}"))
 }
 
 /// ZZR1, MXR1, MY1, ZZ2, MX2, MY2, IA2 of the arm.

@@ -2,14 +2,14 @@
 
 use rist::Model;
 use tests::faults::{amperes, changed, cut, each, mirrored};
-use tests::joint_log::{JointLog, described, swinging, unlike};
+use tests::joint_log::{self, JointLog, described, swinging, unlike};
 use tests::program::{Run, folder, rist};
-use tests::{model_path, urdf_text};
+use tests::urdf_text;
 
-/// The log of a robot like the UR5 of models/.
-fn good() -> JointLog {
-    let robot = Model::read(model_path("ur5.urdf")).unwrap().robot;
-    swinging(&robot, &unlike(&robot, 5), 1.2, 0.0)
+/// The UR5 of models/, and the log of a robot like it.
+fn arm() -> (String, Model, JointLog) {
+    let (model, good) = joint_log::ur5();
+    (model.path.display().to_string(), model, good)
 }
 
 /// The end of what a command printed: what was found, the word of trust with its reasons, what to do next.
@@ -29,8 +29,7 @@ fn verdict(run: &Run) -> [String; 3] {
 #[test]
 fn no_mistake_is_silent() {
     let here = folder("silent");
-    let good = good();
-    let ur5 = model_path("ur5.urdf").display().to_string();
+    let (ur5, _, good) = arm();
     std::fs::write(here.join("other.urdf"), urdf_text::random_tree(6, 1, 1)).unwrap();
     let numbers: Vec<String> = (1..7).map(|k| k.to_string()).collect();
     let mistakes: [(&str, &str, JointLog, &str); 11] = [
@@ -88,9 +87,8 @@ fn no_mistake_is_silent() {
 #[test]
 fn a_good_log_is_trusted() {
     let here = folder("trusted");
-    let (model, good) = (Model::read(model_path("ur5.urdf")).unwrap(), good());
-    let ur5 = model_path("ur5.urdf").display().to_string();
-    good.write(&here.join("a.csv"), model.regressor().coordinates());
+    let (ur5, model, good) = arm();
+    good.write_for(&model, &here.join("a.csv"));
     let doctor = rist(&here, &["doctor", &ur5, "a.csv"]).ended(0);
     assert!(doctor.out.contains("nothing is contradicted") && doctor.out.contains("brakes"), "{}", doctor.out);
 
@@ -101,12 +99,12 @@ fn a_good_log_is_trusted() {
         l.t = (0..10 * short.t.len()).map(|i| short.t[0] + i as f64 * (short.t[1] - short.t[0])).collect();
         l.q.iter_mut().chain(&mut l.dq).chain(&mut l.tau).for_each(|x| *x = periods(x));
     });
-    again.write(&here.join("periods.csv"), model.regressor().coordinates());
+    again.write_for(&model, &here.join("periods.csv"));
     let alone = rist(&here, &["identify", &ur5, "periods.csv"]);
     let found = verdict(&alone);
     assert!(!found[1].starts_with("trust: yes"), "{found:?}");
     let other = swinging(&model.robot, &unlike(&model.robot, 5), 0.8, 0.0);
-    other.write(&here.join("b.csv"), model.regressor().coordinates());
+    other.write_for(&model, &here.join("b.csv"));
     let write = ["--consistent", "--write-urdf", "w.urdf", "--out", "e.yaml", "--validate", "b.csv"];
     let run = rist(&here, &[&["identify", &ur5, "a.csv"], &write[..]].concat()).ended(0);
     let found = verdict(&run);
@@ -124,7 +122,7 @@ fn a_good_log_is_trusted() {
     let validated = rist(&here, &["validate", &ur5, "e.yaml", "b.csv"]).ended(0);
     assert!(verdict(&validated)[1].starts_with("trust: yes\n"), "{}", validated.out);
     let backwards = changed(&good, |l| each(&mut l.tau, |x| -x));
-    backwards.write(&here.join("c.csv"), model.regressor().coordinates());
+    backwards.write_for(&model, &here.join("c.csv"));
     let refused = rist(&here, &["validate", &ur5, "e.yaml", "c.csv"]).ended(1);
     assert!(verdict(&refused)[1].contains("wrong sign"), "{}", refused.out);
 }
@@ -134,15 +132,15 @@ fn a_good_log_is_trusted() {
 #[test]
 fn logs_of_one_fit_predict_each_other() {
     let here = folder("together");
-    let model = Model::read(model_path("ur5.urdf")).unwrap();
-    let (ur5, names) = (model_path("ur5.urdf").display().to_string(), model.regressor().coordinates());
+    let (ur5, model, good) = arm();
+    let names = model.regressor().coordinates();
     let own = unlike(&model.robot, 5);
     let heavy: Vec<f64> = own.iter().map(|x| 1.4 * x).collect();
     let files = [
-        ("a.csv", swinging(&model.robot, &own, 1.2, 0.0)),
+        ("a.csv", good.clone()),
         ("b.csv", swinging(&model.robot, &own, 0.8, 0.0)),
         ("heavy.csv", swinging(&model.robot, &heavy, 0.8, 0.0)),
-        ("again.csv", changed(&swinging(&model.robot, &own, 1.2, 0.0), |l| each(&mut l.tau, |x| x + 1e-3))),
+        ("again.csv", changed(&good, |l| each(&mut l.tau, |x| x + 1e-3))),
     ];
     files.iter().for_each(|(name, log)| log.write(&here.join(name), names));
     let trust = |logs: &[&str]| verdict(&rist(&here, &[&["identify", &ur5], logs].concat()))[1].clone();
@@ -167,21 +165,19 @@ fn logs_of_one_fit_predict_each_other() {
 #[test]
 fn a_factor_of_all_torques_is_said_where_it_counts() {
     let here = folder("units");
-    let path = model_path("ur5.urdf");
-    let robot = Model::read(&path).unwrap().robot;
-    let ur5 = path.display().to_string();
-    let text = std::fs::read_to_string(&path).unwrap();
+    let (ur5, model, _) = arm();
+    let robot = &model.robot;
+    let text = tests::model_text("ur5.urdf");
     let bare: String = text.split("<inertial>").map(|part| part.split("</inertial>").last().unwrap()).collect();
     std::fs::write(here.join("bare.urdf"), bare).unwrap();
-    let names = Model::read(&path).unwrap().regressor().coordinates().to_vec();
     let logs = |x: &[f64], name: &str| {
         [1.2, 0.8].map(|a| {
             let file = format!("{name}_{a}.csv");
-            swinging(&robot, x, a, 0.0).write(&here.join(&file), &names);
+            swinging(robot, x, a, 0.0).write_for(&model, &here.join(&file));
             file
         })
     };
-    let [other, exact] = [logs(&unlike(&robot, 5), "other"), logs(&described(&robot), "exact")];
+    let [other, exact] = [logs(&unlike(robot, 5), "other"), logs(&described(robot), "exact")];
     let scale = "in the units of the torques as logged: a factor";
     for (model, [a, b], said) in
         [(&ur5[..], &other, Some("below ")), ("bare.urdf", &other, Some("that all")), (&ur5, &exact, None)]
@@ -200,8 +196,8 @@ fn a_factor_of_all_torques_is_said_where_it_counts() {
 #[test]
 fn a_validation_judges_its_own_residual() {
     let here = folder("another_robot");
-    let model = Model::read(model_path("ur5.urdf")).unwrap();
-    let (ur5, names) = (model_path("ur5.urdf").display().to_string(), model.regressor().coordinates());
+    let (ur5, model, _) = arm();
+    let names = model.regressor().coordinates();
     let described = described(&model.robot);
     let heavy: Vec<f64> = described.iter().map(|x| 1.4 * x).collect();
     swinging(&model.robot, &heavy, 1.2, 0.0).write(&here.join("a.csv"), names);
@@ -218,9 +214,8 @@ fn a_validation_judges_its_own_residual() {
 #[test]
 fn a_fitted_log_validates_nothing() {
     let here = folder("fitted");
-    let (model, good) = (Model::read(model_path("ur5.urdf")).unwrap(), good());
-    let ur5 = model_path("ur5.urdf").display().to_string();
-    good.write(&here.join("a.csv"), model.regressor().coordinates());
+    let (ur5, model, good) = arm();
+    good.write_for(&model, &here.join("a.csv"));
     assert_eq!(rist(&here, &["identify", &ur5, "a.csv", "--out", "e.yaml"]).code, Some(0));
     let run = rist(&here, &["validate", &ur5, "e.yaml", "./a.csv"]);
     let found = verdict(&run);
@@ -233,10 +228,9 @@ fn a_fitted_log_validates_nothing() {
 #[test]
 fn a_refused_estimate_makes_no_code() {
     let here = folder("refused");
-    let (model, good) = (Model::read(model_path("ur5.urdf")).unwrap(), good());
-    let ur5 = model_path("ur5.urdf").display().to_string();
+    let (ur5, model, good) = arm();
     let degrees = changed(&good, |l| each(&mut l.q[2..3], |x| x + 1.0));
-    degrees.write(&here.join("a.csv"), model.regressor().coordinates());
+    degrees.write_for(&model, &here.join("a.csv"));
     assert_eq!(rist(&here, &["identify", &ur5, "a.csv", "--out", "e.yaml"]).code, Some(1));
     let generate = ["generate", &ur5, "--estimate", "e.yaml", "--out", "x.rs"];
     let run = rist(&here, &generate).ended(1);
@@ -255,8 +249,7 @@ fn a_refused_estimate_makes_no_code() {
 #[test]
 fn wrong_gains_are_named_with_those_that_fit() {
     let here = folder("gains");
-    let (model, good) = (Model::read(model_path("ur5.urdf")).unwrap(), good());
-    let ur5 = model_path("ur5.urdf").display().to_string();
+    let (ur5, model, good) = arm();
     let names = model.regressor().coordinates();
     // Currents of drives of 10 N m/A each.
     changed(&good, |l| each(&mut l.tau, |x| x / 10.0)).write(&here.join("torques.csv"), names);
@@ -313,11 +306,10 @@ fn wrong_gains_are_named_with_those_that_fit() {
 #[test]
 fn very_late_torques_are_named() {
     let here = folder("late");
-    let model = Model::read(model_path("ur5.urdf")).unwrap();
-    let ur5 = model_path("ur5.urdf").display().to_string();
+    let (ur5, model, _) = arm();
     for late in [0.05, 0.1] {
         let log = swinging(&model.robot, &unlike(&model.robot, 5), 1.2, late);
-        log.write(&here.join("a.csv"), model.regressor().coordinates());
+        log.write_for(&model, &here.join("a.csv"));
         let run = rist(&here, &["doctor", &ur5, "a.csv"]);
         assert!(run.code == Some(1) && run.out.contains("later than the positions"), "{late}: {}", run.out);
         let run = rist(&here, &["identify", &ur5, "a.csv", "--delay", "auto", "--json"]);
@@ -330,9 +322,9 @@ fn very_late_torques_are_named() {
 #[test]
 fn the_next_step_works() {
     let here = folder("next");
-    let ur5 = model_path("ur5.urdf").display().to_string();
+    let (ur5, model, good) = arm();
     let shipped = tests::workspace().join("docs/ur5/log.csv").display().to_string();
-    good().write(&here.join("good.csv"), Model::read(&ur5).unwrap().regressor().coordinates());
+    good.write_for(&model, &here.join("good.csv"));
     for log in [shipped.as_str(), "good.csv"] {
         let command = ["identify", &ur5, log];
         let [_, trust, next] = verdict(&rist(&here, &command));

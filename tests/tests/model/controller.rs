@@ -94,21 +94,17 @@ fn rms(record: &[Vec<f64>], reference: &[Vec<f64>]) -> f64 {
 
 /// Writes the controller with what is identified from a log of the machine.
 fn controller_from_a_log(here: &Path, file: &str, model: &rist::Model, viscous: &[f64], coulomb: &[f64]) {
-    let n = model.robot.n_coordinates();
+    let amplitude = vec![0.9; model.robot.n_coordinates()];
     let standard = model.described_standard_parameters().unwrap();
     let machine = Machine {
-        robot: &model.robot,
-        parameters: &standard,
-        amplitude: &vec![0.9; n],
         viscous,
         coulomb,
         noise: 0.02,
         encoder: 1e-5,
         speed: 1e-3,
-        delay: 0.0,
+        ..Machine::exact(&model.robot, &standard, &amplitude)
     };
-    let names: Vec<String> = model.robot.coordinates.iter().map(|c| c.name.clone()).collect();
-    machine.log().write(&here.join("log.csv"), &names);
+    machine.log().write_for(model, &here.join("log.csv"));
     let path = model_path(file).display().to_string();
     rist(here, &["identify", &path, "log.csv", "--out", "estimate.yaml"]);
     generate(here, &path, &["--language", "c", "--out", &format!("{}.c", model.robot.name)]);

@@ -4,13 +4,9 @@ use identification::estimate::artefact::Estimate;
 use identification::estimate::identified::{Identified, Status};
 use identification::estimate::validation::Validation;
 use tests::joint_log;
-use tests::program::{folder, rist};
+use tests::program::{estimate, folder, rist};
 use tests::random::Random;
 use tests::{model, model_path, model_text, test_robot_path};
-
-fn estimate(path: &std::path::Path) -> Estimate {
-    Estimate::from_yaml("estimate", &std::fs::read_to_string(path).unwrap()).unwrap()
-}
 
 fn parameter<'a>(estimate: &'a Estimate, name: &str) -> &'a Identified {
     let id = name.parse().unwrap();
