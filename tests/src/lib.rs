@@ -92,6 +92,16 @@ pub fn shared() -> Option<PathBuf> {
     None
 }
 
+/// The logs as people bring them; `None`, with a message, where they are absent.
+pub fn field() -> Option<PathBuf> {
+    let folder = shared()?.join("findings/inputs/field");
+    if !folder.is_dir() {
+        println!("skipped: shared/findings is absent");
+        return None;
+    }
+    Some(folder)
+}
+
 /// Names of the standard parameters, in the order of the columns of D.
 pub fn standard_names(robot: &Robot) -> Vec<String> {
     StandardParameter::all(robot).into_iter().map(|s| s.display(robot).to_string()).collect()
