@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 use std::sync::{Mutex, OnceLock, PoisonError};
 
-use rist::Estimate;
+use rist::{Estimate, ExcitingMotion};
 
 /// Two links in a vertical plane, with all that a motion can be limited by.
 pub const LIMITED_ARM: &str = "\
@@ -36,6 +36,20 @@ impl Run {
     pub fn ended(self, code: i32) -> Run {
         assert_eq!(self.code, Some(code), "{}: {}{}", self.called, self.out, self.err);
         self
+    }
+
+    /// As [`Run::ended`], where its output has these.
+    #[track_caller]
+    pub fn told(self, code: i32, said: &[&str]) -> Run {
+        said.iter().for_each(|text| assert!(self.out.contains(text), "{}: no `{text}` in {}", self.called, self.out));
+        self.ended(code)
+    }
+
+    /// As [`Run::ended`], where its errors have these.
+    #[track_caller]
+    pub fn failed(self, code: i32, said: &[&str]) -> Run {
+        said.iter().for_each(|text| assert!(self.err.contains(text), "{}: no `{text}` in {}", self.called, self.err));
+        self.ended(code)
     }
 }
 
@@ -81,6 +95,11 @@ pub fn has_python(modules: &str) -> bool {
 
 pub fn is_there(program: &str) -> bool {
     Command::new(program).arg("--version").output().is_ok_and(|o| o.status.success())
+}
+
+pub fn motion(path: &Path) -> ExcitingMotion {
+    let text = std::fs::read_to_string(path).unwrap_or_else(|e| panic!("{}: {e}", path.display()));
+    ExcitingMotion::from_yaml("motion", &text).unwrap_or_else(|e| panic!("{e}"))
 }
 
 pub fn estimate(path: &Path) -> Estimate {

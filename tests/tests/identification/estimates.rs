@@ -101,16 +101,13 @@ fn an_estimate_is_whole_and_knows_its_model() {
     let new = rist(&here, &["validate", &urdf, "e.yaml", "other.csv"]).ended(0);
     assert!(!new.err.contains("was fitted to it"), "{}", new.err);
     std::fs::copy(here.join("log.csv"), here.join("copy.csv")).unwrap();
-    let copied = rist(&here, &["validate", &urdf, "e.yaml", "copy.csv"]).ended(0);
-    assert!(copied.err.contains("copy.csv: the estimate was fitted to it"), "{}", copied.err);
-    let again = rist(&here, &["validate", &urdf, "e.yaml", "log.csv"]).ended(0);
-    assert!(again.err.contains("log.csv: the estimate was fitted to it"), "{}", again.err);
+    rist(&here, &["validate", &urdf, "e.yaml", "copy.csv"]).failed(0, &["copy.csv: the estimate was fitted to it"]);
+    rist(&here, &["validate", &urdf, "e.yaml", "log.csv"]).failed(0, &["log.csv: the estimate was fitted to it"]);
 
     let text = std::fs::read_to_string(here.join("e.yaml")).unwrap();
     let refused = |text: &str, said: &str| {
         std::fs::write(here.join("cut.yaml"), text).unwrap();
-        let run = rist(&here, &["validate", &urdf, "cut.yaml", "other.csv"]);
-        assert!(run.code == Some(2) && run.err.contains(said), "{said}: {}", run.err);
+        rist(&here, &["validate", &urdf, "cut.yaml", "other.csv"]).failed(2, &[said]);
     };
     refused(&text.lines().take(5).collect::<Vec<_>>().join("\n"), "cut short");
     let mut fewer = estimate(&here.join("e.yaml"));
@@ -131,12 +128,8 @@ fn what_is_open_does_not_spoil_the_prediction() {
     joint_log::write(&here.join("b.csv"), &robot, &x, &[1.5, 0.0, 0.0, 0.0, 0.0, 0.0], 0.01);
     let flags = ["--friction", "none", "--out", "e.yaml", "--validate", "b.csv"];
     // Five joints stand still: no use has its torques.
-    let run = rist(&here, &[&["identify", &urdf, "a.csv"], &flags[..]].concat());
-    assert!(
-        run.code == Some(1) && run.err.contains("is not determined: the log leaves parameters of it open"),
-        "{}",
-        run.err
-    );
+    rist(&here, &[&["identify", &urdf, "a.csv"], &flags[..]].concat())
+        .failed(1, &["is not determined: the log leaves parameters of it open"]);
     let found = estimate(&here.join("e.yaml"));
     let open: Vec<_> = found.parameters.iter().filter(|p| p.status == Status::NotIdentifiable).collect();
     assert!(open.len() > 5 && open.iter().all(|p| p.value.is_none()), "{found}");
@@ -153,7 +146,6 @@ fn what_experiments_do_not_heed_is_refused() {
     let race = model_path("race.yaml").display().to_string();
     let spectral = ["identify", &race, "logs", "--plan", "plan.yaml", "--method", "rist-mh"];
     for flag in [["--friction", "viscous"], ["--weights", "huber"], ["--validate", "nowhere.csv"], ["--order", "2"]] {
-        let run = rist(&here, &[&spectral[..], &flag].concat());
-        assert!(run.code == Some(2) && run.err.contains(flag[0]), "{flag:?}: {}", run.err);
+        rist(&here, &[&spectral[..], &flag].concat()).failed(2, &[flag[0]]);
     }
 }

@@ -150,12 +150,8 @@ fn a_load_on_the_forearm_gives_all_gains_and_the_estimate_feeds_forward() {
         .unwrap();
     let one = run(&here, "identify silent.yaml logs --plan plan.yaml --method rist-mh");
     assert!(one.contains("all of it stands on the gain of q3, 1 N m/A"), "{one}");
-    let refused = rist(&here, &["identify", "arm.yaml", "logs/e01.csv", "--load", "load.yaml"]);
-    assert!(
-        refused.code == Some(2) && refused.err.contains("--load: --method ls does not use that"),
-        "{}",
-        refused.err
-    );
+    rist(&here, &["identify", "arm.yaml", "logs/e01.csv", "--load", "load.yaml"])
+        .failed(2, &["--load: --method ls does not use that"]);
 
     // The joints of this arm move each other, and its controllers know it: the estimate is as good to them.
     let (alone, fed) = without_and_with(&here, "arm.yaml", 3);

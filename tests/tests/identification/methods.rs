@@ -56,8 +56,7 @@ fn iv_and_didim_find_the_arm_and_are_validated() {
         let out = run(&here, &format!("validate arm.yaml {method}.yaml logs"));
         assert!(out.contains("trust: with care") && out.contains("too narrow"), "{out}");
     }
-    let refused = rist(&here, &["identify", "arm.yaml", "logs", "--method", "didim"]);
-    assert!(refused.code == Some(2) && refused.err.contains("--method didim needs the plan"), "{}", refused.err);
+    rist(&here, &["identify", "arm.yaml", "logs", "--method", "didim"]).failed(2, &["--method didim needs the plan"]);
 }
 
 /// Of currents of which one gain is known, total least squares finds what maximum likelihood does, and the truth; where all
@@ -83,8 +82,7 @@ fn total_least_squares_finds_the_gains_of_drives() {
     let gain = total.parameters.iter().find(|p| p.id == ParameterId::drive_gain("q1")).unwrap();
     assert!((gain.value.unwrap() - 2.0).abs() < 4.0 * gain.sigma_or_infinity().max(0.005), "{gain:?}");
     let all = "identify arm.yaml currents --plan plan.yaml --gain q1=2,q2=1.5 --method tls";
-    let run = rist(&here, &all.split(' ').collect::<Vec<_>>()).ended(2);
-    assert!(run.err.contains("all of them are known: --method rist takes them"), "{}", run.err);
+    rist(&here, &all.split(' ').collect::<Vec<_>>()).failed(2, &["all of them are known: --method rist takes them"]);
 }
 
 #[test]

@@ -4,10 +4,10 @@ use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
 
 use rist::request::PlanRequest;
-use rist::{ExcitingMotion, LimitsFile, Model};
-use robot::StandardParameter;
+use rist::{LimitsFile, Model};
 use tests::bodied_robots::bodied_robots;
-use tests::program::{LIMITED_ARM, Run, folder, rist};
+use tests::joint_log::described;
+use tests::program::{self, LIMITED_ARM, Run, folder, rist, rist_done};
 use tests::random::State;
 use tests::recursion;
 
@@ -101,21 +101,7 @@ fn peaks_between_points_and_files_of_moveit() {
 #[test]
 fn a_plan_and_its_proof_are_checked() {
     let folder = played();
-    let plan = [
-        "plan",
-        "arm.yaml",
-        "-n",
-        "6",
-        "--starts",
-        "2",
-        "--nodes",
-        "60",
-        "--configurations",
-        "8",
-        "--out",
-        "plan.yaml",
-    ];
-    rist(folder, &plan).ended(0);
+    rist_done(folder, "plan arm.yaml -n 6 --starts 2 --nodes 60 --configurations 8 --out plan.yaml");
     let found = check(folder, "plan.yaml", &[]);
     holds(&found, 0, &["e01: proven", "e06: proven", "proven again: D-efficiency at least 0."]);
     file_with(folder, "better.yaml", "d_efficiency_at_least: 0.", "d_efficiency_at_least: 0.99999");
@@ -125,8 +111,7 @@ fn a_plan_and_its_proof_are_checked() {
     holds(&check(folder, "plan.yaml", &["--limits", "weak_plan.yaml"]), 1, &["e01: effort of "]);
     std::fs::write(folder.join("slow_plan.yaml"), "all: {acceleration: 0.5}\n").unwrap();
     holds(&check(folder, "plan.yaml", &["--limits", "slow_plan.yaml"]), 1, &["acceleration of "]);
-    let short = ["plan", "arm.yaml", "-n", "4", "--starts", "1", "--configurations", "4", "--out", "short.yaml"];
-    assert_eq!(rist(folder, &short).code, Some(0));
+    rist_done(folder, "plan arm.yaml -n 4 --starts 1 --configurations 4 --out short.yaml");
     let found = check(folder, "short.yaml", &[]);
     assert!(found.out.contains("it has no proof that could be found again"), "{}", found.out);
 }
@@ -144,8 +129,7 @@ fn a_plan_keeps_efforts_and_bodies() {
     let model = Model::parse(&arm, &path, &Default::default()).unwrap();
     let request = PlanRequest { experiments: 6, starts: 1, configurations: 8, ..PlanRequest::default() };
     let planned = rist::plan(&model, &request, &|_, _, _| ()).unwrap();
-    let x: Vec<f64> =
-        StandardParameter::all(&model.robot).iter().map(|p| p.value(&model.robot).unwrap_or(0.0)).collect();
+    let x = described(&model.robot);
     let mut most = 0.0_f64;
     for experiment in planned.plan.trajectories("plan").unwrap() {
         let reference = experiment.reference();
@@ -191,8 +175,7 @@ fn what_a_file_tells_is_foreseen() {
     let deviations = |told: &serde_json::Value| -> Vec<f64> {
         told["parameters"].as_array().unwrap().iter().map(|p| p["deviation"].as_f64().unwrap()).collect()
     };
-    let text = std::fs::read_to_string(folder.join("motion.yaml")).unwrap();
-    let motion = ExcitingMotion::from_yaml("motion.yaml", &text).unwrap();
+    let motion = program::motion(&folder.join("motion.yaml"));
     let of_motion = told("motion.yaml", &[]);
     // The motion's own deviations count what encoders add.
     for (found, own) in deviations(&of_motion).iter().zip(&motion.parameters) {
@@ -222,8 +205,7 @@ fn what_a_file_tells_is_foreseen() {
         "{}",
         run.out
     );
-    let refused = rist(folder, &["visibility", "arm.yaml", "motion.yaml", "--friction", "auto"]);
-    assert!(refused.code == Some(2) && refused.err.contains("auto needs a log"), "{}", refused.err);
+    rist(folder, &["visibility", "arm.yaml", "motion.yaml", "--friction", "auto"]).failed(2, &["auto needs a log"]);
 }
 
 /// Slower, from where the robot stands and back: the file for the controller is one motion that keeps what it promises.

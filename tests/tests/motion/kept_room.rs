@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use experiments::excitation::artefact::ExcitingMotion;
 use experiments::excitation::space_limits::Floor;
-use tests::program::{Run, folder, rist};
+use tests::program::{self, Run, folder, rist};
 
 const QUICK: [&str; 8] = ["--starts", "2", "--iterations", "10", "--period", "5", "--repetitions", "1"];
 const BODY: &str = r#"<inertial><origin xyz="0.2 0.01 0.02"/><mass value="2"/><inertia ixx="0.02" ixy="0" ixz="0" iyy="0.03" iyz="0" izz="0.04"/></inertial>"#;
@@ -36,7 +36,7 @@ fn excite(here: &Path, more: &[&str]) -> Run {
 }
 
 fn motion(here: &Path) -> ExcitingMotion {
-    ExcitingMotion::from_yaml("motion.yaml", &std::fs::read_to_string(here.join("motion.yaml")).unwrap()).unwrap()
+    program::motion(&here.join("motion.yaml"))
 }
 
 /// A robot that stands on the plane of its base keeps above it where it can, though at the zero pose it is below, and 2 cm from it
@@ -169,8 +169,7 @@ fn the_way_from_a_folded_pose() {
     };
     play("turn=0.2,bend=0").ended(0);
     // By a hair beyond is beyond.
-    let run = play("turn=0.2,bend=1e-5");
-    assert!(run.code == Some(1) && run.err.contains("way there: position of bend"), "{}{}", run.out, run.err);
+    play("turn=0.2,bend=1e-5").failed(1, &["way there: position of bend"]);
 }
 
 /// Two arms of eight joints each: Ctrl-C in the search, in the proof, and in a plan ends the program.
@@ -205,7 +204,7 @@ fn ctrl_c_ends_many_coordinates() {
     ] {
         for seconds in after {
             let quiet = |command: &mut Command| command.stdout(Stdio::null()).stderr(Stdio::null()).spawn().unwrap();
-            let mut running = quiet(Command::new(tests::program::program()).args(&arguments).current_dir(&here));
+            let mut running = quiet(Command::new(program::program()).args(&arguments).current_dir(&here));
             std::thread::sleep(Duration::from_secs(seconds));
             let asked = Instant::now();
             let id = running.id().to_string();

@@ -8,7 +8,7 @@ use experiments::excitation::artefact::ExcitingMotion;
 use random::Random;
 use rist::request::{CheckRequest, ExciteRequest, PlanRequest};
 use rist::{ExperimentPlan, Model};
-use robot::StandardParameter;
+use tests::joint_log::described;
 use tests::program::LIMITED_ARM;
 use tests::random::State;
 use tests::recursion;
@@ -64,26 +64,30 @@ fn state(motion: &ExcitingMotion, share: f64) -> Vec<[f64; 3]> {
     motion.joints.iter().map(of).collect()
 }
 
-/// The greatest share of a limit of the description that a motion uses; 1 is its end.
+/// The greatest share of a limit of the description that a state uses; 1 is its end.
+fn share(model: &Model, state: &State, x: &[f64]) -> f64 {
+    let tau = recursion::torque(&model.robot, state, x);
+    let of = |(k, coordinate): (usize, &robot::Coordinate)| {
+        let limits = &coordinate.limits;
+        let (low, high) = limits.position.expect("the arm has limits");
+        let middle = 0.5 * (low + high);
+        [
+            (state.q[k] - middle).abs() / (high - middle),
+            state.dq[k].abs() / limits.velocity.expect("the arm has limits"),
+            tau[k].abs() / limits.effort.expect("the arm has limits"),
+        ]
+    };
+    model.robot.coordinates.iter().enumerate().flat_map(of).fold(0.0, f64::max)
+}
+
+/// The greatest share that a motion uses.
 fn used(model: &Model, motion: &ExcitingMotion, instants: usize) -> f64 {
-    let x: Vec<f64> =
-        StandardParameter::all(&model.robot).iter().map(|p| p.value(&model.robot).unwrap_or(0.0)).collect();
+    let x = described(&model.robot);
     let mut greatest = 0.0_f64;
     for i in 0..=instants {
         let joints = state(motion, i as f64 / instants as f64);
         let of = |d: usize| joints.iter().map(|x| x[d]).collect::<Vec<f64>>();
-        let tau = recursion::torque(&model.robot, &State { q: of(0), dq: of(1), ddq: of(2) }, &x);
-        for ((joint, tau), coordinate) in joints.iter().zip(&tau).zip(&model.robot.coordinates) {
-            let limits = &coordinate.limits;
-            let (low, high) = limits.position.expect("the arm has limits");
-            let middle = 0.5 * (low + high);
-            let shares = [
-                (joint[0] - middle).abs() / (high - middle),
-                joint[1].abs() / limits.velocity.expect("the arm has limits"),
-                tau.abs() / limits.effort.expect("the arm has limits"),
-            ];
-            greatest = shares.into_iter().fold(greatest, f64::max);
-        }
+        greatest = greatest.max(share(model, &State { q: of(0), dq: of(1), ddq: of(2) }, &x));
     }
     greatest
 }
@@ -164,10 +168,9 @@ fn what_passes_a_check_keeps_the_limits_of_the_description() {
     assert!(passed >= count / 10 && broken >= count / 20, "{passed} {broken}");
 }
 
-/// The greatest share of a limit of the description that the experiments of a plan use, at even instants of each.
+/// The greatest share that the experiments of a plan use, at even instants of each.
 fn used_by_plan(model: &Model, plan: &ExperimentPlan, instants: usize) -> Option<f64> {
-    let x: Vec<f64> =
-        StandardParameter::all(&model.robot).iter().map(|p| p.value(&model.robot).unwrap_or(0.0)).collect();
+    let x = described(&model.robot);
     let mut greatest = 0.0_f64;
     for experiment in plan.trajectories("plan").ok()? {
         let reference = experiment.reference();
@@ -175,18 +178,7 @@ fn used_by_plan(model: &Model, plan: &ExperimentPlan, instants: usize) -> Option
         for i in (0..all).step_by((all / instants).max(1)) {
             let of = |series: &[Vec<f64>]| series.iter().map(|x| x[i]).collect::<Vec<f64>>();
             let state = State { q: of(&reference.q), dq: of(&reference.dq), ddq: of(&reference.ddq) };
-            let tau = recursion::torque(&model.robot, &state, &x);
-            for (k, coordinate) in model.robot.coordinates.iter().enumerate() {
-                let limits = &coordinate.limits;
-                let (low, high) = limits.position.expect("the arm has limits");
-                let middle = 0.5 * (low + high);
-                let shares = [
-                    (state.q[k] - middle).abs() / (high - middle),
-                    state.dq[k].abs() / limits.velocity.expect("the arm has limits"),
-                    tau[k].abs() / limits.effort.expect("the arm has limits"),
-                ];
-                greatest = shares.into_iter().fold(greatest, f64::max);
-            }
+            greatest = greatest.max(share(model, &state, &x));
         }
     }
     Some(greatest)

@@ -100,8 +100,7 @@ fn a_folder_of_logs_holds_no_input() {
     std::fs::write(here.join("truth.yaml"), LIMITED_ARM).unwrap();
 
     rist(&here, &["excite", "truth.yaml", "--starts", "1", "--iterations", "1", "--out", "motion.yaml"]).ended(0);
-    let run = rist(&here, &["simulate", "truth.yaml", "motion.yaml", "--out", "."]);
-    assert!(run.code == Some(2) && run.err.contains("truth.yaml: an input ("), "{}", run.err);
+    rist(&here, &["simulate", "truth.yaml", "motion.yaml", "--out", "."]).failed(2, &["truth.yaml: an input ("]);
     assert_eq!(std::fs::read_dir(&here).unwrap().count(), 2);
 }
 

@@ -69,10 +69,8 @@ fn what_uses_base_parameters_refuses_a_rank_that_only_chance_makes() {
     // With one symbol for equal lengths it is meant, and with another value it is a four-bar.
     let meant = BY_CHANCE.replace("L2: 0.5, L3: 0.2", "L9: 1").replace("d: L2", "d: L0").replace("d: L3", "d: L1");
     std::fs::write(here.join("meant.yaml"), meant).unwrap();
-    let run = rist(&here, &["inspect", "meant.yaml"]);
-    assert!(run.code == Some(0) && run.out.contains("3 base parameters"), "{}{}", run.out, run.err);
-    let run = rist(&here, &["inspect", "arm.yaml", "--value", "L3=0.3"]);
-    assert!(run.code == Some(0) && run.out.contains("8 base parameters"), "{}{}", run.out, run.err);
+    rist(&here, &["inspect", "meant.yaml"]).told(0, &["3 base parameters"]);
+    rist(&here, &["inspect", "arm.yaml", "--value", "L3=0.3"]).told(0, &["8 base parameters"]);
 }
 
 #[test]
@@ -98,8 +96,7 @@ fn what_takes_long_is_refused_with_the_figures() {
         }
     }
     chain(60);
-    let run = rist(&here, &["inspect", "long.yaml"]);
-    assert!(run.code == Some(0) && run.out.contains("base parameters"), "{}{}", run.out, run.err);
+    rist(&here, &["inspect", "long.yaml"]).told(0, &["base parameters"]);
 }
 
 /// Lengths far apart, in loops whose search for the passive joints would divide by what overflows.
@@ -109,7 +106,6 @@ fn a_long_link_in_a_loop_ends_in_a_sentence() {
     for length in ["1e3", "2e5", "1e6", "1e9", "1e12", "1e15"] {
         let text = BY_CHANCE.replace("L0: 0.5", &format!("L0: {length}"));
         std::fs::write(here.join("long.yaml"), text).unwrap();
-        let run = rist(&here, &["inspect", "long.yaml"]).ended(2);
-        assert!(run.err.contains("in which the loops close"), "{length}: {}", run.err);
+        rist(&here, &["inspect", "long.yaml"]).failed(2, &["in which the loops close"]);
     }
 }

@@ -245,8 +245,7 @@ fn two_estimates_are_compared() {
     assert!(page.contains("Two estimates compared") && page.contains("Beside b.yaml"));
     let edited = std::fs::read_to_string(here.join("b.yaml")).unwrap().replacen("fingerprint: ", "fingerprint: 0", 1);
     std::fs::write(here.join("c.yaml"), edited).unwrap();
-    let run = rist(&here, &["report", "--estimate", "a.yaml", "--against", "c.yaml"]);
-    assert!(run.code == Some(2) && run.err.contains("do not mean the same"), "{}", run.err);
-    let run = rist(&here, &["report", "--validation", "v.yaml", "--against", "b.yaml"]);
-    assert!(run.code == Some(2) && run.err.contains("--estimate"), "{}", run.err);
+    rist(&here, &["report", "--estimate", "a.yaml", "--against", "c.yaml"]).failed(2, &["do not mean the same"]);
+
+    rist(&here, &["report", "--validation", "v.yaml", "--against", "b.yaml"]).failed(2, &["--estimate"]);
 }

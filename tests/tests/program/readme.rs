@@ -215,8 +215,8 @@ fn a_log_at_a_hundred_hertz_is_enough() {
         std::fs::write(here.join(name), rows.join("\n") + "\n").unwrap();
     }
     let ur5 = model_path("ur5.urdf").display().to_string();
-    let run = rist(&here, &["identify", &ur5, "log.csv", "--validate", "other.csv"]).ended(0);
-    assert!(run.out.contains("\ntrust: yes\n") && run.out.contains("median step 0.01 s"), "{}", run.out);
+    rist(&here, &["identify", &ur5, "log.csv", "--validate", "other.csv"])
+        .told(0, &["\ntrust: yes\n", "median step 0.01 s"]);
 }
 
 #[test]
