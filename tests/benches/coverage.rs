@@ -120,7 +120,6 @@ fn one(model: &Model, robot: &LackOfFit, truth: &[f64], what: Truth, draw: u64) 
     }
 }
 
-/// The estimate by the sums of a log.
 fn solved(robot: &LackOfFit, log: &Log) -> Estimate {
     let options = Options::default();
     let source = LogSource::Held(log.clone());

@@ -363,7 +363,6 @@ fn main() {
     }
 }
 
-/// One line of the table.
 fn line(bench: &Bench, draws: &[&Found]) -> String {
     let (mut white, mut robust) = (Tally::default(), Tally::default());
     for found in draws {

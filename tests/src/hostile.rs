@@ -8,9 +8,6 @@ pub fn hardening() -> Option<PathBuf> {
 }
 
 /// Every file below a folder, in the order of the names.
-///
-/// # Panics
-/// Where a folder cannot be read.
 pub fn files(folder: &Path) -> Vec<PathBuf> {
     fn walk(folder: &Path, found: &mut Vec<PathBuf>) {
         let entries = std::fs::read_dir(folder).unwrap_or_else(|e| panic!("{}: {e}", folder.display()));

@@ -11,9 +11,7 @@ use std::fmt::Write;
 /// A joint: d and a (m), alpha, least and greatest theta (degrees), greatest velocity (degrees/s).
 type JointRow = [f64; 6];
 
-/// An arm.
 pub struct KnownArm {
-    /// Its maker's name for it, as the name of a file.
     pub name: &'static str,
     /// Turn of the first frame about the x axis of the base, degrees.
     base_alpha: f64,
@@ -160,7 +158,6 @@ pub const KNOWN_ARMS: [KnownArm; 11] = [
     },
 ];
 
-/// A joint as a URDF has it.
 pub struct PlacedJoint {
     /// In the frame of the joint before, m.
     pub origin: [f64; 3],

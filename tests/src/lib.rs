@@ -42,7 +42,6 @@ use robot::{Inertial, LinkId, Robot, StandardParameter};
 
 use crate::random::Random;
 
-/// The root of the workspace.
 pub fn workspace() -> PathBuf {
     let manifest = Path::new(env!("CARGO_MANIFEST_DIR"));
     manifest.parent().unwrap_or(manifest).to_path_buf()
@@ -63,7 +62,6 @@ pub fn model_text(file: &str) -> String {
     std::fs::read_to_string(model_path(file)).unwrap_or_else(|e| panic!("models/{file}: {e}"))
 }
 
-/// A model of models/.
 pub fn model(file: &str) -> Robot {
     robot::format::read(&model_path(file)).unwrap_or_else(|e| panic!("{e}"))
 }

@@ -61,7 +61,6 @@ pub fn broken(run: &Run) -> Option<String> {
     }
 }
 
-/// A seed of a file in `folder`, or below it.
 fn seed(folder: &Path, file: &str, commands: &[&[&str]]) -> Seed {
     let words = |command: &&[&str]| command.iter().map(ToString::to_string).collect();
     Seed {
@@ -89,7 +88,6 @@ pub fn by_time(program: &Path, folder: &Path, seeds: &mut [Seed]) {
     }
 }
 
-/// A run of a command on a file.
 fn attempt(program: &Path, folder: &Path, bytes: usize, file: &str, command: &[String]) -> Run {
     let arguments: Vec<&str> = command.iter().map(|word| if word == "{}" { file } else { word }).collect();
     bounded(program, folder, bytes, &arguments)
@@ -97,9 +95,6 @@ fn attempt(program: &Path, folder: &Path, bytes: usize, file: &str, command: &[S
 
 /// The artefacts of a walk from a description to sums, as the program writes them in `folder`, the corpora of `fuzz`, and
 /// the files by which rist was attacked.
-///
-/// # Panics
-/// Where the program fails on the way.
 pub fn seeds(program: &Path, folder: &Path) -> Vec<Seed> {
     let mut all = written(program, folder);
     all.extend(corpora(folder));
@@ -107,7 +102,6 @@ pub fn seeds(program: &Path, folder: &Path) -> Vec<Seed> {
     all
 }
 
-/// Makes the artefacts of the walk.
 fn make(program: &Path, folder: &Path) {
     let steps: [&[&str]; 11] = [
         &["excite", "arm.yaml", "--limits", "limits.yaml", "--starts", "1", "--rate", "100", "--out", "motion.yaml"],
@@ -129,9 +123,6 @@ fn make(program: &Path, folder: &Path) {
 }
 
 /// The artefacts of a walk from a description to sums.
-///
-/// # Panics
-/// Where the program fails on the way.
 pub fn written(program: &Path, folder: &Path) -> Vec<Seed> {
     let write = |name: &str, text: &str| std::fs::write(folder.join(name), text).expect("a folder of ours is writable");
     write("arm.yaml", LIMITED_ARM);
@@ -252,7 +243,6 @@ fn attacks(folder: &Path) -> Vec<Seed> {
     all
 }
 
-/// The name of a mutant.
 fn mutant(name: &str) -> String {
     format!("mutant-{name}")
 }

@@ -18,7 +18,6 @@ fn motion(t: f64) -> State {
     }
 }
 
-/// The header of `log`.
 pub const HEADER: &str = "t,q1,q2,dq1,dq2,tau1,tau2";
 
 /// Six seconds at 1 kHz of a two-link arm with the standard parameters x, without noise and without friction.
@@ -40,7 +39,6 @@ pub fn log_of(robot: &Robot, x: &[f64], measured: &dyn Fn(usize, f64, f64) -> f6
         .collect()
 }
 
-/// Writes log.csv into a folder.
 pub fn write_log(folder: &Path, rows: &[String]) {
     std::fs::write(folder.join("log.csv"), format!("{HEADER}\n{}\n", rows.join("\n"))).unwrap();
 }

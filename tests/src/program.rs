@@ -21,7 +21,6 @@ standard_parameters:
   2: {XX: 0.01, XY: 0, XZ: 0, YY: 0.09, YZ: 0, ZZ: 0.09, MX: 0.4, MY: 0, MZ: 0, M: 2, IA: 0.05}
 ";
 
-/// The outcome of a run.
 #[derive(Default)]
 pub struct Run {
     pub called: String,

@@ -24,7 +24,6 @@ use crate::recursion;
 /// the columns, 1e-13, and below what lengths and angles of two digits leave of one, 1e-6.
 const STANDS_OUT: f64 = 1e-9;
 
-/// A robot, whole and cut open.
 pub struct Structure {
     /// The description with its loops.
     pub text: String,
@@ -35,12 +34,10 @@ pub struct Structure {
     pub kinds: Vec<&'static str>,
 }
 
-/// The numbers of a robot.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Numbers {
     /// Right angles, few lengths that occur again and again.
     Special,
-    /// Any.
     General,
 }
 
@@ -76,7 +73,6 @@ struct Draft {
     kinds: Vec<&'static str>,
 }
 
-/// The robot of this number.
 pub fn structure(seed: u64) -> Structure {
     let random = &mut Random(seed);
     let numbers = if seed.is_multiple_of(2) { Numbers::Special } else { Numbers::General };
@@ -290,17 +286,14 @@ pub fn rank(states: &[ClosedState]) -> (usize, f64) {
 /// Relative to the largest entry of a regressor: the passive joints are closed to 1e-13, and some thousand operations follow.
 const AGREES: f64 = 1e-9;
 
-/// What becomes of a robot.
 pub enum Outcome {
     /// Regressor, rank and regrouping are those of the independent mechanics.
     Right,
     /// No base parameters are given, with the reason.
     Refused(String),
-    /// Something is false.
     Wrong(String),
 }
 
-/// What becomes of the robot of this number.
 pub fn outcome(seed: u64) -> Outcome {
     wrong(seed).map_or(
         Outcome::Right,

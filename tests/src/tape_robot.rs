@@ -23,7 +23,6 @@ pub struct TapeRobot {
     pub base: BaseParameters,
     /// Values of the standard parameters, in the order of the columns of D; zero where the description gives none.
     pub standard: Vec<f64>,
-    /// Values of the base parameters.
     pub truth: Vec<f64>,
     coordinates: Vec<String>,
     parameters: Vec<BaseParameter>,
@@ -63,7 +62,6 @@ impl TapeRobot {
         }
     }
 
-    /// The same robot with other standard parameters.
     pub fn with_standard(&self, standard: Vec<f64>) -> TapeRobot {
         TapeRobot { truth: self.base.values(&standard), standard, ..self.clone() }
     }

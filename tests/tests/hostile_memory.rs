@@ -35,7 +35,6 @@ struct Hostile {
     name: &'static str,
     bytes: Vec<u8>,
     reader: Reader,
-    /// A part of the message.
     why: &'static str,
 }
 
@@ -79,7 +78,6 @@ fn artefact(which: usize, bytes: &[u8]) -> Result<(), String> {
     }
 }
 
-/// The readers of the artefacts.
 const ARTEFACTS: [Reader; 8] = [
     |b| artefact(0, b),
     |b| artefact(1, b),
@@ -91,7 +89,6 @@ const ARTEFACTS: [Reader; 8] = [
     |b| artefact(7, b),
 ];
 
-/// The readers of a file with this name.
 fn readers(name: &str) -> Vec<Reader> {
     match name.rsplit('.').next().unwrap_or_default() {
         "csv" | "txt" | "gz" | "zst" | "mcap" | "npz" | "parquet" | "db3" | "arrow" | "arrows" | "feather" => vec![log],

@@ -64,7 +64,6 @@ pub enum Truth {
 }
 
 impl Truth {
-    /// All of them.
     pub const ALL: [Truth; 23] = [
         Truth::WhiteNoise,
         Truth::SlowNoise,
@@ -114,7 +113,6 @@ const REPEATED: usize = 3;
 
 /// The robot with its rotors, and the wrong model of it in its controller.
 pub struct LackOfFit {
-    /// Derived once.
     pub robot: TapeRobot,
     nominal: TapeRobot,
 }

@@ -33,7 +33,6 @@ use numerics::least_squares::solve;
 use numerics::triangle::TriangleBuilder;
 use random::Random;
 
-/// The estimators compared.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Method {
     PaperEqual,
@@ -82,7 +81,6 @@ pub struct Fixture<'a> {
     pub tracking: f64,
 }
 
-/// The results of one estimator.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Figures {
     pub bias: f64,
@@ -95,7 +93,6 @@ pub struct Figures {
     pub torque: f64,
 }
 
-/// One scenario's table.
 #[derive(Clone, Debug)]
 pub struct Comparison {
     pub arm: &'static str,
@@ -257,7 +254,6 @@ impl<'a> Fixture<'a> {
         each_draw(draws, threads, |draw| one(&self.measured(Some(draw), seed)))
     }
 
-    /// Figures of some estimates.
     pub fn figures(&self, estimates: &[&[f64]]) -> Figures {
         let truth = self.arm.truth;
         let (p, count) = (truth.len(), estimates.len() as f64);

@@ -12,7 +12,6 @@ pub struct Instant {
     pub ddq: Vec<f64>,
 }
 
-/// How a joint moves.
 enum Track {
     /// About a middle: (amplitude, rad/s, phase) of each sine.
     Sines(f64, Vec<(f64, f64, f64)>),
@@ -20,7 +19,6 @@ enum Track {
     Points(Vec<f64>, f64, f64),
 }
 
-/// A motion of all joints.
 pub struct Motion {
     tracks: Vec<Track>,
     /// s.

@@ -9,7 +9,6 @@ use super::draw::Draw;
 use super::robots::Machine;
 use super::torque::{FINE, Series};
 
-/// Noise of the torques.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Noise {
     None,
@@ -20,7 +19,6 @@ pub enum Noise {
     Spikes,
 }
 
-/// The sensors of a situation.
 #[derive(Clone, Debug)]
 pub struct Sensors {
     /// Rows a second; divides the fine grid.
@@ -50,7 +48,6 @@ impl Sensors {
         }
     }
 
-    /// The log of these series.
     pub fn log(&self, machine: &Machine, series: &Series, defects: &[Defect], draw: &mut Draw) -> Table {
         let of = |kind: Kind| defects.iter().find(|d| d.kind == kind);
         let step = (FINE / self.rate).round() as usize;

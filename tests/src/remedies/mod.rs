@@ -42,13 +42,10 @@ const DURATIONS: [f64; 6] = [1.0, 2.0, 3.0, 5.0, 10.0, 30.0];
 pub struct Situation<'a> {
     /// All else follows from it.
     pub seed: u64,
-    /// The robot.
     pub arm: &'a Arm,
     /// The robot whose log it is: the same, but for [`Kind::OtherRobot`].
     pub logged: &'a Arm,
-    /// The machine that is logged.
     pub machine: Machine,
-    /// What it did.
     pub motion: Motion,
     /// What it did in a second log, which `rist identify` is given beside the first.
     pub second: Motion,
@@ -144,7 +141,6 @@ impl<'a> Situation<'a> {
         all.iter().map(|&k| self.arm.robot.coordinates[k].name.as_str()).collect()
     }
 
-    /// The file of the robot.
     pub fn description(&self) -> &Path {
         &self.arm.path
     }
@@ -164,7 +160,6 @@ impl fmt::Display for Situation<'_> {
     }
 }
 
-/// The other robots with as many joints.
 fn others<'a>(arm: &Arm, arms: &'a [Arm]) -> Vec<&'a Arm> {
     arms.iter().filter(|other| other.name != arm.name && other.n() == arm.n()).collect()
 }

@@ -6,14 +6,12 @@ use super::arms::Arm;
 use crate::random::State;
 use crate::random_situations::draw::Draw;
 
-/// Harmonics of a joint.
 const HARMONICS: usize = 5;
 /// Share of its range that a joint uses at most.
 const REACH: f64 = 0.9;
 /// The largest speed of the fifth-degree polynomial from 0 to 1 within 1 s.
 const PEAK_OF_MOVE: f64 = 1.875;
 
-/// How one joint moves.
 enum Track {
     /// About a middle, of a first frequency, rad/s: sine and cosine amplitude of each harmonic.
     Harmonics(f64, f64, Vec<[f64; 2]>),
@@ -21,12 +19,10 @@ enum Track {
     Points(Vec<f64>, f64, f64),
 }
 
-/// A motion of all joints.
 pub struct Motion {
     tracks: Vec<Track>,
     /// s.
     pub duration: f64,
-    /// What it is, in words.
     pub said: String,
 }
 

@@ -14,9 +14,7 @@ pub struct Said {
     pub untold: Vec<String>,
     /// Other lines: what the program takes for granted or undoes by itself.
     pub notes: Vec<String>,
-    /// All of it, errors too.
     pub whole: String,
-    /// The errors alone.
     pub error: String,
 }
 

@@ -15,14 +15,10 @@ use crate::recursion;
 /// Rows a second.
 const RATE: f64 = 250.0;
 
-/// What is simulated.
 #[derive(Clone, Copy)]
 pub struct Simulation<'a> {
-    /// The robot.
     pub arm: &'a Arm,
-    /// The machine.
     pub machine: &'a Machine,
-    /// What it does.
     pub motion: &'a Motion,
     /// What is wrong; `None`: nothing.
     pub mistake: Option<Mistake>,

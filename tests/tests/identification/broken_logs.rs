@@ -99,7 +99,6 @@ fn recording(chunked: Option<&'static str>, rows: u32, measured: [bool; 3]) -> M
     file
 }
 
-/// A recording of one message of these bytes.
 fn one_message(data: &[u8]) -> Vec<u8> {
     let mut file = Mcap::joint_states(None, "cdr");
     file.message(1, 0, data);
@@ -129,7 +128,6 @@ fn replaced(mut bytes: Vec<u8>, old: &[u8], new: &[u8]) -> Vec<u8> {
     bytes
 }
 
-/// Broken containers and the message each must bring.
 #[expect(clippy::too_many_lines, reason = "one table")]
 fn broken_containers() -> Vec<(Vec<u8>, &'static str)> {
     let no_joint_states = || {

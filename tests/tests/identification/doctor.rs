@@ -404,7 +404,6 @@ fn the_zeros_of_the_tx40_are_found() {
     }
 }
 
-/// A measured log in torques of the joints.
 fn measured(model: &Model, file: &Path, gains: &[f64]) -> JointLog {
     let (log, _) = Log::read(file, model.regressor().coordinates(), &Default::default()).unwrap();
     let gain = |k: usize| gains.get(k).copied().unwrap_or(1.0);
@@ -412,7 +411,6 @@ fn measured(model: &Model, file: &Path, gains: &[f64]) -> JointLog {
     JointLog { t: log.t, q: log.q, dq: log.dq.expect("a velocity"), tau }
 }
 
-/// The base parameters that the log itself gives.
 fn identified(model: &Model, here: &Path, log: &JointLog) -> Vec<f64> {
     let source = log.opened(model, &here.join("log.csv"));
     let estimate = rist::identify(model, &[source], &Default::default()).unwrap().estimate;

@@ -35,7 +35,6 @@ fn done(here: &Path, arguments: &[&str]) -> Run {
     rist(here, arguments).ended(0)
 }
 
-/// What is refused, with exit code 2.
 fn refused(here: &Path, arguments: &[&str], expected: &[&str]) {
     let run = rist(here, arguments).ended(2);
     for text in expected {

@@ -27,7 +27,6 @@ fn value(estimate: &Json, name: &str) -> f64 {
     parameters.iter().find(|p| p["name"] == name).unwrap()["value"].as_f64().unwrap()
 }
 
-/// The line of the output that starts so.
 fn line<'a>(text: &'a str, start: &str) -> &'a str {
     text.lines().find(|l| l.starts_with(start)).unwrap_or_else(|| panic!("no line `{start}` in {text}"))
 }
@@ -122,7 +121,6 @@ fn a_load_between_two_logs() {
         .failed(2, &["upper arm, forearm"]);
 }
 
-/// The same arm with its inertials.
 fn described_arm() -> std::path::PathBuf {
     tests::model_path("planar2r_vertical.yaml")
 }

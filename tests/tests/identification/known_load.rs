@@ -81,7 +81,6 @@ fn a_load_on_a_fixed_frame_is_one_on_its_link() {
     }
 }
 
-/// An arm of three axes under gravity.
 const ARM: &str = "\
 convention: khalil-kleinfinger
 name: arm

@@ -7,7 +7,6 @@ use rist::{Model, ModelOptions};
 use statics::{gravity_parameters, identify_postures};
 use tests::model_path;
 
-/// Torques of the description at rest.
 fn torques(model: &Model, q: &[f64]) -> Vec<f64> {
     let regressor = model.regressor();
     let (n, p) = (q.len(), regressor.parameters().len());
@@ -17,7 +16,6 @@ fn torques(model: &Model, q: &[f64]) -> Vec<f64> {
     y.chunks_exact(p).map(|row| row.iter().zip(&x).map(|(y, x)| y * x).sum()).collect()
 }
 
-/// Columns with these names.
 fn named(coordinates: &[String]) -> ColumnNames {
     let each = |stem: &str| Some(Names::Each(coordinates.iter().map(|name| format!("{stem}_{name}")).collect()));
     ColumnNames { position: each("q"), torque: each("tau"), ..ColumnNames::default() }

@@ -18,7 +18,6 @@ use tests::recursion;
 /// Situations whose robots differ: the first seeds.
 const SEEDS: std::ops::RangeInclusive<u64> = 1..=5;
 
-/// RMS of a series.
 fn rms(x: &[f64]) -> f64 {
     (x.iter().map(|x| x * x).sum::<f64>() / x.len() as f64).sqrt()
 }

@@ -15,7 +15,6 @@ use tests::{model, model_path};
 const GAINS: [f64; 2] = [60.0, 25.0];
 /// Of the encoders and their goals, rad.
 const NOISE: f64 = 1e-3;
-/// What is said where no gain is known.
 const OWN_SCALE: &str = "torques are in the servo's own scale: parameters are up to the gain of each joint";
 
 const ROBOT: &str = "planar2r_vertical.yaml";

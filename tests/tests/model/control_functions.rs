@@ -44,7 +44,6 @@ fn times(a: &[f64], x: &[f64]) -> Vec<f64> {
 #[derive(Clone, Copy)]
 struct Dual([f64; 2]);
 
-/// A function evaluated in dual numbers.
 struct Duals<'a> {
     function: &'a Function,
     symbols: Vec<(Expr, Dual)>,

@@ -66,7 +66,6 @@ int main(void)\n{{\n{declared}    double tau[{n}];\n    int k, is_cut;
     }
 }
 
-/// The columns of a log at an instant.
 fn at(series: &[Vec<f64>], i: usize) -> Vec<f64> {
     series.iter().map(|x| x[i]).collect()
 }

@@ -28,7 +28,6 @@ fn known(file: &str) -> Robot {
     robot
 }
 
-/// Torques at some states, from the robot's own parameters.
 fn torques(robot: &Robot) -> Vec<f64> {
     let mut derivation = Derivation::new(robot).unwrap();
     let torque = derivation.torque();

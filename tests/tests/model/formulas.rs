@@ -27,7 +27,6 @@ fn functions(robot: &Robot, words: &[&str]) -> Vec<Function> {
     modeling::formulas(robot, &wanted).unwrap().functions.into_iter().map(|(_, function)| function).collect()
 }
 
-/// All words that there are.
 fn all_words() -> Vec<&'static str> {
     RobotFunction::words().map(|(word, _)| word).collect()
 }

@@ -9,7 +9,6 @@ use robot::{JointKind, Robot};
 use tests::model;
 use tests::random::Random;
 
-/// Poses of each arm.
 const POSES: usize = 2_000;
 
 /// An RX90 from its end: axes 1, 2 and 3 meet, and 4 and 5 are parallel.
@@ -250,7 +249,6 @@ impl Arm {
         DMatrix::from_row_slice(6, 6, &Arm::of(&self.jacobian, q, 36))
     }
 
-    /// Rows that are numbers.
     fn solutions(&self, t: &[f64]) -> Vec<Vec<f64>> {
         let found = Arm::of(&self.inverse, t, if self.sliding.is_some() { 104 } else { 96 });
         let angle = |k: usize, joint: usize| match self.sliding {

@@ -23,11 +23,9 @@ const OPERATIONS: usize = 60;
 
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Numbers {
-    /// Right angles.
     Right,
     /// Twelfths of a turn and one length: special positions of other kinds.
     Special,
-    /// Any.
     General,
     /// Right angles and coinciding axes but for very little.
     Nearly,

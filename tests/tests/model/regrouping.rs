@@ -16,7 +16,6 @@ fn derived(robot: &Robot) -> Derivation<'_> {
     Derivation::new(robot).unwrap_or_else(|open| panic!("{}: {open}", robot.name))
 }
 
-/// What law 2 speaks of.
 struct Regrouped {
     standard: Function,
     base: Function,
@@ -53,7 +52,6 @@ impl Regrouped {
         &self.rules[found.unwrap_or_else(|| panic!("no {name} among {:?}", self.base_names()))]
     }
 
-    /// Coefficients by name, of one base parameter.
     fn terms(&self, k: usize) -> BTreeMap<String, f64> {
         self.parameters.base[k].terms.iter().map(|t| (self.names[t.parameter].clone(), t.coefficient)).collect()
     }

@@ -151,7 +151,6 @@ fn bodies_keep_their_distance_between_samples_too() {
     broken("lower.yaml", &|m| m.joints[1].centre += 1.5, " is beyond ");
 }
 
-/// Requests that leave no room are told why.
 #[test]
 fn impossible_rooms_get_an_answer() {
     let folder = folder("bodies_impossible");

@@ -267,7 +267,6 @@ fn a_motion_goes_to_a_robot_and_back() {
     holds(&play(&["--from", "q1=3", "--out", "x.yaml"]), 1, &["way there: position of q1: 3 rad"]);
 }
 
-/// The numbers of a file of points.
 fn rows(folder: &Path, name: &str) -> Vec<Vec<f64>> {
     let text = std::fs::read_to_string(folder.join(name)).unwrap();
     text.lines().skip(1).map(|line| line.split(',').map(|x| x.parse().unwrap()).collect()).collect()

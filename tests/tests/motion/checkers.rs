@@ -69,7 +69,6 @@ fn cube() -> String {
     format!("solid cube\n{}endsolid cube\n", (0..8).map(triangle).collect::<String>())
 }
 
-/// The arm, its limits and a motion of it.
 fn arm() -> PathBuf {
     let folder = folder("checkers");
     std::fs::write(folder.join("arm.urdf"), ARM).unwrap();

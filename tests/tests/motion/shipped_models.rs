@@ -61,7 +61,6 @@ fn walk(file: &str) {
     run(&here, &format!("report --model {model} --estimate ls.yaml --validation ls_validation.yaml --out page.html"));
 }
 
-/// The parameters of an estimate by their names.
 fn parameters(here: &Path, name: &str) -> BTreeMap<String, Identified> {
     let found = estimate(&here.join(name)).parameters;
     found.into_iter().map(|p| (p.id.to_string(), p)).collect()

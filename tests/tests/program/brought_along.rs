@@ -104,7 +104,6 @@ fn a_folder_of_logs_holds_no_input() {
     assert_eq!(std::fs::read_dir(&here).unwrap().count(), 2);
 }
 
-/// The reason is what stands there.
 #[test]
 fn a_pipe_is_called_a_pipe() {
     let here = folder("pipes");

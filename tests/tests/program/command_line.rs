@@ -13,7 +13,6 @@ use tests::program::{folder, rist};
 use tests::random::{Random, State};
 use tests::{dot, evaluated, model, model_path, recursion, standard_names, test_robot_path};
 
-/// What follows from a model, by the library.
 struct Derived {
     robot: Robot,
     standard: Function,

@@ -230,12 +230,10 @@ fn the_logs_that_ship_are_what_the_simulator_writes() {
     }
 }
 
-/// The files that a page holds.
 fn files_of(page: &str) -> Vec<(String, String)> {
     files(&std::fs::read_to_string(workspace().join(page)).unwrap_or_else(|e| panic!("{page}: {e}")))
 }
 
-/// Writes the files of a page into a folder.
 fn write_files(page: &str, here: &Path) {
     let files = files_of(page);
     assert!(!files.is_empty(), "{page} holds no file");

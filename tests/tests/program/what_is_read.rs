@@ -161,7 +161,6 @@ fn joints() -> [String; 2] {
     ["j1".to_string(), "j2".to_string()]
 }
 
-/// A table with this head: two joints that swing.
 fn table(head: &str) -> Table {
     let mut text = if head.is_empty() { String::new() } else { format!("{head}\n") };
     for k in 0..200 {

@@ -59,7 +59,6 @@ fn recording(
     file.finish()
 }
 
-/// Every way of writing the signals.
 fn files(signals: &[(String, Vec<f64>)]) -> Vec<(String, Vec<u8>)> {
     let mut files = vec![("csv".to_string(), csv(signals)), ("npz".into(), npz(signals))];
     for chunked in [None, Some(""), Some("zstd"), Some("lz4")] {
@@ -174,7 +173,6 @@ fn files_of_other_programs() {
     }
 }
 
-/// The first rows of a table.
 fn part(table: &Table, rows: usize) -> Table {
     let columns = table.columns.iter().map(|column| column.iter().take(rows).copied().collect()).collect();
     Table { columns, ..table.clone() }
