@@ -47,6 +47,33 @@ pub fn workspace() -> PathBuf {
     manifest.parent().unwrap_or(manifest).to_path_buf()
 }
 
+/// The text of a file of the workspace: `docs/files.md`.
+pub fn text_of(file: &str) -> String {
+    std::fs::read_to_string(workspace().join(file)).unwrap_or_else(|e| panic!("{file}: {e}"))
+}
+
+/// Every file below a folder, in the order of the names, but for what is built and what is hidden (not `.ci` and `.cargo`).
+pub fn files_below(folder: &Path) -> Vec<PathBuf> {
+    let entries = std::fs::read_dir(folder).unwrap_or_else(|e| panic!("{}: {e}", folder.display()));
+    let mut entries: Vec<PathBuf> = entries.map(|entry| entry.unwrap_or_else(|e| panic!("{e}")).path()).collect();
+    entries.sort();
+    let is_skipped = |path: &Path| {
+        let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
+        name == "target" || name.starts_with('.') && name != ".cargo" && name != ".ci"
+    };
+    let of = |path: PathBuf| match path.is_dir() {
+        true if is_skipped(&path) => vec![],
+        true => files_below(&path),
+        false => vec![path],
+    };
+    entries.into_iter().flat_map(of).collect()
+}
+
+/// Those of Rust.
+pub fn sources_below(folder: &Path) -> Vec<PathBuf> {
+    files_below(folder).into_iter().filter(|path| path.extension().is_some_and(|end| end == "rs")).collect()
+}
+
 /// Path of a model of models/: `race.yaml`.
 pub fn model_path(file: &str) -> PathBuf {
     workspace().join("models").join(file)
@@ -59,7 +86,7 @@ pub fn test_robot_path(file: &str) -> PathBuf {
 
 /// The text of a model, to be edited.
 pub fn model_text(file: &str) -> String {
-    std::fs::read_to_string(model_path(file)).unwrap_or_else(|e| panic!("models/{file}: {e}"))
+    text_of(&format!("models/{file}"))
 }
 
 pub fn model(file: &str) -> Robot {

@@ -6,7 +6,7 @@
 use std::path::Path;
 use std::process::Command;
 
-use crate::hostile::{command, files, hardening};
+use crate::hostile::{command, hardening};
 use crate::program::{LIMITED_ARM, Run, run};
 use crate::random::Random;
 use crate::workspace;
@@ -193,7 +193,7 @@ fn corpora(folder: &Path) -> Vec<Seed> {
         ("meshes", &[]),
     ] {
         let corpus = workspace().join("fuzz/corpus").join(corpus);
-        for path in files(&corpus) {
+        for path in crate::files_below(&corpus) {
             let name = path.file_name().unwrap_or_default().to_string_lossy();
             let robot = format!("{name}.urdf");
             let of_mesh = ["excite", &robot, "--starts", "1", "--iterations", "1", "--rate", "50", "--out", "x"];
@@ -226,7 +226,7 @@ fn attacks(folder: &Path) -> Vec<Seed> {
     let beside = |name: &str| hardening.join("tamper").join(name).display().to_string();
     let (robot, motion) = (beside("p2.yaml"), beside("m.yaml"));
     let mut all = Vec::new();
-    for path in files(&hardening) {
+    for path in crate::files_below(&hardening) {
         let bytes = std::fs::read(&path).expect("a file of ../shared is read");
         let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
         match command(&path, &String::from_utf8_lossy(&bytes), &robot, &motion) {

@@ -78,7 +78,6 @@ fn a_wrong_description_moves_a_consistent_estimate_within_its_bound() {
     assert!(wrong - right <= excess && excess < 25.0, "{right} {wrong} {excess}");
 }
 
-/// Torques of the wrong sign are those of no bodies: it is said, and nothing is written for a simulator.
 #[test]
 fn bodies_that_explain_nothing_are_not_written() {
     let here = folder("wrong_sign");
@@ -89,7 +88,6 @@ fn bodies_that_explain_nothing_are_not_written() {
     assert!(run.err.contains("nothing is written for a simulator") && !here.join("w.urdf").exists(), "{}", run.err);
 }
 
-/// An estimate knows how its model was read; a file cut short, or without a parameter, is none.
 #[test]
 fn an_estimate_is_whole_and_knows_its_model() {
     let here = folder("whole");
@@ -139,7 +137,6 @@ fn what_is_open_does_not_spoil_the_prediction() {
     assert!(total < 2.0 * found.total.unwrap() + 1e-3, "fitted {}: {}", found.total.unwrap(), run.out);
 }
 
-/// Experiments have neither friction columns nor weights of their own to choose: it is said.
 #[test]
 fn what_experiments_do_not_heed_is_refused() {
     let here = folder("unheeded");

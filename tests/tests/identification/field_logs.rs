@@ -154,7 +154,6 @@ fn friction_and_armature_of_an_mjcf_explain_the_log() {
     assert!(passport.is_ok());
 }
 
-/// A LeRobot data set of positions alone: goals are proposed, and read in their own unit.
 #[test]
 fn goals_of_a_data_set_are_proposed() {
     let Some((field, model)) = arm() else { return };

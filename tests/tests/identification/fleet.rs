@@ -42,8 +42,6 @@ fn refused(here: &Path, arguments: &[&str], expected: &[&str]) {
     }
 }
 
-/// The sums of one log, and of several, have the estimate of `rist identify`; parts merged in any order are one file; so are
-/// one reader and two.
 #[test]
 fn sums_are_one_pass() {
     let here = folder("fleet_sums");
@@ -96,8 +94,6 @@ fn sums_are_one_pass() {
     done(&here, &["report", "--estimate", "e.yaml", "--out", "r.html"]);
 }
 
-/// A log that is cut short or of another robot is named; with --skip-broken the others are summed, and the sums and the
-/// estimate say which one is missing and why.
 #[test]
 fn broken_logs_are_named() {
     let here = folder("fleet_broken");
@@ -200,7 +196,6 @@ fn unlike_parts_are_refused() {
     );
 }
 
-/// A fleet of three joints, a fifth of it changed: the robots are found, and hardly another is named.
 #[test]
 fn changed_robots_are_found() {
     let model = Model::read(tests::workspace().join("tests/data/robots/r3g.yaml")).unwrap();

@@ -82,8 +82,6 @@ fn friction_of_the_load_is_found_and_carried() {
     assert!(by_hand < 0.8 * plain, "{by_hand} {plain}");
 }
 
-/// Terms of joints that the robot lacks, or of a parameter that the joint has already, are refused; so are sums whose rows
-/// would be needed twice.
 #[test]
 fn terms_that_cannot_be_are_refused() {
     let here = folder("joint_friction_refused");

@@ -134,7 +134,6 @@ fn tx40_published_values() {
     }
 }
 
-/// Joints 5 and 6 fail without the columns of the coupled wrist, and the estimate says why.
 #[test]
 fn tx40_without_its_coupling() {
     let Some((.., with)) = estimate("tx40_staubli", 0) else { return };
@@ -150,7 +149,6 @@ fn tx40_without_its_coupling() {
     }
 }
 
-/// The gravity coefficients of the Panda, within the spread of two estimates of others.
 #[test]
 fn panda_gravity_coefficients() {
     let Some((arm, .., estimate)) = estimate("panda_gaz2019", 1) else { return };

@@ -110,7 +110,6 @@ fn an_encoder_within_the_noise_is_not_named() {
     }
 }
 
-/// The joint alone that has it is named, with its size.
 #[test]
 fn the_joint_is_named() {
     let robot = r3(true);
@@ -131,7 +130,6 @@ fn the_joint_is_named() {
     assert!(elastic.starts_with("q2 bends: 2") && elastic.contains("[elastic=q2] "), "{elastic}");
 }
 
-/// Where gains are estimated too, parameters and gains widen together.
 #[test]
 fn gains_widen_with_the_rest() {
     let robot = r3(true);

@@ -78,7 +78,6 @@ fn gravity_parameters_come_back_within_their_deviations() {
     }
 }
 
-/// Zeros and mounts of the truth are found by the bodies of the description, which stands upright.
 #[test]
 fn zeros_and_mounts_come_back() {
     use std::f64::consts::{FRAC_PI_2, PI};
@@ -159,7 +158,6 @@ fn postures_of_the_field_give_the_arm_behind_them() {
     }
 }
 
-/// The joint of the SCARA that slides has a force, N; those that turn have torques.
 #[test]
 fn forces_are_not_torques() {
     let model = Model::read(model_path("scara.yaml")).unwrap();

@@ -57,7 +57,6 @@ fn found(model: &Model, table: Table, names: &ColumnNames, gain: &[(&str, Gain)]
     identify(model, &[log], &request).unwrap_or_else(|e| panic!("{e}"))
 }
 
-/// One gain is known; the other and the parameters err by what they say.
 #[test]
 fn gains_of_servos_err_by_what_they_say() {
     let arm = TapeRobot::new(model(ROBOT));
@@ -135,7 +134,6 @@ fn gains_that_differ_are_told_by_the_description() {
     assert!(!found.passport.is_gross(), "{:?}", found.passport.findings);
 }
 
-/// What is no goal, and a goal beside a torque, are refused.
 #[test]
 fn what_is_no_goal_is_refused() {
     let (arm, model) = (TapeRobot::new(model(ROBOT)), Model::read(model_path(ROBOT)).unwrap());

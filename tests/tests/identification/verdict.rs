@@ -208,7 +208,6 @@ fn a_validation_judges_its_own_residual() {
     assert!(!run.out.contains("what is left"), "{}", run.out);
 }
 
-/// The log that an estimate was made from is no validation of it, by whatever name it is given.
 #[test]
 fn a_fitted_log_validates_nothing() {
     let here = folder("fitted");
@@ -222,7 +221,6 @@ fn a_fitted_log_validates_nothing() {
     assert!(found[2].contains("a log of another motion"), "{found:?}");
 }
 
-/// An estimate that is refused once stays so: code for a robot is not made from it in silence.
 #[test]
 fn a_refused_estimate_makes_no_code() {
     let here = folder("refused");
@@ -294,7 +292,6 @@ fn wrong_gains_are_named_with_those_that_fit() {
     assert!(doctor.out.contains("currents without gains") && doctor.out.contains("nothing is contradicted"));
 }
 
-/// Torques that come very late are late torques, not those of another robot.
 #[test]
 fn very_late_torques_are_named() {
     let here = folder("late");

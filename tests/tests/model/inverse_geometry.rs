@@ -1,13 +1,13 @@
 //! The inverse geometric model against the direct one.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use expr::Tape;
 use modeling::{Derivation, LinkFrame};
 use nalgebra::DMatrix;
 use robot::{JointKind, Robot};
-use tests::model;
 use tests::random::Random;
+use tests::{files_below, model};
 
 const POSES: usize = 2_000;
 
@@ -173,18 +173,8 @@ fn arms() -> impl Iterator<Item = Robot> {
 /// The arms of six joints among the URDF files below a folder that have an inverse geometric model; of the others it is
 /// printed why not.
 fn arms_below(folder: &Path) -> Vec<Robot> {
-    let entries = std::fs::read_dir(folder).unwrap_or_else(|e| panic!("{}: {e}", folder.display()));
-    let mut paths: Vec<PathBuf> = entries.map(|entry| entry.unwrap().path()).collect();
-    paths.sort();
     let mut arms = Vec::new();
-    for path in paths {
-        if path.is_dir() {
-            arms.extend(arms_below(&path));
-            continue;
-        }
-        if path.extension().is_none_or(|end| end != "urdf") {
-            continue;
-        }
+    for path in files_below(folder).into_iter().filter(|path| path.extension().is_some_and(|end| end == "urdf")) {
         let robot = match rist::read_robot(&path, &Default::default()) {
             Ok(robot) if robot.n_coordinates() == 6 => robot,
             _ => continue,

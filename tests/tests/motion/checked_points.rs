@@ -37,7 +37,6 @@ fn holds(run: &Run, code: i32, said: &[&str]) {
     });
 }
 
-/// The files of a proven motion keep their limits between the points, as smooth as they say, and break lower ones.
 #[test]
 fn played_files_are_proven_between_their_points() {
     let folder = played();
@@ -69,7 +68,6 @@ fn played_files_are_proven_between_their_points() {
     holds(&check(folder, "motion.csv", &["--limits", "jerk.yaml"]), 0, &["jerk of q1 and of q2"]);
 }
 
-/// A peak between two points is seen, and a file of MoveIt that does not move all joints says which.
 #[test]
 fn peaks_between_points_and_files_of_moveit() {
     let folder = played();
@@ -97,7 +95,6 @@ fn peaks_between_points_and_files_of_moveit() {
     holds(&check(folder, "short.csv", &[]), 2, &["q2"]);
 }
 
-/// Each experiment of a plan is held to limits, and what its proof is worth is found again.
 #[test]
 fn a_plan_and_its_proof_are_checked() {
     let folder = played();
@@ -116,7 +113,6 @@ fn a_plan_and_its_proof_are_checked() {
     assert!(found.out.contains("it has no proof that could be found again"), "{}", found.out);
 }
 
-/// A plan chooses among motions whose torques and bodies keep the limits: held by Newton and Euler's recursion, and by the check.
 #[test]
 fn a_plan_keeps_efforts_and_bodies() {
     let folder = folder("planned-limits");
@@ -208,7 +204,6 @@ fn what_a_file_tells_is_foreseen() {
     rist(folder, &["visibility", "arm.yaml", "motion.yaml", "--friction", "auto"]).failed(2, &["auto needs a log"]);
 }
 
-/// Slower, from where the robot stands and back: the file for the controller is one motion that keeps what it promises.
 #[test]
 fn a_motion_goes_to_a_robot_and_back() {
     let folder = played();
@@ -272,7 +267,6 @@ fn rows(folder: &Path, name: &str) -> Vec<Vec<f64>> {
     text.lines().skip(1).map(|line| line.split(',').map(|x| x.parse().unwrap()).collect()).collect()
 }
 
-/// What may be played again at once is proven when it is: the file of a series, whose ends differ, leads back.
 #[test]
 fn what_may_be_played_again_keeps_its_limits_twice() {
     let folder = played();

@@ -71,7 +71,6 @@ fn room_that_a_person_would_want() {
     );
 }
 
-/// Where no motion is above the plane, it is no floor, and that is said.
 #[test]
 fn a_floor_that_leaves_no_motion_is_none() {
     // The ball stays between 10 and 4 cm below.

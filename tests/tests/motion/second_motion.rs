@@ -185,7 +185,6 @@ fn efficiency_by_hand(
     (planned, ((reached - bound) / p).exp(), scaled, shift)
 }
 
-/// What plan.yaml says of the best possible plan follows from the designs in it and the candidates.
 #[test]
 fn the_bound_of_a_plan_follows_from_its_file() {
     let model = Model::read(workspace().join("models/planar2r_vertical.yaml")).unwrap();

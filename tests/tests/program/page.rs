@@ -93,7 +93,6 @@ fn a_sheet_in_every_language() {
     assert!((json["links"][2]["geometry"]["d"]["number"].as_f64().unwrap() - 0.3).abs() < 1e-12);
 }
 
-/// Every experiment of a plan is a row and a picture of what moves.
 #[test]
 fn a_plan_has_a_picture_a_motion() {
     let here = folder("plan_page");
@@ -223,7 +222,6 @@ fn the_page_of_the_ur5_is_small() {
     }
 }
 
-/// Two estimates stand beside each other; one of another model is refused, and so is one alone.
 #[test]
 fn two_estimates_are_compared() {
     let here = folder("compared");

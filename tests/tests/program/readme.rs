@@ -11,7 +11,7 @@ use std::path::Path;
 
 use tests::joint_log::{swinging, unlike};
 use tests::program::{done, folder, rist, rist_in_pipe, run};
-use tests::{model_path, workspace};
+use tests::{model_path, text_of, workspace};
 
 /// Command and output, of each command of the text.
 fn transcripts(text: &str) -> Vec<(String, Vec<String>)> {
@@ -55,7 +55,7 @@ fn shell_commands(text: &str) -> Vec<(Vec<String>, bool)> {
 fn shell_commands_run(page: &str, stand_ins: &[(&str, &str)]) {
     let here = folder(&format!("{}_shell", page.replace('/', "_")));
     stand_ins.iter().for_each(|(name, text)| std::fs::write(here.join(name), text).unwrap());
-    let commands = shell_commands(&std::fs::read_to_string(workspace().join(page)).unwrap());
+    let commands = shell_commands(&text_of(page));
     assert!(!commands.is_empty(), "{page} shows no `rist` in a block of the kind sh");
     for (arguments, may_be_no) in commands {
         // The log of the motion before.
@@ -81,7 +81,7 @@ fn files(text: &str) -> Vec<(String, String)> {
 
 /// Runs the commands that a page shows, in this folder.
 fn holds(page: &str, folder: &Path) {
-    let text = std::fs::read_to_string(workspace().join(page)).unwrap_or_else(|e| panic!("{page}: {e}"));
+    let text = text_of(page);
     let transcripts = transcripts(&text);
     assert!(!transcripts.is_empty(), "{page} shows no `$ rist` in a console block");
     // Pages write below `target`, which cargo makes elsewhere where CARGO_TARGET_DIR says so.
@@ -141,7 +141,7 @@ fn a_sentence_ends_where_it_ends() {
 /// A stranger reads it in a minute: short sentences, a screen and a half, three questions answered before the walk.
 #[test]
 fn the_readme_is_short() {
-    let text = std::fs::read_to_string(workspace().join("README.md")).unwrap();
+    let text = text_of("README.md");
     let sentences = sentences(&text);
     assert!(sentences.len() > 30, "{sentences:#?}");
     for sentence in &sentences {
@@ -154,16 +154,14 @@ fn the_readme_is_short() {
     assert!(headings.map(place).is_sorted());
 }
 
-/// The figures of the README are those of the pages that it names.
 #[test]
 fn the_figures_of_the_readme_are_those_of_the_pages() {
-    let text = |file: &str| std::fs::read_to_string(workspace().join(file)).unwrap_or_else(|e| panic!("{file}: {e}"));
     let cells = |page: &str, start: &str| -> Vec<String> {
-        let text = text(page);
+        let text = text_of(page);
         let row = text.lines().find(|line| line.starts_with(start)).unwrap_or_else(|| panic!("{page}: no row {start}"));
         row.trim_matches('|').split('|').map(|cell| cell.trim().to_string()).collect()
     };
-    let readme = text("README.md").split_whitespace().collect::<Vec<_>>().join(" ");
+    let readme = text_of("README.md").split_whitespace().collect::<Vec<_>>().join(" ");
     let holds = |sentence: String| assert!(readme.contains(&sentence), "README.md has no `{sentence}`");
     let all = cells("docs/what-trust-means.md", "| all |");
     let first = |cell: &str| cell.split([',', ' ']).next().unwrap_or_default().to_string();
@@ -194,7 +192,7 @@ fn lines_of_the_readme() -> Result<(), rist::Error> {
 
 #[test]
 fn the_lines_of_rust_compile() {
-    let text = std::fs::read_to_string(workspace().join("README.md")).unwrap();
+    let text = text_of("README.md");
     let block = text.split("```rust\n").nth(1).and_then(|rest| rest.split("```").next()).expect("lines of Rust");
     let own = include_str!("readme.rs");
     assert_eq!(block.lines().count(), 2);
@@ -231,7 +229,7 @@ fn the_logs_that_ship_are_what_the_simulator_writes() {
 }
 
 fn files_of(page: &str) -> Vec<(String, String)> {
-    files(&std::fs::read_to_string(workspace().join(page)).unwrap_or_else(|e| panic!("{page}: {e}")))
+    files(&text_of(page))
 }
 
 fn write_files(page: &str, here: &Path) {
@@ -262,8 +260,7 @@ fn the_pages_that_run_in_a_folder_hold() {
 
 #[test]
 fn the_commands_of_shell_blocks_run() {
-    let text = |file: &str| std::fs::read_to_string(workspace().join(file)).unwrap_or_else(|e| panic!("{file}: {e}"));
-    let urdf = text("models/ur5.urdf");
+    let urdf = text_of("models/ur5.urdf");
     // A log of a robot without a load: bodies that are far from the description are not written.
     let here = folder("shell_stand_in");
     let robot = rist::Model::read(model_path("ur5.urdf")).unwrap().robot;
@@ -316,7 +313,7 @@ fn the_page_on_code_for_a_loop_runs() {
 
     // The lines of Rust that it shows, at a state of rest: the torques of the page are those of `rist evaluate`, whose
     // numbers are the description's; the estimate is that of its simulation, to a few per cent.
-    let page = std::fs::read_to_string(workspace().join("docs/how-to/code-for-a-control-loop.md")).unwrap();
+    let page = text_of("docs/how-to/code-for-a-control-loop.md");
     let lines = page.split("```rust\n").nth(1).and_then(|rest| rest.split("```").next()).expect("lines of Rust");
     let states = "let (q, dq, ddq_wanted) = ([0.4, -0.3], [0.5, 0.2], [1.0, 2.0]);";
     let program = format!("mod arm;\nfn main() {{\n{states}\n{lines}println!(\"{{}} {{}}\", tau[0], tau[1]);\n}}\n");

@@ -8,7 +8,7 @@ use std::path::Path;
 use identification::estimate::options::Options;
 use logs::{Columns, Table, propose};
 use robot::format::{ReadOptions, parse_with};
-use tests::workspace;
+use tests::{text_of as text, workspace};
 
 /// A description: its kind, the name of a file, its text, and whether the base must be asked to float.
 const DESCRIPTIONS: [(&str, &str, &str, bool); 10] = [
@@ -100,7 +100,6 @@ const LOGS: [(&str, &str, &str); 15] = [
 
 /// What the readers cost: the packages without which the program would do if it had not this reader, by Cargo.lock.
 fn costs() -> String {
-    let text = |file: &str| std::fs::read_to_string(workspace().join(file)).unwrap_or_else(|e| panic!("{file}: {e}"));
     let name = |quoted: &str| quoted.split('"').nth(1).unwrap_or("").split(' ').next().unwrap_or("").to_string();
     let locked: BTreeMap<String, Vec<String>> = text("Cargo.lock")
         .split("[[package]]")

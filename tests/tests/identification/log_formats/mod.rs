@@ -178,7 +178,6 @@ fn part(table: &Table, rows: usize) -> Table {
     Table { columns, ..table.clone() }
 }
 
-/// Types of Arrow that are numbers, and those that are none: each other column stands where it stood.
 #[test]
 fn kinds_of_arrow_columns() {
     let folder = foreign();
@@ -217,7 +216,6 @@ fn kinds_of_arrow_columns() {
     }
 }
 
-/// Cut off or changed, a file or stream of Arrow is read or refused, never a panic, and a cut one is refused.
 #[test]
 fn damaged_arrow_is_read_or_refused() {
     let folder = foreign();
