@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use logs::LogSource;
+use logs::{Effort, Log, LogReport, LogSource};
 use rist::Model;
 use robot::{Robot, StandardParameter};
 
@@ -118,6 +118,24 @@ impl JointLog {
         let thin = |x: &Vec<f64>| x.iter().step_by(rows).copied().collect::<Vec<f64>>();
         let [q, dq, tau] = [&self.q, &self.dq, &self.tau].map(|series| series.iter().map(thin).collect());
         JointLog { t: thin(&self.t), q, dq, tau }
+    }
+}
+
+/// Positions, velocities and torques as a log of the library, evenly spaced.
+pub fn even_log(coordinates: &[String], period: f64, [q, dq, effort]: [Vec<Vec<f64>>; 3]) -> Log {
+    let rows = q[0].len();
+    Log {
+        name: "log".into(),
+        coordinates: coordinates.to_vec(),
+        t: (0..rows).map(|r| period * r as f64).collect(),
+        q,
+        dq: Some(dq),
+        ddq: None,
+        effort,
+        effort_is: Effort::Torque,
+        rows: (1..=rows).collect(),
+        window: None,
+        report: LogReport::uniform(rows, period),
     }
 }
 

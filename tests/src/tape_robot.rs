@@ -13,7 +13,9 @@ use linear_model::pseudo_inertia::Ten;
 use linear_model::regressor::Regressor;
 use linear_model::standard_map::StandardMap;
 use modeling::{BaseParameters, Derivation};
-use robot::{Inertial, JointKind, LinkId, Robot, RotorInertia, StandardParameter};
+use robot::{Inertial, JointKind, LinkId, Robot, StandardParameter};
+
+use crate::joint_log::described;
 
 /// A robot with values of its parameters, as a regressor and as dynamics.
 #[derive(Clone)]
@@ -123,19 +125,6 @@ impl TapeRobot {
         let first = self.base.standard.iter().filter(|s| s.inertial == Inertial::Xx);
         first.map(|s| self.robot.link(s.link).inertial).collect()
     }
-}
-
-/// The standard parameters of the description, in the order of the columns of D; zero where it gives none.
-fn described(robot: &Robot) -> Vec<f64> {
-    let value = |p: StandardParameter| {
-        let link = robot.link(p.link);
-        match (p.inertial, link.joint.rotor_inertia) {
-            (Inertial::Ia, RotorInertia::Known(x)) => x,
-            (Inertial::Ia, _) => 0.0,
-            (inertial, _) => link.inertial.map_or(0.0, |x| x[inertial as usize]),
-        }
-    };
-    StandardParameter::all(robot).into_iter().map(value).collect()
 }
 
 impl Regressor for TapeRobot {

@@ -13,11 +13,13 @@ use std::f64::consts::TAU;
 use fleet::Accumulator;
 use fleet::{Compared, Comparison, SumsRequest, compare};
 use identification::estimate::options::Options;
-use logs::{Effort, Log, LogReport, LogSource};
+use logs::{Log, LogSource};
 use processor::{in_order, threads};
 use random::Random;
 use rist::Model;
 use robot::{Inertial, StandardParameter};
+
+use crate::joint_log::even_log;
 
 /// Seconds between samples.
 const PERIOD: f64 = 0.01;
@@ -161,19 +163,7 @@ impl<'a> Workshop<'a> {
                 effort[j].push(rigid + friction + noise);
             }
         }
-        Log {
-            name: name.into(),
-            coordinates: regressor.coordinates().to_vec(),
-            t: (0..count).map(|r| PERIOD * r as f64).collect(),
-            q,
-            dq: Some(dq),
-            ddq: None,
-            effort,
-            effort_is: Effort::Torque,
-            rows: (1..=count).collect(),
-            window: None,
-            report: LogReport::uniform(count, PERIOD),
-        }
+        Log { name: name.into(), ..even_log(regressor.coordinates(), PERIOD, [q, dq, effort]) }
     }
 
     fn sums(&self, machine: &Machine, name: &str, logs: usize, seconds: f64, random: &mut Random) -> Accumulator {

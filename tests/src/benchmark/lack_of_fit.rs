@@ -15,11 +15,12 @@ use std::f64::consts::{PI, TAU};
 use experiments::simulate::dynamics::Dynamics;
 use linear_model::friction::terms::sign;
 use linear_model::regressor::Regressor;
-use logs::{Effort, Log, LogReport};
+use logs::Log;
 use nalgebra::{Cholesky, Const, SMatrix, SVector};
 use random::Random;
 use robot::RotorInertia;
 
+use crate::joint_log::even_log;
 use crate::tape_robot::TapeRobot;
 
 /// The respect in which the truth differs from the fit.
@@ -407,19 +408,7 @@ fn measured(clean: &Clean, truth: Truth, names: &[String], random: &mut Random) 
     let q = q.into_iter().map(|q| q.into_iter().map(|q| (q / step).round() * step).collect()).collect();
     let dq = of(&clean.dq, &|_| 2e-3, false);
     let effort = of(&clean.tau, &|tau| 0.02 + 0.005 * root_mean_square(tau), slow);
-    Log {
-        name: "UR5".into(),
-        coordinates: names.to_vec(),
-        t: (0..rows()).map(|i| i as f64 * PERIOD).collect(),
-        q,
-        dq: Some(dq),
-        ddq: None,
-        effort,
-        effort_is: Effort::Torque,
-        rows: (1..=rows()).collect(),
-        window: None,
-        report: LogReport::uniform(rows(), PERIOD),
-    }
+    even_log(names, PERIOD, [q, dq, effort])
 }
 
 /// q = c + sum over five harmonics, each joint within 2.4 rad and 2 rad/s.

@@ -3,11 +3,11 @@
 use robot::{Inertial, LinkId, Robot, StandardParameter};
 
 use super::arms::Arm;
-use super::motion::Motion;
 use crate::by_link;
 use crate::joint_log::described;
 use crate::random::State;
 use crate::random_situations::draw::Draw;
+use crate::random_situations::motion::Motion;
 use crate::recursion;
 
 /// Samples of a motion from which the sizes of torques and inertias follow.

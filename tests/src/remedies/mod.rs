@@ -27,10 +27,11 @@ use std::path::{Path, PathBuf};
 use crate::joint_log::JointLog;
 use crate::program::folder;
 use crate::random_situations::draw::Draw;
+use crate::random_situations::motion::Motion;
 use arms::Arm;
 use kinds::{Entry, KINDS, Kind, Mistake};
 use machine::Machine;
-use motion::Motion;
+use motion::{harmonics, points};
 use simulation::Simulation;
 
 /// s of a log, where nothing else is asked for.
@@ -67,7 +68,7 @@ impl<'a> Situation<'a> {
         let arm = able[draw.below(able.len())];
         let logged = if entry.kind == Kind::OtherRobot { others(arm, arms)[0] } else { arm };
         let [motion, second, third] =
-            [2, 6, 8].map(|purpose| Motion::harmonics(logged, DURATION, &mut Draw::of(seed, purpose)));
+            [2, 6, 8].map(|purpose| harmonics(logged, DURATION, &mut Draw::of(seed, purpose)));
         let machine = Machine::of(logged, &motion, &mut Draw::of(seed, 3));
         let mistake = Some(mistake(arm, entry.kind, &mut Draw::of(seed, 4)));
         Situation { seed, arm, logged, machine, motion, second, third, entry: Some(entry), mistake }
@@ -79,9 +80,9 @@ impl<'a> Situation<'a> {
         let arm = &arms[draw.below(arms.len())];
         let (duration, stops) = (DURATIONS[draw.below(DURATIONS.len())], draw.chance(1.0 / 3.0));
         let draw = &mut Draw::of(seed, 2);
-        let motion = if stops { Motion::points(arm, duration, draw) } else { Motion::harmonics(arm, duration, draw) };
+        let motion = if stops { points(arm, duration, draw) } else { harmonics(arm, duration, draw) };
         let machine = Machine::of(arm, &motion, &mut Draw::of(seed, 3));
-        let [second, third] = [6, 8].map(|purpose| Motion::harmonics(arm, DURATION, &mut Draw::of(seed, purpose)));
+        let [second, third] = [6, 8].map(|purpose| harmonics(arm, DURATION, &mut Draw::of(seed, purpose)));
         Situation { seed, arm, logged: arm, machine, motion, second, third, entry: None, mistake: None }
     }
 

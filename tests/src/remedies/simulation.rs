@@ -5,11 +5,11 @@ use std::f64::consts::TAU;
 use super::arms::Arm;
 use super::kinds::{Kind, Mistake};
 use super::machine::Machine;
-use super::motion::Motion;
 use super::wrong_columns::spoil;
 use crate::joint_log::{JointLog, described};
 use crate::random::State;
 use crate::random_situations::draw::Draw;
+use crate::random_situations::motion::Motion;
 use crate::recursion;
 
 /// Rows a second.

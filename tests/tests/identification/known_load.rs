@@ -3,36 +3,15 @@
 use std::path::Path;
 
 use linear_model::known_load::KnownLoad;
-use linear_model::standard_map::StandardMap;
-use modeling::BaseParameters;
-use robot::{Inertial, Robot};
+use tests::joint_log::described;
 use tests::program::{estimate, folder, rist, rist_done};
-use tests::{base_parameters as base, model, model_text};
-
-/// Base parameters of the bodies of the file.
-fn values(robot: &Robot, base: &BaseParameters) -> Vec<f64> {
-    let value = |p: &robot::StandardParameter| {
-        let place = Inertial::BODY.iter().position(|b| *b == p.inertial).unwrap();
-        robot.link(p.link).inertial.unwrap()[place]
-    };
-    base.values(&base.standard.iter().map(value).collect::<Vec<f64>>())
-}
-
-/// Where the bodies of the links stand among the parameters.
-fn standard_map(robot: &Robot, base: &BaseParameters) -> StandardMap {
-    let terms: Vec<(usize, usize, f64)> = (0..base.base.len())
-        .flat_map(|k| base.base[k].terms.iter().map(move |t| (k, t.parameter, t.coefficient)))
-        .collect();
-    let first = (0..base.standard.len()).filter(|&c| base.standard[c].inertial == Inertial::Xx);
-    let bodies = first.map(|c| (robot.link(base.standard[c].link).name.clone(), c)).collect();
-    StandardMap::new(vec![String::new(); base.standard.len()], base.base.len(), &terms, bodies, vec![])
-}
+use tests::tape_robot::TapeRobot;
+use tests::{model, model_text};
 
 /// A load like the forearm itself, given in the frame of the URDF, adds what a URDF with twice that forearm has more.
 #[test]
 fn a_load_adds_what_the_same_body_in_the_description_adds() {
-    let robot = model("ur5.urdf");
-    let base = base(&robot);
+    let arm = TapeRobot::new(model("ur5.urdf"));
     let text = model_text("ur5.urdf");
     let mut twice = text.replace(r#"<mass value="2.275"/>"#, r#"<mass value="4.55"/>"#);
     twice = twice.replace(r#"ixx="0.049443313556""#, r#"ixx="0.098886627112""#);
@@ -44,9 +23,8 @@ fn a_load_adds_what_the_same_body_in_the_description_adds() {
     let forearm = "link: forearm\nmass: 2.275\ncentre_of_mass: [-0.25, 0, 0.01615]\n\
                    inertia: {xx: 0.004095, yy: 0.049443313556, zz: 0.049443313556}\n";
     let load = KnownLoad::from_yaml("forearm.yaml", forearm).unwrap();
-    let map = standard_map(&robot, &base);
-    let added = load.base_parameters(&robot, &map).unwrap();
-    let (light, heavy) = (values(&robot, &base), values(&heavy, &base));
+    let added = load.base_parameters(&arm.robot, &arm.map()).unwrap();
+    let (light, heavy) = (&arm.truth, arm.base.values(&described(&heavy)));
     assert!(added.iter().filter(|x| x.abs() > 1e-3).count() > 5, "{added:?}");
     for (k, x) in added.iter().enumerate() {
         // The file writes a quarter turn with eleven digits.
@@ -62,10 +40,9 @@ fn a_load_on_a_fixed_frame_is_one_on_its_link() {
     let turned = text
         .replace(r#"<origin xyz="0 0 0.0823" rpy="0 0 0"/>"#, r#"<origin xyz="0 0 0.0823" rpy="-1.57079632679 0 0"/>"#);
     assert_ne!(text, turned);
-    let robot = robot::format::read_urdf(&turned, "ur5.urdf").unwrap();
-    let base = base(&robot);
-    let map = standard_map(&robot, &base);
-    let added = |text: &str| KnownLoad::from_yaml("load.yaml", text).unwrap().base_parameters(&robot, &map);
+    let arm = TapeRobot::new(robot::format::read_urdf(&turned, "ur5.urdf").unwrap());
+    let map = arm.map();
+    let added = |text: &str| KnownLoad::from_yaml("load.yaml", text).unwrap().base_parameters(&arm.robot, &map);
     // tool0 stands 0.0823 m along z of wrist_3, turned by a quarter about x: its z is y of wrist_3, and its y is -z.
     let on_tool = "link: tool0\nmass: 2\ncentre_of_mass: [0.01, 0.02, 0.05]\ninertia: {xx: 0.003, yy: 0.004, zz: 0.005, xy: 0.001}\n";
     let on_link = "link: wrist_3\nmass: 2\ncentre_of_mass: [0.01, 0.05, 0.0623]\ninertia: {xx: 0.003, yy: 0.005, zz: 0.004, xz: -0.001}\n";
