@@ -139,8 +139,16 @@ pub fn try_base_parameters(robot: &Robot) -> Result<BaseParameters, UnclearRank>
     derivation.base_parameters(&regressor)
 }
 
+/// A derivation with its regressor and the base parameters.
+pub fn derived(robot: &Robot) -> (Derivation<'_>, Function, BaseParameters) {
+    let mut derivation = Derivation::new(robot).unwrap_or_else(|open| panic!("{}: {open}", robot.name));
+    let regressor = derivation.regressor();
+    let base = derivation.base_parameters(&regressor).unwrap_or_else(|unclear| panic!("{}: {unclear}", robot.name));
+    (derivation, regressor, base)
+}
+
 pub fn base_parameters(robot: &Robot) -> BaseParameters {
-    try_base_parameters(robot).unwrap_or_else(|unclear| panic!("{}: {unclear}", robot.name))
+    derived(robot).2
 }
 
 /// The entries of all outputs by the tape.

@@ -1,11 +1,13 @@
 //! The program `rist`, built and run as a user runs it.
 
 use std::collections::BTreeSet;
+use std::io::Write;
 use std::path::{Path, PathBuf};
-use std::process::{Command, Output};
+use std::process::{Command, Output, Stdio};
 use std::sync::{Mutex, OnceLock, PoisonError};
 
 use rist::{Estimate, ExcitingMotion};
+use serde_json::Value;
 
 /// Two links in a vertical plane, with all that a motion can be limited by.
 pub const LIMITED_ARM: &str = "\
@@ -90,6 +92,20 @@ pub fn has_python(modules: &str) -> bool {
         println!("skipped: no python3 with {modules}");
     }
     found
+}
+
+/// What a script prints as JSON of this input; `None`, with a message, where there is no node.
+pub fn node(script: &str, input: &Value) -> Option<Value> {
+    if !is_there("node") {
+        println!("skipped: no node");
+        return None;
+    }
+    let mut node = Command::new("node");
+    let mut node = node.args(["-e", script]).stdin(Stdio::piped()).stdout(Stdio::piped()).spawn().ok()?;
+    node.stdin.take()?.write_all(input.to_string().as_bytes()).unwrap_or_else(|e| panic!("{e}"));
+    let out = node.wait_with_output().unwrap_or_else(|e| panic!("{e}"));
+    assert!(out.status.success(), "{script}");
+    Some(serde_json::from_slice(&out.stdout).unwrap_or_else(|e| panic!("{e}")))
 }
 
 pub fn is_there(program: &str) -> bool {

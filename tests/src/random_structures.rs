@@ -256,8 +256,8 @@ impl ClosedState {
     }
 }
 
-/// The rank of stacked regressors, by singular values of their scaled columns; and the gap behind it.
-pub fn rank(states: &[ClosedState]) -> (usize, f64) {
+/// The rank of stacked regressors.
+fn rank(states: &[ClosedState]) -> (usize, f64) {
     let rows: usize = states.iter().map(|s| s.regressor.nrows()).sum();
     let columns = states.first().map_or(0, |s| s.regressor.ncols());
     let mut observed = DMatrix::zeros(rows, columns);
@@ -266,6 +266,11 @@ pub fn rank(states: &[ClosedState]) -> (usize, f64) {
         observed.rows_mut(at, state.regressor.nrows()).copy_from(&state.regressor);
         at += state.regressor.nrows();
     }
+    rank_of(observed)
+}
+
+/// The rank of observed rows, by singular values of their scaled columns; and the gap behind it.
+pub fn rank_of(mut observed: DMatrix<f64>) -> (usize, f64) {
     let largest = observed.column_iter().map(|c| c.norm()).fold(0.0, f64::max);
     for mut column in observed.column_iter_mut() {
         let norm = column.norm();

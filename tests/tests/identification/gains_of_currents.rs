@@ -1,6 +1,5 @@
 //! Drive gains that least squares finds in logs of currents err by what they say.
 
-use experiments::simulate::dynamics::torque;
 use identification::estimate::drive_gains::estimate_drive_gains;
 use identification::estimate::identify::with_deviations;
 use identification::estimate::options::Options;
@@ -26,11 +25,7 @@ fn currents(arm: &TapeRobot) -> Log {
     let [mut q, mut dq, mut ddq, mut current] = [(); 4].map(|()| vec![Vec::new(); 2]);
     for r in 0..len {
         let t = period * r as f64;
-        let swing = |w: f64, a: f64| [a * (w * t).sin(), a * w * (w * t).cos(), -a * w * w * (w * t).sin()];
-        let of_joint = |(w1, w2): (f64, f64)| std::array::from_fn(|k| swing(w1, 0.8)[k] + swing(w2, 0.3)[k]);
-        let joints: [[f64; 3]; 2] = [(1.9, 5.3), (2.7, 4.1)].map(of_joint);
-        let [p, v, a] = [0, 1, 2].map(|k| joints.map(|joint| joint[k]));
-        let tau = torque(arm, &arm.truth, &p, &v, &a);
+        let [p, v, a, tau] = arm.swing_of_two(t);
         for j in 0..2 {
             q[j].push(p[j]);
             dq[j].push(v[j]);

@@ -5,23 +5,12 @@ use std::path::{Path, PathBuf};
 
 use identification::estimate::identified::Status;
 use linear_model::parameter::ParameterId;
-use tests::program::{estimate, folder, rist, rist_done};
+use tests::program::{LIMITED_ARM, estimate, folder, rist, rist_done};
 
 /// Two links in a vertical plane. Link 2 is a thin rod along x: MY2 is zero.
-const ARM: &str = "\
-convention: khalil-kleinfinger
-name: arm
-gravity: [0, -9.81, 0]
-symbols: {L1: 0.5}
-links:
-  - {link: 1, name: upper arm, antecedent: base, theta: q1,
-     limits: {position: [-2, 2], velocity: 5, acceleration: 30}}
-  - {link: 2, name: forearm, antecedent: 1, d: L1, theta: q2,
-     limits: {position: [-2, 2], velocity: 5, acceleration: 30}}
-standard_parameters:
-  1: {XX: 0.02, XY: 0, XZ: 0, YY: 0.35, YZ: 0, ZZ: 0.35, MX: 1, MY: 0, MZ: 0, M: 4, IA: 0.1}
-  2: {XX: 0.01, XY: 0, XZ: 0, YY: 0.09, YZ: 0, ZZ: 0.09, MX: 0.4, MY: 0, MZ: 0, M: 2, IA: 0.05}
-";
+fn arm() -> String {
+    LIMITED_ARM.replace("effort: 100}", "acceleration: 30}").replace("effort: 50}", "acceleration: 30}")
+}
 
 fn run(here: &Path, arguments: &str) -> String {
     rist_done(here, arguments).out
@@ -30,7 +19,7 @@ fn run(here: &Path, arguments: &str) -> String {
 /// A folder with arm.yaml, plan.yaml and logs/.
 fn experiments(name: &str) -> PathBuf {
     let here = folder(name);
-    std::fs::write(here.join("arm.yaml"), ARM).unwrap();
+    std::fs::write(here.join("arm.yaml"), arm()).unwrap();
     run(&here, "plan arm.yaml --starts 2 --experiments 5 --out plan.yaml");
     run(&here, "simulate arm.yaml plan.yaml --validation 2 --out logs");
     here

@@ -1,6 +1,5 @@
 //! Position servos without torque or current: the error of the goal is a torque up to the gain of the servo.
 
-use experiments::simulate::dynamics::torque;
 use identification::estimate::drive_gains::estimate_drive_gains;
 use identification::estimate::options::Options;
 use identification::estimators::drive_gains::likelihood::Gain;
@@ -25,11 +24,7 @@ fn log(arm: &TapeRobot, gains: [f64; 2], noise: f64, random: &mut Random) -> Tab
     let mut columns = vec![Vec::new(); 7];
     for r in 0..len {
         let t = period * f64::from(r);
-        let swing = |w: f64, a: f64| [a * (w * t).sin(), a * w * (w * t).cos(), -a * w * w * (w * t).sin()];
-        let of_joint = |(w1, w2): (f64, f64)| std::array::from_fn(|k| swing(w1, 0.8)[k] + swing(w2, 0.3)[k]);
-        let joints: [[f64; 3]; 2] = [(1.9, 5.3), (2.7, 4.1)].map(of_joint);
-        let [p, v, a] = [0, 1, 2].map(|k| joints.map(|joint| joint[k]));
-        let tau = torque(arm, &arm.truth, &p, &v, &a);
+        let [p, v, _, tau] = arm.swing_of_two(t);
         columns[0].push(t);
         for j in 0..2 {
             columns[1 + j].push(p[j]);

@@ -1,10 +1,10 @@
 //! The exact rank of robots whose loops are closed by a search: at points of a finite field that close the loops there.
 
-use modeling::{BaseParameters, Derivation, ExactRank, NoCertificate, UnclearRank};
+use modeling::{BaseParameters, ExactRank, NoCertificate, UnclearRank};
 use robot::format;
-use tests::loops::{LOOPS, resized, with_loops};
+use tests::loops::{BY_CHANCE, LOOPS, resized, with_loops};
 use tests::random::Random;
-use tests::{base_parameters, evaluated, try_base_parameters};
+use tests::{base_parameters, derived, evaluated, try_base_parameters};
 
 fn exact_base(name: &str) -> BaseParameters {
     base_parameters(&with_loops(name))
@@ -64,9 +64,7 @@ fn columns_and_relations_are_those_of_other_lengths() {
 fn the_base_parameters_lose_nothing_at_other_states() {
     for (name, ..) in LOOPS {
         let robot = with_loops(name);
-        let mut derivation = Derivation::new(&robot).unwrap();
-        let regressor = derivation.regressor();
-        let base = derivation.base_parameters(&regressor).unwrap();
+        let (derivation, regressor, base) = derived(&robot);
         let base_regressor = base.regressor(&regressor);
         let mut closure = derivation.closure().unwrap();
         let (n, p) = (robot.n_coordinates(), base.standard.len());
@@ -92,22 +90,6 @@ fn the_base_parameters_lose_nothing_at_other_states() {
         assert!(found >= 5, "{name}: the loops closed at {found} states");
     }
 }
-
-/// A parallelogram by four numbers that happen to be equal.
-const BY_CHANCE: &str = "convention: khalil-kleinfinger
-name: by_chance
-rotor_inertia: none
-gravity: [0, -9.81, 0]
-symbols: {L0: 0.5, L1: 0.2, L2: 0.5, L3: 0.2}
-coordinates: [q1]
-links:
-  - {link: 1, antecedent: base, theta: q1 + 1.0}
-  - {link: 2, antecedent: 1, joint: revolute, drive: passive, d: L1, start: -1}
-  - {link: 3, antecedent: base, joint: revolute, drive: passive, d: L0, start: 1}
-loops:
-  - cut: {antecedent: 2, joint: revolute, d: L2, start: 1}
-    twin: {antecedent: 3, d: L3}
-";
 
 #[test]
 fn lengths_that_are_equal_by_chance_are_refused() {

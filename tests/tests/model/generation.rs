@@ -3,12 +3,11 @@
 
 use std::path::Path;
 
-use modeling::Derivation;
 use robot::Robot;
 use tests::program::{done, folder};
 use tests::random::Random;
 use tests::urdf_text::random_tree;
-use tests::{dot, evaluated, models, recursion};
+use tests::{derived, dot, evaluated, models, recursion};
 
 fn generated(robot: &Robot) -> String {
     let module = modeling::module(robot, &[]).unwrap_or_else(|unclear| panic!("{}: {unclear}", robot.name));
@@ -77,9 +76,7 @@ fn goes_all_the_way(n: usize, reach: usize, seed: u64) {
     let text = random_tree(n, reach, seed);
     let robot = robot::format::read_urdf(&text, "tree.urdf").unwrap_or_else(|e| panic!("{e}"));
     assert_eq!(robot.n_coordinates(), n);
-    let mut derivation = Derivation::new(&robot).unwrap();
-    let regressor = derivation.regressor();
-    let base = derivation.base_parameters(&regressor).unwrap_or_else(|unclear| panic!("{n} joints: {unclear}"));
+    let (_, regressor, base) = derived(&robot);
     let mut random = Random(seed);
     let (state, x) = (random.state(&robot), random.parameters(&robot));
     let y = evaluated(&base.regressor(&regressor), &[&state.inputs()]);

@@ -3,7 +3,7 @@
 use modeling::{Derivation, Open};
 use robot::{Affine, CoordinateId, Robot, Value};
 use tests::loops::with_loops;
-use tests::{base_parameters, dot, evaluated};
+use tests::{base_parameters, derived, dot, evaluated};
 
 /// A planar four-bar: crank L1, coupler L2, rocker L3 on the base at L4. Cut between coupler and rocker.
 fn four_bar(lengths: [f64; 4]) -> Robot {
@@ -71,10 +71,9 @@ fn the_parallelogram_four_bar_has_three_base_parameters_either_way() {
 #[test]
 fn power_is_the_change_of_energy_and_base_parameters_lose_nothing() {
     for robot in [four_bar([0.2, 0.55, 0.4, 0.5]), with_loops("slider_crank")] {
-        let mut derivation = Derivation::new(&robot).unwrap();
+        let (mut derivation, regressor, base) = derived(&robot);
         let mut closure = derivation.closure().unwrap();
-        let (torque, energy, regressor) = (derivation.torque(), derivation.energy(), derivation.regressor());
-        let base = derivation.base_parameters(&regressor).unwrap();
+        let (torque, energy) = (derivation.torque(), derivation.energy());
         let base_regressor = base.regressor(&regressor);
         let p = base.standard.len();
         let x = parameters(p);

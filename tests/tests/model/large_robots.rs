@@ -7,13 +7,13 @@
 use std::fmt::Write as _;
 use std::process::Command;
 
-use modeling::{BaseParameters, Derivation, RobotFunction};
+use modeling::{BaseParameters, RobotFunction};
 use nalgebra::DMatrix;
 use robot::Robot;
 use robot::format::{ReadOptions, read_urdf_with, read_yaml};
 use tests::program::{done, folder, is_there, run};
 use tests::random::Random;
-use tests::{dot, evaluated, recursion, standard_names};
+use tests::{derived, dot, evaluated, recursion, standard_names};
 
 #[derive(Clone, Copy, PartialEq)]
 enum Axes {
@@ -64,9 +64,7 @@ fn read(text: &str, floating_base: bool) -> Robot {
 
 /// The base parameters, after D_base X_base = D X was found to hold at some states.
 fn regrouped(robot: &Robot) -> BaseParameters {
-    let mut derivation = Derivation::new(robot).unwrap();
-    let regressor = derivation.regressor();
-    let base = derivation.base_parameters(&regressor).unwrap_or_else(|e| panic!("{}: {e}", robot.links.len()));
+    let (_, regressor, base) = derived(robot);
     let base_regressor = base.regressor(&regressor);
     let random = &mut Random(1);
     for _ in 0..2 {

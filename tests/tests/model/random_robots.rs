@@ -8,15 +8,12 @@ use modeling::{BaseParameters, Derivation};
 use nalgebra::DMatrix;
 use robot::{Robot, format};
 use tests::random::{Random, State};
+use tests::random_structures::rank_of;
 use tests::{dot, evaluated, recursion};
 
 /// Rounding of two ways to the same sum, relative to the magnitudes of its terms: some ten thousand operations of 1e-16
 /// each, most of which cancel.
 const ROUNDING: f64 = 1e-12;
-
-/// A column counts where it stands out of the others by more than this share of the largest: far above the rounding of
-/// the columns, 1e-13, and below what lengths and angles of two digits leave of one, 1e-6.
-const STANDS_OUT: f64 = 1e-9;
 
 /// Operations of a base regressor a pair of links: what is common is shared, so they grow with the square; 37 at most here.
 const OPERATIONS: usize = 60;
@@ -106,16 +103,7 @@ fn rank(regressor: &Function, robot: &Robot, random: &mut Random, p: usize) -> u
     let n = robot.n_coordinates();
     let rows =
         (0..2 * p / n + 20).flat_map(|_| evaluated(regressor, &[&random.state(robot).inputs()])).collect::<Vec<_>>();
-    let mut observed = DMatrix::from_row_slice(rows.len() / p, p, &rows);
-    let largest = observed.column_iter().map(|c| c.norm()).fold(0.0, f64::max);
-    for mut column in observed.column_iter_mut() {
-        let norm = column.norm();
-        if norm > STANDS_OUT * largest {
-            column /= norm;
-        }
-    }
-    let values = observed.singular_values();
-    values.iter().filter(|v| **v > STANDS_OUT * values.max()).count()
+    rank_of(DMatrix::from_row_slice(rows.len() / p, p, &rows)).0
 }
 
 fn holds(seed: u64, numbers: Numbers) {
@@ -174,21 +162,10 @@ fn holds(seed: u64, numbers: Numbers) {
 }
 
 #[test]
-fn of_right_angles() {
-    (0..50).for_each(|seed| holds(seed, Numbers::Right));
-}
-
-#[test]
-fn of_special_angles_and_one_length() {
-    (100..150).for_each(|seed| holds(seed, Numbers::Special));
-}
-
-#[test]
-fn of_any_numbers() {
-    (200..250).for_each(|seed| holds(seed, Numbers::General));
-}
-
-#[test]
-fn special_but_for_very_little() {
-    (300..350).for_each(|seed| holds(seed, Numbers::Nearly));
+fn what_is_derived_is_what_mechanics_says() {
+    for (first, numbers) in
+        [(0, Numbers::Right), (100, Numbers::Special), (200, Numbers::General), (300, Numbers::Nearly)]
+    {
+        (first..first + 50).for_each(|seed| holds(seed, numbers));
+    }
 }

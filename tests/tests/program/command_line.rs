@@ -5,7 +5,7 @@ use std::fmt::Write as _;
 use std::path::Path;
 
 use expr::{Count, Function};
-use modeling::{BaseParameters, Derivation};
+use modeling::BaseParameters;
 use robot::Robot;
 use serde_json::{Value as Json, json};
 use tests::planar_log::{HEADER, log, write_log};
@@ -23,9 +23,7 @@ struct Derived {
 }
 
 fn derived(robot: Robot) -> Derived {
-    let mut derivation = Derivation::new(&robot).unwrap_or_else(|open| panic!("{open}"));
-    let standard = derivation.regressor();
-    let parameters = derivation.base_parameters(&standard).unwrap_or_else(|unclear| panic!("{unclear}"));
+    let (mut derivation, standard, parameters) = tests::derived(&robot);
     let (base, torque) = (parameters.regressor(&standard).bound(), derivation.torque().bound());
     let names = standard_names(&robot);
     Derived { standard: standard.bound(), torque, base, parameters, names, robot }

@@ -1,25 +1,8 @@
 //! Where there are no base parameters, there are none for anybody: what uses them refuses with the same reason, and what does
 //! not use them does not ask.
 
+use tests::loops::BY_CHANCE;
 use tests::program::{folder, rist};
-
-/// A parallelogram whose opposite sides are equal by the values of four symbols, two coordinates in series behind it. By its
-/// structure it is a four-bar with eight base parameters of its own.
-const BY_CHANCE: &str = "\
-convention: khalil-kleinfinger
-name: by_chance
-rotor_inertia: none
-gravity: [0, -9.81, 0]
-symbols: {L0: 0.5, L1: 0.2, L2: 0.5, L3: 0.2}
-coordinates: [q1]
-links:
-  - {link: 1, antecedent: base, theta: q1 + 1.0, limits: {position: [-0.5, 0.5], velocity: 2, effort: 50}}
-  - {link: 2, antecedent: 1, joint: revolute, drive: passive, d: L1, start: -1.0}
-  - {link: 3, antecedent: base, joint: revolute, drive: passive, d: L0, start: 1.0}
-loops:
-  - cut: {antecedent: 2, joint: revolute, d: L2, start: -1.0}
-    twin: {antecedent: 3, d: L3}
-";
 
 #[test]
 fn what_uses_base_parameters_refuses_a_rank_that_only_chance_makes() {

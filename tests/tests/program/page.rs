@@ -1,14 +1,9 @@
 //! The page of an identification, and the sheet of a robot: made by the program, they say what the estimate says, load
 //! nothing, and stay small however long the log is.
 
-use tests::planar_log::{HEADER, log_of};
+use tests::model_path;
+use tests::planar_log::write_rubbed;
 use tests::program::{LIMITED_ARM, folder, rist};
-use tests::random::Random;
-use tests::{model, model_path, test_robot_path};
-
-fn rubbed(_: usize, dq: f64, tau: f64) -> f64 {
-    tau + 0.4 * dq + 0.3 * dq.signum()
-}
 
 /// What of a page is read: its data, whose letters may spell anything, is taken out.
 fn shown(page: &str) -> String {
@@ -21,10 +16,7 @@ fn shown(page: &str) -> String {
 #[test]
 fn a_log_becomes_a_page_and_a_series() {
     let here = folder("page");
-    let robot = model("planar2r_vertical.yaml");
-    let arm = test_robot_path("planar2r_vertical.yaml").display().to_string();
-    let rows = log_of(&robot, &Random(41).physical_parameters(&robot), &rubbed);
-    std::fs::write(here.join("a <b>.csv"), format!("{HEADER}\n{}\n", rows.join("\n"))).unwrap();
+    let arm = write_rubbed(&here.join("a <b>.csv"), 0.4);
     let made = ["--report", "page.html", "--series", "torques.csv", "--out", "e.yaml", "--date", "1 April 2026"];
     rist(&here, &[&["identify", &arm, "a <b>.csv"], &made[..]].concat()).ended(0);
     let page = std::fs::read_to_string(here.join("page.html")).unwrap();
@@ -38,9 +30,8 @@ fn a_log_becomes_a_page_and_a_series() {
     assert!(!page.contains("could not be made") && !shown(&page).contains("NaN") && !page.contains("a <b>"));
     assert_eq!(page.matches("http").count(), page.matches("http://www.w3.org/2000/svg").count(), "it loads something");
     // Made again from the estimate: the same but for the command.
-    let run =
-        rist(&here, &["report", "--model", &arm, "--estimate", "e.yaml", "--out", "b.html", "--date", "1 April 2026"]);
-    assert_eq!(run.code, Some(0), "{}", run.err);
+    rist(&here, &["report", "--model", &arm, "--estimate", "e.yaml", "--out", "b.html", "--date", "1 April 2026"])
+        .ended(0);
     let again = std::fs::read_to_string(here.join("b.html")).unwrap();
     let charts = |page: &str| {
         page.split("<svg").skip(1).map(|s| s.split("</svg>").next().unwrap_or("").to_string()).collect::<Vec<_>>()
@@ -225,12 +216,8 @@ fn the_page_of_the_ur5_is_small() {
 #[test]
 fn two_estimates_are_compared() {
     let here = folder("compared");
-    let robot = model("planar2r_vertical.yaml");
-    let arm = test_robot_path("planar2r_vertical.yaml").display().to_string();
-    for (file, friction) in [("a", 0.4), ("b", 0.5)] {
-        let rubbed = |j: usize, dq: f64, tau: f64| rubbed(j, dq, tau) + (friction - 0.4) * dq;
-        let rows = log_of(&robot, &Random(41).physical_parameters(&robot), &rubbed);
-        std::fs::write(here.join(format!("{file}.csv")), format!("{HEADER}\n{}\n", rows.join("\n"))).unwrap();
+    for (file, viscous) in [("a", 0.4), ("b", 0.5)] {
+        let arm = write_rubbed(&here.join(format!("{file}.csv")), viscous);
         let (log, out) = (format!("{file}.csv"), format!("{file}.yaml"));
         assert_eq!(rist(&here, &["identify", &arm, &log, "--out", &out]).code, Some(0));
     }
