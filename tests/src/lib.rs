@@ -182,6 +182,12 @@ pub fn cases(seed: u64, floating: &[&str]) -> Vec<Case> {
     robots.into_iter().map(case).collect()
 }
 
+/// Panics where a text lacks one of these.
+#[track_caller]
+pub fn has(text: &str, parts: &[&str]) {
+    parts.iter().for_each(|part| assert!(text.contains(part), "no `{part}` in {text}"));
+}
+
 /// Agreement to `tolerance` of the largest entry.
 #[track_caller]
 pub fn agree(what: &str, robot: &Robot, a: &[f64], b: &[f64], tolerance: f64) {

@@ -7,7 +7,7 @@ use tests::benchmark::fleet::{Fleet, simulate};
 use tests::faults::{changed, each};
 use tests::joint_log::{JointLog, swinging, unlike};
 use tests::program::{Run, estimate, folder, rist};
-use tests::{model_path, urdf_text};
+use tests::{has, model_path, urdf_text};
 
 fn arm() -> String {
     model_path("ur5.urdf").display().to_string()
@@ -37,9 +37,7 @@ fn done(here: &Path, arguments: &[&str]) -> Run {
 
 fn refused(here: &Path, arguments: &[&str], expected: &[&str]) {
     let run = rist(here, arguments).ended(2);
-    for text in expected {
-        assert!(run.err.contains(text), "rist {}: no `{text}` in {}", arguments.join(" "), run.err);
-    }
+    has(&run.err, expected);
 }
 
 #[test]
@@ -84,9 +82,7 @@ fn sums_are_one_pass() {
         assert!(std::fs::read(here.join("merged.tri")).unwrap() == one, "{parts:?}");
     }
     let text = String::from_utf8_lossy(&one);
-    for expected in ["rist-tri 4 ", "fingerprint: ", "cutoff: 5", "name: d.csv", "rows: 1000", "unit: kg m"] {
-        assert!(text.contains(expected), "no `{expected}` in the head of a .tri");
-    }
+    has(&text, &["rist-tri 4 ", "fingerprint: ", "cutoff: 5", "name: d.csv", "rows: 1000", "unit: kg m"]);
     // The estimate goes where others go.
     done(&here, &["solve", "merged.tri", "--out", "e.yaml"]);
     let valid = done(&here, &["validate", &model, "e.yaml", "a.csv"]);
@@ -126,9 +122,7 @@ fn broken_logs_are_named() {
     }
     let broken = ["cut.csv.gz", "other.csv", "a.csv", "missing.csv"];
     let run = done(&here, &[&["accumulate", &model][..], &broken, &out, &["--skip-broken"]].concat());
-    for text in ["left out: cut.csv.gz: ", "left out: missing.csv: ", "left out: other.csv: ", ": 1 log, "] {
-        assert!(run.out.contains(text), "no `{text}` in {}", run.out);
-    }
+    has(&run.out, &["left out: cut.csv.gz: ", "left out: missing.csv: ", "left out: other.csv: ", ": 1 log, "]);
     let solved = done(&here, &["solve", "x.tri", "--out", "e.yaml"]);
     assert!(solved.out.contains("not in it: cut.csv.gz: "), "{}", solved.out);
     assert_eq!(estimate(&here.join("e.yaml")).logs, ["a.csv"]);

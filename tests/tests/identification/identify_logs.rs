@@ -4,7 +4,7 @@ use serde_json::Value as Json;
 use tests::planar_log::{HEADER, log_of, write_log};
 use tests::program::{folder, rist};
 use tests::random::Random;
-use tests::{model, test_robot_path};
+use tests::{has, model, test_robot_path};
 
 /// N m s/rad and N m.
 const VISCOUS: [f64; 2] = [0.4, 0.2];
@@ -201,9 +201,7 @@ fn counts_of_an_encoder_are_refused() {
         });
         write_log(&here, &counts.collect::<Vec<_>>());
         let run = rist(&here, &["identify", &arm(), "log.csv"]).ended(2);
-        for word in ["log.csv", "q2 is at", "thousand turns", "counts of an encoder", "divide the column"] {
-            assert!(run.err.contains(word), "{per_radian}: no `{word}` in {}", run.err);
-        }
+        has(&run.err, &["log.csv", "q2 is at", "thousand turns", "counts of an encoder", "divide the column"]);
     }
 }
 

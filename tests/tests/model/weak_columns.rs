@@ -6,6 +6,7 @@ use expr::Tape;
 use modeling::{BaseParameters, Derivation, UnclearRank};
 use nalgebra::DMatrix;
 use robot::{Robot, Value, format};
+use tests::has;
 use tests::random::Random;
 use tests::try_base_parameters as base;
 
@@ -241,10 +242,7 @@ fn only_what_uses_base_parameters_asks_for_their_rank() {
     assert!(doc.contains("standard parameters, in the order") && !doc.contains("base parameters"), "{doc}");
     let module = modeling::module(&robot, &asked).unwrap();
     let source = codegen::rust_file(&module, "a test");
-    assert!(
-        source.contains("The standard parameters X") && source.contains("There are no base parameters"),
-        "{source}"
-    );
+    has(&source, &["The standard parameters X", "There are no base parameters"]);
     assert!(!source.contains("base_regressor") && source.matches("pub fn regressor<").count() == 1, "{source}");
     for refused in [&[][..], &[function("base-regressor")]] {
         assert!(modeling::module(&robot, refused).is_err());

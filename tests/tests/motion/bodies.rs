@@ -9,6 +9,7 @@ use experiments::excitation::proof::{CertificateRow, Kept};
 use experiments::excitation::space_limits::Floor;
 use rist::Model;
 use rist::request::ExciteRequest;
+use tests::has;
 use tests::program::{self, Run, folder, rist as run};
 
 /// Three joints, links of half a metre, all round: each body is a segment with a radius.
@@ -222,15 +223,8 @@ fn what_a_user_signs_is_said() {
     let limits = "space: {floor: none, accept: [[fore, post, the forearm is soft]]}";
     let signed = run(limits, &quick);
     let end = last(&signed.out);
-    assert!(
-        end.contains("; no floor, lowest point ") && end.contains("assumed: distance of 3, floor, margins;"),
-        "{end}"
-    );
-    assert!(
-        signed.out.contains("distance of fore and post: assumed by the user: the forearm is soft\n"),
-        "{}",
-        signed.out
-    );
+    has(&end, &["; no floor, lowest point ", "assumed: distance of 3, floor, margins;"]);
+    has(&signed.out, &["distance of fore and post: assumed by the user: the forearm is soft\n"]);
     assert!(signed.out.contains("floor: assumed by the user: nothing stands below the robot (floor: none)\n"));
     assert!(!signed.out.contains("distance        4 of "), "{}", signed.out);
     // What the file signs away counts in a file of the user's alone.

@@ -1,5 +1,6 @@
 //! Limits that a description has beside those of its leading joints, and figures that it is asked about.
 
+use tests::has;
 use tests::program::{folder, rist};
 
 /// Joint 1 has limits in degrees, joint 2 a softer range, and a follower three times as fast that bears little.
@@ -29,14 +30,13 @@ fn limits_of_followers_soft_limits_and_turns_are_heeded() {
         let excite = ["excite", "arm.urdf", "--starts", "1", "--iterations", "10", "--period", "4", "--seed", seed];
         let run = rist(&folder, &[&excite[..], &["--out", "m.yaml"]].concat()).ended(0);
         let said = run.out + &run.err;
-        for sentence in [
+        let parts = [
             "j1: positions from -900 to 900 rad are more than two turns: are degrees meant?",
             "j2 has soft limits (<safety_controller>): held to positions from -0.3 to 2",
             "effort of jf",
             "only a part of that joint's torque",
-        ] {
-            assert!(said.contains(sentence), "no `{sentence}` in {said}");
-        }
+        ];
+        has(&said, &parts);
         assert!(!said.contains("j2: positions from"), "{said}");
         let text = std::fs::read_to_string(folder.join("m.yaml")).unwrap();
         let (centres, velocities) = (numbers(&text, "centre:"), numbers(&text, "velocity:"));
@@ -62,9 +62,6 @@ fn a_simulation_beyond_the_limits_says_so() {
     let centre = text.split("centre:").nth(1).unwrap().split([',', '\n']).next().unwrap();
     std::fs::write(folder.join("far.yaml"), text.replacen(&format!("centre:{centre}"), "centre: 50", 1)).unwrap();
     let beyond = simulate("far.yaml");
-    assert!(
-        beyond.contains("motion: position of j1: ") && beyond.contains(" rad is beyond 2 of the description"),
-        "{beyond}"
-    );
+    has(&beyond, &["motion: position of j1: ", " rad is beyond 2 of the description"]);
     assert!(!beyond.contains("position of j2"), "{beyond}");
 }

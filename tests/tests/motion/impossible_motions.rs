@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use experiments::excitation::artefact::ExcitingMotion;
 use tests::program::{LIMITED_ARM, Run, folder, motion, rist};
-use tests::workspace;
+use tests::{has, workspace};
 
 const QUICK: [&str; 8] = ["--starts", "1", "--iterations", "3", "--period", "5", "--repetitions", "1"];
 
@@ -250,7 +250,7 @@ fn a_check_says_whose_limits_it_proves() {
     let (here, motion) = found("own_limits");
     let run = |arguments: &[&str]| rist(&here, &[&["check", "arm.yaml"], arguments].concat());
     let plain = run(&["motion.yaml"]).ended(0);
-    for line in [
+    let parts = [
         "position      as in the motion's file, tighter than the others",
         "velocity      as in the motion's file, tighter than the others",
         "acceleration  as in the motion's file alone",
@@ -262,9 +262,8 @@ fn a_check_says_whose_limits_it_proves() {
         "floor: not looked at, because the description has no collision geometry, ",
         "; assumed: limit of 3, margins; NOT looked at: distance, floor, approach and return\n",
         "effort and power are held to 0.9 of their limits",
-    ] {
-        assert!(plain.out.contains(line), "{line}: {}", plain.out);
-    }
+    ];
+    has(&plain.out, &parts);
     // With the file that it was made with nothing is left to the motion's own word.
     let whole = run(&["motion.yaml", "--limits", "made.yaml"]).told(0, &["jerk          as in the limits file"]);
     assert!(!whole.out.contains("assumed by the motion's file"), "{}", whole.out);

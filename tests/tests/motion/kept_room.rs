@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 
 use experiments::excitation::artefact::ExcitingMotion;
 use experiments::excitation::space_limits::Floor;
+use tests::has;
 use tests::program::{self, Run, folder, rist};
 
 const QUICK: [&str; 8] = ["--starts", "2", "--iterations", "10", "--period", "5", "--repetitions", "1"];
@@ -46,13 +47,12 @@ fn room_that_a_person_would_want() {
     let here = written("kept_room", &arm(r#"lower="-2.5" upper="2.5""#, ""));
     let run = excite(&here, &[]).ended(0);
     let said = run.out.replace("\n  ", " ");
-    for words in [
+    let parts = [
         "joints keep 0.02 rad, or 2 % of their room, to the ends of their positions",
         "links keep 0.02 m to each other and the floor of the base, or half of the room that they have (space: {spacing: 0.02}",
         "floor at z = 0 m",
-    ] {
-        assert!(said.contains(words), "`{words}` is not in {said}");
-    }
+    ];
+    has(&said, &parts);
     let found = motion(&here);
     let bound = |subject: &str| found.certificate.iter().find(|row| row.subject == subject).unwrap().bound;
     assert_eq!((bound("fore at the floor"), bound("fore and post")), (0.02, 0.02));
@@ -92,10 +92,7 @@ fn sides_of_a_joint_need_no_margin() {
         std::fs::write(here.join("limits.yaml"), limits).unwrap();
         let run = excite(&here, &["--limits", "limits.yaml"]).ended(0);
         let said = run.out.replace('\n', " ").replace("  ", " ");
-        assert!(
-            said.contains("they are the sides of one joint, and 1000 poses change their distance by less than"),
-            "{said}"
-        );
+        has(&said, &["they are the sides of one joint, and 1000 poses change their distance by less than"]);
         let own = motion(&here);
         let row = own.certificate.iter().find(|row| row.subject == "collar and post").unwrap();
         assert!(row.margin == 0.0 && (row.bound - 0.001).abs() < 1e-9, "{row:?}");

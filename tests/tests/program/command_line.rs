@@ -11,7 +11,7 @@ use serde_json::{Value as Json, json};
 use tests::planar_log::{HEADER, log, write_log};
 use tests::program::{folder, rist};
 use tests::random::{Random, State};
-use tests::{dot, evaluated, model, model_path, recursion, standard_names, test_robot_path};
+use tests::{dot, evaluated, has, model, model_path, recursion, standard_names, test_robot_path};
 
 struct Derived {
     robot: Robot,
@@ -219,9 +219,7 @@ fn refused(folder: &Path, arguments: &[&str], said: &[&str]) {
     let before = files(folder);
     let run = rist(folder, arguments);
     assert_eq!((run.code, run.out.as_str()), (Some(2), ""), "{arguments:?}: {}", run.err);
-    for part in said {
-        assert!(run.err.contains(part), "{arguments:?}: no `{part}` in: {}", run.err);
-    }
+    has(&run.err, said);
     assert_eq!(files(folder), before, "{arguments:?}");
 }
 

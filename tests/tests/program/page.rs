@@ -1,9 +1,9 @@
 //! The page of an identification, and the sheet of a robot: made by the program, they say what the estimate says, load
 //! nothing, and stay small however long the log is.
 
-use tests::model_path;
 use tests::planar_log::write_rubbed;
 use tests::program::{LIMITED_ARM, folder, rist};
+use tests::{has, model_path};
 
 /// What of a page is read: its data, whose letters may spell anything, is taken out.
 fn shown(page: &str) -> String {
@@ -24,9 +24,7 @@ fn a_log_becomes_a_page_and_a_series() {
     // of correlations, and the frames that lines are cut at.
     assert_eq!(page.matches("<svg").count(), 12 + 3);
     let parts = ["Trust it", "1 April 2026", "a &lt;b&gt;.csv", "upper arm (joint 1)", "ZZR1 = ZZ1 + IA1 + L1^2*M2"];
-    for part in parts {
-        assert!(page.contains(part), "{part}");
-    }
+    has(&page, &parts);
     assert!(!page.contains("could not be made") && !shown(&page).contains("NaN") && !page.contains("a <b>"));
     assert_eq!(page.matches("http").count(), page.matches("http://www.w3.org/2000/svg").count(), "it loads something");
     // Made again from the estimate: the same but for the command.
