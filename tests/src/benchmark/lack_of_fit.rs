@@ -119,14 +119,8 @@ pub struct LackOfFit {
 }
 
 impl Default for LackOfFit {
-    fn default() -> LackOfFit {
-        LackOfFit::new()
-    }
-}
-
-impl LackOfFit {
     /// The UR5 of models/ with rotors.
-    pub fn new() -> LackOfFit {
+    fn default() -> LackOfFit {
         let mut robot = crate::model("ur5.yaml");
         for (link, rotor) in robot.links.iter_mut().zip(ROTOR) {
             link.joint.rotor_inertia = RotorInertia::Known(rotor);
@@ -135,7 +129,9 @@ impl LackOfFit {
         let nominal = robot.with_scaled_links(&[1.1, 0.9, 1.1, 0.9, 1.1, 0.9]);
         LackOfFit { robot, nominal }
     }
+}
 
+impl LackOfFit {
     /// The true parameters, in the order of the columns of viscous and Coulomb friction and an offset.
     pub fn truth(&self) -> Vec<f64> {
         let friction = (0..6).flat_map(|k| [VISCOUS[k], COULOMB[k], OFFSET[k]]);
@@ -296,9 +292,7 @@ impl Clean {
             self.tau[k].push(tau[k]);
         }
     }
-}
 
-impl Clean {
     /// What sensors and what bends make of the signals.
     fn sense(&mut self, truth: Truth, random: &mut Random) {
         match truth {

@@ -12,6 +12,7 @@ use tests::faults::changed;
 use tests::joint_log::{JointLog, described, swinging, unlike};
 use tests::model_path;
 use tests::program::folder;
+use tests::random_situations::sensors::low_pass;
 
 fn identified(name: &str, model: &Model, log: &JointLog, more: &str) -> Identification {
     let file = folder("default_path").join(format!("{name}.csv"));
@@ -105,16 +106,7 @@ fn rates_that_are_none_give_way_to_slopes() {
     let model = Model::read(model_path("ur5.urdf")).unwrap();
     let good = swinging(&model.robot, &unlike(&model.robot, 2), 1.2, 0.0);
     // Velocities behind a first-order low-pass of 10 Hz, at 500 Hz: 16 ms.
-    let gain = 1.0 - (-std::f64::consts::TAU * 10.0 / 500.0).exp();
-    let slow = changed(&good, |l| {
-        for dq in &mut l.dq {
-            let mut behind = dq[0];
-            dq.iter_mut().for_each(|x| {
-                behind += gain * (*x - behind);
-                *x = behind;
-            });
-        }
-    });
+    let slow = changed(&good, |l| l.dq.iter_mut().for_each(|dq| *dq = low_pass(dq, 10.0, 500.0)));
     let found = identified("slow", &model, &slow, "");
     assert!(says(&found, DECISIONS[2]) && says(&found, "by 1"), "{:?}", found.estimate.remarks);
     let signal = &found.estimate.options.as_ref().unwrap().signal;

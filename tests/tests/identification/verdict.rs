@@ -242,10 +242,17 @@ fn wrong_gains_are_named_with_those_that_fit() {
     let here = folder("gains");
     let (ur5, model, good) = arm();
     let names = model.regressor().coordinates();
-    // Currents of drives of 10 N m/A each.
-    changed(&good, |l| each(&mut l.tau, |x| x / 10.0)).write(&here.join("torques.csv"), names);
-    let text = std::fs::read_to_string(here.join("torques.csv")).unwrap();
-    std::fs::write(here.join("a.csv"), text.replace("tau", "i")).unwrap();
+    // Currents of drives of 10 N m/A each, that of the elbow with this sign.
+    let write = |file: &str, sign: f64| {
+        let currents = changed(&good, |l| {
+            each(&mut l.tau, |x| x / 10.0);
+            each(&mut l.tau[2..3], |x| sign * x);
+        });
+        currents.write_for(&model, &here.join(file));
+        let text = std::fs::read_to_string(here.join(file)).unwrap();
+        std::fs::write(here.join(file), text.replace("tau", "i")).unwrap();
+    };
+    write("a.csv", 1.0);
     let with = |gain: f64| {
         let gains: Vec<String> = names.iter().map(|name| format!("{name}={gain}")).collect();
         rist(&here, &["identify", &ur5, "a.csv", "--gain", &gains.join(",")])
@@ -264,22 +271,7 @@ fn wrong_gains_are_named_with_those_that_fit() {
         }
     }
     // A drive whose current counts the other way has a gain below zero.
-    let reversed = std::fs::read_to_string(here.join("a.csv")).unwrap();
-    let column = reversed
-        .lines()
-        .next()
-        .unwrap()
-        .split(',')
-        .position(|name| name.starts_with('i') && name.ends_with("elbow"))
-        .expect("a current");
-    let negated = |line: &str| {
-        let mut cells: Vec<String> = line.split(',').map(String::from).collect();
-        cells[column] = format!("{}", -cells[column].parse::<f64>().unwrap());
-        cells.join(",")
-    };
-    let lines: Vec<String> =
-        reversed.lines().enumerate().map(|(k, line)| if k == 0 { line.into() } else { negated(line) }).collect();
-    std::fs::write(here.join("reversed.csv"), lines.join("\n")).unwrap();
+    write("reversed.csv", -1.0);
     let gains = |of_elbow: f64| {
         let gain = |name: &String| format!("{name}={}", if name == "elbow" { of_elbow } else { 10.0 });
         names.iter().map(gain).collect::<Vec<_>>().join(",")
