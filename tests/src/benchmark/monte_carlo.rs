@@ -15,6 +15,7 @@
 
 use std::fmt;
 
+use crate::benchmark::defects::measured;
 use crate::benchmark::filtered_estimation::{filtered_least_squares, friction_row};
 use crate::benchmark::scenario::{BenchmarkArm, Scenario};
 use experiments::motion::point_to_point::{ValidationMotion, validation_trajectory};
@@ -190,14 +191,7 @@ impl<'a> Fixture<'a> {
     /// The experiments with the noise of one draw; `None`: without noise and rounding.
     pub fn measured(&self, draw: Option<u64>, seed: u64) -> Vec<SpectralExperiment> {
         let Some(draw) = draw else { return self.experiments.clone() };
-        let mut random = Random::stream(seed, draw);
-        let h = self.arm.sample_time;
-        let measure = |e: &SpectralExperiment| {
-            let record = Record { sample_time: h, q: e.q.clone(), current: e.current.clone() };
-            let noisy = self.scenario.sensing.measure(&record, &self.arm.drives.gain, &mut random);
-            SpectralExperiment { q: noisy.q, current: noisy.current, ..e.clone() }
-        };
-        self.experiments.iter().map(measure).collect()
+        measured(&self.experiments, self.arm, &self.scenario.sensing, seed, draw)
     }
 
     /// The base parameters by one method.
