@@ -1,16 +1,14 @@
 //! Loops closed numerically: against the same loops closed by affine functions, and against energy.
 
 use modeling::{Derivation, Open};
-use robot::{Affine, CoordinateId, Robot, Value};
+use robot::{
+    Affine, CoordinateId, JointKind, LinkId, Loop, LoopFrame, ModifiedDh, PassiveCoordinate, Robot, SymbolId, Value,
+};
 use tests::loops::with_loops;
 use tests::{base_parameters, derived, dot, evaluated};
 
 /// A planar four-bar: crank L1, coupler L2, rocker L3 on the base at L4. Cut between coupler and rocker.
-fn four_bar(lengths: [f64; 4]) -> Robot {
-    four_bar_by(lengths, "L2", "L3")
-}
-
-fn four_bar_by([l1, l2, l3, l4]: [f64; 4], coupler: &str, rocker: &str) -> Robot {
+fn four_bar([l1, l2, l3, l4]: [f64; 4]) -> Robot {
     let text = format!(
         "convention: khalil-kleinfinger
 name: four_bar
@@ -19,14 +17,24 @@ symbols: {{L1: {l1}, L2: {l2}, L3: {l3}, L4: {l4}}}
 coordinates: [q1]
 links:
   - {{link: 1, antecedent: base, theta: q1}}
-  - {{link: 2, antecedent: 1, joint: revolute, drive: passive, d: L1, start: -0.7}}
-  - {{link: 3, antecedent: base, joint: revolute, drive: passive, d: L4, start: 0.7}}
-loops:
-  - cut: {{antecedent: 2, joint: revolute, d: {coupler}, start: 0.1}}
-    twin: {{antecedent: 3, d: {rocker}}}
+  - {{link: 2, antecedent: 1, drive: passive, d: L1, theta: -q1}}
+  - {{link: 3, antecedent: base, drive: passive, d: L4, theta: q1}}
 "
     );
-    robot::format::read_yaml(&text, "four_bar.yaml").unwrap()
+    let mut robot = robot::format::read_yaml(&text, "four_bar.yaml").unwrap();
+    let passive = |k: usize| Affine { terms: vec![(CoordinateId(1 + k), 1.0)], offset: Value::ZERO };
+    let start = [-0.7, 0.7, 0.1];
+    robot.passive = (0..3).map(|k| PassiveCoordinate { name: format!("p{k}"), start: start[k] }).collect();
+    robot.links[1].joint.variable = passive(0);
+    robot.links[2].joint.variable = passive(1);
+    let frame = |antecedent, d, kind, variable| {
+        let geometry = ModifiedDh { d, ..ModifiedDh::ZERO };
+        LoopFrame { antecedent: Some(LinkId(antecedent)), geometry, kind, variable }
+    };
+    let cut = frame(1, Value::Number(l2), JointKind::Revolute, passive(2));
+    let twin = frame(2, Value::Number(l3), JointKind::Fixed, Affine::constant(Value::ZERO));
+    robot.loops.push(Loop { cut, twin });
+    robot
 }
 
 /// Physical parameters of three links and a rotor.
@@ -63,7 +71,12 @@ fn a_parallelogram_solved_numerically_is_the_affine_one() {
 #[test]
 fn the_parallelogram_four_bar_has_three_base_parameters_either_way() {
     // Opposite sides share their symbols: equal at every value, so that the exact rank is that of the parallelogram.
-    let base = base_parameters(&four_bar_by([0.3, 0.6, 0.3, 0.6], "L4", "L1"));
+    let mut implicit = four_bar([0.3, 0.6, 0.3, 0.6]);
+    let symbol = |name: &str| Value::Symbol(SymbolId(implicit.symbols.iter().position(|s| s.name == name).unwrap()));
+    let (crank, base) = (symbol("L1"), symbol("L4"));
+    implicit.loops[0].twin.geometry.d = crank;
+    implicit.loops[0].cut.geometry.d = base;
+    let base = base_parameters(&implicit);
     assert_eq!(base.len(), 3, "{:?}", base.base.iter().map(|b| &b.name).collect::<Vec<_>>());
     assert_eq!(base.rank.exact, modeling::ExactRank::Closed { rank: 3, other_assemblies: true });
 }
