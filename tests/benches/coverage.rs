@@ -49,7 +49,7 @@ struct Found {
 
 fn main() {
     let draws = std::env::args().skip(1).find_map(|w| w.parse().ok()).unwrap_or(24).max(1);
-    let robot = LackOfFit::new();
+    let robot = LackOfFit::default();
     let truth = robot.truth();
     let base = robot.robot.truth.len();
     let threads = std::thread::available_parallelism().map_or(1, usize::from);
@@ -120,7 +120,6 @@ fn one(model: &Model, robot: &LackOfFit, truth: &[f64], what: Truth, draw: u64) 
     }
 }
 
-/// The estimate by the sums of a log.
 fn solved(robot: &LackOfFit, log: &Log) -> Estimate {
     let options = Options::default();
     let source = LogSource::Held(log.clone());

@@ -9,7 +9,6 @@ use generated::{Compiled, Eight};
 use gungraun::{library_benchmark, library_benchmark_group, main};
 use tests::random::Random;
 
-/// A robot and eight of its states.
 struct Robot {
     compiled: &'static Compiled,
     states: Vec<f64>,

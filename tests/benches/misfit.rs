@@ -123,7 +123,6 @@ fn main() {
     sound(&arm, draws, seed, only);
 }
 
-/// The scenarios without a defect.
 fn sound(arm: &BenchmarkArm, draws: u64, seed: u64, only: &str) {
     for scenario in Scenario::all(arm).into_iter().filter(|s| s.name.contains(only)) {
         let (name, sensing) = (scenario.name, scenario.sensing.clone());

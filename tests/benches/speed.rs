@@ -242,9 +242,7 @@ fn triangles(comparison: &mut Comparison, name: &str, robot: &Robot) {
 }
 
 fn base_regressor(robot: &Robot) -> (Function, BaseParameters) {
-    let mut derivation = Derivation::new(robot).unwrap_or_else(|e| panic!("{e}"));
-    let standard = derivation.regressor();
-    let base = derivation.base_parameters(&standard).unwrap_or_else(|e| panic!("{e}"));
+    let (_, standard, base) = tests::derived(robot);
     (base.regressor(&standard).bound(), base)
 }
 

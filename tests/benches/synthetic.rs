@@ -43,7 +43,7 @@ use linear_model::linear_model::Model;
 use linear_model::pseudo_inertia::Ten;
 use linear_model::standard_map::StandardMap;
 use linear_model::states::States;
-use logs::{Effort, Error, Log, LogReport};
+use logs::{Error, Log};
 use numerics::least_squares::solve;
 use numerics::total_least_squares::total_least_squares;
 use numerics::triangle::{Triangle, TriangleBuilder};
@@ -53,6 +53,7 @@ use tests::benchmark::monte_carlo::each_draw;
 use tests::benchmark::robots::r3;
 use tests::benchmark::scenario::BenchmarkArm;
 use tests::benchmark::tally::Tally;
+use tests::joint_log::even_log;
 use tests::tape_robot::TapeRobot;
 
 /// What one estimator made of one draw.
@@ -321,21 +322,10 @@ fn run(arm: &BenchmarkArm, robot: &TapeRobot, reference: &Reference) -> Record {
 
 /// A record as a log, through the low-pass.
 fn states(robot: &TapeRobot, record: &Record, arm: &BenchmarkArm, cutoff: Option<f64>) -> Result<States, Error> {
-    let count = record.q[0].len();
     let torque = |(current, gain): (&Vec<f64>, &f64)| current.iter().map(|c| c * gain).collect();
-    let log = Log {
-        name: "R3G".into(),
-        coordinates: linear_model::regressor::Regressor::coordinates(robot).to_vec(),
-        t: (0..count).map(|i| i as f64 * record.sample_time).collect(),
-        q: record.q.clone(),
-        dq: None,
-        ddq: None,
-        effort: record.current.iter().zip(&arm.drives.gain).map(torque).collect(),
-        effort_is: Effort::Torque,
-        rows: (1..=count).collect(),
-        window: None,
-        report: LogReport::uniform(count, record.sample_time),
-    };
+    let effort = record.current.iter().zip(&arm.drives.gain).map(torque).collect();
+    let names = linear_model::regressor::Regressor::coordinates(robot);
+    let log = Log { dq: None, ..even_log(names, record.sample_time, [record.q.clone(), Vec::new(), effort]) };
     let order = if cutoff.is_some() { Signal::default().order } else { 0 };
     let signal = Signal { cutoff, order, standstill: Some(0.0), ..Signal::default() };
     let records = identification::signals::preparation::states(
@@ -363,7 +353,6 @@ fn main() {
     }
 }
 
-/// One line of the table.
 fn line(bench: &Bench, draws: &[&Found]) -> String {
     let (mut white, mut robust) = (Tally::default(), Tally::default());
     for found in draws {

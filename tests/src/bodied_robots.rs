@@ -7,11 +7,8 @@ use std::fmt::Write;
 
 use crate::known_arms::{KNOWN_ARMS, KnownArm};
 
-/// A robot of rods.
 pub struct BodiedRobot {
-    /// Its name, as that of a file.
     pub name: &'static str,
-    /// Whether it is a serial arm.
     pub is_arm: bool,
     joints: Vec<Rod>,
 }
@@ -82,7 +79,6 @@ fn machine(name: &'static str, joints: Vec<Rod>) -> BodiedRobot {
     BodiedRobot { name, is_arm: false, joints }
 }
 
-/// The twenty.
 pub fn bodied_robots() -> Vec<BodiedRobot> {
     let mut all: Vec<BodiedRobot> = KNOWN_ARMS.iter().map(arm).collect();
     // A SCARA hangs its quill from the second link.

@@ -14,14 +14,12 @@ pub struct Injected {
     pub is_named: Box<dyn Fn(&Fault) -> bool>,
 }
 
-/// A changed copy.
 pub fn changed(log: &JointLog, change: impl FnOnce(&mut JointLog)) -> JointLog {
     let mut log = log.clone();
     change(&mut log);
     log
 }
 
-/// Every number of some series changed.
 pub fn each(series: &mut [Vec<f64>], change: impl Fn(f64) -> f64) {
     series.iter_mut().flatten().for_each(|x| *x = change(*x));
 }

@@ -7,24 +7,6 @@ pub fn hardening() -> Option<PathBuf> {
     crate::shared().map(|shared| shared.join("findings/inputs/hardening"))
 }
 
-/// Every file below a folder, in the order of the names.
-///
-/// # Panics
-/// Where a folder cannot be read.
-pub fn files(folder: &Path) -> Vec<PathBuf> {
-    fn walk(folder: &Path, found: &mut Vec<PathBuf>) {
-        let entries = std::fs::read_dir(folder).unwrap_or_else(|e| panic!("{}: {e}", folder.display()));
-        let mut entries: Vec<PathBuf> = entries.map(|entry| entry.expect("a folder is read").path()).collect();
-        entries.sort();
-        for path in entries {
-            if path.is_dir() { walk(&path, found) } else { found.push(path) }
-        }
-    }
-    let mut found = Vec::new();
-    walk(folder, &mut found);
-    found
-}
-
 /// The command that reads a file, `{}` standing for it; none of those that make others, or that another names.
 ///
 /// `robot` and `motion` are what a file needs beside it: the arm p2.yaml and its motion m.yaml.

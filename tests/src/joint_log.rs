@@ -2,6 +2,8 @@
 
 use std::path::Path;
 
+use logs::{Effort, Log, LogReport, LogSource};
+use rist::Model;
 use robot::{Robot, StandardParameter};
 
 use crate::random::{Random, State};
@@ -52,7 +54,14 @@ fn motion(amplitude: &[f64], t: f64) -> State {
     }
 }
 
-impl Machine<'_> {
+impl<'a> Machine<'a> {
+    /// Without friction, noise and delay.
+    pub fn exact(robot: &'a Robot, parameters: &'a [f64], amplitude: &'a [f64]) -> Machine<'a> {
+        let none = &[0.0; 16][..robot.n_coordinates()];
+        let (viscous, coulomb) = (none, none);
+        Machine { robot, parameters, amplitude, viscous, coulomb, noise: 0.0, encoder: 0.0, speed: 0.0, delay: 0.0 }
+    }
+
     /// Ten seconds of the machine's motion.
     pub fn log(&self) -> JointLog {
         let n = self.robot.n_coordinates();
@@ -93,6 +102,48 @@ impl JointLog {
         let rows: Vec<String> = (0..self.t.len()).map(row).collect();
         std::fs::write(path, format!("{header}\n{}\n", rows.join("\n"))).unwrap_or_else(|e| panic!("{e}"));
     }
+
+    pub fn write_for(&self, model: &Model, path: &Path) {
+        self.write(path, model.regressor().coordinates());
+    }
+
+    /// The log as the program reads it from this file.
+    pub fn opened(&self, model: &Model, path: &Path) -> LogSource {
+        self.write_for(model, path);
+        model.open_log(path, &Default::default()).unwrap_or_else(|e| panic!("{e}")).0
+    }
+
+    /// The log at a fraction of its rate.
+    pub fn every(&self, rows: usize) -> JointLog {
+        let thin = |x: &Vec<f64>| x.iter().step_by(rows).copied().collect::<Vec<f64>>();
+        let [q, dq, tau] = [&self.q, &self.dq, &self.tau].map(|series| series.iter().map(thin).collect());
+        JointLog { t: thin(&self.t), q, dq, tau }
+    }
+}
+
+/// Positions, velocities and torques as a log of the library, evenly spaced.
+pub fn even_log(coordinates: &[String], period: f64, [q, dq, effort]: [Vec<Vec<f64>>; 3]) -> Log {
+    let rows = q[0].len();
+    Log {
+        name: "log".into(),
+        coordinates: coordinates.to_vec(),
+        t: (0..rows).map(|r| period * r as f64).collect(),
+        q,
+        dq: Some(dq),
+        ddq: None,
+        effort,
+        effort_is: Effort::Torque,
+        rows: (1..=rows).collect(),
+        window: None,
+        report: LogReport::uniform(rows, period),
+    }
+}
+
+/// The UR5 of models/ and the log of one like it.
+pub fn ur5() -> (Model, JointLog) {
+    let model = Model::read(crate::model_path("ur5.urdf")).unwrap_or_else(|e| panic!("{e}"));
+    let log = swinging(&model.robot, &unlike(&model.robot, 5), 1.2, 0.0);
+    (model, log)
 }
 
 /// Writes a log of the robot with the standard parameters `x`, torques with white noise of `noise` N m (N).
@@ -102,9 +153,7 @@ pub fn write(path: &Path, robot: &Robot, x: &[f64], amplitude: &[f64], noise: f6
 
 /// The same with white noise of `encoder` rad (m) on the positions.
 pub fn write_measured(path: &Path, robot: &Robot, x: &[f64], amplitude: &[f64], noise: f64, encoder: f64) {
-    let none = vec![0.0; robot.n_coordinates()];
-    let (viscous, coulomb) = (&none, &none);
-    let machine = Machine { robot, parameters: x, amplitude, viscous, coulomb, noise, encoder, speed: 0.0, delay: 0.0 };
+    let machine = Machine { noise, encoder, ..Machine::exact(robot, x, amplitude) };
     let names: Vec<String> = robot.coordinates.iter().map(|c| c.name.clone()).collect();
     machine.log().write(path, &names);
 }
@@ -133,5 +182,5 @@ pub fn swinging_by(robot: &Robot, x: &[f64], amplitude: &[f64], delay: f64) -> J
     let viscous: Vec<f64> = (0..n).map(|k| 5.0 * share(k)).collect();
     let coulomb: Vec<f64> = (0..n).map(|k| 4.0 * share(k)).collect();
     let (viscous, coulomb) = (&viscous, &coulomb);
-    Machine { robot, parameters: x, amplitude, viscous, coulomb, noise: 0.1, encoder: 0.0, speed: 1e-3, delay }.log()
+    Machine { viscous, coulomb, noise: 0.1, speed: 1e-3, delay, ..Machine::exact(robot, x, amplitude) }.log()
 }

@@ -36,7 +36,11 @@ pub mod urdf_text;
 
 use std::path::{Path, PathBuf};
 
+use expr::{Function, Tape};
+use modeling::{BaseParameters, Derivation, UnclearRank};
 use robot::{Inertial, LinkId, Robot, StandardParameter};
+
+use crate::random::Random;
 
 /// Makes all wings known, as the program does.
 pub fn register_wings() {
@@ -56,6 +60,33 @@ pub fn workspace() -> PathBuf {
     manifest.parent().unwrap_or(manifest).to_path_buf()
 }
 
+/// The text of a file of the workspace: `docs/files.md`.
+pub fn text_of(file: &str) -> String {
+    std::fs::read_to_string(workspace().join(file)).unwrap_or_else(|e| panic!("{file}: {e}"))
+}
+
+/// Every file below a folder, in the order of the names, but for what is built and what is hidden (not `.ci` and `.cargo`).
+pub fn files_below(folder: &Path) -> Vec<PathBuf> {
+    let entries = std::fs::read_dir(folder).unwrap_or_else(|e| panic!("{}: {e}", folder.display()));
+    let mut entries: Vec<PathBuf> = entries.map(|entry| entry.unwrap_or_else(|e| panic!("{e}")).path()).collect();
+    entries.sort();
+    let is_skipped = |path: &Path| {
+        let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
+        name == "target" || name.starts_with('.') && name != ".cargo" && name != ".ci"
+    };
+    let of = |path: PathBuf| match path.is_dir() {
+        true if is_skipped(&path) => vec![],
+        true => files_below(&path),
+        false => vec![path],
+    };
+    entries.into_iter().flat_map(of).collect()
+}
+
+/// Those of Rust.
+pub fn sources_below(folder: &Path) -> Vec<PathBuf> {
+    files_below(folder).into_iter().filter(|path| path.extension().is_some_and(|end| end == "rs")).collect()
+}
+
 /// Path of a model of models/: `race.yaml`.
 pub fn model_path(file: &str) -> PathBuf {
     workspace().join("models").join(file)
@@ -68,10 +99,9 @@ pub fn test_robot_path(file: &str) -> PathBuf {
 
 /// The text of a model, to be edited.
 pub fn model_text(file: &str) -> String {
-    std::fs::read_to_string(model_path(file)).unwrap_or_else(|e| panic!("models/{file}: {e}"))
+    text_of(&format!("models/{file}"))
 }
 
-/// A model of models/.
 pub fn model(file: &str) -> Robot {
     robot::format::read(&model_path(file)).unwrap_or_else(|e| panic!("{e}"))
 }
@@ -100,9 +130,85 @@ pub fn shared() -> Option<PathBuf> {
     None
 }
 
+/// The logs as people bring them; `None`, with a message, where they are absent.
+pub fn field() -> Option<PathBuf> {
+    let folder = shared()?.join("findings/inputs/field");
+    if !folder.is_dir() {
+        println!("skipped: shared/findings is absent");
+        return None;
+    }
+    Some(folder)
+}
+
 /// Names of the standard parameters, in the order of the columns of D.
 pub fn standard_names(robot: &Robot) -> Vec<String> {
     StandardParameter::all(robot).into_iter().map(|s| s.display(robot).to_string()).collect()
+}
+
+/// The base parameters, or why their number is open.
+pub fn try_base_parameters(robot: &Robot) -> Result<BaseParameters, UnclearRank> {
+    let mut derivation = Derivation::new(robot).unwrap_or_else(|open| panic!("{}: {open}", robot.name));
+    let regressor = derivation.regressor();
+    derivation.base_parameters(&regressor)
+}
+
+/// A derivation with its regressor and the base parameters.
+pub fn derived(robot: &Robot) -> (Derivation<'_>, Function, BaseParameters) {
+    let mut derivation = Derivation::new(robot).unwrap_or_else(|open| panic!("{}: {open}", robot.name));
+    let regressor = derivation.regressor();
+    let base = derivation.base_parameters(&regressor).unwrap_or_else(|unclear| panic!("{}: {unclear}", robot.name));
+    (derivation, regressor, base)
+}
+
+pub fn base_parameters(robot: &Robot) -> BaseParameters {
+    derived(robot).2
+}
+
+/// The entries of all outputs by the tape.
+pub fn evaluated(function: &Function, inputs: &[&[f64]]) -> Vec<f64> {
+    let tape = Tape::new(&function.bound());
+    let mut outputs = vec![f64::NAN; tape.n_outputs()];
+    tape.evaluate(&inputs.concat(), &mut tape.workspace(), &mut outputs);
+    outputs
+}
+
+/// A robot with physical standard parameters.
+pub struct Case {
+    pub robot: Robot,
+    pub base: BaseParameters,
+    pub x: Vec<f64>,
+    pub x_base: Vec<f64>,
+}
+
+/// The models, and those of these names on a floating base.
+pub fn cases(seed: u64, floating: &[&str]) -> Vec<Case> {
+    let mut random = Random(seed);
+    let mut robots: Vec<Robot> = models().into_iter().map(|(_, robot)| robot).collect();
+    let floating: Vec<Robot> =
+        robots.iter().filter(|r| floating.contains(&r.name.as_str())).map(Robot::floating).collect();
+    robots.extend(floating);
+    let case = |robot: Robot| {
+        let base = base_parameters(&robot);
+        let x = random.physical_parameters(&robot);
+        Case { x_base: base.values(&x), x, base, robot }
+    };
+    robots.into_iter().map(case).collect()
+}
+
+/// Panics where a text lacks one of these.
+#[track_caller]
+pub fn has(text: &str, parts: &[&str]) {
+    parts.iter().for_each(|part| assert!(text.contains(part), "no `{part}` in {text}"));
+}
+
+/// Agreement to `tolerance` of the largest entry.
+#[track_caller]
+pub fn agree(what: &str, robot: &Robot, a: &[f64], b: &[f64], tolerance: f64) {
+    let scale = a.iter().chain(b).fold(1.0, |s: f64, x| s.max(x.abs()));
+    assert_eq!(a.len(), b.len(), "{what} of {}", robot.name);
+    for (i, (a, b)) in a.iter().zip(b).enumerate() {
+        assert!((a - b).abs() <= tolerance * scale, "{what} of {}, entry {i}: {a} and {b}", robot.name);
+    }
 }
 
 /// XX XY XZ YY YZ ZZ MX MY MZ M of each link and its rotor inertia, from the vector of standard parameters.

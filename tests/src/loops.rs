@@ -29,6 +29,24 @@ pub const LOOPS: [(&str, usize, bool); 15] = [
     ("bricard", 24, false),
 ];
 
+/// A parallelogram whose opposite sides are equal by the values of four symbols. By its structure it is a four-bar with eight
+/// base parameters of its own.
+pub const BY_CHANCE: &str = "\
+convention: khalil-kleinfinger
+name: by_chance
+rotor_inertia: none
+gravity: [0, -9.81, 0]
+symbols: {L0: 0.5, L1: 0.2, L2: 0.5, L3: 0.2}
+coordinates: [q1]
+links:
+  - {link: 1, antecedent: base, theta: q1 + 1.0, limits: {position: [-0.5, 0.5], velocity: 2, effort: 50}}
+  - {link: 2, antecedent: 1, joint: revolute, drive: passive, d: L1, start: -1.0}
+  - {link: 3, antecedent: base, joint: revolute, drive: passive, d: L0, start: 1.0}
+loops:
+  - cut: {antecedent: 2, joint: revolute, d: L2, start: -1.0}
+    twin: {antecedent: 3, d: L3}
+";
+
 /// Path of a robot with loops: `four_bar`.
 pub fn loop_path(name: &str) -> PathBuf {
     workspace().join(format!("tests/data/loops/{name}.yaml"))

@@ -6,7 +6,7 @@
 use std::path::Path;
 use std::process::Command;
 
-use crate::hostile::{command, files, hardening};
+use crate::hostile::{command, hardening};
 use crate::program::{LIMITED_ARM, Run, run};
 use crate::random::Random;
 use crate::workspace;
@@ -61,7 +61,6 @@ pub fn broken(run: &Run) -> Option<String> {
     }
 }
 
-/// A seed of a file in `folder`, or below it.
 fn seed(folder: &Path, file: &str, commands: &[&[&str]]) -> Seed {
     let words = |command: &&[&str]| command.iter().map(ToString::to_string).collect();
     Seed {
@@ -89,7 +88,6 @@ pub fn by_time(program: &Path, folder: &Path, seeds: &mut [Seed]) {
     }
 }
 
-/// A run of a command on a file.
 fn attempt(program: &Path, folder: &Path, bytes: usize, file: &str, command: &[String]) -> Run {
     let arguments: Vec<&str> = command.iter().map(|word| if word == "{}" { file } else { word }).collect();
     bounded(program, folder, bytes, &arguments)
@@ -97,9 +95,6 @@ fn attempt(program: &Path, folder: &Path, bytes: usize, file: &str, command: &[S
 
 /// The artefacts of a walk from a description to sums, as the program writes them in `folder`, the corpora of `fuzz`, and
 /// the files by which rist was attacked.
-///
-/// # Panics
-/// Where the program fails on the way.
 pub fn seeds(program: &Path, folder: &Path) -> Vec<Seed> {
     let mut all = written(program, folder);
     all.extend(corpora(folder));
@@ -107,7 +102,6 @@ pub fn seeds(program: &Path, folder: &Path) -> Vec<Seed> {
     all
 }
 
-/// Makes the artefacts of the walk.
 fn make(program: &Path, folder: &Path) {
     let steps: [&[&str]; 11] = [
         &["excite", "arm.yaml", "--limits", "limits.yaml", "--starts", "1", "--rate", "100", "--out", "motion.yaml"],
@@ -129,9 +123,6 @@ fn make(program: &Path, folder: &Path) {
 }
 
 /// The artefacts of a walk from a description to sums.
-///
-/// # Panics
-/// Where the program fails on the way.
 pub fn written(program: &Path, folder: &Path) -> Vec<Seed> {
     let write = |name: &str, text: &str| std::fs::write(folder.join(name), text).expect("a folder of ours is writable");
     write("arm.yaml", LIMITED_ARM);
@@ -202,7 +193,7 @@ fn corpora(folder: &Path) -> Vec<Seed> {
         ("meshes", &[]),
     ] {
         let corpus = workspace().join("fuzz/corpus").join(corpus);
-        for path in files(&corpus) {
+        for path in crate::files_below(&corpus) {
             let name = path.file_name().unwrap_or_default().to_string_lossy();
             let robot = format!("{name}.urdf");
             let of_mesh = ["excite", &robot, "--starts", "1", "--iterations", "1", "--rate", "50", "--out", "x"];
@@ -235,7 +226,7 @@ fn attacks(folder: &Path) -> Vec<Seed> {
     let beside = |name: &str| hardening.join("tamper").join(name).display().to_string();
     let (robot, motion) = (beside("p2.yaml"), beside("m.yaml"));
     let mut all = Vec::new();
-    for path in files(&hardening) {
+    for path in crate::files_below(&hardening) {
         let bytes = std::fs::read(&path).expect("a file of ../shared is read");
         let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
         match command(&path, &String::from_utf8_lossy(&bytes), &robot, &motion) {
@@ -252,7 +243,6 @@ fn attacks(folder: &Path) -> Vec<Seed> {
     all
 }
 
-/// The name of a mutant.
 fn mutant(name: &str) -> String {
     format!("mutant-{name}")
 }
@@ -355,7 +345,7 @@ mod tests {
 
     #[test]
     fn the_law_knows_a_panic_from_a_refusal() {
-        let of = |code, err: &str| broken(&Run { code, out: String::new(), err: err.into() });
+        let of = |code, err: &str| broken(&Run { code, err: err.into(), ..Run::default() });
         assert!(of(Some(2), "rist: no").is_none() && of(Some(0), "").is_none() && of(Some(1), "").is_none());
         assert!(of(Some(101), "x").is_some() && of(None, "").is_some());
         assert!(of(Some(2), "thread 'a' panicked at b").is_some());

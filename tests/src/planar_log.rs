@@ -4,7 +4,7 @@ use std::path::Path;
 
 use robot::Robot;
 
-use crate::random::State;
+use crate::random::{Random, State};
 use crate::recursion;
 
 /// Smooth motions of both joints, t in s: q, dq, ddq.
@@ -18,7 +18,6 @@ fn motion(t: f64) -> State {
     }
 }
 
-/// The header of `log`.
 pub const HEADER: &str = "t,q1,q2,dq1,dq2,tau1,tau2";
 
 /// Six seconds at 1 kHz of a two-link arm with the standard parameters x, without noise and without friction.
@@ -40,7 +39,15 @@ pub fn log_of(robot: &Robot, x: &[f64], measured: &dyn Fn(usize, f64, f64) -> f6
         .collect()
 }
 
-/// Writes log.csv into a folder.
+/// Writes a log of the arm of planar2r_vertical.yaml with friction; the path of its description without bodies.
+pub fn write_rubbed(path: &Path, viscous: f64) -> String {
+    let robot = crate::model("planar2r_vertical.yaml");
+    let rubbed = |_: usize, dq: f64, tau: f64| tau + viscous * dq + 0.3 * dq.signum();
+    let rows = log_of(&robot, &Random(41).physical_parameters(&robot), &rubbed);
+    std::fs::write(path, format!("{HEADER}\n{}\n", rows.join("\n"))).unwrap_or_else(|e| panic!("{e}"));
+    crate::test_robot_path("planar2r_vertical.yaml").display().to_string()
+}
+
 pub fn write_log(folder: &Path, rows: &[String]) {
     std::fs::write(folder.join("log.csv"), format!("{HEADER}\n{}\n", rows.join("\n"))).unwrap();
 }

@@ -5,10 +5,8 @@ use robot::{JointKind, ModifiedDh, Robot, Value};
 use crate::number::Number;
 
 pub type Vector = [Number; 3];
-/// Three rows.
 pub type Matrix = [[Number; 3]; 3];
 
-/// Orientation and origin of a frame.
 #[derive(Clone, Copy)]
 pub struct Frame {
     pub rotation: Matrix,
@@ -61,7 +59,6 @@ impl Frame {
             .along_z(number(&g.r) + length)
     }
 
-    /// The z axis, in the base.
     pub fn axis(&self) -> Vector {
         self.rotation.map(|row| row[2])
     }
@@ -76,7 +73,6 @@ pub fn joint_variables(robot: &Robot, q: &[Number]) -> Vec<Number> {
     robot.links.iter().map(of_link).collect()
 }
 
-/// The same without the offset.
 pub fn joint_rates(robot: &Robot, dq: &[Number]) -> Vec<Number> {
     let of_link = |link: &robot::Link| {
         link.joint.variable.terms.iter().fold(ZERO, |sum, &(k, c)| sum + Number::constant(c) * dq[k.0])

@@ -1,9 +1,13 @@
 //! The program `rist`, built and run as a user runs it.
 
 use std::collections::BTreeSet;
+use std::io::Write;
 use std::path::{Path, PathBuf};
-use std::process::{Command, Output};
+use std::process::{Command, Output, Stdio};
 use std::sync::{Mutex, OnceLock, PoisonError};
+
+use rist::{Estimate, ExcitingMotion};
+use serde_json::Value;
 
 /// Two links in a vertical plane, with all that a motion can be limited by.
 pub const LIMITED_ARM: &str = "\
@@ -19,11 +23,35 @@ standard_parameters:
   2: {XX: 0.01, XY: 0, XZ: 0, YY: 0.09, YZ: 0, ZZ: 0.09, MX: 0.4, MY: 0, MZ: 0, M: 2, IA: 0.05}
 ";
 
-/// The outcome of a run.
+#[derive(Default)]
 pub struct Run {
+    pub called: String,
     pub code: Option<i32>,
     pub out: String,
     pub err: String,
+}
+
+impl Run {
+    /// The same, where it ended with this code.
+    #[track_caller]
+    pub fn ended(self, code: i32) -> Run {
+        assert_eq!(self.code, Some(code), "{}: {}{}", self.called, self.out, self.err);
+        self
+    }
+
+    /// As [`Run::ended`], where its output has these.
+    #[track_caller]
+    pub fn told(self, code: i32, said: &[&str]) -> Run {
+        said.iter().for_each(|text| assert!(self.out.contains(text), "{}: no `{text}` in {}", self.called, self.out));
+        self.ended(code)
+    }
+
+    /// As [`Run::ended`], where its errors have these.
+    #[track_caller]
+    pub fn failed(self, code: i32, said: &[&str]) -> Run {
+        said.iter().for_each(|text| assert!(self.err.contains(text), "{}: no `{text}` in {}", self.called, self.err));
+        self.ended(code)
+    }
 }
 
 /// Runs `rist` with these arguments in `folder`; its sentences are not folded, so that tests find their words.
@@ -31,16 +59,67 @@ pub fn rist(folder: &Path, arguments: &[&str]) -> Run {
     run(Command::new(program()).args(arguments).current_dir(folder).env("COLUMNS", "100000"))
 }
 
+/// The same with arguments between blanks, which has to succeed.
+#[track_caller]
+pub fn rist_done(folder: &Path, arguments: &str) -> Run {
+    rist(folder, &arguments.split_whitespace().collect::<Vec<_>>()).ended(0)
+}
+
 /// The same as a reader sees it in a pipe.
 pub fn rist_in_pipe(folder: &Path, arguments: &[&str]) -> Run {
     run(Command::new(program()).args(arguments).current_dir(folder).env_remove("COLUMNS"))
 }
 
-/// Runs a command that starts `rist`.
 pub fn run(command: &mut Command) -> Run {
-    let Output { status, stdout, stderr } = command.output().expect("rist can be started");
+    let Output { status, stdout, stderr } = command.output().unwrap_or_else(|e| panic!("{command:?}: {e}"));
     let text = |bytes| String::from_utf8(bytes).expect("rist prints UTF-8");
-    Run { code: status.code(), out: text(stdout), err: text(stderr) }
+    Run { called: format!("{command:?}"), code: status.code(), out: text(stdout), err: text(stderr) }
+}
+
+/// Runs a compiler or another program, which has to succeed, in `folder`.
+#[track_caller]
+pub fn done(folder: &Path, program: &str, options: &str) -> Run {
+    let named = if program == "rustc" { std::env::var("RUSTC").ok() } else { None };
+    let mut command = Command::new(named.as_deref().unwrap_or(program));
+    run(command.args(options.split(' ')).current_dir(folder)).ended(0)
+}
+
+/// Whether there is a `python3` with these modules; said where there is none.
+pub fn has_python(modules: &str) -> bool {
+    let import = format!("import {modules}");
+    let found = Command::new("python3").args(["-c", &import]).output().is_ok_and(|o| o.status.success());
+    if !found {
+        println!("skipped: no python3 with {modules}");
+    }
+    found
+}
+
+/// What a script prints as JSON of this input; `None`, with a message, where there is no node.
+pub fn node(script: &str, input: &Value) -> Option<Value> {
+    if !is_there("node") {
+        println!("skipped: no node");
+        return None;
+    }
+    let mut node = Command::new("node");
+    let mut node = node.args(["-e", script]).stdin(Stdio::piped()).stdout(Stdio::piped()).spawn().ok()?;
+    node.stdin.take()?.write_all(input.to_string().as_bytes()).unwrap_or_else(|e| panic!("{e}"));
+    let out = node.wait_with_output().unwrap_or_else(|e| panic!("{e}"));
+    assert!(out.status.success(), "{script}");
+    Some(serde_json::from_slice(&out.stdout).unwrap_or_else(|e| panic!("{e}")))
+}
+
+pub fn is_there(program: &str) -> bool {
+    Command::new(program).arg("--version").output().is_ok_and(|o| o.status.success())
+}
+
+pub fn motion(path: &Path) -> ExcitingMotion {
+    let text = std::fs::read_to_string(path).unwrap_or_else(|e| panic!("{}: {e}", path.display()));
+    ExcitingMotion::from_yaml("motion", &text).unwrap_or_else(|e| panic!("{e}"))
+}
+
+pub fn estimate(path: &Path) -> Estimate {
+    let text = std::fs::read_to_string(path).unwrap_or_else(|e| panic!("{}: {e}", path.display()));
+    Estimate::from_yaml("estimate", &text).unwrap_or_else(|e| panic!("{e}"))
 }
 
 /// A folder of this name, empty when it is first asked for: tests beside each other may share it.

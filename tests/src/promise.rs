@@ -58,9 +58,7 @@ pub fn information(model: &Model, motion: &ExcitingMotion, noise: &[f64], fricti
 /// The friction that simulated joints have: equation (5).
 pub const FRICTION: [FrictionTerm; 1] = [FrictionTerm::Asymmetric];
 
-/// How a promise was kept.
 pub struct Kept {
-    /// The base parameter.
     pub name: String,
     /// Root mean square error over the promised deviation.
     pub ratio: f64,

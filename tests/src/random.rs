@@ -4,7 +4,6 @@ use ::random::SplitMix;
 
 use robot::{Inertial, Robot, StandardParameter};
 
-/// A seeded generator.
 pub struct Random(pub u64);
 
 /// q, dq, ddq.
@@ -30,7 +29,6 @@ impl Random {
         drawn
     }
 
-    /// One index below n.
     pub fn below(&mut self, n: usize) -> usize {
         ((self.unit() + 1.0) / 2.0 * n as f64) as usize % n.max(1)
     }

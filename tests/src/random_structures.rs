@@ -24,7 +24,6 @@ use crate::recursion;
 /// the columns, 1e-13, and below what lengths and angles of two digits leave of one, 1e-6.
 const STANDS_OUT: f64 = 1e-9;
 
-/// A robot, whole and cut open.
 pub struct Structure {
     /// The description with its loops.
     pub text: String,
@@ -35,12 +34,10 @@ pub struct Structure {
     pub kinds: Vec<&'static str>,
 }
 
-/// The numbers of a robot.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Numbers {
     /// Right angles, few lengths that occur again and again.
     Special,
-    /// Any.
     General,
 }
 
@@ -76,7 +73,6 @@ struct Draft {
     kinds: Vec<&'static str>,
 }
 
-/// The robot of this number.
 pub fn structure(seed: u64) -> Structure {
     let random = &mut Random(seed);
     let numbers = if seed.is_multiple_of(2) { Numbers::Special } else { Numbers::General };
@@ -260,8 +256,8 @@ impl ClosedState {
     }
 }
 
-/// The rank of stacked regressors, by singular values of their scaled columns; and the gap behind it.
-pub fn rank(states: &[ClosedState]) -> (usize, f64) {
+/// The rank of stacked regressors.
+fn rank(states: &[ClosedState]) -> (usize, f64) {
     let rows: usize = states.iter().map(|s| s.regressor.nrows()).sum();
     let columns = states.first().map_or(0, |s| s.regressor.ncols());
     let mut observed = DMatrix::zeros(rows, columns);
@@ -270,6 +266,11 @@ pub fn rank(states: &[ClosedState]) -> (usize, f64) {
         observed.rows_mut(at, state.regressor.nrows()).copy_from(&state.regressor);
         at += state.regressor.nrows();
     }
+    rank_of(observed)
+}
+
+/// The rank of observed rows, by singular values of their scaled columns; and the gap behind it.
+pub fn rank_of(mut observed: DMatrix<f64>) -> (usize, f64) {
     let largest = observed.column_iter().map(|c| c.norm()).fold(0.0, f64::max);
     for mut column in observed.column_iter_mut() {
         let norm = column.norm();
@@ -290,17 +291,14 @@ pub fn rank(states: &[ClosedState]) -> (usize, f64) {
 /// Relative to the largest entry of a regressor: the passive joints are closed to 1e-13, and some thousand operations follow.
 const AGREES: f64 = 1e-9;
 
-/// What becomes of a robot.
 pub enum Outcome {
     /// Regressor, rank and regrouping are those of the independent mechanics.
     Right,
     /// No base parameters are given, with the reason.
     Refused(String),
-    /// Something is false.
     Wrong(String),
 }
 
-/// What becomes of the robot of this number.
 pub fn outcome(seed: u64) -> Outcome {
     wrong(seed).map_or(
         Outcome::Right,

@@ -19,7 +19,6 @@ use crate::pose::{
 };
 use crate::random::State;
 
-/// Motion of a link frame.
 #[derive(Clone, Copy)]
 struct Motion {
     frame: Frame,

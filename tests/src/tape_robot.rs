@@ -6,14 +6,16 @@
 
 use std::sync::Arc;
 
-use experiments::simulate::dynamics::Dynamics;
+use experiments::simulate::dynamics::{Dynamics, torque};
 use expr::Tape;
 use linear_model::parameter::BaseParameter;
 use linear_model::pseudo_inertia::Ten;
 use linear_model::regressor::Regressor;
 use linear_model::standard_map::StandardMap;
-use modeling::{BaseParameters, Derivation};
-use robot::{Inertial, JointKind, LinkId, Robot, RotorInertia, StandardParameter};
+use modeling::BaseParameters;
+use robot::{Inertial, JointKind, LinkId, Robot, StandardParameter};
+
+use crate::joint_log::described;
 
 /// A robot with values of its parameters, as a regressor and as dynamics.
 #[derive(Clone)]
@@ -23,7 +25,6 @@ pub struct TapeRobot {
     pub base: BaseParameters,
     /// Values of the standard parameters, in the order of the columns of D; zero where the description gives none.
     pub standard: Vec<f64>,
-    /// Values of the base parameters.
     pub truth: Vec<f64>,
     coordinates: Vec<String>,
     parameters: Vec<BaseParameter>,
@@ -43,9 +44,7 @@ impl TapeRobot {
     /// Derives the robot; panics where its rank is not clear-cut, or where its joints are not affine in q.
     pub fn new(robot: Robot) -> TapeRobot {
         assert!(robot.passive.is_empty(), "{}: a joint is no affine function of q", robot.name);
-        let mut derivation = Derivation::new(&robot).unwrap_or_else(|e| panic!("{}: {e}", robot.name));
-        let columns = derivation.regressor();
-        let base = derivation.base_parameters(&columns).unwrap_or_else(|e| panic!("{}: {e}", robot.name));
+        let (mut derivation, columns, base) = crate::derived(&robot);
         let tapes = Tapes {
             regressor: Tape::new(&base.regressor(&columns).bound()),
             inertia: Tape::new(&derivation.inertia_matrix(&base).bound()),
@@ -63,9 +62,18 @@ impl TapeRobot {
         }
     }
 
-    /// The same robot with other standard parameters.
     pub fn with_standard(&self, standard: Vec<f64>) -> TapeRobot {
         TapeRobot { truth: self.base.values(&standard), standard, ..self.clone() }
+    }
+
+    /// q, dq, ddq and torques of a swinging arm of two joints at t, s.
+    pub fn swing_of_two(&self, t: f64) -> [Vec<f64>; 4] {
+        let sine = |w: f64, a: f64| [a * (w * t).sin(), a * w * (w * t).cos(), -a * w * w * (w * t).sin()];
+        let of_joint = |(w1, w2): (f64, f64)| std::array::from_fn(|k| sine(w1, 0.8)[k] + sine(w2, 0.3)[k]);
+        let joints: [[f64; 3]; 2] = [(1.9, 5.3), (2.7, 4.1)].map(of_joint);
+        let [q, dq, ddq] = [0, 1, 2].map(|k| joints.map(|joint| joint[k]).to_vec());
+        let tau = torque(self, &self.truth, &q, &dq, &ddq);
+        [q, dq, ddq, tau]
     }
 
     /// The same robot with base parameters `x`. Each is given to the standard parameter of its column, the others are
@@ -125,19 +133,6 @@ impl TapeRobot {
         let first = self.base.standard.iter().filter(|s| s.inertial == Inertial::Xx);
         first.map(|s| self.robot.link(s.link).inertial).collect()
     }
-}
-
-/// The standard parameters of the description, in the order of the columns of D; zero where it gives none.
-fn described(robot: &Robot) -> Vec<f64> {
-    let value = |p: StandardParameter| {
-        let link = robot.link(p.link);
-        match (p.inertial, link.joint.rotor_inertia) {
-            (Inertial::Ia, RotorInertia::Known(x)) => x,
-            (Inertial::Ia, _) => 0.0,
-            (inertial, _) => link.inertial.map_or(0.0, |x| x[inertial as usize]),
-        }
-    };
-    StandardParameter::all(robot).into_iter().map(value).collect()
 }
 
 impl Regressor for TapeRobot {

@@ -18,8 +18,8 @@ use rist::motion::planning::ExperimentPlan;
 use rist::write_back::mjcf_into::mjcf_into;
 use rist::{Estimate, ModelOptions, Validation};
 use robot::format::{REPEATS_TOO_MUCH, read_urdf};
-use tests::hostile::{files, hardening};
-use tests::workspace;
+use tests::hostile::hardening;
+use tests::{files_below, workspace};
 
 #[global_allocator]
 static ALLOCATED: PeakAlloc = PeakAlloc;
@@ -35,12 +35,11 @@ struct Hostile {
     name: &'static str,
     bytes: Vec<u8>,
     reader: Reader,
-    /// A part of the message.
     why: &'static str,
 }
 
 fn log(bytes: &[u8]) -> Result<(), String> {
-    Table::from_bytes("log", bytes).map(drop).map_err(|e| e.to_string())
+    told(Table::from_bytes("log", bytes))
 }
 
 fn text(bytes: &[u8]) -> &str {
@@ -57,41 +56,25 @@ fn urdf(bytes: &[u8]) -> Result<(), String> {
 }
 
 fn robot(file: &str, bytes: &[u8]) -> Result<(), String> {
-    parse_robot(text(bytes), Path::new(file), &ModelOptions::default()).map(drop).map_err(|e| e.to_string())
+    told(parse_robot(text(bytes), Path::new(file), &ModelOptions::default()))
 }
 
-/// Every reader of a file that one step leaves for the next, or that a user writes: the message of the one asked for.
-fn artefact(which: usize, bytes: &[u8]) -> Result<(), String> {
-    let text = text(bytes);
-    let message = |e: &dyn std::fmt::Display| e.to_string();
-    match which {
-        0 => Estimate::from_yaml("estimate.yaml", text).map(drop).map_err(|e| message(&e)),
-        1 => ExperimentPlan::from_yaml("plan.yaml", text)
-            .and_then(|plan| plan.trajectories("plan.yaml"))
-            .map(drop)
-            .map_err(|e| message(&e)),
-        2 => ExcitingMotion::from_yaml("motion.yaml", text).map(drop).map_err(|e| message(&e)),
-        3 => Validation::from_yaml("validation.yaml", text).map(drop).map_err(|e| message(&e)),
-        4 => Options::parse("options.yaml", text).map(drop).map_err(|e| message(&e)),
-        5 => LimitsFile::from_yaml("limits.yaml", text).map(drop).map_err(|e| message(&e)),
-        6 => Comparison::from_yaml("comparison.yaml", text).map(drop).map_err(|e| message(&e)),
-        _ => KnownLoad::from_yaml("load.yaml", text).map(drop).map_err(|e| message(&e)),
-    }
-}
-
-/// The readers of the artefacts.
+/// Every reader of a file that one step leaves for the next, or that a user writes.
 const ARTEFACTS: [Reader; 8] = [
-    |b| artefact(0, b),
-    |b| artefact(1, b),
-    |b| artefact(2, b),
-    |b| artefact(3, b),
-    |b| artefact(4, b),
-    |b| artefact(5, b),
-    |b| artefact(6, b),
-    |b| artefact(7, b),
+    |b| told(Estimate::from_yaml("estimate.yaml", text(b))),
+    |b| told(ExperimentPlan::from_yaml("plan.yaml", text(b)).and_then(|plan| plan.trajectories("plan.yaml"))),
+    |b| told(ExcitingMotion::from_yaml("motion.yaml", text(b))),
+    |b| told(Validation::from_yaml("validation.yaml", text(b))),
+    |b| told(Options::parse("options.yaml", text(b))),
+    |b| told(LimitsFile::from_yaml("limits.yaml", text(b))),
+    |b| told(Comparison::from_yaml("comparison.yaml", text(b))),
+    |b| told(KnownLoad::from_yaml("load.yaml", text(b))),
 ];
 
-/// The readers of a file with this name.
+fn told<T, E: std::fmt::Display>(read: Result<T, E>) -> Result<(), String> {
+    read.map(drop).map_err(|e| e.to_string())
+}
+
 fn readers(name: &str) -> Vec<Reader> {
     match name.rsplit('.').next().unwrap_or_default() {
         "csv" | "txt" | "gz" | "zst" | "mcap" | "npz" | "parquet" | "db3" | "arrow" | "arrows" | "feather" => vec![log],
@@ -115,7 +98,7 @@ fn simulator_model(bytes: &[u8]) -> Result<(), String> {
     let arm = read_urdf(include_str!("../../fuzz/corpus/write_back/arm.urdf"), "arm.urdf").unwrap();
     let body = [0.02, 0.0, 0.0, 0.02, 0.0, 0.02, 0.0, 0.0, 0.0, 2.0];
     let bodies: Vec<_> = arm.link_ids().map(|id| (id, body)).collect();
-    mjcf_into(text(bytes), "robot.xml", &arm, &bodies, &[]).map(drop).map_err(|e| e.to_string())
+    told(mjcf_into(text(bytes), "robot.xml", &arm, &bodies, &[]))
 }
 
 fn gzip(text: &str) -> Vec<u8> {
@@ -128,34 +111,20 @@ fn zstd(text: &str) -> Vec<u8> {
     ruzstd::encoding::compress_to_vec(text.as_bytes(), ruzstd::encoding::CompressionLevel::Fastest)
 }
 
-/// An MCAP file of one chunk that unpacks to `size` zeros.
-fn chunk_of_zeros(size: usize) -> Vec<u8> {
+/// An MCAP file of so many chunks that each unpack to this.
+fn chunks_of(count: usize, content: &[u8]) -> Vec<u8> {
     let mut packed = lz4_flex::frame::FrameEncoder::new(Vec::new());
-    packed.write_all(&vec![0; size]).unwrap();
+    packed.write_all(content).unwrap();
     let packed = packed.finish().unwrap();
-    let content = [
-        &[0; 16][..],
-        &(size as u64).to_le_bytes(),
-        &[0; 4],
-        &3u32.to_le_bytes(),
-        b"lz4",
-        &(packed.len() as u64).to_le_bytes(),
-        &packed,
-    ];
-    let content = content.concat();
-    [&b"\x89MCAP0\r\n"[..], &[6], &(content.len() as u64).to_le_bytes(), &content].concat()
+    let head = [&[0; 16][..], &(content.len() as u64).to_le_bytes(), &[0; 4], &3u32.to_le_bytes(), b"lz4"].concat();
+    let content = [&head[..], &(packed.len() as u64).to_le_bytes(), &packed].concat();
+    let chunk = [&[6][..], &(content.len() as u64).to_le_bytes(), &content].concat();
+    [&b"\x89MCAP0\r\n"[..], &chunk.repeat(count)].concat()
 }
 
 /// Chunks of one record each, of `size` zeros that no reader asks for.
 fn chunks_of_zeros(count: usize, size: usize) -> Vec<u8> {
-    let record = [&[9][..], &(size as u64).to_le_bytes(), &vec![0; size]].concat();
-    let mut packed = lz4_flex::frame::FrameEncoder::new(Vec::new());
-    packed.write_all(&record).unwrap();
-    let packed = packed.finish().unwrap();
-    let head = [&[0; 16][..], &(record.len() as u64).to_le_bytes(), &[0; 4], &3u32.to_le_bytes(), b"lz4"].concat();
-    let content = [&head[..], &(packed.len() as u64).to_le_bytes(), &packed].concat();
-    let chunk = [&[6][..], &(content.len() as u64).to_le_bytes(), &content].concat();
-    [&b"\x89MCAP0\r\n"[..], &chunk.repeat(count)].concat()
+    chunks_of(count, &[&[9][..], &(size as u64).to_le_bytes(), &vec![0; size]].concat())
 }
 
 /// A .npz of one array of `rows` x 2 zeros.
@@ -229,7 +198,7 @@ fn hostile() -> Vec<Hostile> {
         of("rows of one cell", format!("{}\n{}", header.join(","), "1\n".repeat(30_000)).into(), log, "fewer cells"),
         of("a gzip stream of short rows", gzip(&rows("0,0,0\n", 20 << 20)), log, unfolds),
         of("a zstd stream of short rows", zstd(&rows("0,0,0\n", 20 << 20)), log, unfolds),
-        of("a chunk of zeros", chunk_of_zeros(256 << 20), log, unfolds),
+        of("a chunk of zeros", chunks_of(1, &vec![0; 256 << 20]), log, unfolds),
         of("chunks of zeros", chunks_of_zeros(20, 16 << 20), log, unfolds),
         of("an array of zeros", npz_of_zeros(8 << 20), log, unfolds),
         of("columns of zeros", parquet_of_zeros(16 << 20), log, unfolds),
@@ -259,7 +228,7 @@ fn hostile() -> Vec<Hostile> {
 }
 
 fn sums(bytes: &[u8]) -> Result<(), String> {
-    Accumulator::from_bytes("sums.tri", bytes).map(drop).map_err(|e| e.to_string())
+    told(Accumulator::from_bytes("sums.tri", bytes))
 }
 
 fn mesh(bytes: &[u8]) -> Result<(), String> {
@@ -267,7 +236,7 @@ fn mesh(bytes: &[u8]) -> Result<(), String> {
 }
 
 fn vertices(bytes: &[u8], name: &str) -> Result<(), String> {
-    clearance::mesh::parse_vertices(bytes, Path::new(name)).map(drop).map_err(|e| e.to_string())
+    told(clearance::mesh::parse_vertices(bytes, Path::new(name)))
 }
 
 /// Bytes that were allocated at once beyond what was there before.
@@ -294,8 +263,8 @@ fn what_an_input_takes_is_bounded_by_its_size() {
     }
     // Files of every kind that are cut anywhere: their claims stand, what they claim does not. Those by which rist was
     // attacked are read whole.
-    let corpora = files(&workspace().join("fuzz/corpus")).into_iter().map(|path| (path, 50));
-    let attacks = hardening().map_or(Vec::new(), |folder| files(&folder)).into_iter().map(|path| (path, 0));
+    let corpora = files_below(&workspace().join("fuzz/corpus")).into_iter().map(|path| (path, 50));
+    let attacks = hardening().map_or(Vec::new(), |folder| files_below(&folder)).into_iter().map(|path| (path, 0));
     let mut count = 0;
     for (path, cuts) in corpora.chain(attacks) {
         let bytes = std::fs::read(&path).unwrap();

@@ -6,7 +6,6 @@ use linear_model::friction::law::FrictionLaw;
 use crate::benchmark::scenario::BenchmarkArm;
 use crate::tape_robot::TapeRobot;
 
-/// A joint without friction.
 pub const NO_FRICTION: FrictionLaw = FrictionLaw::asymmetric(0.0, 0.0, 0.0, 0.0);
 
 /// Of R3G and R3B: rad/s, rad/s^2, and N m per sample.

@@ -71,7 +71,6 @@ fn r3_trajectories(gravity: bool) -> Vec<ExcitingTrajectory> {
     found
 }
 
-/// The limits of R3G.
 pub fn r3_limits() -> [MotionLimits; 3] {
     let limit = |range: f64, velocity, acceleration| MotionLimits {
         position: (-range, range),

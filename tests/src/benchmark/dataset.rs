@@ -28,7 +28,6 @@ use crate::workspace;
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Dataset {
-    /// The folder's name.
     pub name: String,
     /// The robot's description: a file of the folder, of models/ or of tests/data/robots/.
     pub model: String,
@@ -65,7 +64,6 @@ pub struct LogFile {
     pub window: Option<Window>,
 }
 
-/// The result of a run.
 #[derive(Clone, Debug)]
 pub struct Score {
     pub dataset: String,
@@ -94,7 +92,6 @@ impl Dataset {
         RECIPES.iter().map(|(name, text)| Dataset::from_yaml(&format!("{name}.yaml"), text)).collect()
     }
 
-    /// Reads a recipe; fails with the line of what is wrong.
     pub fn from_yaml(file: &str, text: &str) -> Result<Dataset, Error> {
         serde_yaml::from_str(text).map_err(|e| Error::at(file, 0, e.to_string()))
     }
@@ -117,12 +114,10 @@ impl Dataset {
         Ok(TapeRobot::new(robot))
     }
 
-    /// Runs everything in the recipe on the logs of `folder`.
     pub fn score(&self, folder: &Path, robot: &TapeRobot) -> Result<Vec<Score>, Error> {
         self.runs.iter().map(|run| self.run(run, folder, robot)).collect()
     }
 
-    /// Runs one fit and its predictions.
     pub fn run(&self, run: &Run, folder: &Path, robot: &TapeRobot) -> Result<Score, Error> {
         let read = |log: &LogFile| -> Result<Log, Error> {
             let names = &run.options.columns;

@@ -13,16 +13,17 @@ use std::f64::consts::TAU;
 use fleet::Accumulator;
 use fleet::{Compared, Comparison, SumsRequest, compare};
 use identification::estimate::options::Options;
-use logs::{Effort, Log, LogReport, LogSource};
+use logs::{Log, LogSource};
 use processor::{in_order, threads};
 use random::Random;
 use rist::Model;
 use robot::{Inertial, StandardParameter};
 
+use crate::joint_log::even_log;
+
 /// Seconds between samples.
 const PERIOD: f64 = 0.01;
 
-/// A fleet to be simulated.
 #[derive(Clone, Copy, Debug)]
 pub struct Fleet {
     pub robots: usize,
@@ -31,12 +32,10 @@ pub struct Fleet {
     /// Logs of a robot, and s of one.
     pub logs: usize,
     pub seconds: f64,
-    /// Logs of the reference.
     pub reference_logs: usize,
     pub seed: u64,
 }
 
-/// The true parameters of one robot.
 #[derive(Clone)]
 struct Machine {
     base: Vec<f64>,
@@ -53,7 +52,6 @@ pub struct Found {
     /// Parameters that are said to have moved, and those of them that did.
     pub parameters: usize,
     pub right_parameters: usize,
-    /// Robots that changed.
     pub changed: usize,
     /// Parameters that moved by at least the size of the change less a tenth, and those of them that are named.
     pub moved: usize,
@@ -127,7 +125,6 @@ impl<'a> Workshop<'a> {
         shop
     }
 
-    /// One log of a machine.
     fn log(&self, machine: &Machine, name: &str, seconds: f64, random: &mut Random) -> Log {
         let regressor = self.model.regressor();
         let (n, p) = (regressor.coordinates().len(), regressor.parameters().len());
@@ -166,22 +163,9 @@ impl<'a> Workshop<'a> {
                 effort[j].push(rigid + friction + noise);
             }
         }
-        Log {
-            name: name.into(),
-            coordinates: regressor.coordinates().to_vec(),
-            t: (0..count).map(|r| PERIOD * r as f64).collect(),
-            q,
-            dq: Some(dq),
-            ddq: None,
-            effort,
-            effort_is: Effort::Torque,
-            rows: (1..=count).collect(),
-            window: None,
-            report: LogReport::uniform(count, PERIOD),
-        }
+        Log { name: name.into(), ..even_log(regressor.coordinates(), PERIOD, [q, dq, effort]) }
     }
 
-    /// The sums over the logs of one machine.
     fn sums(&self, machine: &Machine, name: &str, logs: usize, seconds: f64, random: &mut Random) -> Accumulator {
         let mut sums = fleet::accumulator(self.model, &SumsRequest::of_options(self.options.clone()))
             .expect("the options are those of sums");

@@ -15,11 +15,12 @@ use std::f64::consts::{PI, TAU};
 use experiments::simulate::dynamics::Dynamics;
 use linear_model::friction::terms::sign;
 use linear_model::regressor::Regressor;
-use logs::{Effort, Log, LogReport};
+use logs::Log;
 use nalgebra::{Cholesky, Const, SMatrix, SVector};
 use random::Random;
 use robot::RotorInertia;
 
+use crate::joint_log::even_log;
 use crate::tape_robot::TapeRobot;
 
 /// The respect in which the truth differs from the fit.
@@ -64,7 +65,6 @@ pub enum Truth {
 }
 
 impl Truth {
-    /// All of them.
     pub const ALL: [Truth; 23] = [
         Truth::WhiteNoise,
         Truth::SlowNoise,
@@ -114,20 +114,13 @@ const REPEATED: usize = 3;
 
 /// The robot with its rotors, and the wrong model of it in its controller.
 pub struct LackOfFit {
-    /// Derived once.
     pub robot: TapeRobot,
     nominal: TapeRobot,
 }
 
 impl Default for LackOfFit {
-    fn default() -> LackOfFit {
-        LackOfFit::new()
-    }
-}
-
-impl LackOfFit {
     /// The UR5 of models/ with rotors.
-    pub fn new() -> LackOfFit {
+    fn default() -> LackOfFit {
         let mut robot = crate::model("ur5.yaml");
         for (link, rotor) in robot.links.iter_mut().zip(ROTOR) {
             link.joint.rotor_inertia = RotorInertia::Known(rotor);
@@ -136,7 +129,9 @@ impl LackOfFit {
         let nominal = robot.with_scaled_links(&[1.1, 0.9, 1.1, 0.9, 1.1, 0.9]);
         LackOfFit { robot, nominal }
     }
+}
 
+impl LackOfFit {
     /// The true parameters, in the order of the columns of viscous and Coulomb friction and an offset.
     pub fn truth(&self) -> Vec<f64> {
         let friction = (0..6).flat_map(|k| [VISCOUS[k], COULOMB[k], OFFSET[k]]);
@@ -297,9 +292,7 @@ impl Clean {
             self.tau[k].push(tau[k]);
         }
     }
-}
 
-impl Clean {
     /// What sensors and what bends make of the signals.
     fn sense(&mut self, truth: Truth, random: &mut Random) {
         match truth {
@@ -409,19 +402,7 @@ fn measured(clean: &Clean, truth: Truth, names: &[String], random: &mut Random) 
     let q = q.into_iter().map(|q| q.into_iter().map(|q| (q / step).round() * step).collect()).collect();
     let dq = of(&clean.dq, &|_| 2e-3, false);
     let effort = of(&clean.tau, &|tau| 0.02 + 0.005 * root_mean_square(tau), slow);
-    Log {
-        name: "UR5".into(),
-        coordinates: names.to_vec(),
-        t: (0..rows()).map(|i| i as f64 * PERIOD).collect(),
-        q,
-        dq: Some(dq),
-        ddq: None,
-        effort,
-        effort_is: Effort::Torque,
-        rows: (1..=rows()).collect(),
-        window: None,
-        report: LogReport::uniform(rows(), PERIOD),
-    }
+    even_log(names, PERIOD, [q, dq, effort])
 }
 
 /// q = c + sum over five harmonics, each joint within 2.4 rad and 2 rad/s.

@@ -15,6 +15,7 @@
 
 use std::fmt;
 
+use crate::benchmark::defects::measured;
 use crate::benchmark::filtered_estimation::{filtered_least_squares, friction_row};
 use crate::benchmark::scenario::{BenchmarkArm, Scenario};
 use experiments::motion::point_to_point::{ValidationMotion, validation_trajectory};
@@ -33,7 +34,6 @@ use numerics::least_squares::solve;
 use numerics::triangle::TriangleBuilder;
 use random::Random;
 
-/// The estimators compared.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Method {
     PaperEqual,
@@ -82,7 +82,6 @@ pub struct Fixture<'a> {
     pub tracking: f64,
 }
 
-/// The results of one estimator.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Figures {
     pub bias: f64,
@@ -95,7 +94,6 @@ pub struct Figures {
     pub torque: f64,
 }
 
-/// One scenario's table.
 #[derive(Clone, Debug)]
 pub struct Comparison {
     pub arm: &'static str,
@@ -193,14 +191,7 @@ impl<'a> Fixture<'a> {
     /// The experiments with the noise of one draw; `None`: without noise and rounding.
     pub fn measured(&self, draw: Option<u64>, seed: u64) -> Vec<SpectralExperiment> {
         let Some(draw) = draw else { return self.experiments.clone() };
-        let mut random = Random::stream(seed, draw);
-        let h = self.arm.sample_time;
-        let measure = |e: &SpectralExperiment| {
-            let record = Record { sample_time: h, q: e.q.clone(), current: e.current.clone() };
-            let noisy = self.scenario.sensing.measure(&record, &self.arm.drives.gain, &mut random);
-            SpectralExperiment { q: noisy.q, current: noisy.current, ..e.clone() }
-        };
-        self.experiments.iter().map(measure).collect()
+        measured(&self.experiments, self.arm, &self.scenario.sensing, seed, draw)
     }
 
     /// The base parameters by one method.
@@ -257,7 +248,6 @@ impl<'a> Fixture<'a> {
         each_draw(draws, threads, |draw| one(&self.measured(Some(draw), seed)))
     }
 
-    /// Figures of some estimates.
     pub fn figures(&self, estimates: &[&[f64]]) -> Figures {
         let truth = self.arm.truth;
         let (p, count) = (truth.len(), estimates.len() as f64);

@@ -6,7 +6,6 @@ use robot::{LinkId, Part, Pose, Robot, Value};
 use crate::tape_robot::TapeRobot;
 use crate::workspace;
 
-/// A robot of tests/data/robots.
 pub fn robot_of_tests(file: &str) -> Robot {
     robot::format::read(&workspace().join("tests/data/robots").join(file)).unwrap_or_else(|e| panic!("{e}"))
 }

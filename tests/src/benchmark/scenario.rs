@@ -5,12 +5,10 @@ use experiments::simulate::dynamics::Dynamics;
 use linear_model::friction::law::FrictionLaw;
 use linear_model::regressor::Regressor;
 
-/// A robot as the benchmark sees it.
 pub struct BenchmarkArm<'a> {
     pub name: &'static str,
     pub regressor: &'a dyn Regressor,
     pub dynamics: &'a dyn Dynamics,
-    /// Base parameters.
     pub truth: &'a [f64],
     pub controller: Controller,
     pub drives: Drives,

@@ -28,7 +28,6 @@ SQLite, which libsqlite3-sys holds, is in the public domain.
 /// First letters of the files that hold a licence or a notice.
 const NOTICE_FILES: [&str; 6] = ["LICENSE", "LICENCE", "COPYING", "NOTICE", "UNLICENSE", "COPYRIGHT"];
 
-/// A crate in a binary.
 #[derive(Clone, PartialEq, Eq, PartialOrd, Ord)]
 struct Linked {
     name: String,

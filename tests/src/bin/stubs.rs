@@ -149,7 +149,6 @@ fn wrapped(text: &str) -> Vec<String> {
     lines
 }
 
-/// The paragraph of a docstring.
 fn paragraph(keywords: &[Keyword]) -> Vec<String> {
     let of_one = |k: &Keyword| wrapped(&format!("- {}: {}", k.name, k.doc));
     ["Options:".to_string()].into_iter().chain(keywords.iter().flat_map(of_one)).collect()
@@ -202,7 +201,6 @@ fn with_options(doc: Vec<String>, keywords: &[Keyword]) -> Vec<String> {
     [&doc[..start], &found[..], &doc[start + length..]].concat()
 }
 
-/// The stub with a function written anew.
 fn in_stub(text: &str, function: &Function, doc: &[String]) -> Result<String, String> {
     let (class, python, _) = function.names();
     let missing = |what: &str| format!("{STUB}: {what} of {} is missing", function.name);
@@ -236,7 +234,6 @@ fn in_stub(text: &str, function: &Function, doc: &[String]) -> Result<String, St
     Ok(format!("{head}{name}(\n{arguments}{indent}{result}\n{indent}    \"\"\"{doc}\"\"\"{rest}"))
 }
 
-/// The tables of all requests.
 fn tables() -> String {
     let mut text = String::new();
     for (name, fields) in requests() {
@@ -277,7 +274,6 @@ fn read(path: &Path) -> Result<String, String> {
     std::fs::read_to_string(path).map_err(|e| format!("{}: {e}", path.display()))
 }
 
-/// The sources of the package for Python.
 fn sources(root: &Path) -> Result<Vec<PathBuf>, String> {
     let folder = Path::new("crates/python/src");
     let entries = std::fs::read_dir(root.join(folder)).map_err(|e| format!("{}: {e}", folder.display()))?;

@@ -97,7 +97,6 @@ pub fn about(axis: Vector, angle: f64) -> Matrix {
     ]
 }
 
-/// A link under way.
 #[derive(Clone, Copy)]
 struct Moving {
     rotation: Matrix,
@@ -118,7 +117,6 @@ impl Chain {
         self.joints.is_empty()
     }
 
-    /// The links, moving.
     fn moving(&self, q: &[f64], dq: &[f64], ddq: &[f64]) -> Vec<Moving> {
         let zero = [0.0; 3];
         let lifted = times(self.gravity, -1.0);

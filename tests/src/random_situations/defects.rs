@@ -6,7 +6,6 @@ use std::fmt;
 use super::chain::{Vector, about};
 use super::draw::Draw;
 
-/// The kinds.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Kind {
     // Of the machine: its torque is another on every motion.
@@ -43,7 +42,6 @@ pub enum Kind {
     Sides,
 }
 
-/// One of a situation.
 #[derive(Clone, Copy, Debug)]
 pub struct Defect {
     pub kind: Kind,

@@ -2,7 +2,6 @@
 
 use crate::random::Random;
 
-/// A generator of sizes.
 pub struct Draw(Random);
 
 impl Draw {
@@ -28,12 +27,10 @@ impl Draw {
         self.uniform(0.0, 1.0) < probability
     }
 
-    /// An index below n.
     pub fn below(&mut self, n: usize) -> usize {
         self.0.below(n)
     }
 
-    /// +1 or -1.
     pub fn sign(&mut self) -> f64 {
         if self.chance(0.5) { 1.0 } else { -1.0 }
     }

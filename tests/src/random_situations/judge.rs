@@ -23,7 +23,6 @@ use super::truth::{Truth, truth};
 /// A size with the name of what it is of.
 pub type Worst = (String, f64);
 
-/// An estimate beside the truth.
 pub struct Judgement {
     /// |predicted - true torque| / |true torque| on the motion of use, all that the motors give.
     pub torque: f64,
@@ -45,12 +44,10 @@ pub struct Judgement {
     pub unsaid: usize,
 }
 
-/// What was said, and the truth.
 pub struct Outcome {
     /// `None`: an error, no verdict.
     pub trust: Option<Trust>,
     pub verdict: Option<Verdict>,
-    /// All that the program says.
     pub said: String,
     pub judgement: Option<Judgement>,
 }

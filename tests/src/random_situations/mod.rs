@@ -92,12 +92,10 @@ impl Situation {
         self.motions.len() > 1 && self.is_loaded(0) != self.is_loaded(1)
     }
 
-    /// The text of the description.
     pub fn description(&self) -> String {
         urdf::urdf(&self.machine.name, &self.machine.chain, self.machine.described.as_deref())
     }
 
-    /// The described robot.
     pub fn model(&self) -> Model {
         let path = Path::new("situation.urdf");
         let robot = parse_robot(&self.description(), path, &ModelOptions::default())
@@ -105,7 +103,6 @@ impl Situation {
         Model::of(robot, path, false).unwrap_or_else(|e| panic!("situation {}: {e}", self.seed))
     }
 
-    /// The log of motion i.
     pub fn log(&self, i: usize) -> Table {
         let chain = torque::standing(&self.machine, &self.defects, self.is_loaded(i));
         let series = torque::series(&self.machine, &chain, &self.motions[i], &self.defects);

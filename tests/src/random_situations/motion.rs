@@ -4,25 +4,17 @@ use std::f64::consts::TAU;
 
 use super::chain::Chain;
 use super::draw::Draw;
+use crate::random::State;
 
-/// q, dq, ddq of all joints at one instant.
-pub struct Instant {
-    pub q: Vec<f64>,
-    pub dq: Vec<f64>,
-    pub ddq: Vec<f64>,
-}
-
-/// How a joint moves.
-enum Track {
+pub enum Track {
     /// About a middle: (amplitude, rad/s, phase) of each sine.
     Sines(f64, Vec<(f64, f64, f64)>),
     /// From point to point by a polynomial of fifth degree, then a rest: points, seconds of a move, of move and rest.
     Points(Vec<f64>, f64, f64),
 }
 
-/// A motion of all joints.
 pub struct Motion {
-    tracks: Vec<Track>,
+    pub tracks: Vec<Track>,
     /// s.
     pub duration: f64,
     pub said: String,
@@ -30,10 +22,10 @@ pub struct Motion {
 
 impl Motion {
     /// q, dq, ddq at t, s.
-    pub fn at(&self, t: f64) -> Instant {
+    pub fn at(&self, t: f64) -> State {
         let of: Vec<[f64; 3]> = self.tracks.iter().map(|track| track.at(t)).collect();
         let pick = |i: usize| of.iter().map(|x| x[i]).collect();
-        Instant { q: pick(0), dq: pick(1), ddq: pick(2) }
+        State { q: pick(0), dq: pick(1), ddq: pick(2) }
     }
 
     /// A motion as somebody may record it: from slow and small to the limits, of few or many periods.
@@ -108,7 +100,7 @@ impl Motion {
 }
 
 impl Track {
-    fn at(&self, t: f64) -> [f64; 3] {
+    pub fn at(&self, t: f64) -> [f64; 3] {
         match self {
             Track::Sines(middle, sines) => sines.iter().fold([*middle, 0.0, 0.0], |sum, &(a, w, phase)| {
                 let (s, c) = (w * t + phase).sin_cos();

@@ -56,7 +56,6 @@ pub fn machine(draw: &mut Draw) -> Machine {
     machine_of(name, chain, draw)
 }
 
-/// A SCARA with other bodies.
 pub fn scara(draw: &mut Draw) -> Machine {
     let (name, chain) = shipped("scara.yaml", draw);
     machine_of(name, chain, draw)

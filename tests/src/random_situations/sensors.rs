@@ -9,7 +9,6 @@ use super::draw::Draw;
 use super::robots::Machine;
 use super::torque::{FINE, Series};
 
-/// Noise of the torques.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Noise {
     None,
@@ -20,7 +19,6 @@ pub enum Noise {
     Spikes,
 }
 
-/// The sensors of a situation.
 #[derive(Clone, Debug)]
 pub struct Sensors {
     /// Rows a second; divides the fine grid.
@@ -50,7 +48,6 @@ impl Sensors {
         }
     }
 
-    /// The log of these series.
     pub fn log(&self, machine: &Machine, series: &Series, defects: &[Defect], draw: &mut Draw) -> Table {
         let of = |kind: Kind| defects.iter().find(|d| d.kind == kind);
         let step = (FINE / self.rate).round() as usize;
@@ -123,8 +120,10 @@ impl Sensors {
         draw: &mut Draw,
     ) -> Vec<f64> {
         let joint = &machine.chain.joints[k];
-        let filtered =
-            defects.iter().find(|d| d.kind == Kind::VelocityFiltered).map(|d| low_pass(&series.dtheta[k], d.size));
+        let filtered = defects
+            .iter()
+            .find(|d| d.kind == Kind::VelocityFiltered)
+            .map(|d| low_pass(&series.dtheta[k], d.size, FINE));
         let speed = filtered.as_ref().unwrap_or(&series.dtheta[k]);
         let is_degrees = defects.iter().any(|d| d.kind == Kind::Degrees && d.joint == k) && !joint.slides;
         let unit = if is_degrees { 180.0 / PI } else { 1.0 };
@@ -145,7 +144,7 @@ impl Sensors {
         let late = of(Kind::Late).map_or(0.0, |d| d.size);
         let mut tau: Vec<Vec<f64>> = (0..n)
             .map(|k| {
-                let lagged = of(Kind::TorqueLag).map(|d| low_pass(&series.tau[k], d.size));
+                let lagged = of(Kind::TorqueLag).map(|d| low_pass(&series.tau[k], d.size, FINE));
                 let exact = lagged.as_ref().unwrap_or(&series.tau[k]);
                 times.iter().map(|&t| at(exact, t - late)).collect()
             })
@@ -252,9 +251,9 @@ fn at(series: &[f64], t: f64) -> f64 {
     series[i] + (place - i as f64) * (series[i + 1] - series[i])
 }
 
-/// First-order low-pass, from rest at the first value, exact for a value that is held over each step.
-fn low_pass(series: &[f64], cutoff: f64) -> Vec<f64> {
-    let keep = (-TAU * cutoff / FINE).exp();
+/// First-order low-pass, from rest at the first value, exact for a value that is held over each of so many steps a second.
+pub fn low_pass(series: &[f64], cutoff: f64, rate: f64) -> Vec<f64> {
+    let keep = (-TAU * cutoff / rate).exp();
     let mut y = series[0];
     let step = |x: &f64| {
         y = keep * y + (1.0 - keep) * x;

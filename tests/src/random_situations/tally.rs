@@ -8,7 +8,6 @@ use rist::fit::verdict::Trust;
 use super::Situation;
 use super::judge::Outcome;
 
-/// Counts of one group of situations.
 #[derive(Clone, Debug, Default)]
 pub struct Counts {
     pub situations: usize,
@@ -67,7 +66,6 @@ pub struct Tally {
 }
 
 impl Tally {
-    /// Adds one.
     pub fn add(&mut self, situation: &Situation, outcome: &Outcome) {
         let logs = situation.motions.len();
         let mut groups = vec![(0, "all".to_string()), (1, if logs == 1 { "one log" } else { "two logs" }.to_string())];
@@ -103,7 +101,6 @@ impl Tally {
     }
 }
 
-/// One situation in one line.
 pub fn line(situation: &Situation, outcome: &Outcome) -> String {
     let defects: Vec<String> = situation.defects.iter().map(ToString::to_string).collect();
     let trust = outcome.trust.map_or("error", Trust::word);

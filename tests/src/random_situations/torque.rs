@@ -49,7 +49,6 @@ pub fn standing(machine: &Machine, defects: &[Defect], loaded: bool) -> Chain {
     chain
 }
 
-/// The series of a machine on a motion.
 pub fn series(machine: &Machine, chain: &Chain, motion: &Motion, defects: &[Defect]) -> Series {
     let (n, h) = (chain.len(), 1.0 / FINE);
     let steps = (motion.duration / h).floor() as usize + 1;

@@ -19,7 +19,6 @@ const UNKNOWN_SPEED: f64 = 1.5;
 pub struct Arm {
     /// The name of its file.
     pub name: String,
-    /// The file.
     pub path: PathBuf,
     /// The joints that stand still, each at its position.
     pub locks: Vec<(String, f64)>,

@@ -9,7 +9,6 @@ use crate::program::{Run, folder, rist};
 
 /// An input with one mistake.
 pub struct Case<'a> {
-    /// The robot.
     pub arm: &'a Arm,
     /// The kind of the mistake; `none`: the input is right.
     pub kind: &'static str,

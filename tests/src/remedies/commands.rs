@@ -3,5 +3,4 @@
 use super::case::Command;
 use super::{of_excite, of_lint, of_postures, of_wrench};
 
-/// All of them.
 pub const COMMANDS: [Command; 4] = [of_postures::COMMAND, of_wrench::COMMAND, of_lint::COMMAND, of_excite::COMMAND];

@@ -3,11 +3,11 @@
 use robot::{Inertial, LinkId, Robot, StandardParameter};
 
 use super::arms::Arm;
-use super::motion::Motion;
 use crate::by_link;
 use crate::joint_log::described;
 use crate::random::State;
 use crate::random_situations::draw::Draw;
+use crate::random_situations::motion::Motion;
 use crate::recursion;
 
 /// Samples of a motion from which the sizes of torques and inertias follow.
@@ -19,7 +19,6 @@ const CENTRES: f64 = 0.01;
 /// XX XY XZ YY YZ ZZ MX MY MZ M of a body about the origin of its link.
 type Body = [f64; 10];
 
-/// A machine.
 pub struct Machine {
     /// Standard parameters of its bodies and rotors, in the order of [`StandardParameter::all`].
     pub parameters: Vec<f64>,
@@ -34,17 +33,14 @@ pub struct Machine {
     pub offset: Vec<f64>,
     /// Root of the mean square of the torque of bodies and rotors, of each joint, N m (N).
     pub size: Vec<f64>,
-    /// The sensors.
     pub sensors: Sensors,
 }
 
-/// The sensors of a machine.
 pub struct Sensors {
     /// Deviation of the noise of the torques, of their size.
     pub noise: f64,
     /// Bits a turn; of a sliding joint a turn is 0.1 m.
     pub bits: i32,
-    /// Whether velocities are logged.
     pub speeds: bool,
 }
 

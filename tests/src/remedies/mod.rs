@@ -27,10 +27,11 @@ use std::path::{Path, PathBuf};
 use crate::joint_log::JointLog;
 use crate::program::folder;
 use crate::random_situations::draw::Draw;
+use crate::random_situations::motion::Motion;
 use arms::Arm;
 use kinds::{Entry, KINDS, Kind, Mistake};
 use machine::Machine;
-use motion::Motion;
+use motion::{harmonics, points};
 use simulation::Simulation;
 
 /// s of a log, where nothing else is asked for.
@@ -42,13 +43,10 @@ const DURATIONS: [f64; 6] = [1.0, 2.0, 3.0, 5.0, 10.0, 30.0];
 pub struct Situation<'a> {
     /// All else follows from it.
     pub seed: u64,
-    /// The robot.
     pub arm: &'a Arm,
     /// The robot whose log it is: the same, but for [`Kind::OtherRobot`].
     pub logged: &'a Arm,
-    /// The machine that is logged.
     pub machine: Machine,
-    /// What it did.
     pub motion: Motion,
     /// What it did in a second log, which `rist identify` is given beside the first.
     pub second: Motion,
@@ -70,7 +68,7 @@ impl<'a> Situation<'a> {
         let arm = able[draw.below(able.len())];
         let logged = if entry.kind == Kind::OtherRobot { others(arm, arms)[0] } else { arm };
         let [motion, second, third] =
-            [2, 6, 8].map(|purpose| Motion::harmonics(logged, DURATION, &mut Draw::of(seed, purpose)));
+            [2, 6, 8].map(|purpose| harmonics(logged, DURATION, &mut Draw::of(seed, purpose)));
         let machine = Machine::of(logged, &motion, &mut Draw::of(seed, 3));
         let mistake = Some(mistake(arm, entry.kind, &mut Draw::of(seed, 4)));
         Situation { seed, arm, logged, machine, motion, second, third, entry: Some(entry), mistake }
@@ -82,9 +80,9 @@ impl<'a> Situation<'a> {
         let arm = &arms[draw.below(arms.len())];
         let (duration, stops) = (DURATIONS[draw.below(DURATIONS.len())], draw.chance(1.0 / 3.0));
         let draw = &mut Draw::of(seed, 2);
-        let motion = if stops { Motion::points(arm, duration, draw) } else { Motion::harmonics(arm, duration, draw) };
+        let motion = if stops { points(arm, duration, draw) } else { harmonics(arm, duration, draw) };
         let machine = Machine::of(arm, &motion, &mut Draw::of(seed, 3));
-        let [second, third] = [6, 8].map(|purpose| Motion::harmonics(arm, DURATION, &mut Draw::of(seed, purpose)));
+        let [second, third] = [6, 8].map(|purpose| harmonics(arm, DURATION, &mut Draw::of(seed, purpose)));
         Situation { seed, arm, logged: arm, machine, motion, second, third, entry: None, mistake: None }
     }
 
@@ -144,7 +142,6 @@ impl<'a> Situation<'a> {
         all.iter().map(|&k| self.arm.robot.coordinates[k].name.as_str()).collect()
     }
 
-    /// The file of the robot.
     pub fn description(&self) -> &Path {
         &self.arm.path
     }
@@ -164,7 +161,6 @@ impl fmt::Display for Situation<'_> {
     }
 }
 
-/// The other robots with as many joints.
 fn others<'a>(arm: &Arm, arms: &'a [Arm]) -> Vec<&'a Arm> {
     arms.iter().filter(|other| other.name != arm.name && other.n() == arm.n()).collect()
 }

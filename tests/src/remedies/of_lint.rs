@@ -102,7 +102,6 @@ fn shifted(six: [f64; 6], mass: f64, [x, y, z]: [f64; 3]) -> [f64; 6] {
     std::array::from_fn(|i| six[i] + mass * shift[i])
 }
 
-/// Whether a body has these moments.
 fn can_exist([xx, xy, xz, yy, yz, zz]: [f64; 6]) -> bool {
     let moments = Matrix3::new(xx, xy, xz, xy, yy, yz, xz, yz, zz).symmetric_eigenvalues();
     moments.min() > 0.0 && moments.sum() > 2.01 * moments.max()
@@ -142,7 +141,6 @@ fn spoil(kind: &str, link: &Element, text: &mut String, draw: &mut Draw) -> bool
     kind != "centre in mm" || centre.iter().any(|x| x.abs() > 0.011)
 }
 
-/// An element of a URDF, by its name.
 #[derive(Clone)]
 pub(super) struct Element {
     tag: &'static str,

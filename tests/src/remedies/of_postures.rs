@@ -6,7 +6,7 @@ use super::arms::Arm;
 use super::case::{Case, Command, with_steps};
 use super::kinds::{Entry, KINDS, Kind, Mistake};
 use super::machine::Machine;
-use super::motion::Motion;
+use super::motion::harmonics;
 use super::said::names;
 use super::wrong_columns::spoil;
 use super::{DURATION, mistake};
@@ -44,7 +44,7 @@ pub const COMMAND: Command = Command { word: "postures", case, findings, obeyed:
 fn case(seed: u64, arms: &[Arm]) -> Case<'_> {
     let draw = &mut Draw::of(seed, 1);
     let arm = &arms[draw.below(arms.len())];
-    let machine = Machine::of(arm, &Motion::harmonics(arm, DURATION, &mut Draw::of(seed, 2)), &mut Draw::of(seed, 3));
+    let machine = Machine::of(arm, &harmonics(arm, DURATION, &mut Draw::of(seed, 2)), &mut Draw::of(seed, 3));
     let is_described = draw.chance(0.5);
     let bodies = if is_described { described(&arm.robot) } else { machine.parameters.clone() };
     let name = NAMES.get((seed % (NAMES.len() as u64 + 1)) as usize);

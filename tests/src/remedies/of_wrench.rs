@@ -4,7 +4,7 @@ use nalgebra::{Matrix3, Rotation3, UnitQuaternion, Vector3};
 
 use super::arms::Arm;
 use super::case::{Case, Command, with_steps, written};
-use super::motion::Motion;
+use super::motion::harmonics;
 use crate::number::Number;
 use crate::pose::{BASE, Frame, joint_variables};
 use crate::program::Run;
@@ -85,7 +85,7 @@ fn rows(arm: &Arm, is_motion: bool, draw: &mut Draw) -> Vec<Row> {
     let points: Vec<Vector3<f64>> = (0..6).map(|_| centre + 0.04 * vector(draw)).collect();
     let offsets = [2.0 * vector(draw), 0.1 * vector(draw)];
     let noise = draw.log(0.003, 0.05);
-    let motion = Motion::harmonics(arm, 20.0, draw);
+    let motion = harmonics(arm, 20.0, draw);
     let count = if is_motion { (motion.duration / PERIOD) as usize } else { 12 + draw.below(30) };
     let mut row = |i: usize| {
         let t = PERIOD * i as f64;

@@ -14,9 +14,7 @@ pub struct Said {
     pub untold: Vec<String>,
     /// Other lines: what the program takes for granted or undoes by itself.
     pub notes: Vec<String>,
-    /// All of it, errors too.
     pub whole: String,
-    /// The errors alone.
     pub error: String,
 }
 
@@ -98,7 +96,7 @@ mod tests {
     fn a_run_is_taken_apart() {
         let out = "log\njoint  slope\nj1  1.0\nj12  1.0\n\nthe zero of j1 is off by 30 degrees: 3 %; in a file\n\
                    cannot tell: zero of j12: little gravity\nagrees: sign of j1, j12; -1 times the torque would have shown\n";
-        let said = Said::of(&Run { code: Some(1), out: out.into(), err: "rist: 1 finding\n".into() });
+        let said = Said::of(&Run { code: Some(1), out: out.into(), err: "rist: 1 finding\n".into(), ..Run::default() });
         assert_eq!(said.findings.len(), 1);
         assert_eq!(claim(&said.findings[0]), "the zero of j1 is off by degrees");
         assert_eq!(said.least_size("sign", Some("j1")), Some(1.0));

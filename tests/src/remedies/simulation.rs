@@ -5,24 +5,20 @@ use std::f64::consts::TAU;
 use super::arms::Arm;
 use super::kinds::{Kind, Mistake};
 use super::machine::Machine;
-use super::motion::Motion;
 use super::wrong_columns::spoil;
 use crate::joint_log::{JointLog, described};
 use crate::random::State;
 use crate::random_situations::draw::Draw;
+use crate::random_situations::motion::Motion;
 use crate::recursion;
 
 /// Rows a second.
 const RATE: f64 = 250.0;
 
-/// What is simulated.
 #[derive(Clone, Copy)]
 pub struct Simulation<'a> {
-    /// The robot.
     pub arm: &'a Arm,
-    /// The machine.
     pub machine: &'a Machine,
-    /// What it does.
     pub motion: &'a Motion,
     /// What is wrong; `None`: nothing.
     pub mistake: Option<Mistake>,

@@ -5,7 +5,6 @@ use std::fmt;
 
 use super::judge::{Cause, Outcome};
 
-/// Counts of one kind.
 #[derive(Clone, Debug, Default)]
 pub struct Counts {
     /// Situations, and those above the least size that is said to show.
@@ -63,7 +62,6 @@ pub struct Tally {
 }
 
 impl Tally {
-    /// Adds one of a kind.
     pub fn add(&mut self, kind: &'static str, situation: &dyn fmt::Display, outcome: &Outcome) {
         self.all.add(outcome);
         self.kinds.entry(kind).or_default().add(outcome);
@@ -84,7 +82,6 @@ impl Tally {
     }
 }
 
-/// One situation in one line.
 pub fn line(situation: &dyn fmt::Display, outcome: &Outcome) -> String {
     let what = match outcome.cause {
         Cause::Untold => "it cannot be told".to_string(),
@@ -109,7 +106,6 @@ pub fn line(situation: &dyn fmt::Display, outcome: &Outcome) -> String {
     format!("{situation} ({above}): {:?}: {what}{obeyed}{trust}", outcome.cause)
 }
 
-/// A share in words.
 pub fn share(k: usize, of: usize) -> String {
     if of == 0 { "-".into() } else { format!("{k} of {of} ({:.1} %)", 100.0 * k as f64 / of as f64) }
 }

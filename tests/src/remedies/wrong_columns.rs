@@ -6,6 +6,7 @@ use super::arms::Arm;
 use super::kinds::{Kind, Mistake};
 use crate::joint_log::JointLog;
 use crate::random_situations::draw::Draw;
+use crate::random_situations::sensors::low_pass;
 
 /// Puts a mistake into the columns; those of the machine are in the log already.
 pub fn spoil(arm: &Arm, mistake: &Mistake, log: &mut JointLog) {
@@ -49,7 +50,7 @@ pub fn spoil(arm: &Arm, mistake: &Mistake, log: &mut JointLog) {
         }
         Kind::FilteredVelocities(cutoff) => {
             let period = t[1] - t[0];
-            dq.iter_mut().for_each(|dq| low_pass(dq, cutoff, period));
+            dq.iter_mut().for_each(|dq| *dq = low_pass(dq, cutoff, 1.0 / period));
         }
         Kind::Normalised => {
             for k in 0..arm.n() {
@@ -69,14 +70,4 @@ pub fn spoil(arm: &Arm, mistake: &Mistake, log: &mut JointLog) {
 
 fn scale(series: &mut [f64], factor: f64) {
     series.iter_mut().for_each(|x| *x *= factor);
-}
-
-/// First-order low-pass, from rest at the first value.
-fn low_pass(series: &mut [f64], cutoff: f64, period: f64) {
-    let keep = (-TAU * cutoff * period).exp();
-    let mut y = series[0];
-    for x in series {
-        y = keep * y + (1.0 - keep) * *x;
-        *x = y;
-    }
 }

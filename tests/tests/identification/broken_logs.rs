@@ -8,6 +8,7 @@ use identification::signals::signal_options::Signal;
 use linear_model::parameter::BaseParameter;
 use linear_model::regressor::Regressor;
 use logs::{Log, Table};
+use tests::program::folder;
 
 use crate::log_files::parquet::{self, PLAIN, Pages, Values};
 use crate::log_files::{Mcap, State, chunk};
@@ -69,8 +70,7 @@ fn message(wheels: &Wheels, path: &Path) -> String {
 #[test]
 fn every_broken_log_has_its_message() {
     let data = include_str!("broken_logs.txt");
-    let folder = std::env::temp_dir().join(format!("rist-broken-logs-{}", std::process::id()));
-    std::fs::create_dir_all(&folder).unwrap();
+    let folder = folder("broken-logs");
     let path = folder.join("broken.csv");
     let mut tried = 0;
     for entry in data.split("\n=== ").skip(1) {
@@ -81,7 +81,6 @@ fn every_broken_log_has_its_message() {
         assert!(found.contains(expected), "expected: {expected}\nfound: {found}");
         tried += 1;
     }
-    std::fs::remove_dir_all(&folder).unwrap();
     assert!(tried >= 20, "{tried}");
 }
 
@@ -100,7 +99,6 @@ fn recording(chunked: Option<&'static str>, rows: u32, measured: [bool; 3]) -> M
     file
 }
 
-/// A recording of one message of these bytes.
 fn one_message(data: &[u8]) -> Vec<u8> {
     let mut file = Mcap::joint_states(None, "cdr");
     file.message(1, 0, data);
@@ -130,7 +128,6 @@ fn replaced(mut bytes: Vec<u8>, old: &[u8], new: &[u8]) -> Vec<u8> {
     bytes
 }
 
-/// Broken containers and the message each must bring.
 #[expect(clippy::too_many_lines, reason = "one table")]
 fn broken_containers() -> Vec<(Vec<u8>, &'static str)> {
     let no_joint_states = || {
@@ -240,8 +237,7 @@ fn broken_containers() -> Vec<(Vec<u8>, &'static str)> {
 
 #[test]
 fn every_broken_container_has_its_message() {
-    let folder = std::env::temp_dir().join(format!("rist-broken-containers-{}", std::process::id()));
-    std::fs::create_dir_all(&folder).unwrap();
+    let folder = folder("broken-containers");
     let path = folder.join("broken.csv");
     let wheels = wheels("a");
     let mut faults = Vec::new();
@@ -269,10 +265,8 @@ fn every_broken_container_has_its_message() {
     std::fs::write(&path, recording(None, 80, ALL).finish()).unwrap();
     let found = message(&wheels, &folder.join("broken.csv#/arm"));
     assert!(found.contains("no topic `/arm` carries joint states; the topics are: /joint_states"), "{found}");
-    std::fs::remove_dir_all(&folder).unwrap();
 }
 
-/// Cut off anywhere, or with any byte changed, a container is read or refused, never a panic.
 #[test]
 fn mutilated_containers_do_not_panic() {
     let mut wholes: Vec<Vec<u8>> = [None, Some(""), Some("zstd"), Some("lz4")]
@@ -288,8 +282,7 @@ fn mutilated_containers_do_not_panic() {
         }
     }
     for other in ["pyarrow.parquet", "polars.parquet", "pyarrow_brotli.parquet", "pyarrow_lz4.parquet"] {
-        let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/identification/foreign_logs");
-        wholes.push(std::fs::read(folder.join(other)).unwrap());
+        wholes.push(std::fs::read(crate::log_formats::foreign().join(other)).unwrap());
     }
     for whole in wholes {
         assert!(Table::from_bytes("log", &whole).is_ok());
@@ -309,14 +302,12 @@ fn mutilated_containers_do_not_panic() {
     }
 }
 
-/// Cut off anywhere, or with any byte changed, a log is read or refused, never a panic.
 #[test]
 fn mutilated_logs_do_not_panic() {
     let row = |i: usize| format!("{},{},{}\n", 0.01 * i as f64, (0.05 * i as f64).sin(), (0.05 * i as f64).cos());
     let whole: String = std::iter::once("t,q1,tau1\n".to_string()).chain((0..80).map(row)).collect();
     let wheels = wheels("a");
-    let folder = std::env::temp_dir().join(format!("rist-mutilated-logs-{}", std::process::id()));
-    std::fs::create_dir_all(&folder).unwrap();
+    let folder = folder("mutilated-logs");
     let path = folder.join("log.csv");
     for k in 0..120 {
         let mut bytes = whole.clone().into_bytes();
@@ -329,5 +320,4 @@ fn mutilated_logs_do_not_panic() {
         std::fs::write(&path, bytes).unwrap();
         let _ = message(&wheels, &path);
     }
-    std::fs::remove_dir_all(&folder).unwrap();
 }

@@ -17,9 +17,7 @@ use tests::program::folder;
 const AMPLITUDE: f64 = 1.2;
 
 fn verdict(name: &str, model: &Model, log: &JointLog) -> Verdict {
-    let file = folder("claims").join(format!("{name}.csv"));
-    log.write(&file, model.regressor().coordinates());
-    let (source, _) = model.open_log(&file, &Default::default()).unwrap();
+    let source = log.opened(model, &folder("claims").join(format!("{name}.csv")));
     let mut found = rist::identify(model, &[source], &Default::default()).unwrap();
     found.judged(model, &[], false).unwrap().verdict
 }
@@ -180,9 +178,7 @@ fn contact_that_counts_nothing_leaves_deviations_as_they_are() {
         l.tau[2][rows / 2..rows / 2 + 3 * rows / 100].iter_mut().for_each(|tau| *tau -= 40.0);
     });
     let identified = |name: &str, log: &JointLog, weights: Weights| {
-        let file = folder("contact").join(format!("{name}.csv"));
-        log.write(&file, model.regressor().coordinates());
-        let (source, _) = model.open_log(&file, &Default::default()).unwrap();
+        let source = log.opened(&model, &folder("contact").join(format!("{name}.csv")));
         let mut request = rist::IdentifyRequest::default();
         request.samples.rows.weights = Some(weights);
         rist::identify(&model, &[source], &request).unwrap()

@@ -18,11 +18,12 @@ use linear_model::linear_model::Model;
 use linear_model::regressor::Regressor;
 use linear_model::standard_map::StandardMap;
 use linear_model::states::States;
-use logs::{Effort, Log, LogReport};
+use logs::Log;
 use nalgebra::DMatrix;
 use random::Random;
 use tests::benchmark::robots::pendulum;
 use tests::benchmark::tally::Tally;
+use tests::joint_log::even_log;
 use tests::tape_robot::TapeRobot;
 
 /// Standard deviation of the torque noise, N m.
@@ -174,19 +175,9 @@ fn consistency_helps_poor_data_only() {
 fn noise_free_logs_give_the_truth_back() {
     let arm = pendulum();
     let states = states(&arm, 500);
-    let log = Log {
-        name: "exact".into(),
-        coordinates: arm.coordinates().to_vec(),
-        t: states.t.clone(),
-        q: vec![states.q.clone()],
-        dq: Some(vec![states.dq.clone()]),
-        ddq: Some(vec![states.ddq.clone()]),
-        effort: vec![states.dq.iter().zip(&states.tau).map(|(v, t)| t + 0.4 * v + 0.7 * v.signum()).collect()],
-        effort_is: Effort::Torque,
-        rows: (1..=500).collect(),
-        window: None,
-        report: LogReport::uniform(500, 0.01),
-    };
+    let effort = states.dq.iter().zip(&states.tau).map(|(v, t)| t + 0.4 * v + 0.7 * v.signum()).collect();
+    let log = even_log(arm.coordinates(), 0.01, [vec![states.q], vec![states.dq], vec![effort]]);
+    let log = Log { ddq: Some(vec![states.ddq]), ..log };
     let signal = Signal { order: 0, ..Signal::default() };
     let estimate = identify(&arm, &log, &Options { signal, ..Options::default() }).unwrap();
     let truth = [("ZZ1", 0.3), ("MX1", 0.8), ("MY1", -0.1), ("FV1", 0.4), ("FS1", 0.7), ("OFF1", 0.0)];

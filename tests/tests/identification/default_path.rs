@@ -12,10 +12,11 @@ use tests::faults::changed;
 use tests::joint_log::{JointLog, described, swinging, unlike};
 use tests::model_path;
 use tests::program::folder;
+use tests::random_situations::sensors::low_pass;
 
 fn identified(name: &str, model: &Model, log: &JointLog, more: &str) -> Identification {
     let file = folder("default_path").join(format!("{name}.csv"));
-    log.write(&file, model.regressor().coordinates());
+    log.write_for(model, &file);
     if !more.is_empty() {
         let text = std::fs::read_to_string(&file).unwrap();
         // The same columns behind each row, of numbers without a pattern.
@@ -93,9 +94,7 @@ fn late_torques_are_taken_back() {
     assert!(says(&found, DECISIONS[1]), "{:?}", found.estimate.remarks);
     assert!(found.decided.delay.is_some_and(|d| (d.seconds - 0.02).abs() < 1e-3));
     // Pinned by the user.
-    let file = folder("default_path_pinned").join("late.csv");
-    late.write(&file, model.regressor().coordinates());
-    let (source, _) = model.open_log(&file, &Default::default()).unwrap();
+    let source = late.opened(&model, &folder("default_path_pinned").join("late.csv"));
     let mut samples = SamplesRequest::default();
     samples.rows.signals.delay = Some(rist::request::Delay::Seconds(0.0));
     let request = IdentifyRequest { samples, ..IdentifyRequest::default() };
@@ -107,16 +106,7 @@ fn rates_that_are_none_give_way_to_slopes() {
     let model = Model::read(model_path("ur5.urdf")).unwrap();
     let good = swinging(&model.robot, &unlike(&model.robot, 2), 1.2, 0.0);
     // Velocities behind a first-order low-pass of 10 Hz, at 500 Hz: 16 ms.
-    let gain = 1.0 - (-std::f64::consts::TAU * 10.0 / 500.0).exp();
-    let slow = changed(&good, |l| {
-        for dq in &mut l.dq {
-            let mut behind = dq[0];
-            dq.iter_mut().for_each(|x| {
-                behind += gain * (*x - behind);
-                *x = behind;
-            });
-        }
-    });
+    let slow = changed(&good, |l| l.dq.iter_mut().for_each(|dq| *dq = low_pass(dq, 10.0, 500.0)));
     let found = identified("slow", &model, &slow, "");
     assert!(says(&found, DECISIONS[2]) && says(&found, "by 1"), "{:?}", found.estimate.remarks);
     let signal = &found.estimate.options.as_ref().unwrap().signal;

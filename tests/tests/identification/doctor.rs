@@ -14,23 +14,13 @@ use rist::describe::description::RotorInertias;
 use rist::{Model, ModelOptions};
 use tests::benchmark::dataset::Dataset;
 use tests::faults::{Injected, changed, cut, each, injected, mirrored};
-use tests::joint_log::{JointLog, Machine, described, swinging, swinging_by, unlike};
+use tests::joint_log::{JointLog, Machine, described, swinging, swinging_by, unlike, ur5};
 use tests::program::folder;
 use tests::random::{Random, State};
 use tests::{model_path, recursion, shared, test_robot_path, urdf_text, workspace};
 
-/// The UR5 of models/ and the log of one like it.
-fn ur5() -> (Model, JointLog) {
-    let model = Model::read(model_path("ur5.urdf")).unwrap();
-    let log = swinging(&model.robot, &unlike(&model.robot, 5), 1.2, 0.0);
-    (model, log)
-}
-
 fn look(model: &Model, here: &Path, log: &JointLog) -> Passport {
-    let path = here.join("log.csv");
-    log.write(&path, model.regressor().coordinates());
-    let (source, _) = model.open_log(&path, &Default::default()).unwrap();
-    rist::examine(model, &[source], &Options::default()).unwrap()
+    rist::examine(model, &[log.opened(model, &here.join("log.csv"))], &Options::default()).unwrap()
 }
 
 /// A model of random_tree, six joints in a row.
@@ -61,18 +51,8 @@ fn every_fault_is_named() {
     let mut add = |name, log, joints: &[usize], is_named: fn(&Fault) -> bool| {
         mistakes.push(Injected { name, log, joints: joints.to_vec(), is_named: Box::new(is_named) });
     };
-    let computed = Machine {
-        robot,
-        parameters: &described(robot),
-        amplitude: &[1.2; 6],
-        viscous: &[0.0; 6],
-        coulomb: &[0.0; 6],
-        noise: 0.0,
-        encoder: 0.0,
-        speed: 0.0,
-        delay: 0.0,
-    };
-    add("computed torques", computed.log(), &[], |f| *f == Fault::Computed);
+    let computed = Machine::exact(robot, &described(robot), &[1.2; 6]).log();
+    add("computed torques", computed, &[], |f| *f == Fault::Computed);
     add("kN m", changed(&good, |l| each(&mut l.tau, |x| 1e-3 * x)), &[], |f| *f == Fault::TorqueUnit(-3));
     add("the base's position", mirrored(&good, 0, true, false), &[0], |f| *f == Fault::Of(MotionSign(0), 0.0));
     add("a joint the other way round", mirrored(&good, 2, true, true), &[2], |f| *f == Fault::Of(Reversed(2), 0.0));
@@ -144,7 +124,7 @@ fn signs_of_all_torques_change_nothing_else() {
 #[test]
 fn nothing_is_found_in_good_logs() {
     let here = folder("good_logs");
-    let (ur5, _) = ur5();
+    let ur5 = ur5().0;
     let r3g = Model::read(workspace().join("tests/data/robots/r3g.yaml")).unwrap();
     for model in [ur5, r3g, other_robot(&here, 1), other_robot(&here, 2)] {
         for seed in [5, 6] {
@@ -256,13 +236,12 @@ fn a_last_body_that_lies_otherwise_is_no_wrong_zero() {
     let text = std::fs::read_to_string(model_path("ur5.urdf")).unwrap();
     let tool = "<link name=\"tool_body\"><inertial><origin xyz=\"0.12 0.03 0.05\"/><mass value=\"1.5\"/><inertia ixx=\"0.004\" \
                 iyy=\"0.003\" izz=\"0.005\" ixy=\"0\" ixz=\"0\" iyz=\"0\"/></inertial></link>";
+    // The last joint turns about z of wrist_3.
     let mount = |turn: f64| {
         format!(
-            "{tool}<joint name=\"tool_mount\" type=\"fixed\"><parent link=\"LAST\"/><child link=\"tool_body\"/><origin xyz=\"0 0 \
-             0\" rpy=\"TURN\"/></joint></robot>"
+            "{tool}<joint name=\"tool_mount\" type=\"fixed\"><parent link=\"wrist_3\"/><child link=\"tool_body\"/>\
+             <origin xyz=\"0 0 0\" rpy=\"0 0 {turn}\"/></joint></robot>"
         )
-        .replace("TURN", &turned_about_last_axis(&text, turn))
-        .replace("LAST", &last_link(&text))
     };
     let with = |turn: f64, name: &str| {
         let path = here.join(name);
@@ -283,21 +262,6 @@ fn a_last_body_that_lies_otherwise_is_no_wrong_zero() {
         let (source, _) = model.open_log(&here.join("log.csv"), &Default::default()).unwrap();
         fleet::update(&model, &mut sums, &source, false).unwrap();
     }
-}
-
-/// The name of the link behind the last moving joint of the UR5, and a turn about that joint's axis as roll, pitch, yaw.
-fn last_link(text: &str) -> String {
-    let joint = &text[text.rfind("type=\"revolute\"").unwrap()..];
-    let child = &joint[joint.find("child link=\"").unwrap() + 12..];
-    child[..child.find('"').unwrap()].into()
-}
-
-fn turned_about_last_axis(text: &str, turn: f64) -> String {
-    let joint = &text[text.rfind("type=\"revolute\"").unwrap()..];
-    let axis = &joint[joint.find("axis xyz=\"").unwrap() + 10..];
-    let axis: Vec<f64> = axis[..axis.find('"').unwrap()].split_whitespace().map(|x| x.parse().unwrap()).collect();
-    // The axis is one of the frame's.
-    axis.iter().map(|x| (x * turn).to_string()).collect::<Vec<_>>().join(" ")
 }
 
 /// Torques that are late are named where the machine has rotors of which its URDF does not speak, as identify finds them.
@@ -424,7 +388,6 @@ fn the_zeros_of_the_tx40_are_found() {
     }
 }
 
-/// A measured log in torques of the joints.
 fn measured(model: &Model, file: &Path, gains: &[f64]) -> JointLog {
     let (log, _) = Log::read(file, model.regressor().coordinates(), &Default::default()).unwrap();
     let gain = |k: usize| gains.get(k).copied().unwrap_or(1.0);
@@ -432,11 +395,8 @@ fn measured(model: &Model, file: &Path, gains: &[f64]) -> JointLog {
     JointLog { t: log.t, q: log.q, dq: log.dq.expect("a velocity"), tau }
 }
 
-/// The base parameters that the log itself gives.
 fn identified(model: &Model, here: &Path, log: &JointLog) -> Vec<f64> {
-    let path = here.join("log.csv");
-    log.write(&path, model.regressor().coordinates());
-    let (source, _) = model.open_log(&path, &Default::default()).unwrap();
+    let source = log.opened(model, &here.join("log.csv"));
     let estimate = rist::identify(model, &[source], &Default::default()).unwrap().estimate;
     estimate.parameters.iter().take(model.regressor().parameters().len()).map(|p| p.value.unwrap()).collect()
 }

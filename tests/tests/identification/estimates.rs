@@ -1,12 +1,10 @@
 //! What an estimate says of itself holds, and what is none is refused.
 
-use std::path::Path;
-
 use identification::estimate::artefact::Estimate;
 use identification::estimate::identified::Status;
 use robot::{Robot, StandardParameter};
 use tests::joint_log;
-use tests::program::{Run, folder, rist};
+use tests::program::{estimate, folder, rist};
 use tests::random::Random;
 use tests::{model, model_path, model_text};
 
@@ -14,16 +12,6 @@ fn ur5() -> (Robot, String, Vec<f64>) {
     let robot = model("ur5.urdf");
     let x = Random(60).physical_parameters(&robot);
     (robot, model_path("ur5.urdf").display().to_string(), x)
-}
-
-fn estimate(here: &Path, name: &str) -> Estimate {
-    Estimate::from_yaml(name, &std::fs::read_to_string(here.join(name)).unwrap()).unwrap()
-}
-
-fn done(here: &Path, arguments: &[&str]) -> Run {
-    let run = rist(here, arguments);
-    assert_eq!(run.code, Some(0), "{arguments:?}: {}", run.err);
-    run
 }
 
 /// The experiments of a plan hold joints still: their encoders' noise is no motion, and the logs have one cut-off.
@@ -37,8 +25,8 @@ fn joints_that_are_held_do_not_decide_the_cutoff() {
         joint_log::write_measured(&here.join(log), &robot, &x, amplitude, 0.05, 1e-5);
     }
     let of = |logs: &[&str]| {
-        done(&here, &[&["identify", &urdf, "--friction", "none", "--out", "e.yaml"], logs].concat());
-        estimate(&here, "e.yaml")
+        rist(&here, &[&["identify", &urdf, "--friction", "none", "--out", "e.yaml"], logs].concat()).ended(0);
+        estimate(&here.join("e.yaml"))
     };
     // Sines of at most 0.8 Hz, in bins of 0.1 Hz; a fifth of the rate, which noise asks for, is 100 Hz.
     let together = of(&logs);
@@ -82,7 +70,7 @@ fn a_wrong_description_moves_a_consistent_estimate_within_its_bound() {
     let of = |urdf: &str, code: i32| {
         let run = rist(&here, &["identify", urdf, "log.csv", "--friction", "none", "--consistent", "--out", "e.yaml"]);
         assert_eq!(run.code, Some(code), "{}", run.err);
-        account(&estimate(&here, "e.yaml"))
+        account(&estimate(&here.join("e.yaml")))
     };
     let ((right, _), (wrong, excess)) = (of(&urdf, 0), of("wrong.urdf", 1));
     // 24 logarithms of a nat less what the description loses of its weight, and what the bound itself costs with bodies a
@@ -90,19 +78,16 @@ fn a_wrong_description_moves_a_consistent_estimate_within_its_bound() {
     assert!(wrong - right <= excess && excess < 25.0, "{right} {wrong} {excess}");
 }
 
-/// Torques of the wrong sign are those of no bodies: it is said, and nothing is written for a simulator.
 #[test]
 fn bodies_that_explain_nothing_are_not_written() {
     let here = folder("wrong_sign");
     let (robot, urdf, x) = ur5();
     let negative: Vec<f64> = x.iter().map(|x| -x).collect();
     joint_log::write(&here.join("log.csv"), &robot, &negative, &[1.0; 6], 0.05);
-    let run = rist(&here, &["identify", &urdf, "log.csv", "--write-urdf", "w.urdf"]);
-    assert_eq!(run.code, Some(1), "{}{}", run.out, run.err);
+    let run = rist(&here, &["identify", &urdf, "log.csv", "--write-urdf", "w.urdf"]).ended(1);
     assert!(run.err.contains("nothing is written for a simulator") && !here.join("w.urdf").exists(), "{}", run.err);
 }
 
-/// An estimate knows how its model was read; a file cut short, or without a parameter, is none.
 #[test]
 fn an_estimate_is_whole_and_knows_its_model() {
     let here = folder("whole");
@@ -110,23 +95,20 @@ fn an_estimate_is_whole_and_knows_its_model() {
     joint_log::write(&here.join("log.csv"), &robot, &x, &[1.0; 6], 0.01);
     joint_log::write(&here.join("other.csv"), &robot, &x, &[0.7; 6], 0.01);
     let flags = ["--rotor-inertia", "actuated", "--friction", "viscous,coulomb", "--out", "e.yaml"];
-    done(&here, &[&["identify", &urdf, "log.csv"], &flags[..]].concat());
-    let new = done(&here, &["validate", &urdf, "e.yaml", "other.csv"]);
+    rist(&here, &[&["identify", &urdf, "log.csv"], &flags[..]].concat()).ended(0);
+    let new = rist(&here, &["validate", &urdf, "e.yaml", "other.csv"]).ended(0);
     assert!(!new.err.contains("was fitted to it"), "{}", new.err);
     std::fs::copy(here.join("log.csv"), here.join("copy.csv")).unwrap();
-    let copied = done(&here, &["validate", &urdf, "e.yaml", "copy.csv"]);
-    assert!(copied.err.contains("copy.csv: the estimate was fitted to it"), "{}", copied.err);
-    let again = done(&here, &["validate", &urdf, "e.yaml", "log.csv"]);
-    assert!(again.err.contains("log.csv: the estimate was fitted to it"), "{}", again.err);
+    rist(&here, &["validate", &urdf, "e.yaml", "copy.csv"]).failed(0, &["copy.csv: the estimate was fitted to it"]);
+    rist(&here, &["validate", &urdf, "e.yaml", "log.csv"]).failed(0, &["log.csv: the estimate was fitted to it"]);
 
     let text = std::fs::read_to_string(here.join("e.yaml")).unwrap();
     let refused = |text: &str, said: &str| {
         std::fs::write(here.join("cut.yaml"), text).unwrap();
-        let run = rist(&here, &["validate", &urdf, "cut.yaml", "other.csv"]);
-        assert!(run.code == Some(2) && run.err.contains(said), "{said}: {}", run.err);
+        rist(&here, &["validate", &urdf, "cut.yaml", "other.csv"]).failed(2, &[said]);
     };
     refused(&text.lines().take(5).collect::<Vec<_>>().join("\n"), "cut short");
-    let mut fewer = estimate(&here, "e.yaml");
+    let mut fewer = estimate(&here.join("e.yaml"));
     let gone = fewer.parameters.remove(3).id.to_string();
     refused(&fewer.to_yaml().unwrap(), &format!("no parameter {gone}"));
     fewer.fingerprint = None;
@@ -144,30 +126,23 @@ fn what_is_open_does_not_spoil_the_prediction() {
     joint_log::write(&here.join("b.csv"), &robot, &x, &[1.5, 0.0, 0.0, 0.0, 0.0, 0.0], 0.01);
     let flags = ["--friction", "none", "--out", "e.yaml", "--validate", "b.csv"];
     // Five joints stand still: no use has its torques.
-    let run = rist(&here, &[&["identify", &urdf, "a.csv"], &flags[..]].concat());
-    assert!(
-        run.code == Some(1) && run.err.contains("is not determined: the log leaves parameters of it open"),
-        "{}",
-        run.err
-    );
-    let found = estimate(&here, "e.yaml");
+    rist(&here, &[&["identify", &urdf, "a.csv"], &flags[..]].concat())
+        .failed(1, &["is not determined: the log leaves parameters of it open"]);
+    let found = estimate(&here.join("e.yaml"));
     let open: Vec<_> = found.parameters.iter().filter(|p| p.status == Status::NotIdentifiable).collect();
     assert!(open.len() > 5 && open.iter().all(|p| p.value.is_none()), "{found}");
-    let run = rist(&here, &["validate", &urdf, "e.yaml", "b.csv", "--out", "v.yaml"]);
-    assert_eq!(run.code, Some(1), "{}", run.err);
+    let run = rist(&here, &["validate", &urdf, "e.yaml", "b.csv", "--out", "v.yaml"]).ended(1);
     let total = run.out.lines().find(|l| l.starts_with("total")).unwrap();
     let total: f64 = total.split_whitespace().nth(1).unwrap().parse().unwrap();
     assert!(total < 2.0 * found.total.unwrap() + 1e-3, "fitted {}: {}", found.total.unwrap(), run.out);
 }
 
-/// Experiments have neither friction columns nor weights of their own to choose: it is said.
 #[test]
 fn what_experiments_do_not_heed_is_refused() {
     let here = folder("unheeded");
     let race = model_path("race.yaml").display().to_string();
     let spectral = ["identify", &race, "logs", "--plan", "plan.yaml", "--method", "rist-mh"];
     for flag in [["--friction", "viscous"], ["--weights", "huber"], ["--validate", "nowhere.csv"], ["--order", "2"]] {
-        let run = rist(&here, &[&spectral[..], &flag].concat());
-        assert!(run.code == Some(2) && run.err.contains(flag[0]), "{flag:?}: {}", run.err);
+        rist(&here, &[&spectral[..], &flag].concat()).failed(2, &[flag[0]]);
     }
 }

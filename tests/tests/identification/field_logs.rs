@@ -6,8 +6,7 @@ use std::path::PathBuf;
 
 use identification::estimate::options::Options;
 use linear_model::parameter::ParameterId;
-use rist::{FrictionTerm, IdentifyRequest, Model, ModelOptions, identify};
-use tests::shared;
+use rist::{FrictionTerm, IdentifyRequest, Model, identify};
 
 /// A log, its options, and the share of its torques that the bodies behind it leave at most.
 const LOGS: [(&str, &str, f64); 19] = [
@@ -47,8 +46,11 @@ const LEROBOT: &str = "columns: {position: \"observation.state_{}\", velocity: \
 /// A parameter is off by more in one of a million cases.
 const FAR_DEVIATIONS: f64 = 5.0;
 
-fn field() -> Option<PathBuf> {
-    shared().map(|folder| folder.join("findings/inputs/field")).filter(|folder| folder.is_dir())
+/// The folder, and the arm; said where they are absent.
+fn arm() -> Option<(PathBuf, Model)> {
+    let field = tests::field()?;
+    let model = Model::read(field.join("a0_arm.urdf")).unwrap();
+    Some((field, model))
 }
 
 fn request(options: &str, friction: bool) -> IdentifyRequest {
@@ -64,7 +66,7 @@ fn request(options: &str, friction: bool) -> IdentifyRequest {
 
 /// Identifies, and holds what is told against the description, which is the truth.
 fn held_against_truth(model: &Model, file: &str, request: &IdentifyRequest, most: f64) {
-    let path = field().unwrap().join("logs").join(file);
+    let path = tests::field().unwrap().join("logs").join(file);
     let names = &request.samples.rows.signals.options.as_ref().unwrap().columns;
     let (log, _) = model.open_log(&path, names).unwrap_or_else(|e| panic!("{file}: {e}"));
     let found = identify(model, &[log], request).unwrap_or_else(|e| panic!("{file}: {e}"));
@@ -84,8 +86,7 @@ fn held_against_truth(model: &Model, file: &str, request: &IdentifyRequest, most
 
 #[test]
 fn logs_of_the_field_give_the_robot_behind_them() {
-    let Some(field) = field() else { return println!("shared/findings is absent: skipped") };
-    let model = Model::read(field.join("a0_arm.urdf")).unwrap();
+    let Some((_, model)) = arm() else { return };
     for (file, options, most) in LOGS {
         held_against_truth(&model, file, &request(options, true), most);
     }
@@ -94,8 +95,8 @@ fn logs_of_the_field_give_the_robot_behind_them() {
 /// A base that floats freely needs no columns of torques, and zeros in them are no fault.
 #[test]
 fn a_base_that_nothing_drives_is_told() {
-    let Some(field) = field() else { return println!("shared/findings is absent: skipped") };
-    let model = Model::read_with(field.join("ff.yaml"), &ModelOptions::default()).unwrap();
+    let Some((field, _)) = arm() else { return };
+    let model = Model::read(field.join("ff.yaml")).unwrap();
     let free = "columns: {free: [base_x, base_y, base_z, base_yaw, base_pitch, base_roll]}";
     for file in ["freeflyer.csv.gz", "freeflyer_nobase.csv.gz"] {
         let request = request(free, false);
@@ -111,8 +112,7 @@ fn a_base_that_nothing_drives_is_told() {
 /// Row 53: a spring beside a joint is a column of its own, and comes back with the bodies.
 #[test]
 fn a_spring_of_the_field_is_told() {
-    let Some(field) = field() else { return println!("shared/findings is absent: skipped") };
-    let model = Model::read(field.join("a0_arm.urdf")).unwrap();
+    let Some((field, model)) = arm() else { return };
     let spring = "transmission: {elements: [{name: balancer, along: [[2, 1.0]], torques: [spring]}]}";
     let (log, _) = model.open_log(&field.join("logs/spring.csv.gz"), &Default::default()).unwrap();
     let found = identify(&model, std::slice::from_ref(&log), &request(spring, true)).unwrap();
@@ -133,7 +133,7 @@ fn a_spring_of_the_field_is_told() {
 /// Row 54: friction and armature of an MJCF are the columns of a log: the description of a geared arm leaves what noise leaves.
 #[test]
 fn friction_and_armature_of_an_mjcf_explain_the_log() {
-    let Some(field) = field() else { return println!("shared/findings is absent: skipped") };
+    let Some((field, wrong)) = arm() else { return };
     let here = tests::program::folder("mjcf_of_the_field");
     let body = |name: &str, place: &str, axis: &str, armature: f64, inertial: &str, within: &str| {
         format!(
@@ -149,17 +149,14 @@ fn friction_and_armature_of_an_mjcf_explain_the_log() {
     std::fs::write(here.join("arm.xml"), text).unwrap();
     let model = Model::read(here.join("arm.xml")).unwrap();
     held_against_truth(&model, "armature.csv.gz", &request("", true), 0.01);
-    let wrong = Model::read(field.join("a0_arm.urdf")).unwrap();
     let (log, _) = wrong.open_log(&field.join("logs/armature.csv.gz"), &Default::default()).unwrap();
     let passport = rist::examine(&wrong, &[log], request("", true).samples.rows.signals.options.as_ref().unwrap());
     assert!(passport.is_ok());
 }
 
-/// A LeRobot data set of positions alone: goals are proposed, and read in their own unit.
 #[test]
 fn goals_of_a_data_set_are_proposed() {
-    let Some(field) = field() else { return println!("shared/findings is absent: skipped") };
-    let model = Model::read(field.join("a0_arm.urdf")).unwrap();
+    let Some((field, model)) = arm() else { return };
     let found = rist::propose_columns(&model.robot, &field.join("logs/lerobot_pos_only.parquet")).unwrap();
     let mapping = found.proposal.mapping.as_ref().unwrap_or_else(|| panic!("{found}")).to_string();
     assert!(mapping.contains("position: j1 <- observation.state_1 [deg]"), "{mapping}");
@@ -177,8 +174,7 @@ fn goals_of_a_data_set_are_proposed() {
 /// What the proposal says of a log is what it takes.
 #[test]
 fn proposals_read_what_they_are_made_for() {
-    let Some(field) = field() else { return println!("shared/findings is absent: skipped") };
-    let model = Model::read(field.join("a0_arm.urdf")).unwrap();
+    let Some((field, model)) = arm() else { return };
     for (file, wanted) in [
         ("lbr.csv.gz", "time_stamp_sec [s] and time_stamp_nano_sec [ns]"),
         ("bag_lowstate", "j1 <- motor_state[0].q"),

@@ -6,8 +6,8 @@ use rist::{Estimate, Model};
 use tests::benchmark::fleet::{Fleet, simulate};
 use tests::faults::{changed, each};
 use tests::joint_log::{JointLog, swinging, unlike};
-use tests::program::{Run, folder, rist};
-use tests::{model_path, urdf_text};
+use tests::program::{Run, estimate, folder, rist};
+use tests::{has, model_path, urdf_text};
 
 fn arm() -> String {
     model_path("ur5.urdf").display().to_string()
@@ -19,7 +19,7 @@ fn logs(here: &Path, count: usize) -> Vec<String> {
     let x = unlike(&model.robot, 5);
     let write = |k: usize| {
         let name = format!("{}.csv", char::from(b'a' + k as u8));
-        log(&model, &x, 1.2 - 0.1 * k as f64).write(&here.join(&name), model.regressor().coordinates());
+        log(&model, &x, 1.2 - 0.1 * k as f64).write_for(&model, &here.join(&name));
         name
     };
     (0..count).map(write).collect()
@@ -27,34 +27,19 @@ fn logs(here: &Path, count: usize) -> Vec<String> {
 
 /// Every fifth row of ten seconds at 500 Hz.
 fn log(model: &Model, x: &[f64], amplitude: f64) -> JointLog {
-    let mut log = swinging(&model.robot, x, amplitude, 0.0);
-    let thin = |x: &mut Vec<f64>| *x = x.iter().copied().step_by(5).collect();
-    thin(&mut log.t);
-    [&mut log.q, &mut log.dq, &mut log.tau].into_iter().flatten().for_each(thin);
-    log
+    swinging(&model.robot, x, amplitude, 0.0).every(5)
 }
 
+#[track_caller]
 fn done(here: &Path, arguments: &[&str]) -> Run {
-    let run = rist(here, arguments);
-    assert_eq!(run.code, Some(0), "rist {}: {}{}", arguments.join(" "), run.out, run.err);
-    run
+    rist(here, arguments).ended(0)
 }
 
-/// What is refused, with exit code 2.
 fn refused(here: &Path, arguments: &[&str], expected: &[&str]) {
-    let run = rist(here, arguments);
-    assert_eq!(run.code, Some(2), "rist {}: {}", arguments.join(" "), run.out);
-    for text in expected {
-        assert!(run.err.contains(text), "rist {}: no `{text}` in {}", arguments.join(" "), run.err);
-    }
+    let run = rist(here, arguments).ended(2);
+    has(&run.err, expected);
 }
 
-fn estimate(path: &Path) -> Estimate {
-    Estimate::from_yaml("e", &std::fs::read_to_string(path).unwrap()).unwrap()
-}
-
-/// The sums of one log, and of several, have the estimate of `rist identify`; parts merged in any order are one file; so are
-/// one reader and two.
 #[test]
 fn sums_are_one_pass() {
     let here = folder("fleet_sums");
@@ -97,9 +82,7 @@ fn sums_are_one_pass() {
         assert!(std::fs::read(here.join("merged.tri")).unwrap() == one, "{parts:?}");
     }
     let text = String::from_utf8_lossy(&one);
-    for expected in ["rist-tri 4 ", "fingerprint: ", "cutoff: 5", "name: d.csv", "rows: 1000", "unit: kg m"] {
-        assert!(text.contains(expected), "no `{expected}` in the head of a .tri");
-    }
+    has(&text, &["rist-tri 4 ", "fingerprint: ", "cutoff: 5", "name: d.csv", "rows: 1000", "unit: kg m"]);
     // The estimate goes where others go.
     done(&here, &["solve", "merged.tri", "--out", "e.yaml"]);
     let valid = done(&here, &["validate", &model, "e.yaml", "a.csv"]);
@@ -107,8 +90,6 @@ fn sums_are_one_pass() {
     done(&here, &["report", "--estimate", "e.yaml", "--out", "r.html"]);
 }
 
-/// A log that is cut short or of another robot is named; with --skip-broken the others are summed, and the sums and the
-/// estimate say which one is missing and why.
 #[test]
 fn broken_logs_are_named() {
     let here = folder("fleet_broken");
@@ -141,9 +122,7 @@ fn broken_logs_are_named() {
     }
     let broken = ["cut.csv.gz", "other.csv", "a.csv", "missing.csv"];
     let run = done(&here, &[&["accumulate", &model][..], &broken, &out, &["--skip-broken"]].concat());
-    for text in ["left out: cut.csv.gz: ", "left out: missing.csv: ", "left out: other.csv: ", ": 1 log, "] {
-        assert!(run.out.contains(text), "no `{text}` in {}", run.out);
-    }
+    has(&run.out, &["left out: cut.csv.gz: ", "left out: missing.csv: ", "left out: other.csv: ", ": 1 log, "]);
     let solved = done(&here, &["solve", "x.tri", "--out", "e.yaml"]);
     assert!(solved.out.contains("not in it: cut.csv.gz: "), "{}", solved.out);
     assert_eq!(estimate(&here.join("e.yaml")).logs, ["a.csv"]);
@@ -211,7 +190,6 @@ fn unlike_parts_are_refused() {
     );
 }
 
-/// A fleet of three joints, a fifth of it changed: the robots are found, and hardly another is named.
 #[test]
 fn changed_robots_are_found() {
     let model = Model::read(tests::workspace().join("tests/data/robots/r3g.yaml")).unwrap();

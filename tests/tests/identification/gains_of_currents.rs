@@ -1,15 +1,15 @@
 //! Drive gains that least squares finds in logs of currents err by what they say.
 
-use experiments::simulate::dynamics::torque;
 use identification::estimate::drive_gains::estimate_drive_gains;
 use identification::estimate::identify::with_deviations;
 use identification::estimate::options::Options;
 use identification::estimators::drive_gains::likelihood::Gain;
 use identification::signals::signal_options::Signal;
 use linear_model::regressor::Regressor;
-use logs::{Effort, Log, LogReport, LogSource};
+use logs::{Effort, Log, LogSource};
 use nalgebra::{DMatrix, DVector};
 use random::Random;
+use tests::joint_log::even_log;
 use tests::model;
 use tests::tape_robot::TapeRobot;
 
@@ -22,37 +22,19 @@ const NOISE: f64 = 0.05;
 /// Twelve seconds of a swinging arm, its currents without noise.
 fn currents(arm: &TapeRobot) -> Log {
     let (len, period) = (1200, 0.01);
-    let mut log = Log {
-        name: "currents".into(),
-        coordinates: arm.coordinates().to_vec(),
-        t: Vec::new(),
-        q: vec![Vec::new(); 2],
-        dq: None,
-        ddq: None,
-        effort: vec![Vec::new(); 2],
-        effort_is: Effort::Current,
-        rows: (1..=len).collect(),
-        window: None,
-        report: LogReport::uniform(len, period),
-    };
-    let (mut dq, mut ddq) = (vec![Vec::new(); 2], vec![Vec::new(); 2]);
+    let [mut q, mut dq, mut ddq, mut current] = [(); 4].map(|()| vec![Vec::new(); 2]);
     for r in 0..len {
         let t = period * r as f64;
-        let swing = |w: f64, a: f64| [a * (w * t).sin(), a * w * (w * t).cos(), -a * w * w * (w * t).sin()];
-        let of_joint = |(w1, w2): (f64, f64)| std::array::from_fn(|k| swing(w1, 0.8)[k] + swing(w2, 0.3)[k]);
-        let joints: [[f64; 3]; 2] = [(1.9, 5.3), (2.7, 4.1)].map(of_joint);
-        let [p, v, a] = [0, 1, 2].map(|k| joints.map(|joint| joint[k]));
-        let tau = torque(arm, &arm.truth, &p, &v, &a);
-        log.t.push(t);
+        let [p, v, a, tau] = arm.swing_of_two(t);
         for j in 0..2 {
-            log.q[j].push(p[j]);
+            q[j].push(p[j]);
             dq[j].push(v[j]);
             ddq[j].push(a[j]);
-            log.effort[j].push(tau[j] / GAINS[j]);
+            current[j].push(tau[j] / GAINS[j]);
         }
     }
-    (log.dq, log.ddq) = (Some(dq), Some(ddq));
-    log
+    let log = even_log(arm.coordinates(), period, [q, dq, current]);
+    Log { ddq: Some(ddq), effort_is: Effort::Current, ..log }
 }
 
 /// Mean square over the draws of the error of q2's gain over its deviation, of the errors of the parameters over

@@ -4,7 +4,7 @@ use serde_json::Value as Json;
 use tests::planar_log::{HEADER, log_of, write_log};
 use tests::program::{folder, rist};
 use tests::random::Random;
-use tests::{model, test_robot_path};
+use tests::{has, model, test_robot_path};
 
 /// N m s/rad and N m.
 const VISCOUS: [f64; 2] = [0.4, 0.2];
@@ -27,7 +27,6 @@ fn value(estimate: &Json, name: &str) -> f64 {
     parameters.iter().find(|p| p["name"] == name).unwrap()["value"].as_f64().unwrap()
 }
 
-/// The line of the output that starts so.
 fn line<'a>(text: &'a str, start: &str) -> &'a str {
     text.lines().find(|l| l.starts_with(start)).unwrap_or_else(|| panic!("no line `{start}` in {text}"))
 }
@@ -48,8 +47,7 @@ fn several_logs_friction_and_prediction() {
     part("a.csv", &rows[..2500]);
     part("b.csv", &rows[2500..4500]);
     part("c.csv", &rows[4500..]);
-    let run = rist(&here, &["identify", &arm(), "a.csv", "b.csv", "--validate", "c.csv", "--out", "e.yaml"]);
-    assert_eq!(run.code, Some(0), "{}", run.err);
+    let run = rist(&here, &["identify", &arm(), "a.csv", "b.csv", "--validate", "c.csv", "--out", "e.yaml"]).ended(0);
     let estimate = yaml(&here.join("e.yaml"));
     for j in 0..2 {
         // The filter rounds the jumps of the friction, and their signs alike: to a percent.
@@ -59,8 +57,7 @@ fn several_logs_friction_and_prediction() {
     let predicted = run.out.split("c.csv, not fitted").nth(1).unwrap();
     assert!(number(line(predicted, "total"), 1) < 0.01, "{predicted}");
     // Later, from the file alone, the same.
-    let later = rist(&here, &["validate", &arm(), "e.yaml", "c.csv", "--out", "v.yaml"]);
-    assert_eq!(later.code, Some(0), "{}", later.err);
+    let later = rist(&here, &["validate", &arm(), "e.yaml", "c.csv", "--out", "v.yaml"]).ended(0);
     assert_eq!(line(&later.out, "total"), line(predicted, "total"));
     let total = yaml(&here.join("v.yaml"))["total"].as_f64().unwrap();
     assert!((total - number(line(predicted, "total"), 1)).abs() < 1e-4);
@@ -76,12 +73,9 @@ fn currents_become_torques_by_gains_given_or_found() {
     std::fs::write(here.join("options.yaml"), "covariance: true\n").unwrap();
     let command = ["identify", &arm(), "log.csv", "--options", "options.yaml"];
     let identify = |more: &[&str]| rist(&here, &[&command, more].concat());
-    let refused = identify(&[]);
-    assert_eq!(refused.code, Some(2));
-    assert!(refused.err.contains("--gain q1=11.5"), "{}", refused.err);
+    identify(&[]).failed(2, &["--gain q1=11.5"]);
     for gains in ["q1=2,q2=0.5", "q1=2", "q1=2,q2=0.6+-0.3"] {
-        let run = identify(&["--gain", gains, "--out", "e.yaml"]);
-        assert_eq!(run.code, Some(0), "{gains}: {}", run.err);
+        let run = identify(&["--gain", gains, "--out", "e.yaml"]).ended(0);
         let estimate = yaml(&here.join("e.yaml"));
         for (c, parameter) in estimate["parameters"].as_array().unwrap().iter().enumerate() {
             let Some(sigma) = parameter["sigma"].as_f64() else { continue };
@@ -115,8 +109,7 @@ fn a_load_between_two_logs() {
     }
     let rows = log_of(&robot, &loaded, &rubbed);
     std::fs::write(here.join("loaded.csv"), format!("{HEADER}\n{}\n", rows.join("\n"))).unwrap();
-    let run = rist(&here, &["identify", &arm(), "log.csv", "--loaded", "loaded.csv"]);
-    assert_eq!(run.code, Some(0), "{}", run.err);
+    let run = rist(&here, &["identify", &arm(), "log.csv", "--loaded", "loaded.csv"]).ended(0);
     let found = run.out.split("load on forearm").nth(1).unwrap();
     for (name, more) in load {
         let letters = name.trim_end_matches('2');
@@ -124,11 +117,10 @@ fn a_load_between_two_logs() {
         assert!((found - more).abs() < 0.01 * 1.5, "{name}: {found}, not {more}");
     }
     assert!(line(found, "XX ").contains("not identifiable"), "{found}");
-    let typo = rist(&here, &["identify", &arm(), "log.csv", "--loaded", "loaded.csv", "--loaded-link", "hand"]);
-    assert!(typo.code == Some(2) && typo.err.contains("upper arm, forearm"), "{}", typo.err);
+    rist(&here, &["identify", &arm(), "log.csv", "--loaded", "loaded.csv", "--loaded-link", "hand"])
+        .failed(2, &["upper arm, forearm"]);
 }
 
-/// The same arm with its inertials.
 fn described_arm() -> std::path::PathBuf {
     tests::model_path("planar2r_vertical.yaml")
 }
@@ -208,11 +200,8 @@ fn counts_of_an_encoder_are_refused() {
             cells.iter().map(|x| format!("{x:?}")).collect::<Vec<_>>().join(",")
         });
         write_log(&here, &counts.collect::<Vec<_>>());
-        let run = rist(&here, &["identify", &arm(), "log.csv"]);
-        assert_eq!(run.code, Some(2), "{}", run.out);
-        for word in ["log.csv", "q2 is at", "thousand turns", "counts of an encoder", "divide the column"] {
-            assert!(run.err.contains(word), "{per_radian}: no `{word}` in {}", run.err);
-        }
+        let run = rist(&here, &["identify", &arm(), "log.csv"]).ended(2);
+        has(&run.err, &["log.csv", "q2 is at", "thousand turns", "counts of an encoder", "divide the column"]);
     }
 }
 
@@ -225,17 +214,15 @@ fn a_mujoco_model_takes_the_figures() {
         let common = ["identify", &urdf, &log, "--consistent", "--anyway", "--write-mjcf", out];
         rist(&here, &[&common, into].concat())
     };
-    let first = write("arm.xml", &[]);
-    assert_eq!(first.code, Some(0), "{}", first.err);
+    write("arm.xml", &[]).ended(0);
     let text = std::fs::read_to_string(here.join("arm.xml")).unwrap();
     assert_eq!(text.matches("<inertial ").count(), 6, "{text}");
     std::fs::write(here.join("own.xml"), &text).unwrap();
     assert_eq!(write("again.xml", &["--into", "own.xml"]).code, Some(0));
     assert!(std::fs::read_to_string(here.join("again.xml")).unwrap() == text, "the same figures change the text");
     std::fs::write(here.join("other.xml"), text.replace("pos=\"-0.425 0 0\"", "pos=\"-0.6 0 0\"")).unwrap();
-    let refused = write("no.xml", &["--into", "other.xml"]);
-    assert_eq!(refused.code, Some(2), "{}", refused.err);
-    assert!(refused.err.contains("other.xml:11: the body of forearm stands at"), "{}", refused.err);
+
+    write("no.xml", &["--into", "other.xml"]).failed(2, &["other.xml:11: the body of forearm stands at"]);
     assert!(!here.join("no.xml").exists());
 }
 
@@ -265,8 +252,7 @@ fn elements_between_joints_come_out() {
         std::fs::write(here.join("o.yaml"), format!("transmission:\n  elements: [{element}]\n")).unwrap();
         rist(&here, &["identify", &arm(), "a.csv", "--options", "o.yaml", "--validate", "b.csv", "--out", "e.yaml"])
     };
-    let run = options("{name: cable, along: [[1, 1.0], [2, -0.5]], torques: [spring, sine, viscous]}");
-    assert_eq!(run.code, Some(0), "{}{}", run.out, run.err);
+    let run = options("{name: cable, along: [[1, 1.0], [2, -0.5]], torques: [spring, sine, viscous]}").ended(0);
     let estimate = yaml(&here.join("e.yaml"));
     // The filter rounds the jumps of the friction: to a percent.
     for (name, exact) in [("KE_cable", stiffness), ("SE_cable", sine), ("FVE_cable", viscous)] {
@@ -282,7 +268,6 @@ fn elements_between_joints_come_out() {
         ("{name: 'a cable', along: [[1, 1.0]], torques: [spring]}", "its name needs letters"),
         ("{name: cable, along: [[1, 1.0]], torques: [rubber]}", "expected one of `inertia`, `viscous`, `coulomb`"),
     ] {
-        let run = options(element);
-        assert!(run.code == Some(2) && run.err.contains(said), "{element}: {}", run.err);
+        options(element).failed(2, &[said]);
     }
 }

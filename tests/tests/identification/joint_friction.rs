@@ -2,14 +2,13 @@
 
 use std::path::Path;
 
-use identification::estimate::artefact::Estimate;
 use linear_model::friction::terms::{FrictionTerm, JointTerm};
 use linear_model::parameter::{FrictionParameter, ParameterId};
 use logs::LogSource;
 use rist::Model;
 use tests::joint_log::{Machine, swinging, unlike};
-use tests::program::{folder, rist};
-use tests::{model, model_path};
+use tests::program::{estimate, folder, rist};
+use tests::{has, model, model_path};
 
 /// Joint of the load, counted from 0, and its coefficient.
 const LOADED: usize = 1;
@@ -20,22 +19,7 @@ fn write(path: &Path, amplitude: f64) {
     let robot = model("ur5.urdf");
     let x = unlike(&robot, 5);
     let mut log = swinging(&robot, &x, amplitude, 0.0);
-    let n = robot.n_coordinates();
-    let none = vec![0.0; n];
-    let swing = vec![amplitude; n];
-    let (viscous, coulomb, amplitude, parameters) = (&none, &none, &swing, &x);
-    let bare = Machine {
-        robot: &robot,
-        parameters,
-        amplitude,
-        viscous,
-        coulomb,
-        noise: 0.0,
-        encoder: 0.0,
-        speed: 0.0,
-        delay: 0.0,
-    };
-    let bare = bare.log();
+    let bare = Machine::exact(&robot, &x, &[amplitude; 6]).log();
     for ((tau, load), dq) in log.tau[LOADED].iter_mut().zip(&bare.tau[LOADED]).zip(&bare.dq[LOADED]) {
         *tau += COEFFICIENT * load.abs() * dq.signum();
     }
@@ -57,8 +41,7 @@ fn friction_of_the_load_is_found_and_carried() {
     );
     let of = |name: &str, more: &[&str]| {
         let run = rist(&here, &[&["identify", &urdf, "fitted.csv", "--out", name], more].concat());
-        let text = std::fs::read_to_string(here.join(name)).unwrap_or_else(|e| panic!("{e}: {}{}", run.out, run.err));
-        let estimate = Estimate::from_yaml(name, &text).unwrap();
+        let estimate = estimate(&here.join(name));
         let predicted =
             rist::fit::validation::predictions(&robot, &estimate, None, std::slice::from_ref(&other)).unwrap();
         (run, estimate, predicted[0].residuals.total)
@@ -87,20 +70,13 @@ fn friction_of_the_load_is_found_and_carried() {
             );
         }
         let source = rist(&here, &["generate", &urdf, "--estimate", name]);
-        assert!(
-            source.out.contains("Not held here: ") && source.out.contains(&id.to_string()),
-            "{}{}",
-            source.out,
-            source.err
-        );
+        has(&source.out, &["Not held here: ", &id.to_string()]);
     }
     // By hand the first fit gives the load too.
     let (_, _, by_hand) = of("by_hand.yaml", &["--friction", "viscous,coulomb,offset,load@2"]);
     assert!(by_hand < 0.8 * plain, "{by_hand} {plain}");
 }
 
-/// Terms of joints that the robot lacks, or of a parameter that the joint has already, are refused; so are sums whose rows
-/// would be needed twice.
 #[test]
 fn terms_that_cannot_be_are_refused() {
     let here = folder("joint_friction_refused");

@@ -2,44 +2,16 @@
 
 use std::path::Path;
 
-use identification::estimate::artefact::Estimate;
 use linear_model::known_load::KnownLoad;
-use linear_model::standard_map::StandardMap;
-use modeling::{BaseParameters, Derivation};
-use robot::{Inertial, Robot};
-use tests::program::{folder, rist};
+use tests::joint_log::described;
+use tests::program::{estimate, folder, rist, rist_done};
+use tests::tape_robot::TapeRobot;
 use tests::{model, model_text};
-
-fn base(robot: &Robot) -> BaseParameters {
-    let mut derivation = Derivation::new(robot).unwrap_or_else(|open| panic!("{open}"));
-    let standard = derivation.regressor();
-    derivation.base_parameters(&standard).unwrap_or_else(|unclear| panic!("{unclear}"))
-}
-
-/// Base parameters of the bodies of the file.
-fn values(robot: &Robot, base: &BaseParameters) -> Vec<f64> {
-    let value = |p: &robot::StandardParameter| {
-        let place = Inertial::BODY.iter().position(|b| *b == p.inertial).unwrap();
-        robot.link(p.link).inertial.unwrap()[place]
-    };
-    base.values(&base.standard.iter().map(value).collect::<Vec<f64>>())
-}
-
-/// Where the bodies of the links stand among the parameters.
-fn standard_map(robot: &Robot, base: &BaseParameters) -> StandardMap {
-    let terms: Vec<(usize, usize, f64)> = (0..base.base.len())
-        .flat_map(|k| base.base[k].terms.iter().map(move |t| (k, t.parameter, t.coefficient)))
-        .collect();
-    let first = (0..base.standard.len()).filter(|&c| base.standard[c].inertial == Inertial::Xx);
-    let bodies = first.map(|c| (robot.link(base.standard[c].link).name.clone(), c)).collect();
-    StandardMap::new(vec![String::new(); base.standard.len()], base.base.len(), &terms, bodies, vec![])
-}
 
 /// A load like the forearm itself, given in the frame of the URDF, adds what a URDF with twice that forearm has more.
 #[test]
 fn a_load_adds_what_the_same_body_in_the_description_adds() {
-    let robot = model("ur5.urdf");
-    let base = base(&robot);
+    let arm = TapeRobot::new(model("ur5.urdf"));
     let text = model_text("ur5.urdf");
     let mut twice = text.replace(r#"<mass value="2.275"/>"#, r#"<mass value="4.55"/>"#);
     twice = twice.replace(r#"ixx="0.049443313556""#, r#"ixx="0.098886627112""#);
@@ -51,9 +23,8 @@ fn a_load_adds_what_the_same_body_in_the_description_adds() {
     let forearm = "link: forearm\nmass: 2.275\ncentre_of_mass: [-0.25, 0, 0.01615]\n\
                    inertia: {xx: 0.004095, yy: 0.049443313556, zz: 0.049443313556}\n";
     let load = KnownLoad::from_yaml("forearm.yaml", forearm).unwrap();
-    let map = standard_map(&robot, &base);
-    let added = load.base_parameters(&robot, &map).unwrap();
-    let (light, heavy) = (values(&robot, &base), values(&heavy, &base));
+    let added = load.base_parameters(&arm.robot, &arm.map()).unwrap();
+    let (light, heavy) = (&arm.truth, arm.base.values(&described(&heavy)));
     assert!(added.iter().filter(|x| x.abs() > 1e-3).count() > 5, "{added:?}");
     for (k, x) in added.iter().enumerate() {
         // The file writes a quarter turn with eleven digits.
@@ -69,10 +40,9 @@ fn a_load_on_a_fixed_frame_is_one_on_its_link() {
     let turned = text
         .replace(r#"<origin xyz="0 0 0.0823" rpy="0 0 0"/>"#, r#"<origin xyz="0 0 0.0823" rpy="-1.57079632679 0 0"/>"#);
     assert_ne!(text, turned);
-    let robot = robot::format::read_urdf(&turned, "ur5.urdf").unwrap();
-    let base = base(&robot);
-    let map = standard_map(&robot, &base);
-    let added = |text: &str| KnownLoad::from_yaml("load.yaml", text).unwrap().base_parameters(&robot, &map);
+    let arm = TapeRobot::new(robot::format::read_urdf(&turned, "ur5.urdf").unwrap());
+    let map = arm.map();
+    let added = |text: &str| KnownLoad::from_yaml("load.yaml", text).unwrap().base_parameters(&arm.robot, &map);
     // tool0 stands 0.0823 m along z of wrist_3, turned by a quarter about x: its z is y of wrist_3, and its y is -z.
     let on_tool = "link: tool0\nmass: 2\ncentre_of_mass: [0.01, 0.02, 0.05]\ninertia: {xx: 0.003, yy: 0.004, zz: 0.005, xy: 0.001}\n";
     let on_link = "link: wrist_3\nmass: 2\ncentre_of_mass: [0.01, 0.05, 0.0623]\ninertia: {xx: 0.003, yy: 0.005, zz: 0.004, xz: -0.001}\n";
@@ -88,7 +58,6 @@ fn a_load_on_a_fixed_frame_is_one_on_its_link() {
     }
 }
 
-/// An arm of three axes under gravity.
 const ARM: &str = "\
 convention: khalil-kleinfinger
 name: arm
@@ -105,9 +74,7 @@ standard_parameters:
 ";
 
 fn run(here: &Path, arguments: &str) -> String {
-    let run = rist(here, &arguments.split_whitespace().collect::<Vec<_>>());
-    assert_eq!(run.code, Some(0), "rist {arguments}: {}", run.err);
-    run.out
+    rist_done(here, arguments).out
 }
 
 /// Greatest distance between the positions of a log and of the motion it was to follow, of so many joints.
@@ -132,10 +99,9 @@ fn a_load_on_the_forearm_gives_all_gains_and_the_estimate_feeds_forward() {
     let out =
         run(&here, "identify arm.yaml logs --plan plan.yaml --method rist-mh --load load.yaml --out estimate.yaml");
     assert!(out.contains("all of it stands on the known load of 8 of 16 experiments"), "{out}");
-    let text = std::fs::read_to_string(here.join("estimate.yaml")).unwrap();
-    let estimate = Estimate::from_yaml("estimate.yaml", &text).unwrap();
+    let both = estimate(&here.join("estimate.yaml"));
     for (name, truth) in [("KT1", 2.393), ("KT2", 0.87), ("KT3", 1.0), ("MX3", 0.24)] {
-        let found = estimate.parameters.iter().find(|p| p.id.to_string() == name).unwrap();
+        let found = both.parameters.iter().find(|p| p.id.to_string() == name).unwrap();
         let (value, sigma) = (found.value.unwrap(), found.sigma.unwrap());
         assert!((value - truth).abs() < 4.0 * sigma && sigma < 0.005 * truth, "{name}: {value} +- {sigma}");
     }
@@ -151,8 +117,7 @@ fn a_load_on_the_forearm_gives_all_gains_and_the_estimate_feeds_forward() {
     let given = "--gain q1=2.393,q2=0.87,q3=1 --load load.yaml --out given.yaml";
     for method in ["rist", "rist-mh"] {
         run(&here, &format!("identify arm.yaml logs --plan plan.yaml --method {method} {given}"));
-        let text = std::fs::read_to_string(here.join("given.yaml")).unwrap();
-        let found = Estimate::from_yaml("given.yaml", &text).unwrap().value(&"MX3".parse().unwrap()).unwrap();
+        let found = estimate(&here.join("given.yaml")).value(&"MX3".parse().unwrap()).unwrap();
         // 0.175 kg m of load; the paper's rows feel some friction.
         assert!((found - 0.24).abs() < 0.002, "{method}: {found}");
     }
@@ -161,12 +126,8 @@ fn a_load_on_the_forearm_gives_all_gains_and_the_estimate_feeds_forward() {
         .unwrap();
     let one = run(&here, "identify silent.yaml logs --plan plan.yaml --method rist-mh");
     assert!(one.contains("all of it stands on the gain of q3, 1 N m/A"), "{one}");
-    let refused = rist(&here, &["identify", "arm.yaml", "logs/e01.csv", "--load", "load.yaml"]);
-    assert!(
-        refused.code == Some(2) && refused.err.contains("--load: --method ls does not use that"),
-        "{}",
-        refused.err
-    );
+    rist(&here, &["identify", "arm.yaml", "logs/e01.csv", "--load", "load.yaml"])
+        .failed(2, &["--load: --method ls does not use that"]);
 
     // The joints of this arm move each other, and its controllers know it: the estimate is as good to them.
     let (alone, fed) = without_and_with(&here, "arm.yaml", 3);

@@ -12,7 +12,7 @@ use tests::benchmark::lack_of_fit::{LackOfFit, Truth};
 /// The whole table: `cargo bench -p tests --bench coverage`.
 #[test]
 fn intervals_hold_the_truth() {
-    let robot = LackOfFit::new();
+    let robot = LackOfFit::default();
     let truth = robot.truth();
     for what in [Truth::WhiteNoise, Truth::SlowNoise, Truth::Tanh, Truth::LuGre, Truth::Backlash] {
         let (mut held, mut of_white) = (0, 0);
@@ -46,7 +46,7 @@ fn smooth(log: &Log, robot: &LackOfFit) -> (Options, Fit) {
 /// Coulomb friction that turns over 0.005 rad/s: the width is found, what is left is the noise, and friction is right.
 #[test]
 fn friction_is_told_by_a_velocity_of_its_own() {
-    let robot = LackOfFit::new();
+    let robot = LackOfFit::default();
     let (log, truth) = (robot.log(Truth::Tanh, 1), robot.truth());
     let (options, fit) = smooth(&log, &robot);
     // tanh of nearly that width, or a sign less what is missing below it.
@@ -69,7 +69,7 @@ fn friction_is_told_by_a_velocity_of_its_own() {
 /// Beside friction at reversals, in the default law.
 #[test]
 fn the_delay_is_unbiased_where_joints_stick() {
-    let robot = LackOfFit::new();
+    let robot = LackOfFit::default();
     let log = robot.log(Truth::Tanh, 2);
     // At 500 Hz.
     for (rows, seconds) in [(0, 0.0), (2, 0.004), (5, 0.01), (10, 0.02), (-5, -0.01)] {

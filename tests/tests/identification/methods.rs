@@ -3,45 +3,26 @@
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-use identification::estimate::artefact::Estimate;
 use identification::estimate::identified::Status;
 use linear_model::parameter::ParameterId;
-use tests::program::{folder, rist};
+use tests::program::{LIMITED_ARM, estimate, folder, rist, rist_done};
 
 /// Two links in a vertical plane. Link 2 is a thin rod along x: MY2 is zero.
-const ARM: &str = "\
-convention: khalil-kleinfinger
-name: arm
-gravity: [0, -9.81, 0]
-symbols: {L1: 0.5}
-links:
-  - {link: 1, name: upper arm, antecedent: base, theta: q1,
-     limits: {position: [-2, 2], velocity: 5, acceleration: 30}}
-  - {link: 2, name: forearm, antecedent: 1, d: L1, theta: q2,
-     limits: {position: [-2, 2], velocity: 5, acceleration: 30}}
-standard_parameters:
-  1: {XX: 0.02, XY: 0, XZ: 0, YY: 0.35, YZ: 0, ZZ: 0.35, MX: 1, MY: 0, MZ: 0, M: 4, IA: 0.1}
-  2: {XX: 0.01, XY: 0, XZ: 0, YY: 0.09, YZ: 0, ZZ: 0.09, MX: 0.4, MY: 0, MZ: 0, M: 2, IA: 0.05}
-";
+fn arm() -> String {
+    LIMITED_ARM.replace("effort: 100}", "acceleration: 30}").replace("effort: 50}", "acceleration: 30}")
+}
 
 fn run(here: &Path, arguments: &str) -> String {
-    let run = rist(here, &arguments.split_whitespace().collect::<Vec<_>>());
-    assert_eq!(run.code, Some(0), "rist {arguments}: {}{}", run.out, run.err);
-    run.out
+    rist_done(here, arguments).out
 }
 
 /// A folder with arm.yaml, plan.yaml and logs/.
 fn experiments(name: &str) -> PathBuf {
     let here = folder(name);
-    std::fs::write(here.join("arm.yaml"), ARM).unwrap();
+    std::fs::write(here.join("arm.yaml"), arm()).unwrap();
     run(&here, "plan arm.yaml --starts 2 --experiments 5 --out plan.yaml");
     run(&here, "simulate arm.yaml plan.yaml --validation 2 --out logs");
     here
-}
-
-fn estimate(file: &Path) -> Estimate {
-    let text = std::fs::read_to_string(file).unwrap_or_else(|e| panic!("{}: {e}", file.display()));
-    Estimate::from_yaml("estimate", &text).unwrap_or_else(|e| panic!("{e}"))
 }
 
 /// ZZR1, MXR1, MY1, ZZ2, MX2, MY2, IA2 of the arm.
@@ -64,8 +45,7 @@ fn iv_and_didim_find_the_arm_and_are_validated() {
         let out = run(&here, &format!("validate arm.yaml {method}.yaml logs"));
         assert!(out.contains("trust: with care") && out.contains("too narrow"), "{out}");
     }
-    let refused = rist(&here, &["identify", "arm.yaml", "logs", "--method", "didim"]);
-    assert!(refused.code == Some(2) && refused.err.contains("--method didim needs the plan"), "{}", refused.err);
+    rist(&here, &["identify", "arm.yaml", "logs", "--method", "didim"]).failed(2, &["--method didim needs the plan"]);
 }
 
 /// Of currents of which one gain is known, total least squares finds what maximum likelihood does, and the truth; where all
@@ -91,9 +71,7 @@ fn total_least_squares_finds_the_gains_of_drives() {
     let gain = total.parameters.iter().find(|p| p.id == ParameterId::drive_gain("q1")).unwrap();
     assert!((gain.value.unwrap() - 2.0).abs() < 4.0 * gain.sigma_or_infinity().max(0.005), "{gain:?}");
     let all = "identify arm.yaml currents --plan plan.yaml --gain q1=2,q2=1.5 --method tls";
-    let run = rist(&here, &all.split(' ').collect::<Vec<_>>());
-    assert_eq!(run.code, Some(2));
-    assert!(run.err.contains("all of them are known: --method rist takes them"), "{}", run.err);
+    rist(&here, &all.split(' ').collect::<Vec<_>>()).failed(2, &["all of them are known: --method rist takes them"]);
 }
 
 #[test]
@@ -191,8 +169,7 @@ fn every_method_heeds_or_refuses_every_flag() {
     let mut refusals: BTreeMap<String, (Vec<&str>, Vec<String>)> = BTreeMap::new();
     for method in methods {
         let base = [&["identify", "arm.yaml", "--method", method, "--out", "e.yaml"], logs_of(method)].concat();
-        let plain = rist(&here, &base);
-        assert_eq!(plain.code, Some(0), "{base:?}: {}", plain.err);
+        let plain = rist(&here, &base).ended(0);
         let estimate = || std::fs::read(here.join("e.yaml")).unwrap_or_default();
         let written = estimate();
         let elsewhere = [&OF_THE_MODEL[..], &OF_THE_TERMINAL, &["--help", "--help-all", "--method", "--out"]].concat();

@@ -13,15 +13,8 @@ use rist::fit::verdict::Verdict;
 use rist::request::IdentifyRequest;
 use robot::{Inertial, Robot, StandardParameter};
 use tests::faults::{changed, each, mirrored};
-use tests::joint_log::{JointLog, swinging, unlike};
-use tests::model_path;
+use tests::joint_log::{JointLog, swinging, unlike, ur5};
 use tests::program::folder;
-
-fn ur5() -> (Model, JointLog) {
-    let model = Model::read(model_path("ur5.urdf")).unwrap();
-    let log = swinging(&model.robot, &unlike(&model.robot, 5), 1.2, 0.0);
-    (model, log)
-}
 
 fn look(model: &Model, path: &Path, options: &Options) -> Passport {
     let (source, _) = model.open_log(path, &options.columns).unwrap();

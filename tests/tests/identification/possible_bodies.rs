@@ -3,6 +3,7 @@
 use logs::LogSource;
 use rist::Model;
 use rist::request::IdentifyRequest;
+use tests::faults::cut;
 use tests::joint_log::{Machine, unlike};
 use tests::model_path;
 use tests::program::folder;
@@ -11,24 +12,10 @@ const SENTENCE: &str = "the log is poor, and the values are those of bodies that
 
 /// Five seconds in which the joints of a UR5 swing by these amplitudes, with torques of this noise, N m.
 fn log(model: &Model, amplitude: [f64; 6], noise: f64, name: &str) -> LogSource {
-    let machine = Machine {
-        robot: &model.robot,
-        parameters: &unlike(&model.robot, 5),
-        amplitude: &amplitude,
-        viscous: &[2.0; 6],
-        coulomb: &[1.0; 6],
-        noise,
-        encoder: 0.0,
-        speed: 1e-3,
-        delay: 0.0,
-    };
-    let mut log = machine.log();
-    let rows = log.t.len() / 2;
-    log.t.truncate(rows);
-    [&mut log.q, &mut log.dq, &mut log.tau].into_iter().flatten().for_each(|series| series.truncate(rows));
-    let path = folder("possible_bodies").join(name);
-    log.write(&path, model.regressor().coordinates());
-    model.open_log(&path, &Default::default()).unwrap().0
+    let parameters = unlike(&model.robot, 5);
+    let exact = Machine::exact(&model.robot, &parameters, &amplitude);
+    let machine = Machine { viscous: &[2.0; 6], coulomb: &[1.0; 6], noise, speed: 1e-3, ..exact };
+    cut(&machine.log(), 5.0).opened(model, &folder("possible_bodies").join(name))
 }
 
 /// Error on another, larger motion, and whether the estimate says that bodies that can exist were taken.

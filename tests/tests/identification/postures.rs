@@ -5,9 +5,8 @@ use logs::{ColumnNames, Effort, Names, Postures};
 use random::Random;
 use rist::{Model, ModelOptions};
 use statics::{gravity_parameters, identify_postures};
-use tests::{model_path, shared};
+use tests::model_path;
 
-/// Torques of the description at rest.
 fn torques(model: &Model, q: &[f64]) -> Vec<f64> {
     let regressor = model.regressor();
     let (n, p) = (q.len(), regressor.parameters().len());
@@ -17,7 +16,6 @@ fn torques(model: &Model, q: &[f64]) -> Vec<f64> {
     y.chunks_exact(p).map(|row| row.iter().zip(&x).map(|(y, x)| y * x).sum()).collect()
 }
 
-/// Columns with these names.
 fn named(coordinates: &[String]) -> ColumnNames {
     let each = |stem: &str| Some(Names::Each(coordinates.iter().map(|name| format!("{stem}_{name}")).collect()));
     ColumnNames { position: each("q"), torque: each("tau"), ..ColumnNames::default() }
@@ -49,14 +47,17 @@ fn ur5(base: Option<[f64; 3]>) -> Model {
     Model::read_with(model_path("ur5.urdf"), &ModelOptions { base, ..ModelOptions::default() }).unwrap()
 }
 
+fn identified(model: &Model, postures: &Postures) -> statics::postures::PostureEstimate {
+    identify_postures(model, postures, &Options::default()).unwrap()
+}
+
 /// Normalised errors have unit variance, and none is far off; the gravity of the description is the sum of its parameters.
 #[test]
 fn gravity_parameters_come_back_within_their_deviations() {
     let model = ur5(None);
     let (mut squares, mut count) = (0.0, 0.0);
     for seed in 0..20 {
-        let found =
-            identify_postures(&model, &postures(&model, &[0.0; 6], 0.3, 60, seed), &Options::default()).unwrap();
+        let found = identified(&model, &postures(&model, &[0.0; 6], 0.3, 60, seed));
         let described = found.described.as_ref().unwrap();
         for (told, truth) in found.values.iter().zip(described).chain(found.offsets.iter().zip(&[0.0; 6])) {
             let (x, sigma) = told.expect("all are told");
@@ -71,13 +72,12 @@ fn gravity_parameters_come_back_within_their_deviations() {
     let mean: f64 = squares / count;
     assert!((0.75..1.33).contains(&mean), "{mean} of {count}");
     // Without noise the values are exact.
-    let exact = identify_postures(&model, &postures(&model, &[0.0; 6], 0.0, 60, 1), &Options::default()).unwrap();
+    let exact = identified(&model, &postures(&model, &[0.0; 6], 0.0, 60, 1));
     for (told, truth) in exact.values.iter().zip(exact.described.as_ref().unwrap()) {
         assert!((told.unwrap().0 - truth).abs() < 1e-9, "{told:?} {truth}");
     }
 }
 
-/// Zeros and mounts of the truth are found by the bodies of the description, which stands upright.
 #[test]
 fn zeros_and_mounts_come_back() {
     use std::f64::consts::{FRAC_PI_2, PI};
@@ -90,7 +90,7 @@ fn zeros_and_mounts_come_back() {
     ] {
         let truth = ur5(Some(base));
         let measured = postures(&truth, &zeros, 0.05, 100, 7);
-        let found = identify_postures(&upright, &measured, &Options::default()).unwrap().placed.unwrap();
+        let found = identified(&upright, &measured).placed.unwrap();
         assert!(found.explains && found.left[1] < 0.1 * found.left[0], "{base:?}: {:?}", found.left);
         for (k, told) in found.zeros.iter().enumerate() {
             let Some((zero, sigma)) = *told else { continue };
@@ -115,20 +115,12 @@ fn other_bodies_tell_no_zeros() {
     let model = ur5(None);
     let mut measured = postures(&model, &[0.0; 6], 0.05, 100, 3);
     // The arm as if its forearm were twice as heavy.
-    let heavy = Model::parse(
-        &std::fs::read_to_string(model_path("ur5.urdf")).unwrap().replacen(
-            "mass value=\"2.275\"",
-            "mass value=\"9.0\"",
-            1,
-        ),
-        "ur5.urdf",
-        &ModelOptions::default(),
-    )
-    .unwrap();
+    let text = tests::model_text("ur5.urdf").replacen("mass value=\"2.275\"", "mass value=\"9.0\"", 1);
+    let heavy = Model::parse(&text, "ur5.urdf", &ModelOptions::default()).unwrap();
     for (q, effort) in measured.q.iter().zip(&mut measured.effort) {
         *effort = torques(&heavy, q);
     }
-    let found = identify_postures(&model, &measured, &Options::default()).unwrap();
+    let found = identified(&model, &measured);
     assert!(!found.placed.as_ref().unwrap().explains);
     assert!(found.to_string().contains("do not explain the postures"), "{found}");
 }
@@ -150,16 +142,13 @@ fn too_few_postures_are_refused_and_what_they_can_tell_is_listed() {
 /// The tables and the log of the field, where a table has no clock or one that steps by a second.
 #[test]
 fn postures_of_the_field_give_the_arm_behind_them() {
-    let Some(field) = shared().map(|folder| folder.join("findings/inputs/field")).filter(|folder| folder.is_dir())
-    else {
-        return println!("shared/findings is absent: skipped");
-    };
+    let Some(field) = tests::field() else { return };
     let model = Model::read(field.join("a0_arm.urdf")).unwrap();
     for file in ["static_table_noclock", "static_table", "static_table_ts", "static_plateaus", "static_only"] {
         let path = field.join("logs").join(format!("{file}.csv.gz"));
         let (postures, _) = Postures::read(&path, model.regressor().coordinates(), &Default::default()).unwrap();
         assert_eq!(postures.are_plateaus, file.contains("plateaus") || file.contains("only"), "{file}");
-        let found = identify_postures(&model, &postures, &Options::default()).unwrap();
+        let found = identified(&model, &postures);
         for (told, truth) in found.values.iter().zip(found.described.as_ref().unwrap()) {
             let (x, sigma) = told.unwrap();
             assert!((x - truth).abs() < 4.0 * sigma, "{file}: {x} +- {sigma}, {truth}");
@@ -169,12 +158,10 @@ fn postures_of_the_field_give_the_arm_behind_them() {
     }
 }
 
-/// The joint of the SCARA that slides has a force, N; those that turn have torques.
 #[test]
 fn forces_are_not_torques() {
     let model = Model::read(model_path("scara.yaml")).unwrap();
-    let text =
-        identify_postures(&model, &postures(&model, &[0.0; 4], 0.1, 40, 3), &Options::default()).unwrap().to_string();
+    let text = identified(&model, &postures(&model, &[0.0; 4], 0.1, 40, 3)).to_string();
     let slides = |k: usize| model.regressor().is_prismatic(k);
     for (k, name) in model.regressor().coordinates().iter().enumerate() {
         let line =
@@ -191,7 +178,7 @@ fn forces_are_not_torques() {
 fn mistakes_of_columns_are_named_and_not_zeros() {
     let model = ur5(None);
     let good = postures(&model, &[0.0; 6], 0.05, 100, 11);
-    assert!(identify_postures(&model, &good, &Options::default()).unwrap().mistakes.is_empty());
+    assert!(identified(&model, &good).mistakes.is_empty());
     type Change = fn(&mut Vec<f64>, &mut Vec<f64>);
     let cases: [(Change, &str); 6] = [
         (|q, _| q.iter_mut().for_each(|q| *q = q.to_degrees()), "in degrees, taken for radians"),
@@ -204,7 +191,7 @@ fn mistakes_of_columns_are_named_and_not_zeros() {
     for (change, wanted) in cases {
         let mut wrong = good.clone();
         wrong.q.iter_mut().zip(&mut wrong.effort).for_each(|(q, tau)| change(q, tau));
-        let found = identify_postures(&model, &wrong, &Options::default()).unwrap();
+        let found = identified(&model, &wrong);
         let first = found.mistakes.first().unwrap_or_else(|| panic!("{wanted}: {found}"));
         assert!(first.fault.contains(wanted) && first.left[1] < 0.8 * first.left[0], "{wanted}: {:?}", found.mistakes);
         assert!(!found.to_string().contains("zero, rad"), "{found}");
@@ -216,7 +203,7 @@ fn mistakes_of_columns_are_named_and_not_zeros() {
     }
     let mut upside_down = good.clone();
     upside_down.effort.iter_mut().flatten().for_each(|x| *x = -*x);
-    let found = identify_postures(&model, &upside_down, &Options::default()).unwrap().to_string();
+    let found = identified(&model, &upside_down).to_string();
     assert!(found.contains("all joints have the wrong sign, or the base hangs upside down"), "{found}");
 }
 
@@ -246,13 +233,12 @@ fn reread(postures: &Postures, names: &ColumnNames) -> Postures {
 #[test]
 fn far_zeros_and_mounts_are_told_by_nearly_the_bodies() {
     let nearly = |base: Option<[f64; 3]>| {
-        let text = std::fs::read_to_string(model_path("ur5.urdf")).unwrap();
-        let text = text.replacen("mass value=\"2.275\"", "mass value=\"2.5\"", 1);
+        let text = tests::model_text("ur5.urdf").replacen("mass value=\"2.275\"", "mass value=\"2.5\"", 1);
         let text = text.replacen("mass value=\"8.393\"", "mass value=\"7.4\"", 1);
         Model::parse(&text, "ur5.urdf", &ModelOptions { base, ..ModelOptions::default() }).unwrap()
     };
     let (model, truth) = (ur5(None), nearly(None));
-    let said = |measured: &Postures| identify_postures(&model, measured, &Options::default()).unwrap().to_string();
+    let said = |measured: &Postures| identified(&model, measured).to_string();
     let right = said(&postures(&truth, &[0.0; 6], 0.1, 60, 21));
     assert!(!right.contains("to hold them") && !right.contains("with that undone"), "{right}");
     let off = said(&postures(&truth, &[0.0, 0.0, std::f64::consts::FRAC_PI_2, 0.0, 0.0, 0.0], 0.1, 60, 22));

@@ -18,7 +18,6 @@ use tests::recursion;
 /// Situations whose robots differ: the first seeds.
 const SEEDS: std::ops::RangeInclusive<u64> = 1..=5;
 
-/// RMS of a series.
 fn rms(x: &[f64]) -> f64 {
     (x.iter().map(|x| x * x).sum::<f64>() / x.len() as f64).sqrt()
 }
@@ -90,7 +89,6 @@ fn mirrored_arms_take_mirrored_torques() {
     }
 }
 
-/// The torques of shipped models with the bodies of their files are those of the recursion of the tests.
 #[test]
 fn the_torque_is_that_of_the_recursion() {
     for file in ["ur5.urdf", "puma560.yaml", "scara.yaml", "planar2r_vertical.yaml"] {
@@ -230,7 +228,6 @@ fn a_flexible_joint_keeps_energy() {
     assert!(difference < 1e-3 * largest, "{difference} of {largest}");
 }
 
-/// Situations end with a verdict, the same when they are told again.
 #[test]
 fn five_situations_have_a_verdict() {
     for seed in SEEDS {

@@ -1,6 +1,5 @@
 //! Position servos without torque or current: the error of the goal is a torque up to the gain of the servo.
 
-use experiments::simulate::dynamics::torque;
 use identification::estimate::drive_gains::estimate_drive_gains;
 use identification::estimate::options::Options;
 use identification::estimators::drive_gains::likelihood::Gain;
@@ -15,7 +14,6 @@ use tests::{model, model_path};
 const GAINS: [f64; 2] = [60.0, 25.0];
 /// Of the encoders and their goals, rad.
 const NOISE: f64 = 1e-3;
-/// What is said where no gain is known.
 const OWN_SCALE: &str = "torques are in the servo's own scale: parameters are up to the gain of each joint";
 
 const ROBOT: &str = "planar2r_vertical.yaml";
@@ -26,11 +24,7 @@ fn log(arm: &TapeRobot, gains: [f64; 2], noise: f64, random: &mut Random) -> Tab
     let mut columns = vec![Vec::new(); 7];
     for r in 0..len {
         let t = period * f64::from(r);
-        let swing = |w: f64, a: f64| [a * (w * t).sin(), a * w * (w * t).cos(), -a * w * w * (w * t).sin()];
-        let of_joint = |(w1, w2): (f64, f64)| std::array::from_fn(|k| swing(w1, 0.8)[k] + swing(w2, 0.3)[k]);
-        let joints: [[f64; 3]; 2] = [(1.9, 5.3), (2.7, 4.1)].map(of_joint);
-        let [p, v, a] = [0, 1, 2].map(|k| joints.map(|joint| joint[k]));
-        let tau = torque(arm, &arm.truth, &p, &v, &a);
+        let [p, v, _, tau] = arm.swing_of_two(t);
         columns[0].push(t);
         for j in 0..2 {
             columns[1 + j].push(p[j]);
@@ -58,7 +52,6 @@ fn found(model: &Model, table: Table, names: &ColumnNames, gain: &[(&str, Gain)]
     identify(model, &[log], &request).unwrap_or_else(|e| panic!("{e}"))
 }
 
-/// One gain is known; the other and the parameters err by what they say.
 #[test]
 fn gains_of_servos_err_by_what_they_say() {
     let arm = TapeRobot::new(model(ROBOT));
@@ -136,7 +129,6 @@ fn gains_that_differ_are_told_by_the_description() {
     assert!(!found.passport.is_gross(), "{:?}", found.passport.findings);
 }
 
-/// What is no goal, and a goal beside a torque, are refused.
 #[test]
 fn what_is_no_goal_is_refused() {
     let (arm, model) = (TapeRobot::new(model(ROBOT)), Model::read(model_path(ROBOT)).unwrap());

@@ -12,20 +12,12 @@ use rist::fit::doctor::claims_of_log;
 use rist::fit::samples::Identification;
 use rist::{FrictionTerm, IdentifyRequest, Model};
 use tests::faults::{changed, each};
-use tests::joint_log::{JointLog, swinging, unlike};
+use tests::joint_log::{JointLog, ur5};
 use tests::program::folder;
-use tests::{model_path, shared};
-
-fn ur5() -> (Model, JointLog) {
-    let model = Model::read(model_path("ur5.urdf")).unwrap();
-    let log = swinging(&model.robot, &unlike(&model.robot, 5), 1.2, 0.0);
-    (model, log)
-}
+use tests::shared;
 
 fn opened(model: &Model, log: &JointLog, name: &str) -> LogSource {
-    let path = folder("signals").join(format!("{name}.csv"));
-    log.write(&path, model.regressor().coordinates());
-    model.open_log(&path, &Default::default()).unwrap().0
+    log.opened(model, &folder("signals").join(format!("{name}.csv")))
 }
 
 fn look(model: &Model, log: &JointLog, name: &str) -> Passport {
@@ -96,11 +88,7 @@ fn words_without_their_sign_are_named_with_what_mends_them() {
 #[test]
 fn a_motor_behind_its_gear_keeps_its_turns() {
     let (model, good) = ur5();
-    let joints = changed(&good, |log| {
-        let tenth = |x: &mut Vec<f64>| *x = x.iter().step_by(10).copied().collect();
-        tenth(&mut log.t);
-        log.q.iter_mut().chain(&mut log.dq).chain(&mut log.tau).for_each(tenth);
-    });
+    let joints = good.every(10);
     let ratio = 121.0;
     let motors = changed(&joints, |log| {
         log.q.iter_mut().chain(&mut log.dq).flatten().for_each(|x| *x *= ratio);
@@ -133,16 +121,11 @@ fn a_held_log_has_the_rows_of_its_own_rate() {
             *series = (0..series.len()).map(|r| series[r - r % 4]).collect();
         }
     });
-    let fourth = changed(&good, |log| {
-        let fourth = |x: &mut Vec<f64>| *x = x.iter().step_by(4).copied().collect();
-        fourth(&mut log.t);
-        log.q.iter_mut().chain(&mut log.dq).chain(&mut log.tau).for_each(fourth);
-    });
     let source = opened(&model, &held, "held");
     assert!(source.report().to_string().contains("new values come 125 times a second"), "{}", source.report());
     assert!(!opened(&model, &good, "fresh").report().to_string().contains("times a second"));
     let [found, expected] =
-        [source, opened(&model, &fourth, "fourth")].map(|s| identified(&model, s, &Options::default()).estimate);
+        [source, opened(&model, &good.every(4), "fourth")].map(|s| identified(&model, s, &Options::default()).estimate);
     let hertz = |e: &rist::Estimate| e.cutoff.unwrap();
     assert!((hertz(&found) / hertz(&expected) - 1.0).abs() < 0.05, "{} {}", hertz(&found), hertz(&expected));
     // The clock begins with the first new value, one row of 8 ms later.

@@ -5,7 +5,6 @@ use tests::benchmark::robots::{puma, r3, race};
 use tests::random::{Random, State};
 use tests::recursion::torque;
 
-/// A and h of the regressor, and those of the inertia matrix and the bias, are what the recursion says.
 #[test]
 fn inertia_and_bias_are_those_of_the_recursion() {
     let mut random = Random(17);

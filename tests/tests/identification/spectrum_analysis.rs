@@ -6,7 +6,6 @@ use experiments::plan::exchange::{Criterion, Search, exchange, value_of};
 use experiments::plan::exciting_trajectory::ExcitingTrajectory;
 use identification::estimators::drive_gains::likelihood::Gain;
 use identification::estimators::drive_gains::total_least_squares::{Scaling, gains_by_total_least_squares};
-
 use identification::spectrum::experiment::{NoiseLevels, SpectralExperiment};
 use identification::spectrum::harmonics::Band;
 use identification::spectrum::rist_mh::data::{HarmonicData, HarmonicOptions};
@@ -50,23 +49,12 @@ fn within(scenario: &str, rmse: f64, torque: f64, share: f64) {
     assert!(harmonic.torque <= of(&f, Method::FilteredLeastSquares).torque, "{scenario}: beaten by IDIM-LS");
 }
 
+/// Fine sensors, coarse ones, friction with Stribeck and drift, friction with load.
 #[test]
-fn fine_sensors() {
+fn every_scenario_is_within_the_bounds_of_a_prototype() {
     within("S1", 1.5, 0.10, 0.4);
-}
-
-#[test]
-fn coarse_sensors() {
     within("S2", 2.1, 0.42, 0.4);
-}
-
-#[test]
-fn friction_with_stribeck_and_drift() {
     within("S3", 2.9, 0.16, 0.4);
-}
-
-#[test]
-fn friction_with_load() {
     within("S4", 6.7, 0.50, 0.81);
 }
 
@@ -183,72 +171,68 @@ fn plans_are_certified() {
     assert!(certified_efficiency(value, 8, 15, &bound) > 0.81);
 }
 
-mod reconstruction {
-    use super::*;
+fn plan_of_race(robot: &TapeRobot) -> Vec<ExcitingTrajectory> {
+    let found = race_candidates(robot);
+    let ((plan, value), by_chance) = planned_and_random(&found, 50);
+    assert!(value.is_finite(), "rank 18 of 18");
+    // Random sets of eight are far behind: no one of fifty comes within a fifth in each direction.
+    let best = by_chance.iter().map(|s| s.1).fold(f64::NEG_INFINITY, f64::max);
+    assert!(value > best + 18.0 * 0.2, "{value} {best}");
+    chosen(&found, &plan)
+}
 
-    fn plan(robot: &TapeRobot) -> Vec<ExcitingTrajectory> {
-        let found = race_candidates(robot);
-        let ((plan, value), by_chance) = planned_and_random(&found, 50);
-        assert!(value.is_finite(), "rank 18 of 18");
-        // Random sets of eight are far behind: no one of fifty comes within a fifth in each direction.
-        let best = by_chance.iter().map(|s| s.1).fold(f64::NEG_INFINITY, f64::max);
-        assert!(value > best + 18.0 * 0.2, "{value} {best}");
-        chosen(&found, &plan)
-    }
-
-    #[test]
-    fn eight_experiments_identify_eighteen_parameters_and_the_gains() {
-        let robot = race();
-        assert_eq!(robot.truth.len(), 18);
-        let plan = plan(&robot);
-        let arm = race_arm(&robot);
-        let scenario = Scenario::all(&arm).swap_remove(1);
-        let fixture = Fixture::new(&arm, scenario, &plan).unwrap();
-        let one = [1.0; 3];
-        for draw in 0..4 {
-            let experiments = fixture.measured(Some(draw), 3);
-            let levels = NoiseLevels::measured(&experiments).unwrap();
-            let mut data = HarmonicData::new(&experiments, &robot, &one, &levels, &Band::default());
-            let known = [Gain::Free, Gain::Free, Gain::Known(1.0)];
-            let found = data.estimate_with_gains(&known, &HarmonicOptions::default()).unwrap();
-            let estimate = &found.gains;
-            assert!(estimate.steps.is_some() && estimate.determined.iter().all(|&d| d));
-            let (by_tls, _) = gains_by_total_least_squares(&found.equations, &known, Scaling::Noise).unwrap();
-            for (j, truth) in [2.393, 0.870].into_iter().enumerate() {
-                assert!((estimate.gain[j] / truth - 1.0).abs() < 0.01, "{draw} {:?}", estimate.gain);
-                assert!((by_tls[j] / truth - 1.0).abs() < 0.01, "{draw} {by_tls:?}");
-            }
+#[test]
+fn eight_experiments_identify_eighteen_parameters_and_the_gains() {
+    let robot = race();
+    assert_eq!(robot.truth.len(), 18);
+    let plan = plan_of_race(&robot);
+    let arm = race_arm(&robot);
+    let scenario = Scenario::all(&arm).swap_remove(1);
+    let fixture = Fixture::new(&arm, scenario, &plan).unwrap();
+    let one = [1.0; 3];
+    for draw in 0..4 {
+        let experiments = fixture.measured(Some(draw), 3);
+        let levels = NoiseLevels::measured(&experiments).unwrap();
+        let mut data = HarmonicData::new(&experiments, &robot, &one, &levels, &Band::default());
+        let known = [Gain::Free, Gain::Free, Gain::Known(1.0)];
+        let found = data.estimate_with_gains(&known, &HarmonicOptions::default()).unwrap();
+        let estimate = &found.gains;
+        assert!(estimate.steps.is_some() && estimate.determined.iter().all(|&d| d));
+        let (by_tls, _) = gains_by_total_least_squares(&found.equations, &known, Scaling::Noise).unwrap();
+        for (j, truth) in [2.393, 0.870].into_iter().enumerate() {
+            assert!((estimate.gain[j] / truth - 1.0).abs() < 0.01, "{draw} {:?}", estimate.gain);
+            assert!((by_tls[j] / truth - 1.0).abs() < 0.01, "{draw} {by_tls:?}");
         }
     }
+}
 
-    /// Where the model is exact (no friction but columns for it, white noise), 95 % intervals cover.
-    #[test]
-    fn intervals_cover_at_their_level() {
-        let robot = race();
-        let plan = plan(&robot);
-        let mut arm = race_arm(&robot);
-        arm.friction = vec![NO_FRICTION; 3];
-        arm.sensing.quantum = vec![0.0; 3];
-        arm.sensing.position_noise = vec![1e-6; 3];
-        let scenario = Scenario::all(&arm).swap_remove(1);
-        let fixture = Fixture::new(&arm, scenario, &plan).unwrap();
-        let options = HarmonicOptions { weights: true, ends: true, ..HarmonicOptions::plain() };
-        let (mut covered, mut all) = (0, 0);
-        let draws = 200;
-        for draw in 0..draws {
-            let experiments = fixture.measured(Some(draw), 9);
-            let levels = NoiseLevels::measured(&experiments).unwrap();
-            let mut data = HarmonicData::new(&experiments, &robot, &arm.drives.gain, &levels, &Band::default());
-            let estimate = data.estimate(&options).unwrap();
-            for ((x, s), truth) in estimate.values().iter().zip(estimate.deviations()).zip(&robot.truth) {
-                covered += usize::from((x - truth).abs() < 1.96 * s);
-                all += 1;
-            }
+/// Where the model is exact (no friction but columns for it, white noise), 95 % intervals cover.
+#[test]
+fn intervals_cover_at_their_level() {
+    let robot = race();
+    let plan = plan_of_race(&robot);
+    let mut arm = race_arm(&robot);
+    arm.friction = vec![NO_FRICTION; 3];
+    arm.sensing.quantum = vec![0.0; 3];
+    arm.sensing.position_noise = vec![1e-6; 3];
+    let scenario = Scenario::all(&arm).swap_remove(1);
+    let fixture = Fixture::new(&arm, scenario, &plan).unwrap();
+    let options = HarmonicOptions { weights: true, ends: true, ..HarmonicOptions::plain() };
+    let (mut covered, mut all) = (0, 0);
+    let draws = 200;
+    for draw in 0..draws {
+        let experiments = fixture.measured(Some(draw), 9);
+        let levels = NoiseLevels::measured(&experiments).unwrap();
+        let mut data = HarmonicData::new(&experiments, &robot, &arm.drives.gain, &levels, &Band::default());
+        let estimate = data.estimate(&options).unwrap();
+        for ((x, s), truth) in estimate.values().iter().zip(estimate.deviations()).zip(&robot.truth) {
+            covered += usize::from((x - truth).abs() < 1.96 * s);
+            all += 1;
         }
-        let share = 100.0 * covered as f64 / all as f64;
-        println!("95 % intervals cover {share:.1} % of {all}");
-        assert!((92.0..=98.0).contains(&share), "{share} %");
     }
+    let share = 100.0 * covered as f64 / all as f64;
+    println!("95 % intervals cover {share:.1} % of {all}");
+    assert!((92.0..=98.0).contains(&share), "{share} %");
 }
 
 /// Gains of R3G by RIST-MH; with a load no gain is known, without that of the third joint.

@@ -176,7 +176,6 @@ fn mounted(seed: u64, [roll, pitch]: [f64; 2]) -> (Situation, Vector3<f64>) {
     (situation, gravity)
 }
 
-/// A number behind a phrase of a text.
 fn number_behind(text: &str, phrase: &str) -> f64 {
     let rest = text.split(phrase).nth(1).unwrap_or_else(|| panic!("no `{phrase}` in {text}"));
     rest.split([' ', ',', ']', ')']).next().unwrap().parse().unwrap_or_else(|e| panic!("{phrase}: {e}: {text}"))

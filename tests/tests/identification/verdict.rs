@@ -2,14 +2,14 @@
 
 use rist::Model;
 use tests::faults::{amperes, changed, cut, each, mirrored};
-use tests::joint_log::{JointLog, described, swinging, unlike};
+use tests::joint_log::{self, JointLog, described, swinging, unlike};
 use tests::program::{Run, folder, rist};
-use tests::{model_path, urdf_text};
+use tests::urdf_text;
 
-/// The log of a robot like the UR5 of models/.
-fn good() -> JointLog {
-    let robot = Model::read(model_path("ur5.urdf")).unwrap().robot;
-    swinging(&robot, &unlike(&robot, 5), 1.2, 0.0)
+/// The UR5 of models/, and the log of a robot like it.
+fn arm() -> (String, Model, JointLog) {
+    let (model, good) = joint_log::ur5();
+    (model.path.display().to_string(), model, good)
 }
 
 /// The end of what a command printed: what was found, the word of trust with its reasons, what to do next.
@@ -29,8 +29,7 @@ fn verdict(run: &Run) -> [String; 3] {
 #[test]
 fn no_mistake_is_silent() {
     let here = folder("silent");
-    let good = good();
-    let ur5 = model_path("ur5.urdf").display().to_string();
+    let (ur5, _, good) = arm();
     std::fs::write(here.join("other.urdf"), urdf_text::random_tree(6, 1, 1)).unwrap();
     let numbers: Vec<String> = (1..7).map(|k| k.to_string()).collect();
     let mistakes: [(&str, &str, JointLog, &str); 11] = [
@@ -72,15 +71,12 @@ fn no_mistake_is_silent() {
     for (name, robot, log, sentence) in mistakes {
         let (file, estimate, urdf) = (format!("{name}.csv"), format!("{name}.yaml"), format!("{name}.urdf"));
         log.write(&here.join(&file), &numbers);
-        let run = rist(&here, &["identify", robot, &file, "--out", &estimate, "--write-urdf", &urdf]);
-        assert_eq!(run.code, Some(1), "{name}: {}{}", run.out, run.err);
+        let run = rist(&here, &["identify", robot, &file, "--out", &estimate, "--write-urdf", &urdf]).ended(1);
         let last = verdict(&run);
         assert!(last[1].starts_with("trust: no\n") && last[1].contains(sentence), "{name}: {last:?}");
         assert!(run.err.contains("not to be trusted") && run.err.contains("--anyway"), "{name}: {}", run.err);
         assert!(here.join(&estimate).is_file() && !here.join(&urdf).exists(), "{name}");
-        let doctor = rist(&here, &["doctor", robot, &file]);
-        assert_eq!(doctor.code, Some(1), "{name}: {}", doctor.out);
-        assert!(doctor.out.contains(sentence), "{name}: {}", doctor.out);
+        rist(&here, &["doctor", robot, &file]).told(1, &[sentence]);
     }
     let anyway = ["identify", &ur5, "sign1.csv", "--write-urdf", "sign1.urdf", "--anyway"];
     assert_eq!(rist(&here, &anyway).code, Some(1));
@@ -90,12 +86,9 @@ fn no_mistake_is_silent() {
 #[test]
 fn a_good_log_is_trusted() {
     let here = folder("trusted");
-    let (model, good) = (Model::read(model_path("ur5.urdf")).unwrap(), good());
-    let ur5 = model_path("ur5.urdf").display().to_string();
-    good.write(&here.join("a.csv"), model.regressor().coordinates());
-    let doctor = rist(&here, &["doctor", &ur5, "a.csv"]);
-    assert_eq!(doctor.code, Some(0), "{}{}", doctor.out, doctor.err);
-    assert!(doctor.out.contains("nothing is contradicted") && doctor.out.contains("brakes"), "{}", doctor.out);
+    let (ur5, model, good) = arm();
+    good.write_for(&model, &here.join("a.csv"));
+    rist(&here, &["doctor", &ur5, "a.csv"]).told(0, &["nothing is contradicted", "brakes"]);
 
     // Half a minute of a motion of three seconds is one motion.
     let short = cut(&good, 3.0);
@@ -104,15 +97,14 @@ fn a_good_log_is_trusted() {
         l.t = (0..10 * short.t.len()).map(|i| short.t[0] + i as f64 * (short.t[1] - short.t[0])).collect();
         l.q.iter_mut().chain(&mut l.dq).chain(&mut l.tau).for_each(|x| *x = periods(x));
     });
-    again.write(&here.join("periods.csv"), model.regressor().coordinates());
+    again.write_for(&model, &here.join("periods.csv"));
     let alone = rist(&here, &["identify", &ur5, "periods.csv"]);
     let found = verdict(&alone);
     assert!(!found[1].starts_with("trust: yes"), "{found:?}");
     let other = swinging(&model.robot, &unlike(&model.robot, 5), 0.8, 0.0);
-    other.write(&here.join("b.csv"), model.regressor().coordinates());
+    other.write_for(&model, &here.join("b.csv"));
     let write = ["--consistent", "--write-urdf", "w.urdf", "--out", "e.yaml", "--validate", "b.csv"];
-    let run = rist(&here, &[&["identify", &ur5, "a.csv"], &write[..]].concat());
-    assert_eq!(run.code, Some(0), "{}{}", run.out, run.err);
+    let run = rist(&here, &[&["identify", &ur5, "a.csv"], &write[..]].concat()).ended(0);
     let found = verdict(&run);
     assert!(found[1].starts_with("trust: yes\n"), "{found:?}");
     let percent = |line: &str, behind: &str| -> f64 {
@@ -125,13 +117,11 @@ fn a_good_log_is_trusted() {
     assert!((0.5..15.0).contains(&description) && identified < 0.5 * description, "{found:?}");
     assert!(here.join("w.urdf").is_file());
 
-    let validated = rist(&here, &["validate", &ur5, "e.yaml", "b.csv"]);
-    assert_eq!(validated.code, Some(0), "{}{}", validated.out, validated.err);
+    let validated = rist(&here, &["validate", &ur5, "e.yaml", "b.csv"]).ended(0);
     assert!(verdict(&validated)[1].starts_with("trust: yes\n"), "{}", validated.out);
     let backwards = changed(&good, |l| each(&mut l.tau, |x| -x));
-    backwards.write(&here.join("c.csv"), model.regressor().coordinates());
-    let refused = rist(&here, &["validate", &ur5, "e.yaml", "c.csv"]);
-    assert_eq!(refused.code, Some(1), "{}{}", refused.out, refused.err);
+    backwards.write_for(&model, &here.join("c.csv"));
+    let refused = rist(&here, &["validate", &ur5, "e.yaml", "c.csv"]).ended(1);
     assert!(verdict(&refused)[1].contains("wrong sign"), "{}", refused.out);
 }
 
@@ -140,15 +130,15 @@ fn a_good_log_is_trusted() {
 #[test]
 fn logs_of_one_fit_predict_each_other() {
     let here = folder("together");
-    let model = Model::read(model_path("ur5.urdf")).unwrap();
-    let (ur5, names) = (model_path("ur5.urdf").display().to_string(), model.regressor().coordinates());
+    let (ur5, model, good) = arm();
+    let names = model.regressor().coordinates();
     let own = unlike(&model.robot, 5);
     let heavy: Vec<f64> = own.iter().map(|x| 1.4 * x).collect();
     let files = [
-        ("a.csv", swinging(&model.robot, &own, 1.2, 0.0)),
+        ("a.csv", good.clone()),
         ("b.csv", swinging(&model.robot, &own, 0.8, 0.0)),
         ("heavy.csv", swinging(&model.robot, &heavy, 0.8, 0.0)),
-        ("again.csv", changed(&swinging(&model.robot, &own, 1.2, 0.0), |l| each(&mut l.tau, |x| x + 1e-3))),
+        ("again.csv", changed(&good, |l| each(&mut l.tau, |x| x + 1e-3))),
     ];
     files.iter().for_each(|(name, log)| log.write(&here.join(name), names));
     let trust = |logs: &[&str]| verdict(&rist(&here, &[&["identify", &ur5], logs].concat()))[1].clone();
@@ -173,21 +163,19 @@ fn logs_of_one_fit_predict_each_other() {
 #[test]
 fn a_factor_of_all_torques_is_said_where_it_counts() {
     let here = folder("units");
-    let path = model_path("ur5.urdf");
-    let robot = Model::read(&path).unwrap().robot;
-    let ur5 = path.display().to_string();
-    let text = std::fs::read_to_string(&path).unwrap();
+    let (ur5, model, _) = arm();
+    let robot = &model.robot;
+    let text = tests::model_text("ur5.urdf");
     let bare: String = text.split("<inertial>").map(|part| part.split("</inertial>").last().unwrap()).collect();
     std::fs::write(here.join("bare.urdf"), bare).unwrap();
-    let names = Model::read(&path).unwrap().regressor().coordinates().to_vec();
     let logs = |x: &[f64], name: &str| {
         [1.2, 0.8].map(|a| {
             let file = format!("{name}_{a}.csv");
-            swinging(&robot, x, a, 0.0).write(&here.join(&file), &names);
+            swinging(robot, x, a, 0.0).write_for(&model, &here.join(&file));
             file
         })
     };
-    let [other, exact] = [logs(&unlike(&robot, 5), "other"), logs(&described(&robot), "exact")];
+    let [other, exact] = [logs(&unlike(robot, 5), "other"), logs(&described(robot), "exact")];
     let scale = "in the units of the torques as logged: a factor";
     for (model, [a, b], said) in
         [(&ur5[..], &other, Some("below ")), ("bare.urdf", &other, Some("that all")), (&ur5, &exact, None)]
@@ -206,8 +194,8 @@ fn a_factor_of_all_torques_is_said_where_it_counts() {
 #[test]
 fn a_validation_judges_its_own_residual() {
     let here = folder("another_robot");
-    let model = Model::read(model_path("ur5.urdf")).unwrap();
-    let (ur5, names) = (model_path("ur5.urdf").display().to_string(), model.regressor().coordinates());
+    let (ur5, model, _) = arm();
+    let names = model.regressor().coordinates();
     let described = described(&model.robot);
     let heavy: Vec<f64> = described.iter().map(|x| 1.4 * x).collect();
     swinging(&model.robot, &heavy, 1.2, 0.0).write(&here.join("a.csv"), names);
@@ -220,13 +208,11 @@ fn a_validation_judges_its_own_residual() {
     assert!(!run.out.contains("what is left"), "{}", run.out);
 }
 
-/// The log that an estimate was made from is no validation of it, by whatever name it is given.
 #[test]
 fn a_fitted_log_validates_nothing() {
     let here = folder("fitted");
-    let (model, good) = (Model::read(model_path("ur5.urdf")).unwrap(), good());
-    let ur5 = model_path("ur5.urdf").display().to_string();
-    good.write(&here.join("a.csv"), model.regressor().coordinates());
+    let (ur5, model, good) = arm();
+    good.write_for(&model, &here.join("a.csv"));
     assert_eq!(rist(&here, &["identify", &ur5, "a.csv", "--out", "e.yaml"]).code, Some(0));
     let run = rist(&here, &["validate", &ur5, "e.yaml", "./a.csv"]);
     let found = verdict(&run);
@@ -235,23 +221,15 @@ fn a_fitted_log_validates_nothing() {
     assert!(found[2].contains("a log of another motion"), "{found:?}");
 }
 
-/// An estimate that is refused once stays so: code for a robot is not made from it in silence.
 #[test]
 fn a_refused_estimate_makes_no_code() {
     let here = folder("refused");
-    let (model, good) = (Model::read(model_path("ur5.urdf")).unwrap(), good());
-    let ur5 = model_path("ur5.urdf").display().to_string();
+    let (ur5, model, good) = arm();
     let degrees = changed(&good, |l| each(&mut l.q[2..3], |x| x + 1.0));
-    degrees.write(&here.join("a.csv"), model.regressor().coordinates());
+    degrees.write_for(&model, &here.join("a.csv"));
     assert_eq!(rist(&here, &["identify", &ur5, "a.csv", "--out", "e.yaml"]).code, Some(1));
     let generate = ["generate", &ur5, "--estimate", "e.yaml", "--out", "x.rs"];
-    let run = rist(&here, &generate);
-    assert_eq!(run.code, Some(1));
-    assert!(
-        run.err.contains("e.yaml: not to be trusted: the zero of elbow") && run.err.contains("--anyway"),
-        "{}",
-        run.err
-    );
+    rist(&here, &generate).failed(1, &["e.yaml: not to be trusted: the zero of elbow", "--anyway"]);
     assert!(!here.join("x.rs").exists());
     assert_eq!(rist(&here, &[&generate[..], &["--anyway"]].concat()).code, Some(0));
     assert!(here.join("x.rs").exists());
@@ -262,13 +240,19 @@ fn a_refused_estimate_makes_no_code() {
 #[test]
 fn wrong_gains_are_named_with_those_that_fit() {
     let here = folder("gains");
-    let (model, good) = (Model::read(model_path("ur5.urdf")).unwrap(), good());
-    let ur5 = model_path("ur5.urdf").display().to_string();
+    let (ur5, model, good) = arm();
     let names = model.regressor().coordinates();
-    // Currents of drives of 10 N m/A each.
-    changed(&good, |l| each(&mut l.tau, |x| x / 10.0)).write(&here.join("torques.csv"), names);
-    let text = std::fs::read_to_string(here.join("torques.csv")).unwrap();
-    std::fs::write(here.join("a.csv"), text.replace("tau", "i")).unwrap();
+    // Currents of drives of 10 N m/A each, that of the elbow with this sign.
+    let write = |file: &str, sign: f64| {
+        let currents = changed(&good, |l| {
+            each(&mut l.tau, |x| x / 10.0);
+            each(&mut l.tau[2..3], |x| sign * x);
+        });
+        currents.write_for(&model, &here.join(file));
+        let text = std::fs::read_to_string(here.join(file)).unwrap();
+        std::fs::write(here.join(file), text.replace("tau", "i")).unwrap();
+    };
+    write("a.csv", 1.0);
     let with = |gain: f64| {
         let gains: Vec<String> = names.iter().map(|name| format!("{name}={gain}")).collect();
         rist(&here, &["identify", &ur5, "a.csv", "--gain", &gains.join(",")])
@@ -287,22 +271,7 @@ fn wrong_gains_are_named_with_those_that_fit() {
         }
     }
     // A drive whose current counts the other way has a gain below zero.
-    let reversed = std::fs::read_to_string(here.join("a.csv")).unwrap();
-    let column = reversed
-        .lines()
-        .next()
-        .unwrap()
-        .split(',')
-        .position(|name| name.starts_with('i') && name.ends_with("elbow"))
-        .expect("a current");
-    let negated = |line: &str| {
-        let mut cells: Vec<String> = line.split(',').map(String::from).collect();
-        cells[column] = format!("{}", -cells[column].parse::<f64>().unwrap());
-        cells.join(",")
-    };
-    let lines: Vec<String> =
-        reversed.lines().enumerate().map(|(k, line)| if k == 0 { line.into() } else { negated(line) }).collect();
-    std::fs::write(here.join("reversed.csv"), lines.join("\n")).unwrap();
+    write("reversed.csv", -1.0);
     let gains = |of_elbow: f64| {
         let gain = |name: &String| format!("{name}={}", if name == "elbow" { of_elbow } else { 10.0 });
         names.iter().map(gain).collect::<Vec<_>>().join(",")
@@ -310,23 +279,19 @@ fn wrong_gains_are_named_with_those_that_fit() {
     let run = rist(&here, &["identify", &ur5, "reversed.csv", "--gain", &gains(-10.0)]);
     assert_eq!(verdict(&run), verdict(&with(10.0)));
     assert_eq!(rist(&here, &["doctor", &ur5, "reversed.csv", "--gain", &gains(-10.0)]).code, Some(0));
-    let refused = rist(&here, &["identify", &ur5, "reversed.csv", "--gain", &gains(0.0)]);
-    assert!(refused.code == Some(2) && refused.err.contains("a number that is not 0"), "{}", refused.err);
+    rist(&here, &["identify", &ur5, "reversed.csv", "--gain", &gains(0.0)]).failed(2, &["a number that is not 0"]);
     let doctor = rist(&here, &["doctor", &ur5, "a.csv"]);
     assert!(doctor.out.contains("currents without gains") && doctor.out.contains("nothing is contradicted"));
 }
 
-/// Torques that come very late are late torques, not those of another robot.
 #[test]
 fn very_late_torques_are_named() {
     let here = folder("late");
-    let model = Model::read(model_path("ur5.urdf")).unwrap();
-    let ur5 = model_path("ur5.urdf").display().to_string();
+    let (ur5, model, _) = arm();
     for late in [0.05, 0.1] {
         let log = swinging(&model.robot, &unlike(&model.robot, 5), 1.2, late);
-        log.write(&here.join("a.csv"), model.regressor().coordinates());
-        let run = rist(&here, &["doctor", &ur5, "a.csv"]);
-        assert!(run.code == Some(1) && run.out.contains("later than the positions"), "{late}: {}", run.out);
+        log.write_for(&model, &here.join("a.csv"));
+        rist(&here, &["doctor", &ur5, "a.csv"]).told(1, &["later than the positions"]);
         let run = rist(&here, &["identify", &ur5, "a.csv", "--delay", "auto", "--json"]);
         let found: serde_json::Value = serde_json::from_str(&run.out).unwrap();
         assert!((found["delay_s"].as_f64().unwrap() - late).abs() < 1e-3, "{late}: {}", found["delay_s"]);
@@ -337,9 +302,9 @@ fn very_late_torques_are_named() {
 #[test]
 fn the_next_step_works() {
     let here = folder("next");
-    let ur5 = model_path("ur5.urdf").display().to_string();
+    let (ur5, model, good) = arm();
     let shipped = tests::workspace().join("docs/ur5/log.csv").display().to_string();
-    good().write(&here.join("good.csv"), Model::read(&ur5).unwrap().regressor().coordinates());
+    good.write_for(&model, &here.join("good.csv"));
     for log in [shipped.as_str(), "good.csv"] {
         let command = ["identify", &ur5, log];
         let [_, trust, next] = verdict(&rist(&here, &command));

@@ -1,9 +1,10 @@
 //! A description that is written is nearer the truth than the one it replaces.
 
 use rist::Model;
-use rist::fit::verdict::Trust;
+use rist::fit::samples::Identification;
+use rist::fit::verdict::{Trust, Verdict};
 use rist::request::IdentifyRequest;
-use tests::joint_log::{described, swinging, swinging_by, unlike};
+use tests::joint_log::{JointLog, described, swinging, swinging_by, unlike};
 use tests::model_path;
 use tests::program::folder;
 use tests::random::Random;
@@ -28,6 +29,17 @@ fn error(model: &Model, x: &[f64], truth: &[f64]) -> f64 {
     (left / whole).sqrt()
 }
 
+/// The consistent estimate of a log, its verdict and its base parameters.
+fn consistent(model: &Model, log: &JointLog, file: &str) -> (Identification, Verdict, Vec<f64>) {
+    let source = log.opened(model, &folder("written").join(file));
+    let request = IdentifyRequest { consistent: true, ..Default::default() };
+    let mut found = rist::identify(model, &[source], &request).unwrap();
+    let verdict = found.judged(model, &[], false).unwrap().verdict;
+    let base = &found.estimate.parameters[..model.parameters.len()];
+    let written = base.iter().map(|p| p.prediction()).collect();
+    (found, verdict, written)
+}
+
 /// Bodies off by up to 15 %: the written torque is nearer the truth in every draw. An exact description is left by no more
 /// than the uncertainty that is printed.
 #[test]
@@ -39,14 +51,8 @@ fn a_written_description_is_nearer_the_truth() {
             let is_exact = seed == 0;
             let truth = if is_exact { described(&model.robot) } else { unlike(&model.robot, seed) };
             let log = swinging(&model.robot, &truth, amplitude, 0.0);
-            let path = folder("written").join(format!("{seed}{file}.csv"));
-            log.write(&path, model.regressor().coordinates());
-            let (source, _) = model.open_log(&path, &Default::default()).unwrap();
-            let request = IdentifyRequest { consistent: true, ..Default::default() };
-            let mut found = rist::identify(&model, &[source], &request).unwrap();
-            let verdict = found.judged(&model, &[], false).unwrap().verdict;
             let base = model.parameters.values(&truth);
-            let written: Vec<f64> = found.estimate.parameters[..base.len()].iter().map(|p| p.prediction()).collect();
+            let (found, verdict, written) = consistent(&model, &log, &format!("{seed}{file}.csv"));
             let (now, before) = (error(&model, &written, &base), error(&model, &of_description, &base));
             if is_exact {
                 let printed = found.estimate.torque_errors.iter().map(|e| e.relative).fold(0.0, f64::max);
@@ -79,14 +85,8 @@ fn the_weight_of_a_slide_is_in_its_bodies() {
     for seed in 1..4 {
         let truth = unlike(&model.robot, seed);
         let weight = at_rest(&model.parameters.values(&truth));
-        let path = folder("written").join(format!("{seed}_scara.csv"));
         let log = swinging_by(&model.robot, &truth, &[1.0, 1.2, 1.5, 0.1], 0.0);
-        log.write(&path, model.regressor().coordinates());
-        let (source, _) = model.open_log(&path, &Default::default()).unwrap();
-        let request = IdentifyRequest { consistent: true, ..Default::default() };
-        let mut found = rist::identify(&model, &[source], &request).unwrap();
-        let verdict = found.judged(&model, &[], false).unwrap().verdict;
-        let written: Vec<f64> = found.estimate.parameters[..before.len()].iter().map(|p| p.prediction()).collect();
+        let (_, verdict, written) = consistent(&model, &log, &format!("{seed}_scara.csv"));
         // 0.1 N m of white noise on five thousand samples.
         assert!((at_rest(&written) - weight).abs() < 0.05, "draw {seed}: {} N, {weight} N", at_rest(&written));
         assert!((at_rest(&before) - weight).abs() > 0.05, "draw {seed} shows nothing");

@@ -2,16 +2,14 @@
 
 use expr::{Function, Tape};
 use generated::robots;
-use modeling::{BaseParameters, Derivation};
+use modeling::BaseParameters;
 use robot::Robot;
-use tests::models;
 use tests::random::{Random, State};
 use tests::running_error::bounded;
+use tests::{derived, models};
 
 fn base_regressor(robot: &Robot) -> (BaseParameters, Function) {
-    let mut derivation = Derivation::new(robot).unwrap_or_else(|open| panic!("{}: {open}", robot.name));
-    let regressor = derivation.regressor();
-    let base = derivation.base_parameters(&regressor).unwrap_or_else(|unclear| panic!("{}: {unclear}", robot.name));
+    let (_, regressor, base) = derived(robot);
     let function = base.regressor(&regressor).bound();
     (base, function)
 }

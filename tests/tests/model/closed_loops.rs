@@ -3,23 +3,12 @@
 //! Facts: SR400 39 inertial parameters, 42 with the rotors of its six motors, 43 with rotors on all
 //! eight joints; a parallelogram four-bar 3; the RACE reconstruction 18.
 
-use std::path::{Path, PathBuf};
-
-use modeling::{BaseParameters, Derivation};
+use modeling::BaseParameters;
 use robot::{Drive, Robot, RotorInertia, format};
+use tests::base_parameters as base;
 
-fn par(name: &str) -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join("../crates/robot/testdata/par").join(name)
-}
-
-fn read(path: &Path) -> Robot {
-    format::read(path).unwrap_or_else(|e| panic!("{e}"))
-}
-
-fn base(robot: &Robot) -> BaseParameters {
-    let mut derivation = Derivation::new(robot).unwrap_or_else(|e| panic!("{}: {e}", robot.name));
-    let regressor = derivation.regressor();
-    derivation.base_parameters(&regressor).unwrap_or_else(|e| panic!("{}: {e}", robot.name))
+fn par(name: &str) -> Robot {
+    format::read(&tests::workspace().join("crates/robot/testdata/par").join(name)).unwrap_or_else(|e| panic!("{e}"))
 }
 
 /// The robot with rotors where `has` says.
@@ -33,7 +22,7 @@ fn with_rotors(robot: &Robot, has: impl Fn(Drive) -> bool) -> Robot {
 
 #[test]
 fn sr400() {
-    let robot = read(&par("sr400.par"));
+    let robot = par("sr400.par");
     assert_eq!(base(&with_rotors(&robot, |_| false)).len(), 39);
     assert_eq!(base(&with_rotors(&robot, |d| d == Drive::Actuated)).len(), 42);
     assert_eq!(base(&with_rotors(&robot, |_| true)).len(), 43);
@@ -41,7 +30,7 @@ fn sr400() {
 
 #[test]
 fn a_parallelogram_has_three() {
-    let robot = read(&par("parallelogram4bar.par"));
+    let robot = par("parallelogram4bar.par");
     assert_eq!(base(&robot).len(), 3);
     assert_eq!(base(&with_rotors(&robot, |_| false)).len(), 3);
 }
@@ -49,8 +38,7 @@ fn a_parallelogram_has_three() {
 /// Through .par, where nothing is said of the passive joints, as through YAML, where everything is.
 #[test]
 fn race_has_eighteen_either_way() {
-    let yaml = read(&Path::new(env!("CARGO_MANIFEST_DIR")).join("../models/race.yaml"));
-    let (yaml, par) = (base(&yaml), base(&read(&par("race.par"))));
+    let (yaml, par) = (base(&tests::model("race.yaml")), base(&par("race.par")));
     let names = |b: &BaseParameters| b.base.iter().map(|b| b.name.clone()).collect::<Vec<_>>();
     assert_eq!(par.len(), 18);
     assert_eq!(names(&yaml), names(&par));

@@ -1,19 +1,13 @@
 //! The exact rank of robots whose loops are closed by a search: at points of a finite field that close the loops there.
 
-use expr::Tape;
-use modeling::{BaseParameters, Derivation, ExactRank, NoCertificate, UnclearRank};
-use robot::{Robot, format};
-use tests::loops::{LOOPS, resized, with_loops};
+use modeling::{BaseParameters, ExactRank, NoCertificate, UnclearRank};
+use robot::format;
+use tests::loops::{BY_CHANCE, LOOPS, resized, with_loops};
 use tests::random::Random;
-
-fn base(robot: &Robot) -> Result<BaseParameters, UnclearRank> {
-    let mut derivation = Derivation::new(robot).unwrap_or_else(|e| panic!("{}: {e}", robot.name));
-    let regressor = derivation.regressor();
-    derivation.base_parameters(&regressor)
-}
+use tests::{base_parameters, derived, evaluated, try_base_parameters};
 
 fn exact_base(name: &str) -> BaseParameters {
-    base(&with_loops(name)).unwrap_or_else(|e| panic!("{name}: {e}"))
+    base_parameters(&with_loops(name))
 }
 
 /// The kept columns, and what each absorbs.
@@ -56,7 +50,7 @@ fn columns_and_relations_are_those_of_other_lengths() {
         for seed in 0..if count > 100 { 1 } else { 2 } {
             // Small, so that the loops close from where the search starts.
             let other = resized(&with_loops(name), 0.03, &mut Random(seed));
-            let base = base(&other).unwrap_or_else(|e| panic!("{name}: {e}"));
+            let base = base_parameters(&other);
             assert_eq!(base.len(), count, "{name}");
             assert_eq!(structure(&base), expected, "{name}");
             if given.rank.general_relations == 0 {
@@ -70,26 +64,20 @@ fn columns_and_relations_are_those_of_other_lengths() {
 fn the_base_parameters_lose_nothing_at_other_states() {
     for (name, ..) in LOOPS {
         let robot = with_loops(name);
-        let mut derivation = Derivation::new(&robot).unwrap();
-        let regressor = derivation.regressor();
-        let base = derivation.base_parameters(&regressor).unwrap();
+        let (derivation, regressor, base) = derived(&robot);
         let base_regressor = base.regressor(&regressor);
         let mut closure = derivation.closure().unwrap();
         let (n, p) = (robot.n_coordinates(), base.standard.len());
         let random = &mut Random(7);
         let x = random.vector(p, 1.0);
         let x_base = base.values(&x);
-        let (tape, base_tape) = (Tape::new(&regressor), Tape::new(&base_regressor));
         let (origin, _) = closure.find_origin(n).unwrap();
         let mut found = 0;
         for _ in 0..20 {
             let q: Vec<f64> = origin.iter().map(|q| q + 0.15 * random.unit()).collect();
             let Ok(passive) = closure.passive(&q) else { continue };
             let inputs = [q, passive, random.vector(n, 2.0), random.vector(n, 4.0)].concat();
-            let mut d = vec![0.0; n * p];
-            let mut d_base = vec![0.0; n * x_base.len()];
-            tape.evaluate(&inputs, &mut tape.workspace(), &mut d);
-            base_tape.evaluate(&inputs, &mut base_tape.workspace(), &mut d_base);
+            let (d, d_base) = (evaluated(&regressor, &[&inputs]), evaluated(&base_regressor, &[&inputs]));
             let product = |row: &[f64], x: &[f64]| row.iter().zip(x).map(|(a, b)| a * b).sum::<f64>();
             let largest = d.iter().fold(1.0, |largest: f64, y| largest.max(y.abs()));
             for (row, base_row) in d.chunks(p).zip(d_base.chunks(x_base.len())) {
@@ -103,31 +91,15 @@ fn the_base_parameters_lose_nothing_at_other_states() {
     }
 }
 
-/// A parallelogram by four numbers that happen to be equal.
-const BY_CHANCE: &str = "convention: khalil-kleinfinger
-name: by_chance
-rotor_inertia: none
-gravity: [0, -9.81, 0]
-symbols: {L0: 0.5, L1: 0.2, L2: 0.5, L3: 0.2}
-coordinates: [q1]
-links:
-  - {link: 1, antecedent: base, theta: q1 + 1.0}
-  - {link: 2, antecedent: 1, joint: revolute, drive: passive, d: L1, start: -1}
-  - {link: 3, antecedent: base, joint: revolute, drive: passive, d: L0, start: 1}
-loops:
-  - cut: {antecedent: 2, joint: revolute, d: L2, start: 1}
-    twin: {antecedent: 3, d: L3}
-";
-
 #[test]
 fn lengths_that_are_equal_by_chance_are_refused() {
     let robot = format::read_yaml(BY_CHANCE, "by_chance.yaml").unwrap();
-    let refused = base(&robot).err();
+    let refused = try_base_parameters(&robot).err();
     let Some(UnclearRank::Coincident { numeric, exact, only_exact }) = refused else { panic!("{refused:?}") };
     assert_eq!((numeric, exact, only_exact.len()), (3, 8, 5));
     // Almost equal: a four-bar like any other.
     let near = BY_CHANCE.replace("L2: 0.5,", "L2: 0.52,");
-    let near = base(&format::read_yaml(&near, "near.yaml").unwrap()).unwrap();
+    let near = base_parameters(&format::read_yaml(&near, "near.yaml").unwrap());
     assert_eq!((near.len(), near.rank.exact.rank()), (8, Some(8)));
 }
 

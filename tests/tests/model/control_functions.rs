@@ -2,32 +2,16 @@
 //! numbers.
 
 use expr::{Algebra, Expr, Function, Symbol, Tape};
-use modeling::{BaseParameters, Derivation, ReferenceFrame};
-use robot::{LinkId, Robot};
+use modeling::{Derivation, ReferenceFrame};
+use robot::LinkId;
 use tests::random::Random;
-use tests::{loops, models};
+use tests::{Case, agree, base_parameters, evaluated, loops};
 
 /// Rounding of some thousand operations.
 const ROUNDING: f64 = 1e-11;
 /// Central differences of fourth order with a step of 1e-3: h^4 of truncation, 1e-13 of rounding, times what an arm of
 /// seven joints makes of them.
 const DIFFERENCES: f64 = 1e-8;
-
-fn evaluate(function: &Function, inputs: &[&[f64]]) -> Vec<f64> {
-    let tape = Tape::new(&function.bound());
-    let mut outputs = vec![f64::NAN; tape.n_outputs()];
-    tape.evaluate(&inputs.concat(), &mut tape.workspace(), &mut outputs);
-    outputs
-}
-
-#[track_caller]
-fn agree(what: &str, robot: &Robot, a: &[f64], b: &[f64], tolerance: f64) {
-    let scale = a.iter().chain(b).fold(1.0, |s: f64, x| s.max(x.abs()));
-    assert_eq!(a.len(), b.len(), "{what} of {}", robot.name);
-    for (i, (a, b)) in a.iter().zip(b).enumerate() {
-        assert!((a - b).abs() <= tolerance * scale, "{what} of {}, entry {i}: {a} and {b}", robot.name);
-    }
-}
 
 /// d f / d x_k by central differences, entry by entry: one column per k.
 fn columns_by_differences(x: &[f64], f: impl Fn(&[f64]) -> Vec<f64>) -> Vec<Vec<f64>> {
@@ -48,41 +32,18 @@ fn row_by_row(columns: &[Vec<f64>]) -> Vec<f64> {
     (0..columns[0].len()).flat_map(|r| columns.iter().map(move |column| column[r])).collect()
 }
 
+fn cases() -> Vec<Case> {
+    tests::cases(4, &["ur5", "scara"])
+}
+
 fn times(a: &[f64], x: &[f64]) -> Vec<f64> {
     a.chunks(x.len()).map(|row| row.iter().zip(x).map(|(a, x)| a * x).sum()).collect()
-}
-
-struct Case {
-    robot: Robot,
-    base: BaseParameters,
-    /// Standard parameters, physical.
-    x: Vec<f64>,
-    x_base: Vec<f64>,
-}
-
-fn cases() -> Vec<Case> {
-    let mut random = Random(4);
-    let mut robots: Vec<Robot> = models().into_iter().map(|(_, robot)| robot).collect();
-    let floating: Vec<Robot> =
-        robots.iter().filter(|r| ["ur5", "scara"].contains(&&*r.name)).map(Robot::floating).collect();
-    robots.extend(floating);
-    let case = |robot: Robot| {
-        let base = {
-            let mut derivation = Derivation::new(&robot).unwrap();
-            let regressor = derivation.regressor();
-            derivation.base_parameters(&regressor).unwrap()
-        };
-        let x = random.physical_parameters(&robot);
-        Case { x_base: base.values(&x), x, base, robot }
-    };
-    robots.into_iter().map(case).collect()
 }
 
 /// f64 with a derivative along one direction.
 #[derive(Clone, Copy)]
 struct Dual([f64; 2]);
 
-/// A function evaluated in dual numbers.
 struct Duals<'a> {
     function: &'a Function,
     symbols: Vec<(Expr, Dual)>,
@@ -158,12 +119,12 @@ fn derivatives_of_inverse_dynamics_are_those_of_dual_numbers_and_of_differences(
         let derivatives = derivation.inverse_dynamics_derivatives(base);
         let n = robot.n_coordinates();
         let (q, dq, ddq) = (random.vector(n, 2.0), random.vector(n, 2.0), random.vector(n, 3.0));
-        let found = evaluate(&derivatives, &[&q, &dq, &ddq, x_base]);
+        let found = evaluated(&derivatives, &[&q, &dq, &ddq, x_base]);
         let (by_q, by_dq) = found.split_at(n * n);
         let inputs: [&[f64]; 4] = [&q, &dq, &ddq, x_base];
         agree("by q", robot, by_q, &by_duals(&torque, &inputs, 0), ROUNDING);
         agree("by dq", robot, by_dq, &by_duals(&torque, &inputs, 1), ROUNDING);
-        let columns = columns_by_differences(&q, |q| evaluate(&torque, &[q, &dq, &ddq, x_base]));
+        let columns = columns_by_differences(&q, |q| evaluated(&torque, &[q, &dq, &ddq, x_base]));
         agree("by differences of q", robot, by_q, &row_by_row(&columns), DIFFERENCES);
     }
 }
@@ -175,16 +136,14 @@ fn coriolis_matrix_makes_the_bias_and_a_skew_symmetric_matrix() {
         let mut derivation = Derivation::new(robot).unwrap();
         let n = robot.n_coordinates();
         let (q, dq) = (random.vector(n, 2.0), random.vector(n, 2.0));
-        let c = evaluate(&derivation.coriolis_matrix(base), &[&q, &dq, x_base]);
-        let bias = evaluate(&derivation.bias(base), &[&q, &dq, x_base]);
-        let gravity = evaluate(&derivation.gravity(base), &[&q, x_base]);
+        let c = evaluated(&derivation.coriolis_matrix(base), &[&q, &dq, x_base]);
+        let bias = evaluated(&derivation.bias(base), &[&q, &dq, x_base]);
+        let gravity = evaluated(&derivation.gravity(base), &[&q, x_base]);
         let rest: Vec<f64> = bias.iter().zip(&gravity).map(|(h, g)| h - g).collect();
         agree("C dq", robot, &times(&c, &dq), &rest, ROUNDING);
 
-        // dA/dt by dual numbers along dq.
-        let inertia = derivation.inertia_matrix(base);
-        let by_q = by_duals(&inertia, &[&q, x_base], 0);
-        let rate = times(&by_q, &dq);
+        // dA/dt along dq.
+        let rate = times(&by_duals(&derivation.inertia_matrix(base), &[&q, x_base], 0), &dq);
         let sum: Vec<f64> = (0..n * n).map(|k| c[k] + c[k % n * n + k / n]).collect();
         agree("C + C^T", robot, &sum, &rate, ROUNDING);
     }
@@ -197,8 +156,8 @@ fn inverse_of_the_inertia_matrix_and_derivatives_of_forward_dynamics() {
         let mut derivation = Derivation::new(robot).unwrap();
         let n = robot.n_coordinates();
         let (q, dq) = (random.vector(n, 2.0), random.vector(n, 1.0));
-        let a = evaluate(&derivation.inertia_matrix(base), &[&q, x_base]);
-        let inverse = evaluate(&derivation.inverse_inertia_matrix(base), &[&q, x_base]);
+        let a = evaluated(&derivation.inertia_matrix(base), &[&q, x_base]);
+        let inverse = evaluated(&derivation.inverse_inertia_matrix(base), &[&q, x_base]);
         let transposed: Vec<f64> = (0..n * n).map(|k| inverse[k % n * n + k / n]).collect();
         agree("inverse symmetric", robot, &inverse, &transposed, 0.0);
         let product: Vec<f64> = (0..n).flat_map(|r| times(&transposed, &a[r * n..][..n])).collect();
@@ -207,9 +166,9 @@ fn inverse_of_the_inertia_matrix_and_derivatives_of_forward_dynamics() {
         agree("A times its inverse", robot, &product, &one, 1e-9);
 
         let forward = derivation.forward_dynamics(base);
-        let bias = evaluate(&derivation.bias(base), &[&q, &dq, x_base]);
+        let bias = evaluated(&derivation.bias(base), &[&q, &dq, x_base]);
         let tau: Vec<f64> = bias.iter().zip(times(&a, &random.vector(n, 2.0))).map(|(h, m)| h + m).collect();
-        let found = evaluate(&derivation.forward_dynamics_derivatives(base), &[&q, &dq, &tau, x_base]);
+        let found = evaluated(&derivation.forward_dynamics_derivatives(base), &[&q, &dq, &tau, x_base]);
         let inputs: [&[f64]; 4] = [&q, &dq, &tau, x_base];
         for (k, by) in [0, 1, 2].into_iter().enumerate() {
             let expected = by_duals(&forward, &inputs, by);
@@ -228,13 +187,13 @@ fn slotine_li_regressor_is_the_regressor_at_its_own_rates_and_makes_a_c_and_g() 
         let (dq_r, ddq_r) = (random.vector(n, 2.0), random.vector(n, 2.0));
         let standard = derivation.regressor();
         let y = derivation.slotine_li_regressor(base);
-        let regressor = evaluate(&base.regressor(&standard), &[&q, &dq, &ddq_r]);
-        agree("Y at dq_r = dq", robot, &evaluate(&y, &[&q, &dq, &dq, &ddq_r]), &regressor, ROUNDING);
+        let regressor = evaluated(&base.regressor(&standard), &[&q, &dq, &ddq_r]);
+        agree("Y at dq_r = dq", robot, &evaluated(&y, &[&q, &dq, &dq, &ddq_r]), &regressor, ROUNDING);
 
-        let tau = times(&evaluate(&y, &[&q, &dq, &dq_r, &ddq_r]), x_base);
-        let a = evaluate(&derivation.inertia_matrix(base), &[&q, x_base]);
-        let c = evaluate(&derivation.coriolis_matrix(base), &[&q, &dq, x_base]);
-        let g = evaluate(&derivation.gravity(base), &[&q, x_base]);
+        let tau = times(&evaluated(&y, &[&q, &dq, &dq_r, &ddq_r]), x_base);
+        let a = evaluated(&derivation.inertia_matrix(base), &[&q, x_base]);
+        let c = evaluated(&derivation.coriolis_matrix(base), &[&q, &dq, x_base]);
+        let g = evaluated(&derivation.gravity(base), &[&q, x_base]);
         let (a, c) = (times(&a, &ddq_r), times(&c, &dq_r));
         let expected: Vec<f64> = (0..n).map(|k| a[k] + c[k] + g[k]).collect();
         agree("Y X", robot, &tau, &expected, ROUNDING);
@@ -249,20 +208,20 @@ fn momentum_is_a_dq_and_its_rate_is_the_torque_with_c_transposed() {
         let n = robot.n_coordinates();
         let (q, dq, ddq) = (random.vector(n, 2.0), random.vector(n, 2.0), random.vector(n, 2.0));
         let momentum = derivation.momentum(base);
-        let p = evaluate(&momentum, &[&q, &dq, x_base]);
-        let a = evaluate(&derivation.inertia_matrix(base), &[&q, x_base]);
+        let p = evaluated(&momentum, &[&q, &dq, x_base]);
+        let a = evaluated(&derivation.inertia_matrix(base), &[&q, x_base]);
         agree("A dq", robot, &p, &times(&a, &dq), ROUNDING);
-        let y = evaluate(&derivation.momentum_regressor(base), &[&q, &dq]);
+        let y = evaluated(&derivation.momentum_regressor(base), &[&q, &dq]);
         agree("y X", robot, &times(&y, x_base), &p, ROUNDING);
 
         // dp/dt along the motion.
         let by_q = times(&by_duals(&momentum, &[&q, &dq, x_base], 0), &dq);
         let by_dq = times(&by_duals(&momentum, &[&q, &dq, x_base], 1), &ddq);
         let rate: Vec<f64> = by_q.iter().zip(by_dq).map(|(a, b)| a + b).collect();
-        let tau = evaluate(&derivation.inverse_dynamics(base), &[&q, &dq, &ddq, x_base]);
-        let c = evaluate(&derivation.coriolis_matrix(base), &[&q, &dq, x_base]);
+        let tau = evaluated(&derivation.inverse_dynamics(base), &[&q, &dq, &ddq, x_base]);
+        let c = evaluated(&derivation.coriolis_matrix(base), &[&q, &dq, x_base]);
         let transposed: Vec<f64> = (0..n * n).map(|k| c[k % n * n + k / n]).collect();
-        let (c, g) = (times(&transposed, &dq), evaluate(&derivation.gravity(base), &[&q, x_base]));
+        let (c, g) = (times(&transposed, &dq), evaluated(&derivation.gravity(base), &[&q, x_base]));
         let expected: Vec<f64> = (0..n).map(|k| tau[k] + c[k] - g[k]).collect();
         agree("dp/dt", robot, &rate, &expected, ROUNDING);
     }
@@ -276,11 +235,11 @@ fn centre_of_mass_and_momentum_about_it() {
         let n = robot.n_coordinates();
         let (q, dq) = (random.vector(n, 2.0), random.vector(n, 2.0));
         let centre = derivation.centre_of_mass();
-        let found = evaluate(&centre, &[&q, x]);
+        let found = evaluated(&centre, &[&q, x]);
         let j = by_duals(&centre, &[&q, x], 0);
         agree("Jacobian of the centre", robot, &found[3..], &j, ROUNDING);
 
-        let momentum = evaluate(&derivation.centroidal_momentum(), &[&q, &dq, x]);
+        let momentum = evaluated(&derivation.centroidal_momentum(), &[&q, &dq, x]);
         agree("h = map dq", robot, &momentum[..6], &times(&momentum[6..], &dq), ROUNDING);
         // Sums over the links, of masses about the base's origin.
         let (mut mass, mut first, mut linear, mut angular) = (0.0, [0.0; 3], [0.0; 3], [0.0; 3]);
@@ -295,7 +254,7 @@ fn centre_of_mass_and_momentum_about_it() {
         for (k, link) in robot.links.iter().enumerate().skip(robot.massless) {
             let [xx, xy, xz, yy, yz, zz, mx, my, mz, m] = std::array::from_fn(|i| rest[i]);
             rest = &rest[10 + usize::from(link.joint.rotor_inertia.is_modelled())..];
-            let t = evaluate(&derivation.velocity(LinkId(k), None), &[&q, &dq]);
+            let t = evaluated(&derivation.velocity(LinkId(k), None), &[&q, &dq]);
             let (v, w): ([f64; 3], [f64; 3]) = ([t[0], t[1], t[2]], [t[3], t[4], t[5]]);
             let s = [mx, my, mz];
             let turn =
@@ -337,11 +296,11 @@ fn frames_move_as_their_jacobians_say() {
         let point = random.vector(3, 0.5);
         for reference in [ReferenceFrame::Base, ReferenceFrame::Link(other.into())] {
             let jacobian = derivation.jacobian_in(last, &reference);
-            let j = evaluate(&jacobian, &[&q]);
-            let v = evaluate(&derivation.velocity(last, Some(&reference)), &[&q, &dq]);
+            let j = evaluated(&jacobian, &[&q]);
+            let v = evaluated(&derivation.velocity(last, Some(&reference)), &[&q, &dq]);
             agree("J dq", robot, &times(&j, &dq), &v, ROUNDING);
-            let a = evaluate(&derivation.acceleration(last, Some(&reference)), &[&q, &dq, &ddq]);
-            let rest = evaluate(&derivation.jacobian_rate(last, Some(&reference)), &[&q, &dq]);
+            let a = evaluated(&derivation.acceleration(last, Some(&reference)), &[&q, &dq, &ddq]);
+            let rest = evaluated(&derivation.jacobian_rate(last, Some(&reference)), &[&q, &dq]);
             let expected: Vec<f64> = times(&j, &ddq).iter().zip(&rest).map(|(a, b)| a + b).collect();
             agree("J ddq + dJ/dt dq", robot, &a, &expected, ROUNDING);
             if reference == ReferenceFrame::Base {
@@ -353,8 +312,8 @@ fn frames_move_as_their_jacobians_say() {
                 agree("velocity of the pose", robot, &[moved[3], moved[7], moved[11]], &v[..3], ROUNDING);
             }
             // A point of the frame moves by v + w x p.
-            let of_point = evaluate(&derivation.point_jacobian(last, Some(&reference)), &[&q, &point]);
-            let t = evaluate(&derivation.pose_in(last, &reference), &[&q]);
+            let of_point = evaluated(&derivation.point_jacobian(last, Some(&reference)), &[&q, &point]);
+            let t = evaluated(&derivation.pose_in(last, &reference), &[&q]);
             let p = [0, 1, 2].map(|r| (0..3).map(|c| t[4 * r + c] * point[c]).sum::<f64>());
             let lever = [v[4] * p[2] - v[5] * p[1], v[5] * p[0] - v[3] * p[2], v[3] * p[1] - v[4] * p[0]];
             let expected: Vec<f64> = (0..3).map(|i| v[i] + lever[i]).chain(v[3..].iter().copied()).collect();
@@ -362,7 +321,7 @@ fn frames_move_as_their_jacobians_say() {
         }
         // T_last in other, and back through the base.
         let reference = ReferenceFrame::Link(other.into());
-        let t = evaluate(&derivation.pose_in(last, &reference), &[&q]);
+        let t = evaluated(&derivation.pose_in(last, &reference), &[&q]);
         let poses = robot.link_poses(&q);
         let expected = poses[other.0].inverse().compose(&poses[last.0]);
         let rows: Vec<f64> =
@@ -397,23 +356,22 @@ fn loops_that_are_solved_numerically_keep_the_laws() {
     for robot in ["slider_crank", "watt", "three_rpr"].map(loops::with_loops) {
         let mut derivation = Derivation::new(&robot).unwrap();
         let n = robot.n_coordinates();
-        let regressor = derivation.regressor();
-        let base = derivation.base_parameters(&regressor).unwrap();
+        let base = base_parameters(&robot);
         let x_base = base.values(&random.physical_parameters(&robot));
         let mut closure = derivation.closure().unwrap();
         let (q, passive) = closure.find_origin(n).unwrap();
         let (dq, dq_r, ddq) = (random.vector(n, 1.0), random.vector(n, 1.0), random.vector(n, 1.0));
-        let c = evaluate(&derivation.coriolis_matrix(&base), &[&q, &passive, &dq, &x_base]);
-        let bias = evaluate(&derivation.bias(&base), &[&q, &passive, &dq, &x_base]);
-        let g = evaluate(&derivation.gravity(&base), &[&q, &passive, &x_base]);
+        let c = evaluated(&derivation.coriolis_matrix(&base), &[&q, &passive, &dq, &x_base]);
+        let bias = evaluated(&derivation.bias(&base), &[&q, &passive, &dq, &x_base]);
+        let g = evaluated(&derivation.gravity(&base), &[&q, &passive, &x_base]);
         let rest: Vec<f64> = bias.iter().zip(&g).map(|(h, g)| h - g).collect();
         agree("C dq", &robot, &times(&c, &dq), &rest, 1e-9);
-        let a = evaluate(&derivation.inertia_matrix(&base), &[&q, &passive, &x_base]);
-        let y = evaluate(&derivation.slotine_li_regressor(&base), &[&q, &passive, &dq, &dq_r, &ddq]);
+        let a = evaluated(&derivation.inertia_matrix(&base), &[&q, &passive, &x_base]);
+        let y = evaluated(&derivation.slotine_li_regressor(&base), &[&q, &passive, &dq, &dq_r, &ddq]);
         let (at, ct) = (times(&a, &ddq), times(&c, &dq_r));
         let expected: Vec<f64> = (0..n).map(|k| at[k] + ct[k] + g[k]).collect();
         agree("Y X", &robot, &times(&y, &x_base), &expected, 1e-9);
-        let p = evaluate(&derivation.momentum(&base), &[&q, &passive, &dq, &x_base]);
+        let p = evaluated(&derivation.momentum(&base), &[&q, &passive, &dq, &x_base]);
         agree("A dq", &robot, &p, &times(&a, &dq), 1e-9);
     }
 }
@@ -433,8 +391,7 @@ fn each_branch_of_a_tree_adds_the_same_to_its_forward_dynamics() {
         }
         let robot = robot::format::read_yaml(&text, "star.yaml").unwrap();
         let mut derivation = Derivation::new(&robot).unwrap();
-        let regressor = derivation.regressor();
-        let base = derivation.base_parameters(&regressor).unwrap();
+        let base = base_parameters(&robot);
         let count = derivation.forward_dynamics(&base).bound().count();
         count.mul + count.add
     };
@@ -450,8 +407,7 @@ fn derivatives_cost_less_than_half_of_automatic_differentiation() {
         let mut robot = tests::model(file);
         robot.links.iter_mut().for_each(|link| link.joint.rotor_inertia = robot::RotorInertia::Absent);
         let mut derivation = Derivation::new(&robot).unwrap();
-        let regressor = derivation.regressor();
-        let base = derivation.base_parameters(&regressor).unwrap();
+        let base = base_parameters(&robot);
         let count = derivation.inverse_dynamics_derivatives(&base).bound().count();
         println!("{file}: {count:?}");
         assert!(2 * (count.mul + count.add) < casadi, "{file}: {count:?}");

@@ -11,7 +11,7 @@ use experiments::simulate::dynamics::{Dynamics, RegressorDynamics};
 use linear_model::friction::law::FrictionLaw;
 use tests::joint_log::Machine;
 use tests::model_path;
-use tests::program::{folder, rist};
+use tests::program::{done, folder, rist, run};
 
 /// Bandwidth of the loops, rad/s; damping is 1.
 const W: f64 = 10.0;
@@ -45,9 +45,7 @@ int main(void)\n{{\n{declared}    double tau[{n}];\n    int k, is_cut;
         std::fs::write(here.join(format!("{word}.c")), main).unwrap();
         let options =
             format!("-std=c99 -Wall -Wextra -Wconversion -pedantic -Werror -O1 -o {word} {word}.c {robot}.c -lm");
-        let made =
-            Command::new("cc").args(options.split(' ')).current_dir(here).output().expect("a C compiler is there");
-        assert!(made.status.success(), "{}", String::from_utf8_lossy(&made.stderr));
+        done(here, "cc", &options);
         let mut child = Command::new(here.join(word)).stdin(Stdio::piped()).stdout(Stdio::piped()).spawn().unwrap();
         let (to, from) = (child.stdin.take().unwrap(), BufReader::new(child.stdout.take().unwrap()));
         Program { child, to, from }
@@ -68,7 +66,6 @@ int main(void)\n{{\n{declared}    double tau[{n}];\n    int k, is_cut;
     }
 }
 
-/// The columns of a log at an instant.
 fn at(series: &[Vec<f64>], i: usize) -> Vec<f64> {
     series.iter().map(|x| x[i]).collect()
 }
@@ -96,41 +93,25 @@ fn rms(record: &[Vec<f64>], reference: &[Vec<f64>]) -> f64 {
 
 /// Writes the controller with what is identified from a log of the machine.
 fn controller_from_a_log(here: &Path, file: &str, model: &rist::Model, viscous: &[f64], coulomb: &[f64]) {
-    let n = model.robot.n_coordinates();
+    let amplitude = vec![0.9; model.robot.n_coordinates()];
     let standard = model.described_standard_parameters().unwrap();
     let machine = Machine {
-        robot: &model.robot,
-        parameters: &standard,
-        amplitude: &vec![0.9; n],
         viscous,
         coulomb,
         noise: 0.02,
         encoder: 1e-5,
         speed: 1e-3,
-        delay: 0.0,
+        ..Machine::exact(&model.robot, &standard, &amplitude)
     };
-    let names: Vec<String> = model.robot.coordinates.iter().map(|c| c.name.clone()).collect();
-    machine.log().write(&here.join("log.csv"), &names);
+    machine.log().write_for(model, &here.join("log.csv"));
     let path = model_path(file).display().to_string();
-    for arguments in [
-        vec!["identify", &path, "log.csv", "--out", "estimate.yaml"],
-        vec![
-            "generate",
-            &path,
-            "--functions",
-            "controller",
-            "--estimate",
-            "estimate.yaml",
-            "--anyway",
-            "--language",
-            "c",
-        ],
-    ] {
-        let source = format!("{}.c", model.robot.name);
-        let out = if arguments[0] == "generate" { vec!["--out", &source] } else { vec![] };
-        let run = rist(here, &[arguments.clone(), out].concat());
-        assert!(run.code == Some(0) || arguments[0] == "identify", "{arguments:?}: {}", run.err);
-    }
+    rist(here, &["identify", &path, "log.csv", "--out", "estimate.yaml"]);
+    generate(here, &path, &["--language", "c", "--out", &format!("{}.c", model.robot.name)]);
+}
+
+fn generate(here: &Path, path: &str, more: &[&str]) {
+    let with = ["generate", path, "--functions", "controller", "--estimate", "estimate.yaml", "--anyway"];
+    rist(here, &[&with[..], more].concat()).ended(0);
 }
 
 #[test]
@@ -229,10 +210,7 @@ fn the_feedforward_in_rust_is_that_in_c() {
     let here = folder("controller_rust");
     controller_from_a_log(&here, file, &model, &[0.5, 0.2], &[1.0, 0.4]);
     let path = model_path(file).display().to_string();
-    let arguments =
-        ["generate", &path, "--functions", "controller", "--estimate", "estimate.yaml", "--anyway", "--out"];
-    let run = rist(&here, &[&arguments[..], &["arm.rs"]].concat());
-    assert_eq!(run.code, Some(0), "{}", run.err);
+    generate(&here, &path, &["--out", "arm.rs"]);
     let states: Vec<[f64; 6]> = (0..50)
         .map(|i| std::array::from_fn(|k| ((3 * i + 7 * k) as f64 * 0.37).sin() * [1.0, 0.05, 3.0][k / 2]))
         .collect();
@@ -243,18 +221,12 @@ fn the_feedforward_in_rust_is_that_in_c() {
         println!(\"{{:e}} {{:e}}\", tau[0], tau[1]);\n    }}\n}}\n"
     );
     std::fs::write(here.join("main.rs"), main).unwrap();
-    let rustc = std::env::var_os("RUSTC").unwrap_or("rustc".into());
-    let options = "--edition 2024 -A dead_code -D warnings -o main main.rs";
-    let built = Command::new(&rustc).args(options.split(' ')).current_dir(&here).output().unwrap();
-    assert!(built.status.success(), "{}", String::from_utf8_lossy(&built.stderr));
+    done(&here, "rustc", "--edition 2024 -A dead_code -D warnings -o main main.rs");
     // The file alone needs no standard library.
     std::fs::write(here.join("lib.rs"), "#![no_std]\npub mod arm;\n").unwrap();
-    let options = "--edition 2024 --crate-type lib -D warnings lib.rs";
-    let built = Command::new(&rustc).args(options.split(' ')).current_dir(&here).output().unwrap();
-    assert!(built.status.success(), "{}", String::from_utf8_lossy(&built.stderr));
+    done(&here, "rustc", "--edition 2024 --crate-type lib -D warnings lib.rs");
 
-    let said = Command::new(here.join("main")).output().unwrap();
-    let said = String::from_utf8(said.stdout).unwrap();
+    let said = run(&mut Command::new(here.join("main"))).out;
     let in_rust: Vec<f64> = said.split_whitespace().map(|x| x.parse().unwrap()).collect();
     assert_eq!(in_rust.len(), 100);
     let (x, f, name) = (format!("{}_x", model.robot.name), format!("{}_f", model.robot.name), &model.robot.name);

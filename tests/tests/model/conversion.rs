@@ -1,12 +1,11 @@
 //! Conversion between formats and conventions changes no torque.
 
-use expr::Tape;
 use foreign::write_par;
 use modeling::Derivation;
 use robot::convention::Convention;
 use robot::format::{read_par, read_urdf, read_yaml, write_urdf, write_yaml};
 use robot::{Note, Robot, RotorInertia, StandardParameter};
-use tests::model;
+use tests::{evaluated, model};
 
 /// Physical parameters of link j: a body of two points and an ellipsoid, no symmetry to hide behind.
 fn body(j: usize) -> [f64; 10] {
@@ -30,21 +29,16 @@ fn known(file: &str) -> Robot {
     robot
 }
 
-/// Torques at some states, from the robot's own parameters.
 fn torques(robot: &Robot) -> Vec<f64> {
     let mut derivation = Derivation::new(robot).unwrap();
-    let tape = Tape::new(&derivation.torque());
+    let torque = derivation.torque();
     let x: Vec<f64> = StandardParameter::all(robot).into_iter().map(|p| p.value(robot).unwrap()).collect();
     let n = robot.n_coordinates();
-    let mut work = tape.workspace();
-    let mut all = Vec::new();
-    for s in 0..4 {
+    let at = |s: usize| {
         let state: Vec<f64> = (0..3 * n).map(|i| (0.7 * i as f64 + 1.3 * s as f64).sin() * 1.5).collect();
-        let mut tau = vec![0.0; n];
-        tape.evaluate(&[state, x.clone()].concat(), &mut work, &mut tau);
-        all.extend(tau);
-    }
-    all
+        evaluated(&torque, &[&state, &x])
+    };
+    (0..4).flat_map(at).collect()
 }
 
 #[track_caller]

@@ -6,17 +6,14 @@ use std::collections::BTreeMap;
 use std::fmt::Write;
 
 use expr::Count;
-use modeling::Derivation;
 use robot::{Robot, RotorInertia};
-use tests::{model, models};
+use tests::{derived, model, models};
 
 /// Mul, add and sin_cos of each function.
 type Counts = BTreeMap<String, [usize; 3]>;
 
 fn counts(robot: &Robot) -> Counts {
-    let mut derivation = Derivation::new(robot).unwrap_or_else(|open| panic!("{}: {open}", robot.name));
-    let regressor = derivation.regressor();
-    let base = derivation.base_parameters(&regressor).unwrap_or_else(|unclear| panic!("{}: {unclear}", robot.name));
+    let (mut derivation, regressor, base) = derived(robot);
     let functions = [
         ("base_regressor", base.regressor(&regressor)),
         ("regressor", regressor),
@@ -86,9 +83,7 @@ fn counts_are_those_of_the_table() {
 fn the_inertia_matrix_costs_less_than_symoro_printed() {
     // SYMORO+ printed 260 multiplications and 212 additions for the KUKA LWR.
     let robot = model("kuka_lwr.yaml");
-    let mut derivation = Derivation::new(&robot).unwrap_or_else(|open| panic!("{open}"));
-    let regressor = derivation.regressor();
-    let base = derivation.base_parameters(&regressor).unwrap_or_else(|unclear| panic!("{unclear}"));
+    let (mut derivation, _, base) = derived(&robot);
     let count = derivation.inertia_matrix(&base).bound().count();
     assert!(count.mul < 260 && count.add < 212, "{count:?}");
 }

@@ -2,16 +2,14 @@
 
 use std::collections::BTreeMap;
 
-use modeling::{BaseParameters, Derivation};
+use modeling::BaseParameters;
 use robot::{Robot, format};
 use tests::rules::coefficients;
-use tests::standard_names;
+use tests::{base_parameters, standard_names};
 
 /// The base parameters, and the values of the constants that rules name.
 fn derived(robot: &Robot) -> (BaseParameters, Vec<(String, f64)>) {
-    let mut derivation = Derivation::new(robot).unwrap_or_else(|e| panic!("{}: {e}", robot.name));
-    let regressor = derivation.regressor();
-    let parameters = derivation.base_parameters(&regressor).unwrap_or_else(|e| panic!("{}: {e}", robot.name));
+    let parameters = base_parameters(robot);
     let constants = parameters.constants.clone();
     (parameters, constants)
 }

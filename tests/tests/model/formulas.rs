@@ -3,22 +3,18 @@
 
 use std::collections::HashMap;
 use std::fmt::Write as _;
-use std::process::Command;
 
-use expr::{Function, Tape};
+use expr::Function;
 use formulas::{FormulaLanguage, Formulas, formula_file, printed_symbols};
 use modeling::{LinkFrame, RobotFunction};
 use robot::Robot;
 use tests::formula_text::{assignments, evaluated};
-use tests::model_path;
+use tests::model;
+use tests::program::{done, folder, has_python};
 use tests::random::Random;
 
 /// Two ways to add up some thousand terms that mostly cancel.
 const ROUNDING: f64 = 1e-11;
-
-fn robot(file: &str) -> Robot {
-    robot::format::read(&model_path(file)).unwrap_or_else(|e| panic!("{e}"))
-}
 
 /// The functions of a robot by word, those of a link for its last one; all constants are symbols.
 fn functions(robot: &Robot, words: &[&str]) -> Vec<Function> {
@@ -31,7 +27,6 @@ fn functions(robot: &Robot, words: &[&str]) -> Vec<Function> {
     modeling::formulas(robot, &wanted).unwrap().functions.into_iter().map(|(_, function)| function).collect()
 }
 
-/// All words that there are.
 fn all_words() -> Vec<&'static str> {
     tests::register_wings();
     RobotFunction::words().map(|(word, _)| word).collect()
@@ -43,12 +38,9 @@ fn values(function: &Function, random: &mut Random) -> Vec<f64> {
     inputs.into_iter().chain(function.constants().into_iter().map(|(_, _, x)| x)).collect()
 }
 
-/// The entries of all outputs by the tape.
 fn by_tape(function: &Function, values: &[f64]) -> Vec<f64> {
-    let tape = Tape::new(&function.bound());
-    let mut outputs = vec![f64::NAN; tape.n_outputs()];
-    tape.evaluate(&values[..tape.n_inputs()], &mut tape.workspace(), &mut outputs);
-    outputs
+    let n = function.inputs.iter().map(|i| i.entries.len()).sum();
+    tests::evaluated(function, &[&values[..n]])
 }
 
 /// The entries of all outputs, where `name` gives what the language calls one; what it does not assign is zero.
@@ -106,7 +98,7 @@ fn agree(what: &str, found: &[f64], expected: &[f64]) {
 fn text_latex_and_matlab_compute_what_the_tape_does() {
     let (mut random, mut compared) = (Random(40), 0);
     for file in ["planar2r_vertical.yaml", "rx90.yaml", "stanford.yaml", "sr400.par", "tree.yaml", "race.yaml"] {
-        let robot = robot(file);
+        let robot = model(file);
         for function in functions(&robot, &all_words()) {
             // Also with some of the constants as numbers.
             for function in [function.bound_except(&|name| name.len() % 2 == 0), function] {
@@ -128,7 +120,7 @@ fn text_latex_and_matlab_compute_what_the_tape_does() {
 fn expanded_entries_compute_what_the_tape_does() {
     let mut random = Random(41);
     for file in ["planar2r_vertical.yaml", "scara.yaml", "cartpole.yaml"] {
-        for function in functions(&robot(file), &["inertia-matrix", "bias", "inverse-dynamics", "pose", "jacobian"]) {
+        for function in functions(&model(file), &["inertia-matrix", "bias", "inverse-dynamics", "pose", "jacobian"]) {
             let values = values(&function, &mut random);
             let expected = by_tape(&function, &values);
             for language in [FormulaLanguage::Text, FormulaLanguage::Latex] {
@@ -142,7 +134,7 @@ fn expanded_entries_compute_what_the_tape_does() {
 #[test]
 fn one_entry_is_that_of_the_matrix() {
     let mut random = Random(42);
-    for function in functions(&robot("rx90.yaml"), &["inertia-matrix", "pose"]) {
+    for function in functions(&model("rx90.yaml"), &["inertia-matrix", "pose"]) {
         let values = values(&function, &mut random);
         let expected = by_tape(&function, &values);
         let (o, (row, column)) = (&function.outputs[0], (1, 2));
@@ -160,17 +152,14 @@ fn one_entry_is_that_of_the_matrix() {
 
 #[test]
 fn sympy_computes_what_the_tape_does() {
-    let has_sympy = Command::new("python3").args(["-c", "import sympy"]).output().is_ok_and(|o| o.status.success());
-    if !has_sympy {
-        println!("skipped: no python3 with sympy");
+    if !has_python("sympy") {
         return;
     }
-    let folder = std::path::Path::new(env!("CARGO_TARGET_TMPDIR")).join("sympy");
-    std::fs::create_dir_all(&folder).unwrap();
+    let folder = folder("sympy");
     let (mut random, mut script, mut expected) = (Random(43), String::new(), Vec::new());
     for (m, file) in ["planar2r_vertical.yaml", "rx90.yaml", "sr400.par"].into_iter().enumerate() {
         let words = ["inertia-matrix", "inverse-dynamics", "forward-dynamics", "energy", "pose", "friction"];
-        let functions = functions(&robot(file), &words);
+        let functions = functions(&model(file), &words);
         let formulas = functions.iter().map(|function| {
             let doc = vec!["A \"test\" \\ of".into(), "two lines.".into()];
             Formulas { doc, function: function.clone(), place: None, is_expanded: false }
@@ -196,9 +185,7 @@ fn sympy_computes_what_the_tape_does() {
         }
     }
     std::fs::write(folder.join("run.py"), script).unwrap();
-    let ran = Command::new("python3").arg("run.py").current_dir(&folder).output().unwrap();
-    assert!(ran.status.success(), "{}", String::from_utf8_lossy(&ran.stderr));
-    let printed = String::from_utf8(ran.stdout).unwrap();
+    let printed = done(&folder, "python3", "run.py").out;
     let mut numbers = printed.lines().map(|x| x.parse::<f64>().unwrap());
     for (what, expected) in expected {
         let found: Vec<f64> = numbers.by_ref().take(expected.len()).collect();

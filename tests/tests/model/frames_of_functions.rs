@@ -1,8 +1,8 @@
 //! Functions of a link speak of the frame that the file gives it; a file of several compiles; nothing of a text is code.
 
-use expr::{Function, Tape};
 use modeling::{Derivation, LinkFrame, RobotFunction};
 use robot::{Pose, Robot, format};
+use tests::evaluated;
 use tests::random::Random;
 
 const ARM: &str = "<robot name='arm'><link name='base'/>
@@ -15,13 +15,6 @@ const ARM: &str = "<robot name='arm'><link name='base'/>
 
 fn arm() -> Robot {
     format::read_urdf(ARM, "arm.urdf").unwrap_or_else(|e| panic!("{e}"))
-}
-
-fn evaluated(function: &Function, inputs: &[f64]) -> Vec<f64> {
-    let tape = Tape::new(&function.bound());
-    let mut outputs = vec![f64::NAN; tape.n_outputs()];
-    tape.evaluate(inputs, &mut tape.workspace(), &mut outputs);
-    outputs
 }
 
 /// Rz(yaw) Ry(pitch) Rx(roll), then the axis turned by q: the chain as the file has it, written here.
@@ -68,7 +61,7 @@ fn frames_of_a_urdf_are_the_files() {
         for _ in 0..5 {
             let q = [random.unit(), random.unit()];
             let seen = |q: &[f64]| file_pose(&[q[elbow], q[shoulder]], if name == "elbow" { "fore-arm" } else { name });
-            let (t, wanted) = (evaluated(&pose, &q), seen(&q));
+            let (t, wanted) = (evaluated(&pose, &[&q]), seen(&q));
             for r in 0..3 {
                 for c in 0..4 {
                     let entry = if c < 3 { wanted.rotation[r][c] } else { wanted.position[r] };
@@ -76,7 +69,7 @@ fn frames_of_a_urdf_are_the_files() {
                     assert!((t[4 * r + c] - entry).abs() < 1e-13, "{name} {r} {c}: {} {entry}", t[4 * r + c]);
                 }
             }
-            let j = evaluated(&jacobian, &q);
+            let j = evaluated(&jacobian, &[&q]);
             // Central differences: h^2 of truncation and 1e-16 / h of rounding.
             let h = 1e-5;
             for k in 0..2 {
@@ -101,7 +94,7 @@ fn frames_of_a_urdf_are_the_files() {
                 }
             }
             let wrench: [f64; 6] = std::array::from_fn(|_| random.unit());
-            let tau = evaluated(&external, &[&q[..], &wrench].concat());
+            let tau = evaluated(&external, &[&q, &wrench]);
             for k in 0..2 {
                 let wanted: f64 = (0..6).map(|r| j[2 * r + k] * wrench[r]).sum();
                 assert!((tau[k] - wanted).abs() < 1e-14);

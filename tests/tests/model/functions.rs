@@ -1,83 +1,16 @@
 //! The functions beside the regressor: each is held against the equations that tie it to the others.
 
-use expr::{Function, Tape};
-use modeling::{BaseParameters, Derivation};
-use robot::{LinkId, Robot};
+use modeling::Derivation;
+use robot::LinkId;
 use tests::random::Random;
-
-/// One robot with its standard and base parameter values.
-struct Case {
-    robot: Robot,
-    base: BaseParameters,
-    x: Vec<f64>,
-    x_base: Vec<f64>,
-}
-
-/// The outputs of a function at these inputs, one after the other.
-fn evaluate(function: &Function, inputs: &[&[f64]]) -> Vec<f64> {
-    let tape = Tape::new(function);
-    let mut outputs = vec![0.0; tape.n_outputs()];
-    tape.evaluate(&inputs.concat(), &mut tape.workspace(), &mut outputs);
-    outputs
-}
-
-/// A body of points: physical by construction.
-fn body(random: &mut Random) -> [f64; 10] {
-    let mut x = [0.0; 10];
-    for _ in 0..6 {
-        let (m, p) = (1.5 + random.unit(), [0.2 * random.unit(), 0.2 * random.unit(), 0.2 * random.unit()]);
-        let [a, b, c] = p;
-        let point = [b * b + c * c, -a * b, -a * c, a * a + c * c, -b * c, a * a + b * b, a, b, c, 1.0];
-        for (x, y) in x.iter_mut().zip(point) {
-            *x += m * y;
-        }
-    }
-    x
-}
-
-fn cases() -> Vec<Case> {
-    let models = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../models");
-    let mut paths: Vec<_> = std::fs::read_dir(models).unwrap().map(|e| e.unwrap().path()).collect();
-    paths.sort();
-    let mut random = Random(42);
-    let mut robots: Vec<Robot> = paths.iter().map(|path| robot::format::read(path).unwrap()).collect();
-    // The same laws hold for a robot whose base floats.
-    let floating: Vec<Robot> =
-        robots.iter().filter(|r| ["ur5", "scara", "race"].contains(&r.name.as_str())).map(Robot::floating).collect();
-    robots.extend(floating);
-    robots
-        .into_iter()
-        .map(|robot| {
-            let base = {
-                let mut derivation = Derivation::new(&robot).unwrap();
-                let regressor = derivation.regressor();
-                derivation.base_parameters(&regressor).unwrap()
-            };
-            let mut x = Vec::new();
-            for link in &robot.links[robot.massless..] {
-                x.extend(body(&mut random));
-                if link.joint.rotor_inertia.is_modelled() {
-                    x.push(0.5 + 0.4 * random.unit());
-                }
-            }
-            let x_base = base.values(&x);
-            Case { robot, base, x, x_base }
-        })
-        .collect()
-}
-
-/// Agreement to `tolerance` of the largest entry.
-#[track_caller]
-fn agree(what: &str, robot: &Robot, a: &[f64], b: &[f64], tolerance: f64) {
-    let scale = a.iter().chain(b).fold(1.0, |s: f64, x| s.max(x.abs()));
-    assert_eq!(a.len(), b.len(), "{what} of {}", robot.name);
-    for (i, (a, b)) in a.iter().zip(b).enumerate() {
-        assert!((a - b).abs() <= tolerance * scale, "{what} of {}, entry {i}: {a} and {b}", robot.name);
-    }
-}
+use tests::{Case, agree, evaluated};
 
 /// Rounding of some hundred operations, with room for a condition of a thousand.
 const ROUNDING: f64 = 1e-12;
+
+fn cases() -> Vec<Case> {
+    tests::cases(42, &["ur5", "scara", "race"])
+}
 
 #[test]
 fn inverse_dynamics_in_base_parameters_is_the_torque() {
@@ -86,8 +19,8 @@ fn inverse_dynamics_in_base_parameters_is_the_torque() {
         let n = robot.n_coordinates();
         let mut derivation = Derivation::new(robot).unwrap();
         let (q, dq, ddq) = (random.vector(n, 1.0), random.vector(n, 1.0), random.vector(n, 1.0));
-        let torque = evaluate(&derivation.torque(), &[&q, &dq, &ddq, x]);
-        let inverse = evaluate(&derivation.inverse_dynamics(base), &[&q, &dq, &ddq, x_base]);
+        let torque = evaluated(&derivation.torque(), &[&q, &dq, &ddq, x]);
+        let inverse = evaluated(&derivation.inverse_dynamics(base), &[&q, &dq, &ddq, x_base]);
         agree("torque", robot, &torque, &inverse, ROUNDING);
     }
 }
@@ -99,16 +32,16 @@ fn inertia_matrix_and_bias_make_the_torque() {
         let n = robot.n_coordinates();
         let mut derivation = Derivation::new(robot).unwrap();
         let (q, dq, ddq) = (random.vector(n, 1.0), random.vector(n, 1.0), random.vector(n, 1.0));
-        let a = evaluate(&derivation.inertia_matrix(base), &[&q, x_base]);
-        let bias = evaluate(&derivation.bias(base), &[&q, &dq, x_base]);
-        let torque = evaluate(&derivation.inverse_dynamics(base), &[&q, &dq, &ddq, x_base]);
+        let a = evaluated(&derivation.inertia_matrix(base), &[&q, x_base]);
+        let bias = evaluated(&derivation.bias(base), &[&q, &dq, x_base]);
+        let torque = evaluated(&derivation.inverse_dynamics(base), &[&q, &dq, &ddq, x_base]);
         let row = |r: usize| bias[r] + (0..n).map(|c| a[r * n + c] * ddq[c]).sum::<f64>();
         agree("A ddq + h", robot, &(0..n).map(row).collect::<Vec<_>>(), &torque, ROUNDING);
         let transposed: Vec<f64> = (0..n * n).map(|i| a[i % n * n + i / n]).collect();
         agree("A symmetric", robot, &a, &transposed, 0.0);
 
-        let gravity = evaluate(&derivation.gravity(base), &[&q, x_base]);
-        let still = evaluate(&derivation.bias(base), &[&q, &vec![0.0; n], x_base]);
+        let gravity = evaluated(&derivation.gravity(base), &[&q, x_base]);
+        let still = evaluated(&derivation.bias(base), &[&q, &vec![0.0; n], x_base]);
         agree("gravity", robot, &gravity, &still, ROUNDING);
     }
 }
@@ -120,8 +53,8 @@ fn forward_dynamics_undoes_inverse_dynamics() {
         let n = robot.n_coordinates();
         let mut derivation = Derivation::new(robot).unwrap();
         let (q, dq, ddq) = (random.vector(n, 1.0), random.vector(n, 1.0), random.vector(n, 1.0));
-        let tau = evaluate(&derivation.inverse_dynamics(base), &[&q, &dq, &ddq, x_base]);
-        let back = evaluate(&derivation.forward_dynamics(base), &[&q, &dq, &tau, x_base]);
+        let tau = evaluated(&derivation.inverse_dynamics(base), &[&q, &dq, &ddq, x_base]);
+        let back = evaluated(&derivation.forward_dynamics(base), &[&q, &dq, &tau, x_base]);
         // The condition of A, up to 1e4 here, amplifies rounding.
         agree("ddq", robot, &ddq, &back, 1e-9);
     }
@@ -136,12 +69,12 @@ fn energies_give_inertia_matrix_gravity_and_power() {
         let energy = derivation.energy();
         let p = x.len();
         let energies = |q: &[f64], dq: &[f64]| -> (f64, f64) {
-            let e = evaluate(&energy, &[q, dq]);
+            let e = evaluated(&energy, &[q, dq]);
             let of = |e: &[f64]| e.iter().zip(x).map(|(e, x)| e * x).sum();
             (of(&e[..p]), of(&e[p..]))
         };
         let (q, dq) = (random.vector(n, 1.0), random.vector(n, 1.0));
-        let a = evaluate(&derivation.inertia_matrix(base), &[&q, x_base]);
+        let a = evaluated(&derivation.inertia_matrix(base), &[&q, x_base]);
 
         // The Hessian of K, exactly: K is quadratic in dq.
         let unit = |i: usize, j: usize| (0..n).map(|k| f64::from(k == i) + f64::from(k == j)).collect::<Vec<f64>>();
@@ -153,7 +86,7 @@ fn energies_give_inertia_matrix_gravity_and_power() {
 
         // dE/dt = tau . dq along q + t dq, dq + t ddq, by central differences of the fourth order.
         let ddq = random.vector(n, 1.0);
-        let torque = evaluate(&derivation.inverse_dynamics(base), &[&q, &dq, &ddq, x_base]);
+        let torque = evaluated(&derivation.inverse_dynamics(base), &[&q, &dq, &ddq, x_base]);
         let power: f64 = torque.iter().zip(&dq).map(|(t, v)| t * v).sum();
         let at = |t: f64| {
             let q: Vec<f64> = (0..n).map(|k| q[k] + t * dq[k] + 0.5 * t * t * ddq[k]).collect();
@@ -177,14 +110,14 @@ fn poses_and_jacobians_are_those_of_the_frames() {
         let (q, dq) = (random.vector(n, 1.0), random.vector(n, 1.0));
         let frames = robot.link_poses(&q);
         for j in (0..robot.links.len()).map(LinkId) {
-            let t = evaluate(&derivation.pose(j), &[&q]);
+            let t = evaluated(&derivation.pose(j), &[&q]);
             let frame = &frames[j.0];
             for r in 0..3 {
                 let row: Vec<f64> = frame.rotation[r].iter().copied().chain([frame.position[r]]).collect();
                 agree("pose", robot, &t[4 * r..4 * r + 4], &row, ROUNDING);
             }
             // Velocity of O_j in frame j, from differences of its position.
-            let jacobian = evaluate(&derivation.jacobian(j), &[&q]);
+            let jacobian = evaluated(&derivation.jacobian(j), &[&q]);
             let h = 1e-5;
             let moved = |t: f64| robot.link_poses(&(0..n).map(|k| q[k] + t * dq[k]).collect::<Vec<_>>())[j.0];
             let (after, before) = (moved(h), moved(-h));
@@ -195,7 +128,7 @@ fn poses_and_jacobians_are_those_of_the_frames() {
             agree("velocity", robot, &local, &linear, 1e-9);
 
             let wrench = random.vector(6, 1.0);
-            let tau = evaluate(&derivation.external_torque(j), &[&q, &wrench]);
+            let tau = evaluated(&derivation.external_torque(j), &[&q, &wrench]);
             let expected: Vec<f64> = (0..n).map(|k| (0..6).map(|r| jacobian[r * n + k] * wrench[r]).sum()).collect();
             agree("external torque", robot, &tau, &expected, ROUNDING);
         }
@@ -212,9 +145,9 @@ fn energies_of_base_parameters_are_those_of_the_bodies() {
         let (energy, energies) = (derivation.energy(), derivation.energies(base));
         let mut at = || {
             let (q, dq) = (random.vector(n, 1.0), random.vector(n, 1.0));
-            let per_unit = evaluate(&energy.bound(), &[&q, &dq]);
+            let per_unit = evaluated(&energy, &[&q, &dq]);
             let of = |e: &[f64]| e.iter().zip(x).map(|(e, x)| e * x).sum::<f64>();
-            let found = evaluate(&energies.bound(), &[&q, &dq, x_base]);
+            let found = evaluated(&energies, &[&q, &dq, x_base]);
             (found, [of(&per_unit[..x.len()]), of(&per_unit[x.len()..])])
         };
         let ((a, expected_a), (b, expected_b)) = (at(), at());
@@ -233,19 +166,19 @@ fn reactions_move_all_that_the_base_carries() {
         let n = robot.n_coordinates();
         let mut derivation = Derivation::new(robot).unwrap();
         let (q, dq, ddq) = (random.vector(n, 1.0), random.vector(n, 1.0), random.vector(n, 1.0));
-        let reactions = evaluate(&derivation.joint_reactions().bound(), &[&q, &dq, &ddq, x]);
+        let reactions = evaluated(&derivation.joint_reactions(), &[&q, &dq, &ddq, x]);
         let links = robot.links.len();
         let column = |k: usize| -> [f64; 6] { std::array::from_fn(|row| reactions[row * links + k]) };
-        let (centre, momentum) = (derivation.centre_of_mass().bound(), derivation.centroidal_momentum().bound());
+        let (centre, momentum) = (derivation.centre_of_mass(), derivation.centroidal_momentum());
         let at = |t: f64| {
             let q: Vec<f64> = (0..n).map(|k| q[k] + t * dq[k] + 0.5 * t * t * ddq[k]).collect();
             let dq: Vec<f64> = (0..n).map(|k| dq[k] + t * ddq[k]).collect();
-            evaluate(&momentum, &[&q, &dq, x])[..6].to_vec()
+            evaluated(&momentum, &[&q, &dq, x])[..6].to_vec()
         };
         let h = 1e-3;
         let [a, b, c, d] = [h, -h, 2.0 * h, -2.0 * h].map(at);
         let rate: Vec<f64> = (0..6).map(|i| (8.0 * (a[i] - b[i]) - (c[i] - d[i])) / (12.0 * h)).collect();
-        let c = evaluate(&centre, &[&q, x]);
+        let c = evaluated(&centre, &[&q, x]);
         let poses = robot.link_poses(&q);
         let mut total = [0.0; 6];
         for k in robot.link_ids().filter(|j| robot.link(*j).antecedent.is_none()) {
@@ -267,7 +200,7 @@ fn reactions_move_all_that_the_base_carries() {
         }
         agree("rate of momentum", robot, &total, &rate, 1e-8);
 
-        let torque = evaluate(&derivation.torque().bound(), &[&q, &dq, &ddq, x]);
+        let torque = evaluated(&derivation.torque(), &[&q, &dq, &ddq, x]);
         for j in robot.link_ids() {
             let joint = &robot.link(j).joint;
             if let [(k, 1.0)] = joint.variable.terms[..] {
@@ -300,13 +233,13 @@ fn constraint_equations_are_those_of_the_closed_loops() {
     for name in ["four_bar", "watt", "three_rpr", "gough_stewart"] {
         let robot = tests::loops::with_loops(name);
         let derivation = Derivation::new(&robot).unwrap();
-        let function = derivation.constraint_equations().unwrap().bound();
+        let function = derivation.constraint_equations().unwrap();
         let (n, m) = (robot.n_coordinates(), robot.passive.len());
         let mut closure = derivation.closure().unwrap();
         let (origin, _) = closure.find_origin(n).unwrap();
         let q: Vec<f64> = origin.iter().map(|q| q + 0.01 * random.unit()).collect();
         let passive = closure.passive(&q).unwrap().to_vec();
-        let found = evaluate(&function, &[&q, &passive]);
+        let found = evaluated(&function, &[&q, &passive]);
         let rows = function.outputs[0].rows;
         let (e, rest) = found.split_at(rows);
         let (ja, rest) = rest.split_at(rows * n);

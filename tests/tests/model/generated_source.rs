@@ -6,11 +6,13 @@
 //! C give the bits of the tape, but for square roots.
 
 use std::fmt::Write as _;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::process::Command;
 
 use expr::{Expr, Function, Graph, Input, Module, Output, SymbolKind, Tape};
 use random::SplitMix;
+use tests::model;
+use tests::program::{done, folder, is_there, run};
 use tests::running_error::bounded;
 
 const STATES: usize = 50;
@@ -54,16 +56,11 @@ fn quotients() -> Module {
 }
 
 fn modules() -> Vec<Module> {
-    let models = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../models");
-    let read = |name: &str| {
-        let robot = robot::format::read(&models.join(name)).unwrap_or_else(|e| panic!("{e}"));
-        let functions = FUNCTIONS.map(|word| modeling::RobotFunction::of_robot(word).unwrap());
-        modeling::module(&robot, &functions).unwrap_or_else(|e| panic!("{e}"))
-    };
-    // Lengths as an argument.
-    let robot = robot::format::read(&models.join("rx90.yaml")).unwrap_or_else(|e| panic!("{e}"));
     let functions = FUNCTIONS.map(|word| modeling::RobotFunction::of_robot(word).unwrap());
-    let open = modeling::module_with_symbols(&robot, &functions, &|_| true).unwrap_or_else(|e| panic!("{e}"));
+    let read = |name: &str| modeling::module(&model(name), &functions).unwrap_or_else(|e| panic!("{e}"));
+    // Lengths as an argument.
+    let open = modeling::module_with_symbols(&model("rx90.yaml"), &functions, &|_| true);
+    let open = open.unwrap_or_else(|e| panic!("{e}"));
     assert_eq!(open.symbols, ["gz", "D3", "RL4"]);
     vec![quotients(), read("race.yaml"), read("scara.yaml"), read("ur5.yaml"), open.module]
 }
@@ -127,20 +124,12 @@ fn held_against_tapes(modules: &[Module], printed: &str, to_the_bit: bool) {
 
 /// Compiles in a folder of its own and runs with the states on standard input.
 fn compiled_and_run(folder: &Path, compile: &mut Command, modules: &[Module], to_the_bit: bool) {
-    let made = compile.current_dir(folder).output().unwrap();
-    let said = String::from_utf8_lossy(&made.stderr);
-    assert!(made.status.success() && said.is_empty(), "{compile:?}\n{said}");
+    let made = run(compile.current_dir(folder)).ended(0);
+    assert!(made.err.is_empty(), "{compile:?}\n{}", made.err);
     std::fs::write(folder.join("states"), all_states(modules)).unwrap();
     let states = std::fs::File::open(folder.join("states")).unwrap();
-    let ran = Command::new(folder.join("program")).stdin(states).output().unwrap();
-    assert!(ran.status.success(), "{}", String::from_utf8_lossy(&ran.stderr));
-    held_against_tapes(modules, &String::from_utf8(ran.stdout).unwrap(), to_the_bit);
-}
-
-fn folder(name: &str) -> PathBuf {
-    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join(name);
-    std::fs::create_dir_all(&folder).unwrap();
-    folder
+    let ran = run(Command::new(folder.join("program")).stdin(states)).ended(0);
+    held_against_tapes(modules, &ran.out, to_the_bit);
 }
 
 /// An output may be the array of an input of its length: each such call gives what the one apart has given.
@@ -212,11 +201,16 @@ fn calls_of_c(m: &Module) -> String {
     main
 }
 
+fn write_c(folder: &Path, m: &Module) {
+    let files = codegen::c_files(m, "this test", &format!("{}.h", m.name));
+    std::fs::write(folder.join(format!("{}.h", m.name)), files.header).unwrap();
+    std::fs::write(folder.join(format!("{}.c", m.name)), files.source).unwrap();
+}
+
 #[test]
 fn c_agrees_with_the_tape() {
-    let is_there = |cc: &&str| Command::new(cc).arg("--version").output().is_ok_and(|o| o.status.success());
     // gcc and clang fuse in ways of their own.
-    let found: Vec<&str> = ["cc", "clang"].into_iter().filter(is_there).collect();
+    let found: Vec<&str> = ["cc", "clang"].into_iter().filter(|cc| is_there(cc)).collect();
     if found.is_empty() {
         println!("skipped: no C compiler");
     }
@@ -229,11 +223,8 @@ fn c_by_a_compiler_agrees_with_the_tape(cc: &str) {
     let mut main = String::new();
     let mut sources = vec!["main.c".to_string()];
     for m in &modules {
-        let header = format!("{}.h", m.name);
-        let files = codegen::c_files(m, "this test", &header);
-        std::fs::write(folder.join(&header), files.header).unwrap();
-        std::fs::write(folder.join(format!("{}.c", m.name)), files.source).unwrap();
-        writeln!(includes, "#include \"{header}\"").unwrap();
+        write_c(&folder, m);
+        writeln!(includes, "#include \"{}.h\"", m.name).unwrap();
         sources.push(format!("{}.c", m.name));
         main += &calls_of_c(m);
     }
@@ -384,10 +375,8 @@ fn floats_are_computed_as_floats() {
             writeln!(text, "pub fn {name}({arguments}) {{ {}::{name}::<f32>({names}); }}", m.name).unwrap();
         }
         std::fs::write(folder.join("lib.rs"), text).unwrap();
-        let rustc = std::env::var("RUSTC").unwrap_or("rustc".into());
         let options = "--edition 2024 --crate-type lib --emit asm=out.s,llvm-ir=out.ll -C opt-level=1 lib.rs";
-        let made = Command::new(rustc).args(options.split(' ')).current_dir(&folder).output().unwrap();
-        assert!(made.status.success(), "{}", String::from_utf8_lossy(&made.stderr));
+        done(&folder, "rustc", options);
         let assembly = std::fs::read_to_string(folder.join("out.s")).unwrap();
         assert!(assembly.contains("mulss") || assembly.contains("mulps"), "{}: no floats", m.name);
         assert_eq!(has_doubles(&assembly), None, "Rust of {}", m.name);
@@ -397,19 +386,17 @@ fn floats_are_computed_as_floats() {
         assert!(ir.contains("float"), "{}: no floats", m.name);
         assert_eq!(double, None, "Rust of {}", m.name);
 
-        let files = codegen::c_files(m, "this test", &format!("{}.h", m.name));
-        std::fs::write(folder.join(format!("{}.h", m.name)), files.header).unwrap();
-        std::fs::write(folder.join(format!("{}.c", m.name)), files.source).unwrap();
+        write_c(&folder, m);
         let options = format!(
             "-std=c99 -Wall -Wextra -Wconversion -Wdouble-promotion -Werror -O1 -S -D{}_REAL=float -o c.s {}.c",
             m.name.to_ascii_uppercase(),
             m.name
         );
-        let Ok(made) = Command::new("cc").args(options.split(' ')).current_dir(&folder).output() else {
+        if !is_there("cc") {
             println!("skipped C: no compiler");
             continue;
-        };
-        assert!(made.status.success(), "{}", String::from_utf8_lossy(&made.stderr));
+        }
+        done(&folder, "cc", &options);
         assert_eq!(has_doubles(&std::fs::read_to_string(folder.join("c.s")).unwrap()), None, "C of {}", m.name);
     }
 }
@@ -419,8 +406,7 @@ fn floats_are_computed_as_floats() {
 /// Of Rust the same is read in [`floats_are_computed_as_floats`]: the target has no standard library here.
 #[test]
 fn floats_of_a_cortex_m4f_call_no_doubles() {
-    let is_there = |program: &&str| Command::new(program).arg("--version").output().is_ok_and(|o| o.status.success());
-    let (Some(nm), true) = (["llvm-nm", "nm"].into_iter().find(is_there), is_there(&"clang")) else {
+    let (Some(nm), true) = (["llvm-nm", "nm"].into_iter().find(|nm| is_there(nm)), is_there("clang")) else {
         println!("skipped: no clang with nm");
         return;
     };
@@ -435,20 +421,13 @@ fn floats_of_a_cortex_m4f_call_no_doubles() {
     std::fs::write(folder.join("math.h"), header + fused).unwrap();
     let undefined = |name: &str, number: &str| {
         let options = "--target=thumbv7em-none-eabihf -mcpu=cortex-m4 -mfloat-abi=hard -std=c99 -ffreestanding -I. -Werror -O2 -c";
-        let defined = format!("-D{}_REAL={number}", name.to_ascii_uppercase());
-        let mut clang = Command::new("clang");
-        clang.args(options.split(' ')).args([&defined, "-o", "object.o", &format!("{name}.c")]).current_dir(&folder);
-        let made = clang.output().unwrap();
-        assert!(made.status.success(), "{}", String::from_utf8_lossy(&made.stderr));
-        let listed = Command::new(nm).args(["-u", "object.o"]).current_dir(&folder).output().unwrap();
-        assert!(listed.status.success(), "{}", String::from_utf8_lossy(&listed.stderr));
-        let text = String::from_utf8(listed.stdout).unwrap();
-        text.split_whitespace().filter(|word| *word != "U").map(str::to_string).collect::<Vec<_>>()
+        let upper = name.to_ascii_uppercase();
+        done(&folder, "clang", &format!("{options} -D{upper}_REAL={number} -o object.o {name}.c"));
+        let listed = done(&folder, nm, "-u object.o").out;
+        listed.split_whitespace().filter(|word| *word != "U").map(str::to_string).collect::<Vec<_>>()
     };
     for m in &modules {
-        let files = codegen::c_files(m, "this test", &format!("{}.h", m.name));
-        std::fs::write(folder.join(format!("{}.h", m.name)), files.header).unwrap();
-        std::fs::write(folder.join(format!("{}.c", m.name)), files.source).unwrap();
+        write_c(&folder, m);
         let of_floats = ["sqrtf"];
         let of_memory = |name: &str| name.starts_with("__aeabi_mem");
         let called = undefined(&m.name, "float");
@@ -482,12 +461,8 @@ fn main() {
 }
 ";
     std::fs::write(folder.join("main.rs"), main).unwrap();
-    let rustc = std::env::var("RUSTC").unwrap_or("rustc".into());
-    let options = "--edition 2024 -C opt-level=1 -o program main.rs";
-    let made = Command::new(rustc).args(options.split(' ')).current_dir(&folder).output().unwrap();
-    assert!(made.status.success(), "{}", String::from_utf8_lossy(&made.stderr));
-    let ran = Command::new(folder.join("program")).output().unwrap();
-    let printed = String::from_utf8(ran.stdout).unwrap();
+    done(&folder, "rustc", "--edition 2024 -C opt-level=1 -o program main.rs");
+    let printed = run(&mut Command::new(folder.join("program"))).out;
     let numbers: Vec<f64> = printed.split_whitespace().map(|x| x.parse().unwrap()).collect();
     // An ulp of 1 is 1.2e-7.
     assert!(numbers.len() == 2 && numbers[0] < 1e-7 && numbers[1] < 6.2e-8, "{printed}");

@@ -2,15 +2,12 @@
 //! that could fail. Any tree of joints can be generated, large or small.
 
 use std::path::Path;
-use std::process::Command;
 
-use expr::Tape;
-use modeling::Derivation;
 use robot::Robot;
-use tests::program::folder;
+use tests::program::{done, folder};
 use tests::random::Random;
 use tests::urdf_text::random_tree;
-use tests::{dot, models, recursion};
+use tests::{derived, dot, evaluated, models, recursion};
 
 fn generated(robot: &Robot) -> String {
     let module = modeling::module(robot, &[]).unwrap_or_else(|unclear| panic!("{}: {unclear}", robot.name));
@@ -21,10 +18,7 @@ fn generated(robot: &Robot) -> String {
 fn compiles(folder: &Path, root: &str, text: &str) {
     std::fs::write(folder.join("x.rs"), text).unwrap();
     std::fs::write(folder.join("without_std.rs"), "#![no_std]\npub mod x;\n").unwrap();
-    let rustc = std::env::var_os("RUSTC").unwrap_or("rustc".into());
-    let arguments = "--crate-type lib --edition 2024 --emit=metadata -D warnings".split(' ');
-    let out = Command::new(rustc).args(arguments).arg(root).current_dir(folder).output().unwrap();
-    assert!(out.status.success(), "{root}: {}", String::from_utf8_lossy(&out.stderr));
+    done(folder, "rustc", &format!("--crate-type lib --edition 2024 --emit=metadata -D warnings {root}"));
 }
 
 #[test]
@@ -82,14 +76,10 @@ fn goes_all_the_way(n: usize, reach: usize, seed: u64) {
     let text = random_tree(n, reach, seed);
     let robot = robot::format::read_urdf(&text, "tree.urdf").unwrap_or_else(|e| panic!("{e}"));
     assert_eq!(robot.n_coordinates(), n);
-    let mut derivation = Derivation::new(&robot).unwrap();
-    let regressor = derivation.regressor();
-    let base = derivation.base_parameters(&regressor).unwrap_or_else(|unclear| panic!("{n} joints: {unclear}"));
+    let (_, regressor, base) = derived(&robot);
     let mut random = Random(seed);
     let (state, x) = (random.state(&robot), random.parameters(&robot));
-    let tape = Tape::new(&base.regressor(&regressor));
-    let mut y = vec![f64::NAN; tape.n_outputs()];
-    tape.evaluate(&state.inputs(), &mut tape.workspace(), &mut y);
+    let y = evaluated(&base.regressor(&regressor), &[&state.inputs()]);
     let x_base = base.values(&x);
     for (row, tau) in y.chunks(base.len()).zip(recursion::torque(&robot, &state, &x)) {
         let (found, size) = dot(row, &x_base);
@@ -100,16 +90,8 @@ fn goes_all_the_way(n: usize, reach: usize, seed: u64) {
 }
 
 #[test]
-fn one_joint_is_generated() {
-    goes_all_the_way(1, 1, 41);
-}
-
-#[test]
-fn a_serial_robot_of_thirty_joints_is_generated() {
-    goes_all_the_way(30, 1, 42);
-}
-
-#[test]
-fn a_tree_of_forty_four_joints_is_generated() {
-    goes_all_the_way(44, 6, 43);
+fn any_tree_of_joints_is_generated() {
+    for (n, reach, seed) in [(1, 1, 41), (30, 1, 42), (44, 6, 43)] {
+        goes_all_the_way(n, reach, seed);
+    }
 }

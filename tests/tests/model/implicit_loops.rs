@@ -1,16 +1,14 @@
 //! Loops closed numerically: against the same loops closed by affine functions, and against energy.
 
-use expr::{Function, Tape};
 use modeling::{Derivation, Open};
-use robot::{Affine, CoordinateId, PassiveCoordinate, Robot, Value};
+use robot::{
+    Affine, CoordinateId, JointKind, LinkId, Loop, LoopFrame, ModifiedDh, PassiveCoordinate, Robot, SymbolId, Value,
+};
+use tests::loops::with_loops;
+use tests::{base_parameters, derived, dot, evaluated};
 
 /// A planar four-bar: crank L1, coupler L2, rocker L3 on the base at L4. Cut between coupler and rocker.
-fn four_bar(lengths: [f64; 4]) -> Robot {
-    four_bar_from(lengths, 0.0)
-}
-
-/// The same with the crank at this angle where q1 is zero.
-fn four_bar_from([l1, l2, l3, l4]: [f64; 4], crank: f64) -> Robot {
+fn four_bar([l1, l2, l3, l4]: [f64; 4]) -> Robot {
     let text = format!(
         "convention: khalil-kleinfinger
 name: four_bar
@@ -18,76 +16,25 @@ gravity: [0, -9.81, 0]
 symbols: {{L1: {l1}, L2: {l2}, L3: {l3}, L4: {l4}}}
 coordinates: [q1]
 links:
-  - {{link: 1, antecedent: base, theta: q1 + {crank}}}
+  - {{link: 1, antecedent: base, theta: q1}}
   - {{link: 2, antecedent: 1, drive: passive, d: L1, theta: -q1}}
   - {{link: 3, antecedent: base, drive: passive, d: L4, theta: q1}}
 "
     );
     let mut robot = robot::format::read_yaml(&text, "four_bar.yaml").unwrap();
     let passive = |k: usize| Affine { terms: vec![(CoordinateId(1 + k), 1.0)], offset: Value::ZERO };
-    let name = |k: usize| format!("p{k}");
     let start = [-0.7, 0.7, 0.1];
-    robot.passive = (0..3).map(|k| PassiveCoordinate { name: name(k), start: start[k] }).collect();
-    robot.links[1].joint.variable = passive(0);
-    robot.links[2].joint.variable = passive(1);
-    robot.loops.push(robot::Loop {
-        cut: robot::LoopFrame {
-            antecedent: Some(robot::LinkId(1)),
-            geometry: robot::ModifiedDh { d: Value::Number(l2), ..robot::ModifiedDh::ZERO },
-            kind: robot::JointKind::Revolute,
-            variable: passive(2),
-        },
-        twin: robot::LoopFrame {
-            antecedent: Some(robot::LinkId(2)),
-            geometry: robot::ModifiedDh { d: Value::Number(l3), ..robot::ModifiedDh::ZERO },
-            kind: robot::JointKind::Fixed,
-            variable: Affine::constant(Value::ZERO),
-        },
-    });
-    robot
-}
-
-/// A slider-crank: crank L1, connecting rod L2, slider along the base's x axis.
-fn slider_crank() -> Robot {
-    let text = "convention: khalil-kleinfinger
-name: slider_crank
-gravity: [0, -9.81, 0]
-coordinates: [q1]
-links:
-  - {link: 1, antecedent: base, theta: q1}
-  - {link: 2, antecedent: 1, drive: passive, d: 0.2, theta: -q1}
-  - {link: 3, antecedent: base, joint: prismatic, drive: passive, gamma: pi/2, alpha: pi/2, r: q1}
-";
-    let mut robot = robot::format::read_yaml(text, "slider_crank.yaml").unwrap();
-    let passive = |k: usize| Affine { terms: vec![(CoordinateId(1 + k), 1.0)], offset: Value::ZERO };
-    let start = [-0.3, 0.6, 0.1];
     robot.passive = (0..3).map(|k| PassiveCoordinate { name: format!("p{k}"), start: start[k] }).collect();
     robot.links[1].joint.variable = passive(0);
     robot.links[2].joint.variable = passive(1);
-    let half_pi = || Value::Div(Box::new(Value::Pi), Box::new(Value::Number(2.0)));
-    robot.loops.push(robot::Loop {
-        cut: robot::LoopFrame {
-            antecedent: Some(robot::LinkId(1)),
-            geometry: robot::ModifiedDh { d: Value::Number(0.5), ..robot::ModifiedDh::ZERO },
-            kind: robot::JointKind::Revolute,
-            variable: passive(2),
-        },
-        // The slider's frame has z along the base's x: turn back so that z is the base's.
-        twin: robot::LoopFrame {
-            antecedent: Some(robot::LinkId(2)),
-            geometry: robot::ModifiedDh { alpha: Value::Neg(Box::new(half_pi())), ..robot::ModifiedDh::ZERO },
-            kind: robot::JointKind::Fixed,
-            variable: Affine::constant(Value::ZERO),
-        },
-    });
+    let frame = |antecedent, d, kind, variable| {
+        let geometry = ModifiedDh { d, ..ModifiedDh::ZERO };
+        LoopFrame { antecedent: Some(LinkId(antecedent)), geometry, kind, variable }
+    };
+    let cut = frame(1, Value::Number(l2), JointKind::Revolute, passive(2));
+    let twin = frame(2, Value::Number(l3), JointKind::Fixed, Affine::constant(Value::ZERO));
+    robot.loops.push(Loop { cut, twin });
     robot
-}
-
-fn evaluate(function: &Function, inputs: &[&[f64]]) -> Vec<f64> {
-    let tape = Tape::new(function);
-    let mut outputs = vec![0.0; tape.n_outputs()];
-    tape.evaluate(&inputs.concat(), &mut tape.workspace(), &mut outputs);
-    outputs
 }
 
 /// Physical parameters of three links and a rotor.
@@ -114,8 +61,8 @@ fn a_parallelogram_solved_numerically_is_the_affine_one() {
     for q in [0.4, 0.8, 1.3, 2.0] {
         let passive = closure.solve(&[q], Some(&[-q, q, 0.0])).unwrap();
         assert!((passive[0] + q).abs() < 1e-10 && (passive[1] - q).abs() < 1e-10, "{passive:?}");
-        let a = evaluate(&torque, &[&[q], &passive, &[1.7], &[-2.3], &x])[0];
-        let b = evaluate(&reference, &[&[q], &[1.7], &[-2.3], &x])[0];
+        let a = evaluated(&torque, &[&[q], &passive, &[1.7], &[-2.3], &x])[0];
+        let b = evaluated(&reference, &[&[q], &[1.7], &[-2.3], &x])[0];
         // The passive angles are solved to 1e-11; the torque is some newton metres.
         assert!((a - b).abs() < 1e-9, "{a} {b}");
     }
@@ -125,32 +72,21 @@ fn a_parallelogram_solved_numerically_is_the_affine_one() {
 fn the_parallelogram_four_bar_has_three_base_parameters_either_way() {
     // Opposite sides share their symbols: equal at every value, so that the exact rank is that of the parallelogram.
     let mut implicit = four_bar([0.3, 0.6, 0.3, 0.6]);
-    let symbol =
-        |name: &str| Value::Symbol(robot::SymbolId(implicit.symbols.iter().position(|s| s.name == name).unwrap()));
+    let symbol = |name: &str| Value::Symbol(SymbolId(implicit.symbols.iter().position(|s| s.name == name).unwrap()));
     let (crank, base) = (symbol("L1"), symbol("L4"));
     implicit.loops[0].twin.geometry.d = crank;
     implicit.loops[0].cut.geometry.d = base;
-    let mut derivation = Derivation::new(&implicit).unwrap();
-    let regressor = derivation.regressor();
-    let base = derivation.base_parameters(&regressor).unwrap();
+    let base = base_parameters(&implicit);
     assert_eq!(base.len(), 3, "{:?}", base.base.iter().map(|b| &b.name).collect::<Vec<_>>());
     assert_eq!(base.rank.exact, modeling::ExactRank::Closed { rank: 3, other_assemblies: true });
-
-    // By four lengths of their own it is one four-bar of many, which have eight.
-    let chance = four_bar([0.3, 0.6, 0.3, 0.6]);
-    let mut derivation = Derivation::new(&chance).unwrap();
-    let regressor = derivation.regressor();
-    let refused = derivation.base_parameters(&regressor).err();
-    assert!(matches!(refused, Some(modeling::UnclearRank::Coincident { numeric: 3, exact: 8, .. })), "{refused:?}");
 }
 
 #[test]
 fn power_is_the_change_of_energy_and_base_parameters_lose_nothing() {
-    for robot in [four_bar([0.2, 0.55, 0.4, 0.5]), slider_crank()] {
-        let mut derivation = Derivation::new(&robot).unwrap();
+    for robot in [four_bar([0.2, 0.55, 0.4, 0.5]), with_loops("slider_crank")] {
+        let (mut derivation, regressor, base) = derived(&robot);
         let mut closure = derivation.closure().unwrap();
-        let (torque, energy, regressor) = (derivation.torque(), derivation.energy(), derivation.regressor());
-        let base = derivation.base_parameters(&regressor).unwrap();
+        let (torque, energy) = (derivation.torque(), derivation.energy());
         let base_regressor = base.regressor(&regressor);
         let p = base.standard.len();
         let x = parameters(p);
@@ -158,20 +94,19 @@ fn power_is_the_change_of_energy_and_base_parameters_lose_nothing() {
         for q in [0.3, 0.9, 1.6] {
             let (dq, ddq) = (1.3, -0.8);
             let passive = closure.solve(&[q], None).unwrap();
-            let tau = evaluate(&torque, &[&[q], &passive, &[dq], &[ddq], &x])[0];
+            let tau = evaluated(&torque, &[&[q], &passive, &[dq], &[ddq], &x])[0];
 
-            let d = evaluate(&regressor, &[&[q], &passive, &[dq], &[ddq]]);
-            let d_base = evaluate(&base_regressor, &[&[q], &passive, &[dq], &[ddq]]);
-            let product = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
-            assert!((product(&d, &x) - tau).abs() < 1e-11 * (1.0 + tau.abs()), "{}", robot.name);
+            let d = evaluated(&regressor, &[&[q], &passive, &[dq], &[ddq]]);
+            let d_base = evaluated(&base_regressor, &[&[q], &passive, &[dq], &[ddq]]);
+            assert!((dot(&d, &x).0 - tau).abs() < 1e-11 * (1.0 + tau.abs()), "{}", robot.name);
             // Numeric coefficients carry the rounding of the scan.
-            assert!((product(&d_base, &x_base) - tau).abs() < 1e-9 * (1.0 + tau.abs()), "{}", robot.name);
+            assert!((dot(&d_base, &x_base).0 - tau).abs() < 1e-9 * (1.0 + tau.abs()), "{}", robot.name);
 
             let mut at = |t: f64| {
                 let (q, dq) = (q + t * dq + 0.5 * t * t * ddq, dq + t * ddq);
                 let passive = closure.solve(&[q], Some(&passive)).unwrap();
-                let e = evaluate(&energy, &[&[q], &passive, &[dq]]);
-                product(&e[..p], &x) + product(&e[p..], &x)
+                let e = evaluated(&energy, &[&[q], &passive, &[dq]]);
+                dot(&e[..p], &x).0 + dot(&e[p..], &x).0
             };
             let h = 1e-3;
             let slope = (8.0 * (at(h) - at(-h)) - (at(2.0 * h) - at(-2.0 * h))) / (12.0 * h);
@@ -182,11 +117,11 @@ fn power_is_the_change_of_energy_and_base_parameters_lose_nothing() {
         // A ddq + h = tau, and forward undoes inverse.
         let q = 0.7;
         let passive = closure.solve(&[q], None).unwrap();
-        let inverse = evaluate(&derivation.inverse_dynamics(&base), &[&[q], &passive, &[1.1], &[0.6], &x_base])[0];
-        let a = evaluate(&derivation.inertia_matrix(&base), &[&[q], &passive, &x_base])[0];
-        let bias = evaluate(&derivation.bias(&base), &[&[q], &passive, &[1.1], &x_base])[0];
+        let inverse = evaluated(&derivation.inverse_dynamics(&base), &[&[q], &passive, &[1.1], &[0.6], &x_base])[0];
+        let a = evaluated(&derivation.inertia_matrix(&base), &[&[q], &passive, &x_base])[0];
+        let bias = evaluated(&derivation.bias(&base), &[&[q], &passive, &[1.1], &x_base])[0];
         assert!((a * 0.6 + bias - inverse).abs() < 1e-9 * (1.0 + inverse.abs()), "{}", robot.name);
-        let back = evaluate(&derivation.forward_dynamics(&base), &[&[q], &passive, &[1.1], &[inverse], &x_base])[0];
+        let back = evaluated(&derivation.forward_dynamics(&base), &[&[q], &passive, &[1.1], &[inverse], &x_base])[0];
         assert!((back - 0.6).abs() < 1e-9, "{}: {back}", robot.name);
     }
 }

@@ -1,15 +1,14 @@
 //! The inverse geometric model against the direct one.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use expr::Tape;
 use modeling::{Derivation, LinkFrame};
 use nalgebra::DMatrix;
 use robot::{JointKind, Robot};
-use tests::model;
 use tests::random::Random;
+use tests::{files_below, model};
 
-/// Poses of each arm.
 const POSES: usize = 2_000;
 
 /// An RX90 from its end: axes 1, 2 and 3 meet, and 4 and 5 are parallel.
@@ -174,18 +173,8 @@ fn arms() -> impl Iterator<Item = Robot> {
 /// The arms of six joints among the URDF files below a folder that have an inverse geometric model; of the others it is
 /// printed why not.
 fn arms_below(folder: &Path) -> Vec<Robot> {
-    let entries = std::fs::read_dir(folder).unwrap_or_else(|e| panic!("{}: {e}", folder.display()));
-    let mut paths: Vec<PathBuf> = entries.map(|entry| entry.unwrap().path()).collect();
-    paths.sort();
     let mut arms = Vec::new();
-    for path in paths {
-        if path.is_dir() {
-            arms.extend(arms_below(&path));
-            continue;
-        }
-        if path.extension().is_none_or(|end| end != "urdf") {
-            continue;
-        }
+    for path in files_below(folder).into_iter().filter(|path| path.extension().is_some_and(|end| end == "urdf")) {
         let robot = match rist::read_robot(&path, &Default::default()) {
             Ok(robot) if robot.n_coordinates() == 6 => robot,
             _ => continue,
@@ -253,7 +242,6 @@ impl Arm {
         DMatrix::from_row_slice(6, 6, &Arm::of(&self.jacobian, q, 36))
     }
 
-    /// Rows that are numbers.
     fn solutions(&self, t: &[f64]) -> Vec<Vec<f64>> {
         let found = Arm::of(&self.inverse, t, if self.sliding.is_some() { 104 } else { 96 });
         let angle = |k: usize, joint: usize| match self.sliding {

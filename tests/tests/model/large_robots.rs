@@ -5,16 +5,15 @@
 //! `modeling`; where that is too large, it is the known number and nothing may be lost.
 
 use std::fmt::Write as _;
-use std::path::Path;
 use std::process::Command;
 
-use expr::Tape;
-use modeling::{BaseParameters, Derivation, RobotFunction};
+use modeling::{BaseParameters, RobotFunction};
 use nalgebra::DMatrix;
 use robot::Robot;
 use robot::format::{ReadOptions, read_urdf_with, read_yaml};
+use tests::program::{done, folder, is_there, run};
 use tests::random::Random;
-use tests::{dot, recursion, standard_names};
+use tests::{derived, dot, evaluated, recursion, standard_names};
 
 #[derive(Clone, Copy, PartialEq)]
 enum Axes {
@@ -65,15 +64,12 @@ fn read(text: &str, floating_base: bool) -> Robot {
 
 /// The base parameters, after D_base X_base = D X was found to hold at some states.
 fn regrouped(robot: &Robot) -> BaseParameters {
-    let mut derivation = Derivation::new(robot).unwrap();
-    let regressor = derivation.regressor();
-    let base = derivation.base_parameters(&regressor).unwrap_or_else(|e| panic!("{}: {e}", robot.links.len()));
-    let tape = Tape::new(&base.regressor(&regressor));
+    let (_, regressor, base) = derived(robot);
+    let base_regressor = base.regressor(&regressor);
     let random = &mut Random(1);
     for _ in 0..2 {
         let (state, x) = (random.state(robot), random.parameters(robot));
-        let mut y = vec![f64::NAN; tape.n_outputs()];
-        tape.evaluate(&state.inputs(), &mut tape.workspace(), &mut y);
+        let y = evaluated(&base_regressor, &[&state.inputs()]);
         let x_base = base.values(&x);
         for (row, tau) in y.chunks(base.len()).zip(recursion::torque(robot, &state, &x)) {
             let (found, size) = dot(row, &x_base);
@@ -168,56 +164,58 @@ fn two_arms_on_a_floating_base() {
 }
 
 fn compiler_of_c() -> Option<&'static str> {
-    let is_there = |cc: &&str| Command::new(cc).arg("--version").output().is_ok_and(|o| o.status.success());
-    ["cc", "gcc", "clang"].into_iter().find(is_there)
+    let found = ["cc", "gcc", "clang"].into_iter().find(|cc| is_there(cc));
+    if found.is_none() {
+        println!("skipped: no C compiler");
+    }
+    found
 }
 
-/// What `main` prints, compiled without a warning beside the files `many.h` and `many.c`.
-fn printed_by_c(cc: &str, folder: &str, files: codegen::CFiles, main: &str) -> String {
-    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join(folder);
-    std::fs::create_dir_all(&folder).unwrap();
-    std::fs::write(folder.join("many.h"), files.header).unwrap();
-    std::fs::write(folder.join("many.c"), files.source).unwrap();
-    std::fs::write(folder.join("main.c"), main).unwrap();
-    let mut compile = Command::new(cc);
-    compile.args("-std=c99 -Wall -Wextra -pedantic -Werror -o program main.c many.c -lm".split(' '));
-    let made = compile.current_dir(&folder).output().unwrap();
-    assert!(made.status.success(), "{}", String::from_utf8_lossy(&made.stderr));
-    String::from_utf8(Command::new(folder.join("program")).output().unwrap().stdout).unwrap()
+/// What `main` prints in C, compiled without a warning beside the files `many.h` and `many.c`; it has q, dq, ddq and the
+/// base parameters x of a random state.
+fn printed_by_c(
+    cc: &str,
+    (robot, base, functions): (&Robot, &BaseParameters, &[RobotFunction]),
+    main: &str,
+) -> (String, Vec<f64>) {
+    let module = modeling::module(robot, functions).unwrap_or_else(|e| panic!("{e}"));
+    let files = codegen::c_files(&module, "this test", "many.h");
+    let (state, x) = (Random(3).state(robot), Random(4).parameters(robot));
+    let list = |v: &[f64]| v.iter().map(|x| format!("{x:?}")).collect::<Vec<_>>().join(", ");
+    let head = format!(
+        "#include <stdio.h>\n#include \"many.h\"\n\
+         static const double q[] = {{{}}}, dq[] = {{{}}}, ddq[] = {{{}}}, x[] = {{{}}};\n",
+        list(&state.q),
+        list(&state.dq),
+        list(&state.ddq),
+        list(&base.values(&x)),
+    );
+    let folder = folder(&format!("many_{}", robot.n_coordinates()));
+    for (file, text) in [("many.h", files.header), ("many.c", files.source), ("main.c", head + main)] {
+        std::fs::write(folder.join(file), text).unwrap();
+    }
+    done(&folder, cc, "-std=c99 -Wall -Wextra -pedantic -Werror -o program main.c many.c -lm");
+    (run(&mut Command::new(folder.join("program"))).out, recursion::torque(robot, &state, &x))
 }
 
 /// Each function of a robot, in C: of more than eight angles the sines are taken four at a time, where they are needed. It
 /// compiles without a warning, and its torque is that of the recursion.
 #[test]
 fn every_function_of_ten_joints_compiles_in_c() {
-    let Some(cc) = compiler_of_c() else {
-        println!("skipped: no C compiler");
-        return;
-    };
+    let Some(cc) = compiler_of_c() else { return };
     for (n, axes) in [(9, Axes::Right), (10, Axes::Oblique)] {
         let robot = read(&urdf(n, axes, 1, None), false);
         let base = regrouped(&robot);
         let of_robot = RobotFunction::words().filter_map(|(word, _)| RobotFunction::of_robot(word));
         let words: Vec<RobotFunction> = of_robot.filter(|word| word.check(&robot).is_ok()).collect();
         assert!(words.len() > 10, "{}", words.len());
-        let module = modeling::module(&robot, &words).unwrap_or_else(|e| panic!("{e}"));
-        let files = codegen::c_files(&module, "this test", "many.h");
-        let (state, x) = (Random(3).state(&robot), Random(4).parameters(&robot));
-        let list = |v: &[f64]| v.iter().map(|x| format!("{x:?}")).collect::<Vec<_>>().join(", ");
         let main = format!(
-            "#include <stdio.h>\n#include \"many.h\"\n\
-             static const double q[] = {{{}}}, dq[] = {{{}}}, ddq[] = {{{}}}, x[] = {{{}}};\n\
-             static double tau[{n}];\n\
+            "static double tau[{n}];\n\
              int main(void) {{ int i; many_inverse_dynamics(q, dq, ddq, x, tau);\n\
-             for (i = 0; i < {n}; i++) printf(\"%.17g\\n\", tau[i]);\nreturn 0; }}\n",
-            list(&state.q),
-            list(&state.dq),
-            list(&state.ddq),
-            list(&base.values(&x)),
+             for (i = 0; i < {n}; i++) printf(\"%.17g\\n\", tau[i]);\nreturn 0; }}\n"
         );
-        let printed = printed_by_c(cc, &format!("ten_{n}"), files, &main);
+        let (printed, expected) = printed_by_c(cc, (&robot, &base, &words), &main);
         let tau: Vec<f64> = printed.lines().map(|line| line.parse().unwrap()).collect();
-        let expected = recursion::torque(&robot, &state, &x);
         assert_eq!(tau.len(), n);
         let size = expected.iter().fold(0.0, |a: f64, b| a.max(b.abs()));
         // Rounding of thousands of terms.
@@ -227,34 +225,19 @@ fn every_function_of_ten_joints_compiles_in_c() {
 
 #[test]
 fn a_generated_regressor_of_sixty_joints_gives_the_torque() {
-    let Some(cc) = compiler_of_c() else {
-        println!("skipped: no C compiler");
-        return;
-    };
+    let Some(cc) = compiler_of_c() else { return };
     let robot = read(&urdf(60, Axes::Right, 1, None), false);
     let base = regrouped(&robot);
     let word = RobotFunction::of_robot("base-regressor").unwrap();
-    let module = modeling::module(&robot, &[word]).unwrap_or_else(|e| panic!("{e}"));
-    let files = codegen::c_files(&module, "this test", "many.h");
-
-    let (state, x) = (Random(3).state(&robot), Random(4).parameters(&robot));
-    let list = |v: &[f64]| v.iter().map(|x| format!("{x:?}")).collect::<Vec<_>>().join(", ");
     let (n, p) = (60, base.len());
     let main = format!(
-        "#include <stdio.h>\n#include \"many.h\"\n\
-         static const double q[] = {{{}}}, dq[] = {{{}}}, ddq[] = {{{}}}, x[] = {{{}}};\n\
-         static double y[{n}][{p}];\n\
+        "static double y[{n}][{p}];\n\
          int main(void) {{ int i, k; many_base_regressor(q, dq, ddq, y);\n\
          for (i = 0; i < {n}; i++) {{ double tau = 0, size = 0; for (k = 0; k < {p}; k++) {{ tau += y[i][k] * x[k]; \
          size += y[i][k] * x[k] > 0 ? y[i][k] * x[k] : -y[i][k] * x[k]; }}\n\
-         printf(\"%.17g %.17g\\n\", tau, size); }} return 0; }}\n",
-        list(&state.q),
-        list(&state.dq),
-        list(&state.ddq),
-        list(&base.values(&x)),
+         printf(\"%.17g %.17g\\n\", tau, size); }} return 0; }}\n"
     );
-    let printed = printed_by_c(cc, "sixty", files, &main);
-    let expected = recursion::torque(&robot, &state, &x);
+    let (printed, expected) = printed_by_c(cc, (&robot, &base, &[word]), &main);
     assert_eq!(printed.lines().count(), n);
     for (line, tau) in printed.lines().zip(expected) {
         let (found, size) = line.split_once(' ').unwrap();
@@ -274,8 +257,6 @@ fn what_rounding_drowns_is_refused() {
     let links: String = (1..=25).map(link).collect();
     let text = format!("convention: khalil-kleinfinger\nname: long\nrotor_inertia: none\nlinks:\n{links}");
     let robot = read_yaml(&text, "long.yaml").unwrap();
-    let mut derivation = Derivation::new(&robot).unwrap();
-    let regressor = derivation.regressor();
-    let refused = derivation.base_parameters(&regressor).map(|base| base.len());
+    let refused = tests::try_base_parameters(&robot).map(|base| base.len());
     assert!(refused.is_err(), "{refused:?}");
 }

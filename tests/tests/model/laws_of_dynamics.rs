@@ -9,7 +9,7 @@ use robot::{
     Value,
 };
 use tests::random::{Random, State};
-use tests::{dot, lagrangian, model_text, models, recursion, standard_names};
+use tests::{base_parameters as base, dot, lagrangian, model_text, models, recursion, standard_names};
 
 /// Rounding of two ways to the same sum, relative to the sum of the magnitudes of its terms: some thousand
 /// operations of 1e-16 each, which mostly cancel.
@@ -108,50 +108,6 @@ fn inertia_matrix_is_symmetric_and_positive_definite_for_physical_parameters() {
 }
 
 #[test]
-fn velocity_torques_are_the_christoffel_symbols_of_the_inertia_matrix() {
-    for (file, robot) in models() {
-        let n = robot.n_coordinates();
-        let mut random = Random(3);
-        let mut regressor = Regressor::new(&robot);
-        let (state, x) = (random.state(&robot), random.physical_parameters(&robot));
-        // dM/dq_k by central differences of fourth order: entries are trigonometric polynomials of degree 2
-        // in each angle, so truncation is 2^5 h^4 / 30 of them, rounding 1e-16 / h; h = 1e-3 makes both 1e-12.
-        let h = 1e-3;
-        let derivative: Vec<DMatrix<f64>> = (0..n)
-            .map(|k| {
-                let mut at = |step: f64| {
-                    let mut q = state.q.clone();
-                    q[k] += step;
-                    regressor.inertia_matrix(&q, &x)
-                };
-                (at(-2.0 * h) - at(2.0 * h) + (at(h) - at(-h)) * 8.0) / (12.0 * h)
-            })
-            .collect();
-        let dq = DVector::from_row_slice(&state.dq);
-        let c = DMatrix::from_fn(n, n, |i, j| {
-            (0..n).map(|k| 0.5 * (derivative[k][(i, j)] + derivative[j][(i, k)] - derivative[i][(j, k)]) * dq[k]).sum()
-        });
-        let moving = State { q: state.q.clone(), dq: state.dq.clone(), ddq: vec![0.0; n] };
-        let resting = State { q: state.q.clone(), dq: vec![0.0; n], ddq: vec![0.0; n] };
-        let (with, size) = regressor.times(&moving, &x);
-        let without = regressor.times(&resting, &x).0;
-        let h_of_d: Vec<f64> = with.iter().zip(&without).map(|(a, b)| a - b).collect();
-        close((&c * &dq).as_slice(), &h_of_d, &size, 1e-10, &format!("{file}: C dq"));
-
-        // dM/dt - 2 C is skew, with the C above and with any other of the same torque along dq.
-        let mut rate = DMatrix::zeros(n, n);
-        for k in 0..n {
-            rate += &derivative[k] * dq[k];
-        }
-        let skew = &rate - &c * 2.0;
-        assert!((&skew + skew.transpose()).norm() <= 1e-9 * (1.0 + rate.norm()), "{file}: {skew}");
-        let along = dq.dot(&(&rate * &dq)) - 2.0 * dq.dot(&DVector::from_vec(h_of_d));
-        let scale = 1.0 + dq.norm() * size.iter().sum::<f64>();
-        assert!(along.abs() <= 1e-10 * scale, "{file}: {along}");
-    }
-}
-
-#[test]
 fn power_of_the_torques_is_the_rate_of_the_energy() {
     for (file, robot) in models() {
         let mut random = Random(4);
@@ -165,12 +121,6 @@ fn power_of_the_torques_is_the_rate_of_the_energy() {
             assert!((power - expected).abs() <= ROUNDING * scale, "{file}: {power} {expected}");
         }
     }
-}
-
-fn base(robot: &Robot) -> BaseParameters {
-    let mut derivation = derived(robot);
-    let regressor = derivation.regressor();
-    derivation.base_parameters(&regressor).unwrap_or_else(|unclear| panic!("{}: {unclear}", robot.name))
 }
 
 fn read(text: &str) -> Robot {

@@ -8,11 +8,10 @@ use std::collections::HashMap;
 use std::io::Read;
 use std::path::Path;
 
-use expr::Tape;
 use modeling::Derivation;
 use robot::format::{Mimic, ReadOptions};
 use robot::{Robot, RotorInertia, inertial_matrix};
-use tests::shared;
+use tests::{base_parameters, dot, evaluated, shared};
 
 const ROBOTS: [(&str, usize); 5] =
     [("ur5", 36), ("panda", 51), ("solo12", 68), ("baxter", 103), ("double_pendulum", 6)];
@@ -90,9 +89,9 @@ fn standard_parameters_agree_in_the_joint_frames_of_the_file() {
 fn regressor_and_torque_agree_through_the_exact_linear_map() {
     for (name, _, robot, table) in cases() {
         let names = coordinates(&robot);
-        let tape = Tape::new(&Derivation::new(&robot).unwrap().regressor());
+        let regressor = Derivation::new(&robot).unwrap().regressor();
         let (n, p) = (names.len(), 10 * robot.links.len());
-        assert_eq!(tape.n_outputs(), n * p, "{name}");
+        assert_eq!(regressor.outputs.iter().map(|o| o.entries.len()).sum::<usize>(), n * p, "{name}");
         let x: Vec<f64> = robot.links.iter().flat_map(|l| l.inertial.unwrap_or_default()).collect();
         // Our parameters of link j are M_j times those about its joint frame.
         let maps: Vec<_> = robot.links.iter().map(|l| inertial_matrix(&l.file_frame)).collect();
@@ -101,11 +100,9 @@ fn regressor_and_torque_agree_through_the_exact_linear_map() {
         assert!(table.rows.len() >= 20, "{name}");
         for row in &table.rows {
             let state: Vec<f64> = inputs.iter().map(|&k| row[k]).collect();
-            let mut y = vec![f64::NAN; n * p];
-            tape.evaluate(&state, &mut tape.workspace(), &mut y);
+            let y = evaluated(&regressor, &[&state]);
             for (i, y) in y.chunks(p).enumerate() {
-                let tau: f64 = y.iter().zip(&x).map(|(y, x)| y * x).sum();
-                let size: f64 = y.iter().zip(&x).map(|(y, x)| (y * x).abs()).sum();
+                let (tau, size) = dot(y, &x);
                 let expected = row[torques[i]];
                 assert!((tau - expected).abs() <= 1e-9 * size.max(1e-3), "{name} {}: {tau} {expected}", names[i]);
                 let scale = y.iter().fold(0.0f64, |s, y| s.max(y.abs()));
@@ -125,9 +122,6 @@ fn regressor_and_torque_agree_through_the_exact_linear_map() {
 #[test]
 fn ranks_are_those_of_the_robots() {
     for (name, rank, robot, _) in cases() {
-        let mut derivation = Derivation::new(&robot).unwrap();
-        let regressor = derivation.regressor();
-        let base = derivation.base_parameters(&regressor).unwrap_or_else(|unclear| panic!("{name}: {unclear}"));
-        assert_eq!(base.len(), rank, "{name}");
+        assert_eq!(base_parameters(&robot).len(), rank, "{name}");
     }
 }

@@ -4,13 +4,9 @@ use identification::estimate::artefact::Estimate;
 use identification::estimate::identified::{Identified, Status};
 use identification::estimate::validation::Validation;
 use tests::joint_log;
-use tests::program::{folder, rist};
+use tests::program::{estimate, folder, rist};
 use tests::random::Random;
 use tests::{model, model_path, model_text, test_robot_path};
-
-fn estimate(path: &std::path::Path) -> Estimate {
-    Estimate::from_yaml("estimate", &std::fs::read_to_string(path).unwrap()).unwrap()
-}
 
 fn parameter<'a>(estimate: &'a Estimate, name: &str) -> &'a Identified {
     let id = name.parse().unwrap();
@@ -25,8 +21,7 @@ fn the_joint_of_a_parameter_is_not_read_from_its_name() {
     let x = Random(50).physical_parameters(&robot);
     joint_log::write(&here.join("log.csv"), &robot, &x, &[0.005, 1.0, 1.0, 1.0, 1.0, 1.0], 0.01);
     let urdf = model_path("ur5.urdf").display().to_string();
-    let run = rist(&here, &["identify", &urdf, "log.csv", "--friction", "none", "--out", "e.yaml"]);
-    assert_eq!(run.code, Some(0), "{}", run.err);
+    let run = rist(&here, &["identify", &urdf, "log.csv", "--friction", "none", "--out", "e.yaml"]).ended(0);
     let found = estimate(&here.join("e.yaml"));
     let weak = found.parameters.iter().filter(|p| p.status == Status::Weak);
     assert_eq!(weak.map(|p| p.id.to_string()).collect::<Vec<_>>(), ["ZZR_shoulder_pan"], "{}", run.out);
@@ -41,8 +36,7 @@ fn units_are_those_of_the_joint() {
     // Without the bodies of the file, which are not those of the log.
     let text = model_text("cartesian3p.yaml");
     std::fs::write(here.join("arm.yaml"), text.split("standard_parameters").next().unwrap()).unwrap();
-    let run = rist(&here, &["identify", "arm.yaml", "log.csv", "--out", "e.yaml"]);
-    assert_eq!(run.code, Some(0), "{}", run.err);
+    let run = rist(&here, &["identify", "arm.yaml", "log.csv", "--out", "e.yaml"]).ended(0);
     let found = estimate(&here.join("e.yaml"));
     for (name, unit) in [("IA1", "kg"), ("FV2", "N s/m"), ("FS3", "N"), ("OFF3", "N")] {
         assert_eq!(parameter(&found, name).unit.to_string(), unit, "{name}");
@@ -64,8 +58,7 @@ fn a_report_reads_every_validation() {
         &["validate", &arm, "e.yaml", "b.csv", "--out", "v.yaml"],
         &["report", "--estimate", "e.yaml", "--validation", "v.yaml", "--out", "r.html"],
     ] {
-        let run = rist(&here, arguments);
-        assert_eq!(run.code, Some(0), "{arguments:?}: {}", run.err);
+        rist(&here, arguments).ended(0);
     }
     let page = std::fs::read_to_string(here.join("r.html")).unwrap();
     assert!(page.contains("1 motion") && page.contains("<td>q2</td>"), "{page}");
@@ -81,8 +74,7 @@ fn the_truth_of_a_simulation_predicts_its_logs() {
         &["simulate", &race, "plan.yaml", "--gain", "q1=2.393,q2=0.870", "--out", "logs", "--validation", "2"],
         &["validate", &race, "logs/truth.yaml", "logs", "--out", "v.yaml"],
     ] {
-        let run = rist(&here, arguments);
-        assert_eq!(run.code, Some(0), "{arguments:?}: {}", run.err);
+        rist(&here, arguments).ended(0);
     }
     // README's estimate of eight experiments validates at 1.44 %; the truth does no worse.
     let validation = std::fs::read_to_string(here.join("v.yaml")).unwrap();
@@ -99,8 +91,7 @@ fn the_truth_has_the_load_and_the_friction() {
     let ur5 = tests::workspace().join("models/ur5.urdf").display().to_string();
     let docs = tests::workspace().join("docs/ur5");
     let (motion, tool) = (docs.join("motion.yaml").display().to_string(), docs.join("tool.yaml").display().to_string());
-    let run = rist(&here, &["simulate", &ur5, &motion, "--load", &tool, "--validation", "0", "--out", "logs"]);
-    assert_eq!(run.code, Some(0), "{}", run.err);
+    rist(&here, &["simulate", &ur5, &motion, "--load", &tool, "--validation", "0", "--out", "logs"]).ended(0);
     let (bare, loaded) = (estimate(&here.join("logs/truth.yaml")), estimate(&here.join("logs/truth_loaded.yaml")));
     // 2 kg at (0.02, 0, 0.12) m, and the joint turns about z of the link: its first moments across the axis grow by 0.04 kg m.
     let value = |e: &Estimate, name: &str| parameter(e, name).value.unwrap_or_else(|| panic!("{name} has no value"));

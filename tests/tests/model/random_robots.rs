@@ -3,31 +3,26 @@
 //! Chains and trees of up to six links, whose joints are revolute, prismatic, moved by other coordinates, or locked, with
 //! four kinds of numbers. The seeds are fixed: a robot that fails is found again by its number.
 
-use expr::{Function, Tape};
+use expr::Function;
 use modeling::{BaseParameters, Derivation};
 use nalgebra::DMatrix;
 use robot::{Robot, format};
 use tests::random::{Random, State};
-use tests::{dot, recursion};
+use tests::random_structures::rank_of;
+use tests::{dot, evaluated, recursion};
 
 /// Rounding of two ways to the same sum, relative to the magnitudes of its terms: some ten thousand operations of 1e-16
 /// each, most of which cancel.
 const ROUNDING: f64 = 1e-12;
-
-/// A column counts where it stands out of the others by more than this share of the largest: far above the rounding of
-/// the columns, 1e-13, and below what lengths and angles of two digits leave of one, 1e-6.
-const STANDS_OUT: f64 = 1e-9;
 
 /// Operations of a base regressor a pair of links: what is common is shared, so they grow with the square; 37 at most here.
 const OPERATIONS: usize = 60;
 
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Numbers {
-    /// Right angles.
     Right,
     /// Twelfths of a turn and one length: special positions of other kinds.
     Special,
-    /// Any.
     General,
     /// Right angles and coinciding axes but for very little.
     Nearly,
@@ -103,27 +98,12 @@ fn derived(robot: &Robot, what: &str) -> Derived {
     Derived { torque: derivation.torque(), regressor, base }
 }
 
-fn evaluate(function: &Function, inputs: &[f64]) -> Vec<f64> {
-    let tape = Tape::new(function);
-    let mut outputs = vec![f64::NAN; tape.n_outputs()];
-    tape.evaluate(inputs, &mut tape.workspace(), &mut outputs);
-    outputs
-}
-
 /// The rank of D over many states, by singular values of its scaled columns.
 fn rank(regressor: &Function, robot: &Robot, random: &mut Random, p: usize) -> usize {
     let n = robot.n_coordinates();
-    let rows = (0..2 * p / n + 20).flat_map(|_| evaluate(regressor, &random.state(robot).inputs())).collect::<Vec<_>>();
-    let mut observed = DMatrix::from_row_slice(rows.len() / p, p, &rows);
-    let largest = observed.column_iter().map(|c| c.norm()).fold(0.0, f64::max);
-    for mut column in observed.column_iter_mut() {
-        let norm = column.norm();
-        if norm > STANDS_OUT * largest {
-            column /= norm;
-        }
-    }
-    let values = observed.singular_values();
-    values.iter().filter(|v| **v > STANDS_OUT * values.max()).count()
+    let rows =
+        (0..2 * p / n + 20).flat_map(|_| evaluated(regressor, &[&random.state(robot).inputs()])).collect::<Vec<_>>();
+    rank_of(DMatrix::from_row_slice(rows.len() / p, p, &rows)).0
 }
 
 fn holds(seed: u64, numbers: Numbers) {
@@ -149,11 +129,11 @@ fn holds(seed: u64, numbers: Numbers) {
     for _ in 0..3 {
         let (state, x): (State, Vec<f64>) = (random.state(&robot), random.parameters(&robot));
         let tau = recursion::torque(&robot, &state, &x);
-        let d = evaluate(&regressor, &state.inputs());
+        let d = evaluated(&regressor, &[&state.inputs()]);
         let (by_regressor, size): (Vec<f64>, Vec<f64>) = d.chunks(p).map(|row| dot(row, &x)).unzip();
-        let directly = evaluate(&torque, &[state.inputs(), x.clone()].concat());
+        let directly = evaluated(&torque, &[&state.inputs(), &x]);
         let by_base = base.as_ref().zip(base_regressor.as_ref()).map(|(base, function)| {
-            let y = evaluate(function, &state.inputs());
+            let y = evaluated(function, &[&state.inputs()]);
             let values = base.values(&x);
             (0..n).map(|i| dot(&y[i * values.len()..][..values.len()], &values).0).collect::<Vec<f64>>()
         });
@@ -182,21 +162,10 @@ fn holds(seed: u64, numbers: Numbers) {
 }
 
 #[test]
-fn of_right_angles() {
-    (0..50).for_each(|seed| holds(seed, Numbers::Right));
-}
-
-#[test]
-fn of_special_angles_and_one_length() {
-    (100..150).for_each(|seed| holds(seed, Numbers::Special));
-}
-
-#[test]
-fn of_any_numbers() {
-    (200..250).for_each(|seed| holds(seed, Numbers::General));
-}
-
-#[test]
-fn special_but_for_very_little() {
-    (300..350).for_each(|seed| holds(seed, Numbers::Nearly));
+fn what_is_derived_is_what_mechanics_says() {
+    for (first, numbers) in
+        [(0, Numbers::Right), (100, Numbers::Special), (200, Numbers::General), (300, Numbers::Nearly)]
+    {
+        (first..first + 50).for_each(|seed| holds(seed, numbers));
+    }
 }

@@ -16,7 +16,6 @@ fn derived(robot: &Robot) -> Derivation<'_> {
     Derivation::new(robot).unwrap_or_else(|open| panic!("{}: {open}", robot.name))
 }
 
-/// What law 2 speaks of.
 struct Regrouped {
     standard: Function,
     base: Function,
@@ -53,14 +52,8 @@ impl Regrouped {
         &self.rules[found.unwrap_or_else(|| panic!("no {name} among {:?}", self.base_names()))]
     }
 
-    /// Coefficients by name, of one base parameter.
     fn terms(&self, k: usize) -> BTreeMap<String, f64> {
         self.parameters.base[k].terms.iter().map(|t| (self.names[t.parameter].clone(), t.coefficient)).collect()
-    }
-
-    /// The named constants of the rules, numbers without a symbol by their place among them.
-    fn constants(&self) -> Vec<(String, f64)> {
-        self.parameters.constants.clone()
     }
 }
 
@@ -148,7 +141,7 @@ fn prints_what_it_means(robot: &Robot, what: &str) {
         let rule = &regrouped.rules[k];
         let (left, right) = rule.split_once(" = ").unwrap_or_else(|| panic!("{what}: {rule}"));
         assert!(b.name.ends_with(left), "{what}: {} is called {left} in its rule", b.name);
-        same_terms(&coefficients(right, &regrouped.names, &regrouped.constants()), &regrouped.terms(k), rule);
+        same_terms(&coefficients(right, &regrouped.names, &regrouped.parameters.constants), &regrouped.terms(k), rule);
     }
 }
 
@@ -237,8 +230,9 @@ fn race_has_the_eighteen_base_parameters_and_their_rules() {
         ("D7MY7", "MY7 = MY7"),
     ] {
         let same_sum = |a: &str, b: &str| {
-            let terms =
-                |text: &str| coefficients(text.split_once(" = ").unwrap().1, &regrouped.names, &regrouped.constants());
+            let terms = |text: &str| {
+                coefficients(text.split_once(" = ").unwrap().1, &regrouped.names, &regrouped.parameters.constants)
+            };
             terms(a) == terms(b) && a.len() == b.len()
         };
         // The order of the terms is free; the form is not.
@@ -303,7 +297,7 @@ fn rx90_rules_are_the_published_ones() {
         let expected = match rules.get(name) {
             Some(rule) => {
                 seen += 1;
-                coefficients(rule, &regrouped.names, &regrouped.constants())
+                coefficients(rule, &regrouped.names, &regrouped.parameters.constants)
             }
             None => [(name.to_string(), 1.0)].into(),
         };
@@ -459,7 +453,7 @@ links:
     }
     for (rule, k) in regrouped.rules.iter().zip(0..) {
         let right = rule.split_once(" = ").map_or("", |parts| parts.1);
-        same_terms(&coefficients(right, &regrouped.names, &regrouped.constants()), &regrouped.terms(k), rule);
+        same_terms(&coefficients(right, &regrouped.names, &regrouped.parameters.constants), &regrouped.terms(k), rule);
     }
     let coefficients = &regrouped.parameters.rules().coefficients;
     let named = |length: &str| coefficients.iter().flatten().any(|c| c.contains(length));

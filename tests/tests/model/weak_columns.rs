@@ -6,16 +6,12 @@ use expr::Tape;
 use modeling::{BaseParameters, Derivation, UnclearRank};
 use nalgebra::DMatrix;
 use robot::{Robot, Value, format};
+use tests::has;
 use tests::random::Random;
+use tests::try_base_parameters as base;
 
 fn read(text: &str) -> Robot {
     format::read_yaml(text, "weak.yaml").unwrap_or_else(|e| panic!("{e}\n{text}"))
-}
-
-fn base(robot: &Robot) -> Result<BaseParameters, UnclearRank> {
-    let mut derivation = Derivation::new(robot).unwrap();
-    let regressor = derivation.regressor();
-    derivation.base_parameters(&regressor)
 }
 
 /// Law 2 with what is left out: |D_base X_base - D X| <= left_out |D|_max sum |X|, joint by joint, where |D|_max is the norm
@@ -246,10 +242,7 @@ fn only_what_uses_base_parameters_asks_for_their_rank() {
     assert!(doc.contains("standard parameters, in the order") && !doc.contains("base parameters"), "{doc}");
     let module = modeling::module(&robot, &asked).unwrap();
     let source = codegen::rust_file(&module, "a test");
-    assert!(
-        source.contains("The standard parameters X") && source.contains("There are no base parameters"),
-        "{source}"
-    );
+    has(&source, &["The standard parameters X", "There are no base parameters"]);
     assert!(!source.contains("base_regressor") && source.matches("pub fn regressor<").count() == 1, "{source}");
     for refused in [&[][..], &[function("base-regressor")]] {
         assert!(modeling::module(&robot, refused).is_err());

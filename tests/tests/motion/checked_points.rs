@@ -4,12 +4,12 @@ use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
 
 use rist::request::PlanRequest;
-use rist::{ExcitingMotion, LimitsFile, Model};
-use robot::StandardParameter;
+use rist::{LimitsFile, Model};
 use tests::bodied_robots::bodied_robots;
-use tests::program::{LIMITED_ARM, Run, folder, rist};
+use tests::joint_log::described;
+use tests::program::{self, LIMITED_ARM, Run, folder, rist, rist_done};
 use tests::random::State;
-use tests::recursion;
+use tests::{has, recursion};
 
 /// The arm, a motion of it, and the files that a controller plays; made once.
 fn played() -> &'static Path {
@@ -21,8 +21,7 @@ fn played() -> &'static Path {
         let play = ["--play", "motion.csv", "--play", "ros.yaml", "--play", "ros.json"];
         let excite =
             ["excite", "arm.yaml", "--starts", "1", "--iterations", "20", "--repetitions", "1", "--period", "4"];
-        let found = rist(&folder, &[&excite[..], &play, &["--out", "motion.yaml"]].concat());
-        assert_eq!(found.code, Some(0), "{}{}", found.out, found.err);
+        rist(&folder, &[&excite[..], &play, &["--out", "motion.yaml"]].concat()).ended(0);
         folder
     })
 }
@@ -38,7 +37,6 @@ fn holds(run: &Run, code: i32, said: &[&str]) {
     });
 }
 
-/// The files of a proven motion keep their limits between the points, as smooth as they say, and break lower ones.
 #[test]
 fn played_files_are_proven_between_their_points() {
     let folder = played();
@@ -70,7 +68,6 @@ fn played_files_are_proven_between_their_points() {
     holds(&check(folder, "motion.csv", &["--limits", "jerk.yaml"]), 0, &["jerk of q1 and of q2"]);
 }
 
-/// A peak between two points is seen, and a file of MoveIt that does not move all joints says which.
 #[test]
 fn peaks_between_points_and_files_of_moveit() {
     let folder = played();
@@ -98,26 +95,10 @@ fn peaks_between_points_and_files_of_moveit() {
     holds(&check(folder, "short.csv", &[]), 2, &["q2"]);
 }
 
-/// Each experiment of a plan is held to limits, and what its proof is worth is found again.
 #[test]
 fn a_plan_and_its_proof_are_checked() {
     let folder = played();
-    let plan = [
-        "plan",
-        "arm.yaml",
-        "-n",
-        "6",
-        "--starts",
-        "2",
-        "--nodes",
-        "60",
-        "--configurations",
-        "8",
-        "--out",
-        "plan.yaml",
-    ];
-    let made = rist(folder, &plan);
-    assert_eq!(made.code, Some(0), "{}{}", made.out, made.err);
+    rist_done(folder, "plan arm.yaml -n 6 --starts 2 --nodes 60 --configurations 8 --out plan.yaml");
     let found = check(folder, "plan.yaml", &[]);
     holds(&found, 0, &["e01: proven", "e06: proven", "proven again: D-efficiency at least 0."]);
     file_with(folder, "better.yaml", "d_efficiency_at_least: 0.", "d_efficiency_at_least: 0.99999");
@@ -127,13 +108,11 @@ fn a_plan_and_its_proof_are_checked() {
     holds(&check(folder, "plan.yaml", &["--limits", "weak_plan.yaml"]), 1, &["e01: effort of "]);
     std::fs::write(folder.join("slow_plan.yaml"), "all: {acceleration: 0.5}\n").unwrap();
     holds(&check(folder, "plan.yaml", &["--limits", "slow_plan.yaml"]), 1, &["acceleration of "]);
-    let short = ["plan", "arm.yaml", "-n", "4", "--starts", "1", "--configurations", "4", "--out", "short.yaml"];
-    assert_eq!(rist(folder, &short).code, Some(0));
+    rist_done(folder, "plan arm.yaml -n 4 --starts 1 --configurations 4 --out short.yaml");
     let found = check(folder, "short.yaml", &[]);
     assert!(found.out.contains("it has no proof that could be found again"), "{}", found.out);
 }
 
-/// A plan chooses among motions whose torques and bodies keep the limits: held by Newton and Euler's recursion, and by the check.
 #[test]
 fn a_plan_keeps_efforts_and_bodies() {
     let folder = folder("planned-limits");
@@ -146,8 +125,7 @@ fn a_plan_keeps_efforts_and_bodies() {
     let model = Model::parse(&arm, &path, &Default::default()).unwrap();
     let request = PlanRequest { experiments: 6, starts: 1, configurations: 8, ..PlanRequest::default() };
     let planned = rist::plan(&model, &request, &|_, _, _| ()).unwrap();
-    let x: Vec<f64> =
-        StandardParameter::all(&model.robot).iter().map(|p| p.value(&model.robot).unwrap_or(0.0)).collect();
+    let x = described(&model.robot);
     let mut most = 0.0_f64;
     for experiment in planned.plan.trajectories("plan").unwrap() {
         let reference = experiment.reference();
@@ -187,15 +165,13 @@ fn a_plan_keeps_efforts_and_bodies() {
 fn what_a_file_tells_is_foreseen() {
     let folder = played();
     let told = |file: &str, arguments: &[&str]| {
-        let run = rist(folder, &[&["--json", "visibility", "arm.yaml", file][..], arguments].concat());
-        assert_eq!(run.code, Some(0), "{}{}", run.out, run.err);
+        let run = rist(folder, &[&["--json", "visibility", "arm.yaml", file][..], arguments].concat()).ended(0);
         serde_json::from_str::<serde_json::Value>(&run.out).unwrap()
     };
     let deviations = |told: &serde_json::Value| -> Vec<f64> {
         told["parameters"].as_array().unwrap().iter().map(|p| p["deviation"].as_f64().unwrap()).collect()
     };
-    let text = std::fs::read_to_string(folder.join("motion.yaml")).unwrap();
-    let motion = ExcitingMotion::from_yaml("motion.yaml", &text).unwrap();
+    let motion = program::motion(&folder.join("motion.yaml"));
     let of_motion = told("motion.yaml", &[]);
     // The motion's own deviations count what encoders add.
     for (found, own) in deviations(&of_motion).iter().zip(&motion.parameters) {
@@ -215,22 +191,13 @@ fn what_a_file_tells_is_foreseen() {
     }
     let still = "t,q_q1,q_q2,dq_q1,dq_q2,ddq_q1,ddq_q2\n0,0,0,0,0,0,0\n1,0.2,0,0,0,0,0\n";
     std::fs::write(folder.join("still.csv"), still).unwrap();
-    let run = rist(folder, &["visibility", "arm.yaml", "still.csv"]);
-    assert_eq!(run.code, Some(0), "{}", run.err);
-    for said in ["q2: it uses 0 % of its positions", "feedforward at the speed limits: not told", "told: "] {
-        assert!(run.out.contains(said), "no `{said}` in {}", run.out);
-    }
+    let run = rist(folder, &["visibility", "arm.yaml", "still.csv"]).ended(0);
+    has(&run.out, &["q2: it uses 0 % of its positions", "feedforward at the speed limits: not told", "told: "]);
     let run = rist(folder, &["visibility", "arm.yaml", "motion.yaml"]);
-    assert!(
-        run.out.contains("gravity compensation: unsure by ") && run.out.contains("none of them weak"),
-        "{}",
-        run.out
-    );
-    let refused = rist(folder, &["visibility", "arm.yaml", "motion.yaml", "--friction", "auto"]);
-    assert!(refused.code == Some(2) && refused.err.contains("auto needs a log"), "{}", refused.err);
+    has(&run.out, &["gravity compensation: unsure by ", "none of them weak"]);
+    rist(folder, &["visibility", "arm.yaml", "motion.yaml", "--friction", "auto"]).failed(2, &["auto needs a log"]);
 }
 
-/// Slower, from where the robot stands and back: the file for the controller is one motion that keeps what it promises.
 #[test]
 fn a_motion_goes_to_a_robot_and_back() {
     let folder = played();
@@ -289,13 +256,11 @@ fn a_motion_goes_to_a_robot_and_back() {
     holds(&play(&["--from", "q1=3", "--out", "x.yaml"]), 1, &["way there: position of q1: 3 rad"]);
 }
 
-/// The numbers of a file of points.
 fn rows(folder: &Path, name: &str) -> Vec<Vec<f64>> {
     let text = std::fs::read_to_string(folder.join(name)).unwrap();
     text.lines().skip(1).map(|line| line.split(',').map(|x| x.parse().unwrap()).collect()).collect()
 }
 
-/// What may be played again at once is proven when it is: the file of a series, whose ends differ, leads back.
 #[test]
 fn what_may_be_played_again_keeps_its_limits_twice() {
     let folder = played();

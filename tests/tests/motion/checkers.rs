@@ -5,7 +5,7 @@
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use tests::program::{Run, folder, rist, run};
+use tests::program::{Run, folder, has_python, rist, rist_done, run};
 use tests::workspace;
 
 /// Three joints; a mesh, a cylinder, a box and a capsule; a mimic finger that slides.
@@ -50,15 +50,6 @@ space:
   boxes: [{low: [-1.4, -1.2, 0], high: [2, 1.2, 2], links: [fore]}]
 ";
 
-/// A `python3` with numpy; said where there is none.
-fn has_python() -> bool {
-    let found = Command::new("python3").args(["-c", "import numpy"]).output().is_ok_and(|o| o.status.success());
-    if !found {
-        println!("NOT looked at: no python3 with numpy");
-    }
-    found
-}
-
 fn checker(folder: &Path, name: &str, arguments: &[&str]) -> Run {
     let script = workspace().join("docs/checkers").join(name);
     run(Command::new("python3").arg(script).args(arguments).current_dir(folder).env("PYTHONDONTWRITEBYTECODE", "1"))
@@ -78,7 +69,6 @@ fn cube() -> String {
     format!("solid cube\n{}endsolid cube\n", (0..8).map(triangle).collect::<String>())
 }
 
-/// The arm, its limits and a motion of it.
 fn arm() -> PathBuf {
     let folder = folder("checkers");
     std::fs::write(folder.join("arm.urdf"), ARM).unwrap();
@@ -89,8 +79,7 @@ fn arm() -> PathBuf {
 
 fn excite(folder: &Path, arguments: &[&str]) {
     let short = ["--period", "6", "--repetitions", "1", "--starts", "1", "--iterations", "10"];
-    let found = rist(folder, &[&["excite"][..], arguments, &short[..]].concat());
-    assert_eq!(found.code, Some(0), "{}{}", found.out, found.err);
+    rist(folder, &[&["excite"][..], arguments, &short[..]].concat()).ended(0);
 }
 
 /// Of a ball of 900 points with 900 inside: the vertices that the checker keeps, what it adds around them, and how far the whole
@@ -111,7 +100,7 @@ print(len(kept), radius, ((along @ whole.T).max(1) - (along @ kept.T).max(1)).ma
 /// proven.
 #[test]
 fn the_checker_makes_meshes_hardly_larger() {
-    if !has_python() {
+    if !has_python("numpy") {
         return;
     }
     let found = run(Command::new("python3").args(["-B", "-c", REDUCED]).current_dir(workspace().join("docs/checkers")));
@@ -159,19 +148,15 @@ fn a_rod_in_a_fork_is_proven_by_both() {
     excite(&folder, &["fork.urdf", "--out", "motion.yaml"]);
     let motion = std::fs::read_to_string(folder.join("motion.yaml")).unwrap();
     assert!(motion.contains("rod and fork") && motion.contains(note), "{motion}");
-    let said = rist(&folder, &["check", "fork.urdf", "motion.yaml"]);
-    assert_eq!(said.code, Some(0), "{}{}", said.out, said.err);
+    rist(&folder, &["check", "fork.urdf", "motion.yaml"]).ended(0);
     let narrow = fork().replace("0.44", "0.33");
     for (mesh, code, says) in [(fork(), 0, "distance"), (narrow, 1, "BROKEN: distance of rod and fork")] {
         std::fs::write(folder.join("fork.obj"), mesh).unwrap();
-        if has_python() {
-            let found = checker(&folder, "check_motion.py", &["fork.urdf", "motion.yaml"]);
-            assert_eq!(found.code, Some(code), "{}{}", found.out, found.err);
-            assert!(found.out.contains(says), "{}", found.out);
+        if has_python("numpy") {
+            checker(&folder, "check_motion.py", &["fork.urdf", "motion.yaml"]).told(code, &[says]);
         }
     }
-    let said = rist(&folder, &["check", "fork.urdf", "motion.yaml"]);
-    assert_eq!(said.code, Some(1), "{}{}", said.out, said.err);
+    rist(&folder, &["check", "fork.urdf", "motion.yaml"]).ended(1);
 }
 
 /// Runs the checker on files that a defect was put into, and holds what it says.
@@ -186,9 +171,8 @@ fn found_out(folder: &Path, defect: &Defect, motion: &str) {
         let text = if name == file { text.replacen(from, to, 1) } else { text.to_string() };
         std::fs::write(place.join(name), text).unwrap();
     }
-    let found = checker(&place, "check_motion.py", &["arm.urdf", "motion.yaml", "--limits", "limits.yaml"]);
-    assert_eq!(found.code, Some(code), "{from} -> {to}: {}{}", found.out, found.err);
-    assert!(found.out.contains(says), "{from} -> {to}: no `{says}` in {}", found.out);
+    println!("{from} -> {to}");
+    checker(&place, "check_motion.py", &["arm.urdf", "motion.yaml", "--limits", "limits.yaml"]).told(code, &[says]);
 }
 
 struct Defect {
@@ -256,22 +240,21 @@ const DEFECTS: [Defect; 20] = [
 
 #[test]
 fn a_motion_is_proven_anew_without_rist_and_each_defect_is_found() {
-    if !has_python() {
+    if !has_python("numpy") {
         return;
     }
     let folder = arm();
     excite(&folder, &["arm.urdf", "--limits", "limits.yaml", "--out", "motion.yaml"]);
-    let found = checker(&folder, "check_motion.py", &["arm.urdf", "motion.yaml", "--limits", "limits.yaml"]);
-    assert_eq!(found.code, Some(0), "{}{}", found.out, found.err);
-    for said in [
-        "4 position, 4 velocity, 4 acceleration, 4 jerk, ",
-        "stopping takes at most ",
-        "4 effort, 4 power, ",
-        " distance, ",
-        " region; ",
-    ] {
-        assert!(found.out.contains(said), "no `{said}` in {}", found.out);
-    }
+    checker(&folder, "check_motion.py", &["arm.urdf", "motion.yaml", "--limits", "limits.yaml"]).told(
+        0,
+        &[
+            "4 position, 4 velocity, 4 acceleration, 4 jerk, ",
+            "stopping takes at most ",
+            "4 effort, 4 power, ",
+            " distance, ",
+            " region; ",
+        ],
+    );
     let motion = std::fs::read_to_string(folder.join("motion.yaml")).unwrap();
     DEFECTS.iter().for_each(|defect| found_out(&folder, defect, &motion));
     // Greater margins of a user: rist finds the same.
@@ -280,32 +263,28 @@ fn a_motion_is_proven_anew_without_rist_and_each_defect_is_found() {
     {
         assert_eq!(*file, "limits.yaml");
         std::fs::write(folder.join("wide.yaml"), LIMITS.replacen(from, to, 1)).unwrap();
-        let found = rist(&folder, &["check", "arm.urdf", "motion.yaml", "--limits", "wide.yaml"]);
-        assert!(found.code == Some(1) && found.out.contains("BROKEN: "), "{to}: {}{}", found.out, found.err);
+
+        rist(&folder, &["check", "arm.urdf", "motion.yaml", "--limits", "wide.yaml"]).told(1, &["BROKEN: "]);
     }
     // Those of the motion's own file count where the user gives none, and where they are greater.
     std::fs::write(folder.join("none.yaml"), &LIMITS[..LIMITS.find("margins:").unwrap()]).unwrap();
     for limits in ["none.yaml", "limits.yaml"] {
-        let found = rist(&folder, &["check", "arm.urdf", "motion.yaml", "--limits", limits]);
-        assert_eq!(found.code, Some(0), "{}{}", found.out, found.err);
-        for said in ["calibration: 0.001 m, the proof", "payload: none to 0.5 kg on tip", "cover stopping"] {
-            assert!(found.out.contains(said), "{limits}: no `{said}` in {}", found.out);
-        }
+        let found = rist(&folder, &["check", "arm.urdf", "motion.yaml", "--limits", limits])
+            .told(0, &["calibration: 0.001 m, the proof", "payload: none to 0.5 kg on tip", "cover stopping"]);
         assert!(!found.out.contains("assumed: margins"), "{limits}: {}", found.out);
     }
     // A row that is taken away is a pair that nobody looked at.
     let at = motion.find("- limit: distance\n  subject: fore and post\n").unwrap();
     let next = at + 1 + motion[at + 1..].find("\n- limit: ").unwrap();
     std::fs::write(folder.join("cut.yaml"), format!("{}{}", &motion[..at], &motion[next + 1..])).unwrap();
-    let found = checker(&folder, "check_motion.py", &["arm.urdf", "cut.yaml", "--limits", "limits.yaml"]);
-    assert_eq!(found.code, Some(0), "{}{}", found.out, found.err);
+    let found = checker(&folder, "check_motion.py", &["arm.urdf", "cut.yaml", "--limits", "limits.yaml"]).ended(0);
     let unseen = ["NOT looked at: distance of post and fore: not in the certificate", "distance of fore and post: not"];
     assert!(unseen.iter().any(|said| found.out.contains(said)), "{}", found.out);
 }
 
 #[test]
 fn a_spline_and_a_description_in_yaml_are_proven_anew() {
-    if !has_python() {
+    if !has_python("numpy") {
         return;
     }
     let folder = folder("checkers-yaml");
@@ -314,30 +293,24 @@ fn a_spline_and_a_description_in_yaml_are_proven_anew() {
         let model = models.join(model).display().to_string();
         let motion: &[&str] = if spline { &["--motion", "spline"] } else { &[] };
         excite(&folder, &[&[model.as_str(), "--out", "motion.yaml"][..], motion].concat());
-        let found = checker(&folder, "check_motion.py", &[&model, "motion.yaml"]);
-        assert_eq!(found.code, Some(0), "{model}: {}{}", found.out, found.err);
+        checker(&folder, "check_motion.py", &[&model, "motion.yaml"]).ended(0);
         // A tenth more of every coefficient breaks something: the search uses what the limits leave.
         let text = std::fs::read_to_string(folder.join("motion.yaml")).unwrap();
         let period = text.lines().find(|line| line.starts_with("period_s: ")).unwrap();
         std::fs::write(folder.join("quick.yaml"), text.replacen(period, "period_s: 4.5", 1)).unwrap();
-        let found = checker(&folder, "check_motion.py", &[&model, "quick.yaml"]);
-        assert!(found.code == Some(1) && found.out.contains("BROKEN: "), "{model}: {}{}", found.out, found.err);
+        checker(&folder, "check_motion.py", &[&model, "quick.yaml"]).told(1, &["BROKEN: "]);
     }
 }
 
 #[test]
 fn a_plan_is_proven_anew_without_rist_and_each_defect_is_found() {
-    if !has_python() {
+    if !has_python("numpy") {
         return;
     }
     let folder = folder("checkers-plan");
     let model = workspace().join("models/planar2r_vertical.yaml").display().to_string();
-    let plan =
-        ["plan", &model, "-n", "6", "--starts", "2", "--nodes", "60", "--configurations", "8", "--out", "plan.yaml"];
-    let made = rist(&folder, &plan);
-    assert_eq!(made.code, Some(0), "{}{}", made.out, made.err);
-    let found = checker(&folder, "check_plan.py", &[&model, "plan.yaml"]);
-    assert_eq!(found.code, Some(0), "{}{}", found.out, found.err);
+    rist_done(&folder, &format!("plan {model} -n 6 --starts 2 --nodes 60 --configurations 8 --out plan.yaml"));
+    checker(&folder, "check_plan.py", &[&model, "plan.yaml"]).ended(0);
     let text = std::fs::read_to_string(folder.join("plan.yaml")).unwrap();
     let line = |key: &str| text.lines().find(|line| line.trim_start().starts_with(key)).unwrap();
     let after = |key: &str| &text[text.find(key).unwrap()..];
@@ -359,8 +332,6 @@ fn a_plan_is_proven_anew_without_rist_and_each_defect_is_found() {
     ] {
         assert!(text.contains(from), "{from}");
         std::fs::write(folder.join("defect.yaml"), text.replacen(from, to, 1)).unwrap();
-        let found = checker(&folder, "check_plan.py", &[&model, "defect.yaml"]);
-        assert_eq!(found.code, Some(code), "{to}: {}{}", found.out, found.err);
-        assert!(found.out.contains(says), "{to}: {}", found.out);
+        checker(&folder, "check_plan.py", &[&model, "defect.yaml"]).told(code, &[says]);
     }
 }

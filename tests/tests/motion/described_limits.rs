@@ -1,5 +1,6 @@
 //! Limits that a description has beside those of its leading joints, and figures that it is asked about.
 
+use tests::has;
 use tests::program::{folder, rist};
 
 /// Joint 1 has limits in degrees, joint 2 a softer range, and a follower three times as fast that bears little.
@@ -27,17 +28,15 @@ fn limits_of_followers_soft_limits_and_turns_are_heeded() {
     std::fs::write(folder.join("arm.urdf"), ARM).unwrap();
     for seed in ["1", "2", "3"] {
         let excite = ["excite", "arm.urdf", "--starts", "1", "--iterations", "10", "--period", "4", "--seed", seed];
-        let run = rist(&folder, &[&excite[..], &["--out", "m.yaml"]].concat());
-        assert_eq!(run.code, Some(0), "{}{}", run.out, run.err);
+        let run = rist(&folder, &[&excite[..], &["--out", "m.yaml"]].concat()).ended(0);
         let said = run.out + &run.err;
-        for sentence in [
+        let parts = [
             "j1: positions from -900 to 900 rad are more than two turns: are degrees meant?",
             "j2 has soft limits (<safety_controller>): held to positions from -0.3 to 2",
             "effort of jf",
             "only a part of that joint's torque",
-        ] {
-            assert!(said.contains(sentence), "no `{sentence}` in {said}");
-        }
+        ];
+        has(&said, &parts);
         assert!(!said.contains("j2: positions from"), "{said}");
         let text = std::fs::read_to_string(folder.join("m.yaml")).unwrap();
         let (centres, velocities) = (numbers(&text, "centre:"), numbers(&text, "velocity:"));
@@ -52,11 +51,9 @@ fn a_simulation_beyond_the_limits_says_so() {
     let folder = folder("simulated-beyond");
     std::fs::write(folder.join("arm.urdf"), ARM.replace("900", "2")).unwrap();
     let excite = ["excite", "arm.urdf", "--starts", "1", "--iterations", "10", "--period", "4"];
-    let made = rist(&folder, &[&excite[..], &["--out", "m.yaml"]].concat());
-    assert_eq!(made.code, Some(0), "{}{}", made.out, made.err);
+    rist(&folder, &[&excite[..], &["--out", "m.yaml"]].concat()).ended(0);
     let simulate = |motion: &str| {
-        let run = rist(&folder, &["simulate", "arm.urdf", motion, "--out", "logs", "--validation", "0"]);
-        assert_eq!(run.code, Some(0), "{}{}", run.out, run.err);
+        let run = rist(&folder, &["simulate", "arm.urdf", motion, "--out", "logs", "--validation", "0"]).ended(0);
         run.out + &run.err
     };
     let inside = simulate("m.yaml");
@@ -65,9 +62,6 @@ fn a_simulation_beyond_the_limits_says_so() {
     let centre = text.split("centre:").nth(1).unwrap().split([',', '\n']).next().unwrap();
     std::fs::write(folder.join("far.yaml"), text.replacen(&format!("centre:{centre}"), "centre: 50", 1)).unwrap();
     let beyond = simulate("far.yaml");
-    assert!(
-        beyond.contains("motion: position of j1: ") && beyond.contains(" rad is beyond 2 of the description"),
-        "{beyond}"
-    );
+    has(&beyond, &["motion: position of j1: ", " rad is beyond 2 of the description"]);
     assert!(!beyond.contains("position of j2"), "{beyond}");
 }

@@ -4,8 +4,8 @@
 use std::path::{Path, PathBuf};
 
 use experiments::excitation::artefact::ExcitingMotion;
-use tests::program::{LIMITED_ARM, Run, folder, rist};
-use tests::workspace;
+use tests::program::{LIMITED_ARM, Run, folder, motion, rist};
+use tests::{has, workspace};
 
 const QUICK: [&str; 8] = ["--starts", "1", "--iterations", "3", "--period", "5", "--repetitions", "1"];
 
@@ -17,10 +17,7 @@ fn arm(name: &str) -> PathBuf {
 
 /// Where the request is refused, the words of the message are these.
 fn refused(here: &Path, arguments: &[&str], said: &[&str]) {
-    let run = rist(here, &[&["excite", "arm.yaml"], arguments].concat());
-    assert_eq!(run.code, Some(2), "{arguments:?}: {}{}", run.out, run.err);
-    said.iter().for_each(|said| assert!(run.err.contains(said), "{arguments:?}: `{said}` is not in {}", run.err));
-    assert!(!run.err.contains("panicked"), "{arguments:?}: {}", run.err);
+    rist(here, &[&["excite", "arm.yaml"], arguments].concat()).failed(2, said);
 }
 
 /// Times and numbers that make no motion; each name of an option stands in its message.
@@ -30,20 +27,13 @@ fn impossible_times_get_an_answer() {
     let few = ["--starts", "1", "--iterations", "3"];
     for (more, said) in [
         (vec!["--period", "0"], vec!["--period must be a positive number, not 0"]),
-        (vec!["--period", "-3"], vec!["--period must be a positive number, not -3"]),
-        (vec!["--frequency", "0"], vec!["--frequency must be a positive number, not 0"]),
         (vec!["--blend", "0"], vec!["--blend must be a positive number, not 0"]),
-        (vec!["--rate", "-1"], vec!["--rate must be a positive number, not -1"]),
         (vec!["--repetitions", "0"], vec!["--repetitions is 0; expected is a number from 1 up"]),
-        (vec!["--harmonics", "1000"], vec!["--harmonics is 1000; expected is a number from 1 to 40"]),
-        (vec!["--effort-share", "1.5"], vec!["--effort-share is above 0 and at most 1, not 1.5"]),
-        (vec!["--period", "0.01"], vec!["the highest harmonic, 500.000 Hz", "raise --rate (200 Hz) or --period"]),
         // More than any file holds: told before anything is searched.
         (
             vec!["--period", "5", "--repetitions", "1000000000"],
             vec!["1.0e12 samples", "--period, --blend or --repetitions"],
         ),
-        (vec!["--period", "5", "--rate", "1e12"], vec!["at most 4e6 are taken", "lower --rate"]),
         // Too short to tell anything.
         (
             vec!["--period", "0.1", "--rate", "1000", "--harmonics", "1"],
@@ -110,9 +100,7 @@ fn limits_of_an_arm_are_read_or_refused() {
     let ur5 = workspace().join("models/ur5.urdf").display().to_string();
     let run = |limits: &str| {
         std::fs::write(here.join("limits.yaml"), limits).unwrap();
-        let run = rist(&here, &[&["excite", &ur5, "--limits", "limits.yaml"], &QUICK[..]].concat());
-        assert!(!run.err.contains("panicked"), "{limits}: {}", run.err);
-        run
+        rist(&here, &[&["excite", &ur5, "--limits", "limits.yaml"], &QUICK[..]].concat())
     };
     for (limits, said) in [
         ("coordinates: {elbow: {position: [1, 1]}}", "position of 6"),
@@ -120,17 +108,13 @@ fn limits_of_an_arm_are_read_or_refused() {
         ("space: {floor: 0.0}", "floor at z = 0 m"),
         ("space: {walls: [{point: [0,0,0], normal: [1,0,0]}]}", "region of 4"),
     ] {
-        let run = run(limits);
-        assert_eq!(run.code, Some(0), "{limits}: {}{}", run.out, run.err);
+        let run = run(limits).ended(0);
         let last = run.out.split("\n\n").last().unwrap_or_default().replace("\n  ", " ");
         assert!(last.starts_with("proven, ") && last.contains(said), "{limits}: {last}");
     }
     for (limits, said) in [
-        ("coordinates: {elbow: {position: [2, -2]}}", "elbow: the limits of position leave no room: from 2 to -2"),
         ("coordinates: {elbow: {position: [8, 9]}}", "elbow: position 8 to 9 of the limits file exceeds -6.28"),
-        ("all: {velocity: 0}", "shoulder_pan: the limit of velocity leaves no room: 0"),
         ("all: {velocity: .nan}", "shoulder_pan: the limit of velocity leaves no room: NaN"),
-        ("coordinates: {elbw: {velocity: 1}}", "there is no coordinate `elbw`; there are shoulder_pan, "),
         ("coordinates: {shoulder_lift: {effort: 0}}", "shoulder_lift: the limit of effort leaves no room: 0"),
         ("all: {power: 0.001}", "no motion keeps the power limit of elbow"),
         ("space: {floor: 3}", "shoulder is 2.9108 m beyond the floor, and no joint that is not locked moves it away"),
@@ -145,16 +129,13 @@ fn limits_of_an_arm_are_read_or_refused() {
             "space: {boxes: [{low: [-1,-1,-1], high: [1,1,1], links: [hand]}]}",
             "there is no link `hand`; there are base, ",
         ),
-        ("all: {locked: 0}", "every coordinate is locked: unlock one in the limits file"),
         ("space: {distance: -1}", "space: distance is -1; expected are metres, 0 or more"),
         ("space: {distance: 10}", "distance: not looked at, because the description has no collision geometry"),
         ("all: {slowed: 0}", "shoulder_pan: slowed is a factor above 0 and at most 1, not 0"),
         ("all: {slowed: 0.000001}", "a blend 7.5000e5 s"),
         ("all: {jerk: 0.000000001}", "nearest is its limit of jerk: raise it"),
     ] {
-        let run = run(limits);
-        assert_eq!(run.code, Some(2), "{limits}: {}{}", run.out, run.err);
-        assert!(run.err.contains(said), "{limits}: `{said}` is not in {}", run.err);
+        let run = run(limits).failed(2, &[said]);
         // Of places, not of pairs: what helps pairs is not said.
         let is_place = limits.contains("boxes") || limits.contains("walls");
         assert!(!is_place || !run.err.contains("inf") && !run.err.contains("sign the pair"), "{limits}: {}", run.err);
@@ -198,10 +179,8 @@ fn found(name: &str) -> (PathBuf, ExcitingMotion) {
     let here = arm(name);
     std::fs::write(here.join("made.yaml"), "all: {velocity: 2, acceleration: 8, jerk: 150, power: 60}\n").unwrap();
     let out = ["--limits", "made.yaml", "--out", "motion.yaml"];
-    let run = rist(&here, &[&["excite", "arm.yaml"], &QUICK[..], &out].concat());
-    assert_eq!(run.code, Some(0), "{}{}", run.out, run.err);
-    let text = std::fs::read_to_string(here.join("motion.yaml")).unwrap();
-    let motion = ExcitingMotion::from_yaml("motion.yaml", &text).unwrap();
+    rist(&here, &[&["excite", "arm.yaml"], &QUICK[..], &out].concat()).ended(0);
+    let motion = motion(&here.join("motion.yaml"));
     (here, motion)
 }
 
@@ -219,8 +198,7 @@ fn torques_of_the_motions_own_file_prove_nothing() {
         let run = rist(&here, step);
         assert!(matches!(run.code, Some(0 | 1)), "{step:?}: {}", run.err);
     }
-    let text = std::fs::read_to_string(here.join("after.yaml")).unwrap();
-    let mut motion = ExcitingMotion::from_yaml("after.yaml", &text).unwrap();
+    let mut motion = motion(&here.join("after.yaml"));
     let identified = motion.identified.as_mut().expect("the torques that it was made with");
     identified.parameters.iter_mut().for_each(|x| *x = 0.0);
     identified.friction.iter_mut().for_each(|friction| *friction = Default::default());
@@ -261,8 +239,7 @@ fn motions_of_absurd_size_are_refused() {
         for command in
             [&["check", "arm.yaml", "absurd.yaml"][..], &["simulate", "arm.yaml", "absurd.yaml", "--out", "d"]]
         {
-            let run = rist(&here, command);
-            assert!(run.code == Some(2) && run.err.contains(sentence), "{sentence}: {}{}", run.out, run.err);
+            rist(&here, command).failed(2, &[sentence]);
         }
     }
 }
@@ -272,9 +249,8 @@ fn motions_of_absurd_size_are_refused() {
 fn a_check_says_whose_limits_it_proves() {
     let (here, motion) = found("own_limits");
     let run = |arguments: &[&str]| rist(&here, &[&["check", "arm.yaml"], arguments].concat());
-    let plain = run(&["motion.yaml"]);
-    assert_eq!(plain.code, Some(0), "{}", plain.err);
-    for line in [
+    let plain = run(&["motion.yaml"]).ended(0);
+    let parts = [
         "position      as in the motion's file, tighter than the others",
         "velocity      as in the motion's file, tighter than the others",
         "acceleration  as in the motion's file alone",
@@ -286,13 +262,10 @@ fn a_check_says_whose_limits_it_proves() {
         "floor: not looked at, because the description has no collision geometry, ",
         "; assumed: limit of 3, margins; NOT looked at: distance, floor, approach and return\n",
         "effort and power are held to 0.9 of their limits",
-    ] {
-        assert!(plain.out.contains(line), "{line}: {}", plain.out);
-    }
+    ];
+    has(&plain.out, &parts);
     // With the file that it was made with nothing is left to the motion's own word.
-    let whole = run(&["motion.yaml", "--limits", "made.yaml"]);
-    assert_eq!(whole.code, Some(0), "{}", whole.err);
-    assert!(whole.out.contains("jerk          as in the limits file"), "{}", whole.out);
+    let whole = run(&["motion.yaml", "--limits", "made.yaml"]).told(0, &["jerk          as in the limits file"]);
     assert!(!whole.out.contains("assumed by the motion's file"), "{}", whole.out);
     assert!(
         whole.out.ends_with("; assumed: margins; NOT looked at: distance, floor, approach and return\n"),
@@ -310,24 +283,21 @@ fn a_check_says_whose_limits_it_proves() {
     std::fs::write(here.join("loose.yaml"), loosened.to_yaml().unwrap()).unwrap();
     let unnoticed = run(&["loose.yaml"]);
     assert!(!unnoticed.err.contains("acceleration of q1"), "{}", unnoticed.err);
-    let noticed = run(&["loose.yaml", "--limits", "made.yaml"]);
-    assert_eq!(noticed.code, Some(1), "{}", noticed.out);
-    assert!(noticed.err.contains("acceleration of q1: ") && noticed.err.contains(" is beyond "), "{}", noticed.err);
+
+    run(&["loose.yaml", "--limits", "made.yaml"]).failed(1, &["acceleration of q1: ", " is beyond "]);
 
     // What the file does not give is not assumed against the motion; a looser file is refused.
     std::fs::write(here.join("own.yaml"), "coordinates: {q2: {power: 1e-3}}\nspace: {floor: 3}\n").unwrap();
     let held = run(&["motion.yaml", "--limits", "own.yaml"]);
     assert!(held.err.contains("beyond the floor"), "{}", held.err);
     std::fs::write(here.join("own.yaml"), "coordinates: {q2: {power: 1e-3}}\n").unwrap();
-    let held = run(&["motion.yaml", "--limits", "own.yaml"]);
-    assert_eq!(held.code, Some(1), "{}", held.out);
+    let held = run(&["motion.yaml", "--limits", "own.yaml"]).ended(1);
     assert!(held.err.contains("power of q2: ") && !held.err.contains("jerk of"), "{}", held.err);
     for (limits, said) in
         [("all: {velocity: 6}", "coordinate q1: velocity 6"), ("coordinates: {q7: {jerk: 1}}", "`q7`")]
     {
         std::fs::write(here.join("own.yaml"), limits).unwrap();
-        let run = run(&["motion.yaml", "--limits", "own.yaml"]);
-        assert!(run.code == Some(2) && run.err.contains(said), "{}", run.err);
+        run(&["motion.yaml", "--limits", "own.yaml"]).failed(2, &[said]);
     }
     let json = rist(&here, &["check", "arm.yaml", "motion.yaml", "--limits", "made.yaml", "--json"]);
     let json: serde_json::Value = serde_json::from_str(&json.out).unwrap();
@@ -346,12 +316,9 @@ fn a_motion_file_that_contradicts_itself_is_refused() {
         std::fs::write(here.join("changed.yaml"), motion.to_yaml().unwrap()).unwrap();
         rist(&here, &["check", "arm.yaml", "changed.yaml"])
     };
-    let moves = check(&|m| m.joints[1].limits.locked = Some(0.0));
-    assert_eq!(moves.code, Some(1), "{}", moves.err);
-    assert!(moves.err.contains("position of q2: ") && moves.err.contains("is beyond "), "{}", moves.err);
-    let long = check(&|m| m.repetitions = 1_000_000_000);
-    assert!(long.code == Some(2) && long.err.contains("samples; at most 4e6 are taken"), "{}", long.err);
+
+    check(&|m| m.joints[1].limits.locked = Some(0.0)).failed(1, &["position of q2: ", "is beyond "]);
+    check(&|m| m.repetitions = 1_000_000_000).failed(2, &["samples; at most 4e6 are taken"]);
     std::fs::write(here.join("own.yaml"), "coordinates: {q2: {locked: 0.5}}\n").unwrap();
-    let run = rist(&here, &["check", "arm.yaml", "motion.yaml", "--limits", "own.yaml"]);
-    assert!(run.code == Some(1) && run.err.contains("position of q2: "), "{}", run.err);
+    rist(&here, &["check", "arm.yaml", "motion.yaml", "--limits", "own.yaml"]).failed(1, &["position of q2: "]);
 }

@@ -5,7 +5,8 @@ use std::path::{Path, PathBuf};
 
 use experiments::excitation::artefact::ExcitingMotion;
 use experiments::excitation::space_limits::Floor;
-use tests::program::{Run, folder, rist};
+use tests::has;
+use tests::program::{self, Run, folder, rist};
 
 const QUICK: [&str; 8] = ["--starts", "2", "--iterations", "10", "--period", "5", "--repetitions", "1"];
 const BODY: &str = r#"<inertial><origin xyz="0.2 0.01 0.02"/><mass value="2"/><inertia ixx="0.02" ixy="0" ixz="0" iyy="0.03" iyz="0" izz="0.04"/></inertial>"#;
@@ -36,7 +37,7 @@ fn excite(here: &Path, more: &[&str]) -> Run {
 }
 
 fn motion(here: &Path) -> ExcitingMotion {
-    ExcitingMotion::from_yaml("motion.yaml", &std::fs::read_to_string(here.join("motion.yaml")).unwrap()).unwrap()
+    program::motion(&here.join("motion.yaml"))
 }
 
 /// A robot that stands on the plane of its base keeps above it where it can, though at the zero pose it is below, and 2 cm from it
@@ -44,23 +45,20 @@ fn motion(here: &Path) -> ExcitingMotion {
 #[test]
 fn room_that_a_person_would_want() {
     let here = written("kept_room", &arm(r#"lower="-2.5" upper="2.5""#, ""));
-    let run = excite(&here, &[]);
-    assert_eq!(run.code, Some(0), "{}{}", run.out, run.err);
+    let run = excite(&here, &[]).ended(0);
     let said = run.out.replace("\n  ", " ");
-    for words in [
+    let parts = [
         "joints keep 0.02 rad, or 2 % of their room, to the ends of their positions",
         "links keep 0.02 m to each other and the floor of the base, or half of the room that they have (space: {spacing: 0.02}",
         "floor at z = 0 m",
-    ] {
-        assert!(said.contains(words), "`{words}` is not in {said}");
-    }
+    ];
+    has(&said, &parts);
     let found = motion(&here);
     let bound = |subject: &str| found.certificate.iter().find(|row| row.subject == subject).unwrap().bound;
     assert_eq!((bound("fore at the floor"), bound("fore and post")), (0.02, 0.02));
     assert_eq!((found.space.floor, found.space.spacing), (Some(Floor::At(0.0)), Some(0.02)));
     assert_eq!(found.joints[1].limits.position, (-2.48, 2.48));
-    let check = rist(&here, &["check", "arm.urdf", "motion.yaml"]);
-    assert_eq!(check.code, Some(0), "{}{}", check.out, check.err);
+    rist(&here, &["check", "arm.urdf", "motion.yaml"]).ended(0);
 
     // Each may be turned off; what the user gives is kept as it is given.
     let limits = "margins: {tracking: 0}\nspace: {distance: 0.01, floor: none}";
@@ -73,13 +71,11 @@ fn room_that_a_person_would_want() {
     );
 }
 
-/// Where no motion is above the plane, it is no floor, and that is said.
 #[test]
 fn a_floor_that_leaves_no_motion_is_none() {
     // The ball stays between 10 and 4 cm below.
     let here = written("kept_no_floor", &arm(r#"lower="-0.05" upper="0.1""#, ""));
-    let run = excite(&here, &[]);
-    assert_eq!(run.code, Some(0), "{}{}", run.out, run.err);
+    let run = excite(&here, &[]).ended(0);
     let said = run.out.replace("\n  ", " ");
     assert!(said.contains("no floor, lowest point -0.1") && said.contains("NOT looked at: floor"), "{said}");
 }
@@ -94,13 +90,9 @@ fn sides_of_a_joint_need_no_margin() {
         ["margins: {encoder_zero: 0.002, tracking: 0.01, calibration: 0.001, mesh: 0.0005}", "space: {distance: 0.02}"]
     {
         std::fs::write(here.join("limits.yaml"), limits).unwrap();
-        let run = excite(&here, &["--limits", "limits.yaml"]);
-        assert_eq!(run.code, Some(0), "{limits}: {}{}", run.out, run.err);
+        let run = excite(&here, &["--limits", "limits.yaml"]).ended(0);
         let said = run.out.replace('\n', " ").replace("  ", " ");
-        assert!(
-            said.contains("they are the sides of one joint, and 1000 poses change their distance by less than"),
-            "{said}"
-        );
+        has(&said, &["they are the sides of one joint, and 1000 poses change their distance by less than"]);
         let own = motion(&here);
         let row = own.certificate.iter().find(|row| row.subject == "collar and post").unwrap();
         assert!(row.margin == 0.0 && (row.bound - 0.001).abs() < 1e-9, "{row:?}");
@@ -123,8 +115,7 @@ fn a_refusal_counts_and_its_remedy_was_tried() {
         written("kept_refusal", &arm(r#"lower="-2.5" upper="0.5""#, &(finger("left", 1) + &finger("right", -1))));
     let limits = |text: &str| std::fs::write(here.join("limits.yaml"), text).unwrap();
     limits("space: {distance: 0.03}");
-    let run = excite(&here, &["--limits", "limits.yaml"]);
-    assert_eq!(run.code, Some(2), "{}{}", run.out, run.err);
+    let run = excite(&here, &["--limits", "limits.yaml"]).ended(2);
     let said = &run.err;
     assert!(
         said.contains("of 300 poses within the limits 0 keep all of them") && !said.contains("no motion keeps"),
@@ -133,13 +124,11 @@ fn a_refusal_counts_and_its_remedy_was_tried() {
     assert!(said.contains("broken are distance of right and left (0.03 m) in 300"), "{said}");
     assert!(said.contains("tried, and a motion is proven: space without `distance: 0.0300`"), "{said}");
     limits("{}");
-    let run = excite(&here, &["--limits", "limits.yaml"]);
-    assert_eq!(run.code, Some(0), "{}{}", run.out, run.err);
+    excite(&here, &["--limits", "limits.yaml"]).ended(0);
 
     // A box above the arm: nothing that is tried leads there.
     limits("space: {boxes: [{low: [-1, -1, 2], high: [1, 1, 3], links: [fore]}]}");
-    let run = excite(&here, &["--limits", "limits.yaml"]);
-    assert_eq!(run.code, Some(2), "{}{}", run.out, run.err);
+    let run = excite(&here, &["--limits", "limits.yaml"]).ended(2);
     let said = &run.err;
     assert!(
         said.contains("region of fore at the least z of the box (0 m) in 300") && !said.contains("tried"),
@@ -152,8 +141,7 @@ fn a_refusal_counts_and_its_remedy_was_tried() {
 fn velocities_beyond_reach() {
     let fast = arm(r#"lower="-2.5" upper="2.5""#, "").replacen(r#"velocity="2""#, r#"velocity="1e6""#, 1);
     let here = written("kept_fast", &fast);
-    let run = excite(&here, &[]);
-    assert_eq!(run.code, Some(0), "{}{}", run.out, run.err);
+    let run = excite(&here, &[]).ended(0);
     let said = run.out.replace("\n  ", " ");
     assert!(said.contains("turn: a velocity of 1e6 rad/s is no limit, 1.0000 rad/s assumed"), "{said}");
 
@@ -161,28 +149,23 @@ fn velocities_beyond_reach() {
     <limit lower="0" upper="0.02" velocity="5" effort="20"/></joint>
   <link name="finger"><inertial><mass value="0.1"/><inertia ixx="1e-5" ixy="0" ixz="0" iyy="1e-5" iyz="0" izz="1e-5"/></inertial></link>"#;
     let here = written("kept_gripper", &arm(r#"lower="-2.5" upper="2.5""#, gripper));
-    let run = excite(&here, &[]);
-    assert_eq!(run.code, Some(0), "{}{}", run.out, run.err);
+    excite(&here, &[]).ended(0);
 }
 
 /// A folded arm stands just at a limit of its description, and goes from there; a pose at which bodies touch is refused at once.
 #[test]
 fn the_way_from_a_folded_pose() {
     let here = written("kept_folded", &arm(r#"lower="-2.5" upper="0""#, ""));
-    let run = excite(&here, &["--limits", "limits.yaml"]);
-    assert_eq!(run.code, Some(2), "{}", run.err);
+    excite(&here, &["--limits", "limits.yaml"]).ended(2);
     std::fs::write(here.join("limits.yaml"), "space: {floor: none}").unwrap();
-    let run = excite(&here, &["--limits", "limits.yaml"]);
-    assert_eq!(run.code, Some(0), "{}{}", run.out, run.err);
+    excite(&here, &["--limits", "limits.yaml"]).ended(0);
     let play = |from: &str| {
         let asked = ["--controller", "ros2", "--limits", "limits.yaml", "--out", "way.yaml", "--from", from];
         rist(&here, &[&["play", "arm.urdf", "motion.yaml"], &asked[..]].concat())
     };
-    let run = play("turn=0.2,bend=0");
-    assert_eq!(run.code, Some(0), "{}{}", run.out, run.err);
+    play("turn=0.2,bend=0").ended(0);
     // By a hair beyond is beyond.
-    let run = play("turn=0.2,bend=1e-5");
-    assert!(run.code == Some(1) && run.err.contains("way there: position of bend"), "{}{}", run.out, run.err);
+    play("turn=0.2,bend=1e-5").failed(1, &["way there: position of bend"]);
 }
 
 /// Two arms of eight joints each: Ctrl-C in the search, in the proof, and in a plan ends the program.
@@ -217,7 +200,7 @@ fn ctrl_c_ends_many_coordinates() {
     ] {
         for seconds in after {
             let quiet = |command: &mut Command| command.stdout(Stdio::null()).stderr(Stdio::null()).spawn().unwrap();
-            let mut running = quiet(Command::new(tests::program::program()).args(&arguments).current_dir(&here));
+            let mut running = quiet(Command::new(program::program()).args(&arguments).current_dir(&here));
             std::thread::sleep(Duration::from_secs(seconds));
             let asked = Instant::now();
             let id = running.id().to_string();

@@ -46,7 +46,6 @@ fn the_rate_of_a_log_does_not_change_the_motion() {
     }
 }
 
-/// Errors are those that the motion's own information promises for the noise of the torques.
 #[test]
 fn errors_are_as_large_as_promised() {
     let model = Model::read(model_path("ur5.urdf")).unwrap();

@@ -13,7 +13,7 @@ use nalgebra::{Cholesky, DMatrix};
 use numerics::information_matrix::{InformationMatrix, Rows};
 use rist::Model;
 use rist::motion::planning::PlanRequest;
-use tests::program::{folder, rist as run};
+use tests::program::{estimate, folder, motion, rist as run};
 use tests::promise::{columns, information};
 use tests::workspace;
 
@@ -45,10 +45,8 @@ fn a_second_motion_shows_what_the_first_left_open() {
     let urdf = urdf.to_str().unwrap();
     let excite = |name: &str, more: &[&str]| {
         let common = ["excite", urdf, "--repetitions", "1", "--starts", "2", "--out", name];
-        let found = run(&folder, &[&common[..], more].concat());
-        assert_eq!(found.code, Some(0), "{}{}", found.out, found.err);
-        let text = std::fs::read_to_string(folder.join(name)).unwrap();
-        (ExcitingMotion::from_yaml(name, &text).unwrap(), found.out)
+        let found = run(&folder, &[&common[..], more].concat()).ended(0);
+        (motion(&folder.join(name)), found.out)
     };
     let (first, _) = excite("first.yaml", &["--period", "4"]);
     let (other, _) = excite("other.yaml", &["--period", "4", "--seed", "2"]);
@@ -64,8 +62,7 @@ fn a_second_motion_shows_what_the_first_left_open() {
     assert_eq!(run(&folder, &["check", urdf, "second.yaml"]).code, Some(0));
 
     let model = Model::read(urdf).unwrap();
-    let text = std::fs::read_to_string(folder.join("estimate.yaml")).unwrap();
-    let known = known(&model, &Estimate::from_yaml("estimate.yaml", &text).unwrap());
+    let known = known(&model, &estimate(&folder.join("estimate.yaml")));
     // All in the noise that the estimate's residuals show, as the design has it.
     let with = |motion: &ExcitingMotion| {
         determinant(&[&known, &information(&model, motion, &second.torque_noise, &FrictionTerm::STANDARD)])
@@ -189,7 +186,6 @@ fn efficiency_by_hand(
     (planned, ((reached - bound) / p).exp(), scaled, shift)
 }
 
-/// What plan.yaml says of the best possible plan follows from the designs in it and the candidates.
 #[test]
 fn the_bound_of_a_plan_follows_from_its_file() {
     let model = Model::read(workspace().join("models/planar2r_vertical.yaml")).unwrap();

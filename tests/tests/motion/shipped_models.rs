@@ -4,17 +4,14 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
-use identification::estimate::artefact::Estimate;
 use identification::estimate::identified::Identified;
 use linear_model::parameter::ParameterId;
-use tests::program::{folder, rist};
+use tests::program::{estimate, folder, rist, rist_done};
 use tests::workspace;
 
 /// Runs a command, which must end with 0; its output.
 fn run(here: &Path, arguments: &str) -> String {
-    let run = rist(here, &arguments.split_whitespace().collect::<Vec<_>>());
-    assert_eq!(run.code, Some(0), "{}: rist {arguments}: {}{}", here.display(), run.out, run.err);
-    run.out
+    rist_done(here, arguments).out
 }
 
 /// The share of the torques that a validation leaves, %.
@@ -64,10 +61,8 @@ fn walk(file: &str) {
     run(&here, &format!("report --model {model} --estimate ls.yaml --validation ls_validation.yaml --out page.html"));
 }
 
-/// The parameters of an estimate by their names.
 fn parameters(here: &Path, name: &str) -> BTreeMap<String, Identified> {
-    let text = std::fs::read_to_string(here.join(name)).unwrap();
-    let found = Estimate::from_yaml(name, &text).unwrap().parameters;
+    let found = estimate(&here.join(name)).parameters;
     found.into_iter().map(|p| (p.id.to_string(), p)).collect()
 }
 

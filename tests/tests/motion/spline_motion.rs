@@ -10,7 +10,7 @@ use rist::Model;
 use robot::value::CoordinateId;
 use std::path::Path;
 use tests::dense_samples::violations;
-use tests::program::{folder, rist as run};
+use tests::program::{self, folder, rist as run};
 use tests::workspace;
 
 /// W, and the share of it that a motion may use.
@@ -54,8 +54,7 @@ fn hold_played(folder: &Path, urdf: &str) {
     assert_eq!(played.lines().count(), 1 + 8 * 200 + 1);
     assert!(std::fs::read_to_string(folder.join("m.script")).unwrap().contains("servoj"));
     assert!(std::fs::read_to_string(folder.join("ros.yaml")).unwrap().contains("time_from_start"));
-    let simulated = run(folder, &["simulate", urdf, "motion.yaml", "--validation", "0", "--out", "logs"]);
-    assert_eq!(simulated.code, Some(0), "{}", simulated.err);
+    run(folder, &["simulate", urdf, "motion.yaml", "--validation", "0", "--out", "logs"]).ended(0);
     let found = run(folder, &["identify", urdf, "logs/motion.csv"]);
     assert!(found.out.contains("ZZR_shoulder_pan"), "{}{}", found.out, found.err);
 }
@@ -69,16 +68,11 @@ fn a_spline_is_found_proven_played_and_refused_where_it_is_broken() {
     let excite =
         ["excite", urdf, "--motion", "spline", "--limits", "limits.yaml", "--period", "4", "--repetitions", "2"];
     let files = ["--play", "m.csv", "--play", "ros.yaml", "--play", "m.script", "--out", "motion.yaml"];
-    let found = run(&folder, &[&excite[..], &["--starts", "1", "--iterations", "15"], &files].concat());
-    assert_eq!(found.code, Some(0), "{}{}", found.out, found.err);
-    assert!(
-        found.out.contains("a quintic spline of 9 spans, 2 times 4 s from rest to rest: 8 s at 200 Hz"),
-        "{}",
-        found.out
+    run(&folder, &[&excite[..], &["--starts", "1", "--iterations", "15"], &files].concat()).told(
+        0,
+        &["a quintic spline of 9 spans, 2 times 4 s from rest to rest: 8 s at 200 Hz", "power           6 of 6  "],
     );
-    assert!(found.out.contains("power           6 of 6  "), "{}", found.out);
-    let text = std::fs::read_to_string(folder.join("motion.yaml")).unwrap();
-    let artefact = ExcitingMotion::from_yaml("motion.yaml", &text).unwrap();
+    let artefact = program::motion(&folder.join("motion.yaml"));
     assert!(
         artefact.proven && artefact.blend_s.is_none() && artefact.certificate.iter().all(|r| r.kept == Kept::Proven)
     );
@@ -88,15 +82,13 @@ fn a_spline_is_found_proven_played_and_refused_where_it_is_broken() {
     hold_played(&folder, urdf);
 
     // The proof is found again, and does not believe the file.
-    let checked = run(&folder, &["check", urdf, "motion.yaml"]);
-    assert_eq!(checked.code, Some(0), "{}", checked.err);
+    run(&folder, &["check", urdf, "motion.yaml"]).ended(0);
     let parameters = model.described_parameters().unwrap();
     let broken = |limit: LimitKind, joint: usize, change: &dyn Fn(&mut ExcitingMotion)| {
         let mut artefact = artefact.clone();
         change(&mut artefact);
         std::fs::write(folder.join("broken.yaml"), artefact.to_yaml().unwrap()).unwrap();
-        let found = run(&folder, &["check", urdf, "broken.yaml"]);
-        assert_eq!(found.code, Some(1), "{limit}: {}{}", found.out, found.err);
+        let found = run(&folder, &["check", urdf, "broken.yaml"]).ended(1);
         // `power of elbow: 41.2 W at 1.25 s is beyond 36 W by 5.2 W`: true at that time.
         let head = format!("{limit} of {}: ", artefact.joints[joint].coordinate);
         let said = found.err.split("; ").find_map(|fault| fault.split_once(&head)).map(|(_, said)| said);
@@ -140,16 +132,11 @@ fn what_makes_no_spline_is_refused() {
     std::fs::write(folder.join("weightless.yaml"), description).unwrap();
     std::fs::write(folder.join("limits.yaml"), "all: {power: 20}\n").unwrap();
     for (arguments, said) in [
-        (vec![urdf, "--motion", "spline", "--harmonics", "3"], "--harmonics is of Fourier series"),
         (vec![urdf, "--motion", "spline", "--blend", "1"], "--blend is of Fourier series"),
-        (vec![urdf, "--spans", "10"], "--spans is of splines: add --motion spline"),
-        (vec![urdf, "--motion", "spline", "--spans", "3"], "--spans is 3; expected is a number from 4 to 80"),
         (vec![urdf, "--motion", "spline", "--rate", "5", "--period", "5"], "raise --rate"),
         (vec![urdf, "--limits", "power.yaml"], "there is no coordinate `shoulder`"),
         (vec!["weightless.yaml", "--limits", "limits.yaml"], "the limit of power of q1 needs the torque"),
     ] {
-        let found = run(&folder, &[&["excite"][..], &arguments].concat());
-        assert_eq!(found.code, Some(2), "{arguments:?}: {}{}", found.out, found.err);
-        assert!(found.err.contains(said), "{arguments:?}: {}", found.err);
+        run(&folder, &[&["excite"][..], &arguments].concat()).failed(2, &[said]);
     }
 }

@@ -8,7 +8,7 @@ use experiments::excitation::artefact::ExcitingMotion;
 use random::Random;
 use rist::request::{CheckRequest, ExciteRequest, PlanRequest};
 use rist::{ExperimentPlan, Model};
-use robot::StandardParameter;
+use tests::joint_log::described;
 use tests::program::LIMITED_ARM;
 use tests::random::State;
 use tests::recursion;
@@ -64,26 +64,30 @@ fn state(motion: &ExcitingMotion, share: f64) -> Vec<[f64; 3]> {
     motion.joints.iter().map(of).collect()
 }
 
-/// The greatest share of a limit of the description that a motion uses; 1 is its end.
+/// The greatest share of a limit of the description that a state uses; 1 is its end.
+fn share(model: &Model, state: &State, x: &[f64]) -> f64 {
+    let tau = recursion::torque(&model.robot, state, x);
+    let of = |(k, coordinate): (usize, &robot::Coordinate)| {
+        let limits = &coordinate.limits;
+        let (low, high) = limits.position.expect("the arm has limits");
+        let middle = 0.5 * (low + high);
+        [
+            (state.q[k] - middle).abs() / (high - middle),
+            state.dq[k].abs() / limits.velocity.expect("the arm has limits"),
+            tau[k].abs() / limits.effort.expect("the arm has limits"),
+        ]
+    };
+    model.robot.coordinates.iter().enumerate().flat_map(of).fold(0.0, f64::max)
+}
+
+/// The greatest share that a motion uses.
 fn used(model: &Model, motion: &ExcitingMotion, instants: usize) -> f64 {
-    let x: Vec<f64> =
-        StandardParameter::all(&model.robot).iter().map(|p| p.value(&model.robot).unwrap_or(0.0)).collect();
+    let x = described(&model.robot);
     let mut greatest = 0.0_f64;
     for i in 0..=instants {
         let joints = state(motion, i as f64 / instants as f64);
         let of = |d: usize| joints.iter().map(|x| x[d]).collect::<Vec<f64>>();
-        let tau = recursion::torque(&model.robot, &State { q: of(0), dq: of(1), ddq: of(2) }, &x);
-        for ((joint, tau), coordinate) in joints.iter().zip(&tau).zip(&model.robot.coordinates) {
-            let limits = &coordinate.limits;
-            let (low, high) = limits.position.expect("the arm has limits");
-            let middle = 0.5 * (low + high);
-            let shares = [
-                (joint[0] - middle).abs() / (high - middle),
-                joint[1].abs() / limits.velocity.expect("the arm has limits"),
-                tau.abs() / limits.effort.expect("the arm has limits"),
-            ];
-            greatest = shares.into_iter().fold(greatest, f64::max);
-        }
+        greatest = greatest.max(share(model, &State { q: of(0), dq: of(1), ddq: of(2) }, &x));
     }
     greatest
 }
@@ -133,30 +137,42 @@ fn what_passes_a_check_keeps_the_limits_of_the_description() {
     let request =
         ExciteRequest { starts: 1, iterations: 20, repetitions: 1, period: Some(4.0), ..ExciteRequest::default() };
     let motion = rist::excite(&model, &request, &|_, _, _| ()).unwrap();
-    let (instants, count) = (asked("INSTANTS", 400), asked("MUTANTS", 150));
+    let instants = asked("INSTANTS", 400);
     let honest = used(&model, &motion, instants);
     // The search uses what the limits leave: a mutant that is a little quicker would break them.
     assert!(honest > 0.8 && honest <= 1.0, "{honest}");
     let text = motion.to_yaml().unwrap();
+    // Most changes are to what makes the motion.
     let head = text.find("\neffort_share:").unwrap();
-    let (mut random, mut passed, mut broken, mut nearest) = (Random::new(39), 0, 0, 0.0_f64);
-    for k in 0..count {
-        // Most changes are to what makes the motion; the others are to all that stands below.
-        let changed = if k % 4 == 3 {
-            mutant(&mut random, &text)
-        } else {
-            mutant(&mut random, &text[..head]) + &text[head + 1..]
-        };
-        let Ok(read) = ExcitingMotion::from_yaml("motion.yaml", &changed) else { continue };
+    let change = |random: &mut Random| mutant(random, &text[..head]) + &text[head + 1..];
+    // Rounding of a sum of ten terms.
+    mutants_keep(&text, 39, 1.0 + 1e-12, change, |changed| {
+        let read = ExcitingMotion::from_yaml("motion.yaml", changed).ok()?;
         let checked = rist::check(&model, "motion.yaml".as_ref(), &read, &CheckRequest::default());
-        match checked.is_ok_and(|checked| checked.is_proven()) {
-            true => {
-                let share = used(&model, &read, instants);
-                // Rounding of a sum of ten terms.
-                assert!(share <= 1.0 + 1e-12, "mutant {k} uses {share} of a limit:\n{changed}");
+        Some(checked.is_ok_and(|checked| checked.is_proven()).then(|| used(&model, &read, instants)))
+    });
+}
+
+/// Of changed texts those that are proven use at most this share of a limit; `judged`: `None` where it is not read, then the
+/// share where it is proven. A quarter of the changes are anywhere.
+fn mutants_keep(
+    text: &str,
+    seed: u64,
+    most: f64,
+    change: impl Fn(&mut Random) -> String,
+    judged: impl Fn(&str) -> Option<Option<f64>>,
+) {
+    let count = asked("MUTANTS", 150);
+    let (mut random, mut passed, mut broken, mut nearest) = (Random::new(seed), 0, 0, 0.0_f64);
+    for k in 0..count {
+        let changed = if k % 4 == 3 { mutant(&mut random, text) } else { change(&mut random) };
+        match judged(&changed) {
+            Some(Some(share)) => {
+                assert!(share <= most, "mutant {k} uses {share} of a limit:\n{changed}");
                 (passed, nearest) = (passed + 1, nearest.max(share));
             }
-            false => broken += 1,
+            Some(None) => broken += 1,
+            None => {}
         }
     }
     println!("{count} mutants: {passed} pass, using at most {nearest} of a limit; {broken} are read and do not");
@@ -164,10 +180,9 @@ fn what_passes_a_check_keeps_the_limits_of_the_description() {
     assert!(passed >= count / 10 && broken >= count / 20, "{passed} {broken}");
 }
 
-/// The greatest share of a limit of the description that the experiments of a plan use, at even instants of each.
+/// The greatest share that the experiments of a plan use, at even instants of each.
 fn used_by_plan(model: &Model, plan: &ExperimentPlan, instants: usize) -> Option<f64> {
-    let x: Vec<f64> =
-        StandardParameter::all(&model.robot).iter().map(|p| p.value(&model.robot).unwrap_or(0.0)).collect();
+    let x = described(&model.robot);
     let mut greatest = 0.0_f64;
     for experiment in plan.trajectories("plan").ok()? {
         let reference = experiment.reference();
@@ -175,18 +190,7 @@ fn used_by_plan(model: &Model, plan: &ExperimentPlan, instants: usize) -> Option
         for i in (0..all).step_by((all / instants).max(1)) {
             let of = |series: &[Vec<f64>]| series.iter().map(|x| x[i]).collect::<Vec<f64>>();
             let state = State { q: of(&reference.q), dq: of(&reference.dq), ddq: of(&reference.ddq) };
-            let tau = recursion::torque(&model.robot, &state, &x);
-            for (k, coordinate) in model.robot.coordinates.iter().enumerate() {
-                let limits = &coordinate.limits;
-                let (low, high) = limits.position.expect("the arm has limits");
-                let middle = 0.5 * (low + high);
-                let shares = [
-                    (state.q[k] - middle).abs() / (high - middle),
-                    state.dq[k].abs() / limits.velocity.expect("the arm has limits"),
-                    tau[k].abs() / limits.effort.expect("the arm has limits"),
-                ];
-                greatest = shares.into_iter().fold(greatest, f64::max);
-            }
+            greatest = greatest.max(share(model, &state, &x));
         }
     }
     Some(greatest)
@@ -198,31 +202,18 @@ fn what_passes_a_check_of_a_plan_keeps_the_limits_of_the_description() {
     let request =
         PlanRequest { experiments: 4, starts: 1, configurations: 4, effort_share: 1.0, ..PlanRequest::default() };
     let plan = rist::plan(&model, &request, &|_, _, _| ()).unwrap().plan;
-    let (instants, count) = (asked("INSTANTS", 400), asked("MUTANTS", 150));
+    let instants = asked("INSTANTS", 400);
     let honest = used_by_plan(&model, &plan, instants).unwrap();
     assert!(honest > 0.5 && honest <= 1.0 + 1e-9, "{honest}");
     let text = plan.to_yaml().unwrap();
     // Most changes are to the experiments, of which a plan consists.
     let head = text.find("\nexperiments:").unwrap();
-    let (mut random, mut passed, mut broken, mut nearest) = (Random::new(40), 0, 0, 0.0_f64);
-    for k in 0..count {
-        let changed = if k % 4 == 3 {
-            mutant(&mut random, &text)
-        } else {
-            text[..=head].to_string() + &mutant(&mut random, &text[head + 1..])
-        };
-        let Ok(read) = ExperimentPlan::from_yaml("plan.yaml", &changed) else { continue };
+    let change = |random: &mut Random| text[..=head].to_string() + &mutant(random, &text[head + 1..]);
+    // A plan uses limits to their end; so far beyond them is rounding.
+    mutants_keep(&text, 40, 1.0 + 1e-8, change, |changed| {
+        let read = ExperimentPlan::from_yaml("plan.yaml", changed).ok()?;
         let checked = rist::check_experiments(&model, "plan.yaml".as_ref(), &read, &CheckRequest::default());
-        match checked.is_ok_and(|checked| checked.iter().all(|(_, checked)| checked.is_proven())) {
-            true => {
-                let share = used_by_plan(&model, &read, instants).expect("what was checked can be read");
-                // A plan uses limits to their end; so far beyond them is rounding.
-                assert!(share <= 1.0 + 1e-8, "mutant {k} uses {share} of a limit:\n{changed}");
-                (passed, nearest) = (passed + 1, nearest.max(share));
-            }
-            false => broken += 1,
-        }
-    }
-    println!("{count} mutants: {passed} pass, using at most {nearest} of a limit; {broken} are read and do not");
-    assert!(passed >= count / 10 && broken >= count / 20, "{passed} {broken}");
+        let is_proven = checked.is_ok_and(|checked| checked.iter().all(|(_, checked)| checked.is_proven()));
+        Some(is_proven.then(|| used_by_plan(&model, &read, instants).expect("what was checked can be read")))
+    });
 }

@@ -90,8 +90,7 @@ fn nothing_that_an_input_brings_along_is_written_over() {
         }
     }
     // Over what another input brings along it writes.
-    let run = rist(&here, &["convert", "arm.mjcf", "--to", "urdf", "--out", "arm.urdf"]);
-    assert_eq!(run.code, Some(0), "{}", run.err);
+    rist(&here, &["convert", "arm.mjcf", "--to", "urdf", "--out", "arm.urdf"]).ended(0);
 }
 
 /// Logs that a plan simulates into the folder of its own inputs are refused before any is written.
@@ -99,14 +98,12 @@ fn nothing_that_an_input_brings_along_is_written_over() {
 fn a_folder_of_logs_holds_no_input() {
     let here = folder("simulated-over");
     std::fs::write(here.join("truth.yaml"), LIMITED_ARM).unwrap();
-    let made = rist(&here, &["excite", "truth.yaml", "--starts", "1", "--iterations", "1", "--out", "motion.yaml"]);
-    assert_eq!(made.code, Some(0), "{}", made.err);
-    let run = rist(&here, &["simulate", "truth.yaml", "motion.yaml", "--out", "."]);
-    assert!(run.code == Some(2) && run.err.contains("truth.yaml: an input ("), "{}", run.err);
+
+    rist(&here, &["excite", "truth.yaml", "--starts", "1", "--iterations", "1", "--out", "motion.yaml"]).ended(0);
+    rist(&here, &["simulate", "truth.yaml", "motion.yaml", "--out", "."]).failed(2, &["truth.yaml: an input ("]);
     assert_eq!(std::fs::read_dir(&here).unwrap().count(), 2);
 }
 
-/// The reason is what stands there.
 #[test]
 fn a_pipe_is_called_a_pipe() {
     let here = folder("pipes");
@@ -131,8 +128,8 @@ fn a_pipe_is_called_a_pipe() {
 fn a_program_that_is_ended_leaves_nothing_hidden() {
     let here = folder("ended");
     std::fs::write(here.join("arm.yaml"), LIMITED_ARM).unwrap();
-    let made = rist(&here, &["excite", "arm.yaml", "--starts", "1", "--iterations", "1", "--out", "motion.yaml"]);
-    assert_eq!(made.code, Some(0), "{}", made.err);
+
+    rist(&here, &["excite", "arm.yaml", "--starts", "1", "--iterations", "1", "--out", "motion.yaml"]).ended(0);
     let simulate = ["simulate", "arm.yaml", "motion.yaml", "--validation", "20", "--out", "logs"];
     let hidden = || {
         let names = std::fs::read_dir(here.join("logs")).into_iter().flatten().flatten().map(|entry| entry.file_name());

@@ -5,10 +5,9 @@ use std::path::Path;
 use std::process::Command;
 
 use serde_json::Value;
-use tests::planar_log::{HEADER, log_of};
+use tests::model_path;
+use tests::planar_log::write_rubbed;
 use tests::program::{folder, rist};
-use tests::random::Random;
-use tests::{model, model_path, test_robot_path};
 
 /// Stands first in a page: what goes wrong is kept.
 const WATCH: &str = "<script>
@@ -142,15 +141,8 @@ fn used(page: &Path, width: usize, dark: bool) -> Option<Value> {
 #[test]
 fn pages_work_in_a_browser() {
     let here = folder("browser");
-    let robot = model("planar2r_vertical.yaml");
-    let arm = test_robot_path("planar2r_vertical.yaml").display().to_string();
-    let rubbed = |_: usize, dq: f64, tau: f64| tau + 0.4 * dq + 0.3 * dq.signum();
-    let log = log_of(&robot, &Random(41).physical_parameters(&robot), &rubbed);
-    std::fs::write(here.join("a.csv"), format!("{HEADER}\n{}\n", log.join("\n"))).unwrap();
-    let made = |arguments: &[&str]| {
-        let run = rist(&here, arguments);
-        assert!(run.code == Some(0), "{arguments:?} {}", run.err);
-    };
+    let arm = write_rubbed(&here.join("a.csv"), 0.4);
+    let made = |arguments: &[&str]| rist(&here, arguments).ended(0);
     made(&["identify", &arm, "a.csv", "--report", "estimate.html", "--out", "e.yaml"]);
     let limited = here.join("limited.yaml").display().to_string();
     std::fs::write(&limited, tests::program::LIMITED_ARM).unwrap();

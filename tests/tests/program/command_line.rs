@@ -4,16 +4,15 @@
 use std::fmt::Write as _;
 use std::path::Path;
 
-use expr::{Count, Function, Tape};
-use modeling::{BaseParameters, Derivation};
+use expr::{Count, Function};
+use modeling::BaseParameters;
 use robot::Robot;
 use serde_json::{Value as Json, json};
 use tests::planar_log::{HEADER, log, write_log};
 use tests::program::{folder, rist};
 use tests::random::{Random, State};
-use tests::{dot, model, model_path, recursion, standard_names, test_robot_path};
+use tests::{dot, evaluated, has, model, model_path, recursion, standard_names, test_robot_path};
 
-/// What follows from a model, by the library.
 struct Derived {
     robot: Robot,
     standard: Function,
@@ -24,9 +23,7 @@ struct Derived {
 }
 
 fn derived(robot: Robot) -> Derived {
-    let mut derivation = Derivation::new(&robot).unwrap_or_else(|open| panic!("{open}"));
-    let standard = derivation.regressor();
-    let parameters = derivation.base_parameters(&standard).unwrap_or_else(|unclear| panic!("{unclear}"));
+    let (mut derivation, standard, parameters) = tests::derived(&robot);
     let (base, torque) = (parameters.regressor(&standard).bound(), derivation.torque().bound());
     let names = standard_names(&robot);
     Derived { standard: standard.bound(), torque, base, parameters, names, robot }
@@ -39,13 +36,6 @@ fn path(file: &str) -> String {
 /// The same without inertial parameters: its logs have those of the test.
 fn bare(file: &str) -> String {
     test_robot_path(file).display().to_string()
-}
-
-fn evaluated(function: &Function, inputs: &[f64]) -> Vec<f64> {
-    let tape = Tape::new(function);
-    let mut outputs = vec![f64::NAN; tape.n_outputs()];
-    tape.evaluate(inputs, &mut tape.workspace(), &mut outputs);
-    outputs
 }
 
 #[test]
@@ -101,8 +91,7 @@ fn inspect_prints_what_the_library_finds() {
             assert_eq!(found["ops"][name], count(function.count()), "{file} {name}");
         }
 
-        let run = rist(&here, &["inspect", &path(file)]);
-        assert_eq!(run.code, Some(0));
+        let run = rist(&here, &["inspect", &path(file)]).ended(0);
         // Lines are wrapped between words.
         let words = run.out.split_whitespace().collect::<Vec<_>>().join(" ");
         for (b, rule) in d.parameters.base.iter().zip(&rules.base) {
@@ -151,11 +140,10 @@ fn evaluate_prints_the_three_quantities_to_the_last_bit() {
             let mut lines = run.out.lines();
             assert_eq!(lines.next(), Some(header.as_str()), "{file} {quantity}");
             for (k, state) in states.iter().enumerate() {
-                let inputs = if quantity == "torque" { [state.inputs(), x.clone()].concat() } else { state.inputs() };
+                let parameters = if quantity == "torque" { &x[..] } else { &[] };
                 let found: Vec<f64> = lines.next().unwrap().split(',').map(|x| x.parse().unwrap()).collect();
-                let expected = evaluated(function, &inputs);
                 // Printed with the digits that read back; one state or many, the operations are the same.
-                assert_eq!(found, expected, "{file} {quantity}, state {k}");
+                assert_eq!(found, evaluated(function, &[&state.inputs(), parameters]), "{file} {quantity}, state {k}");
             }
             assert_eq!(lines.next(), None);
         }
@@ -189,8 +177,7 @@ fn identify_gives_back_the_parameters_that_made_the_log() {
     }
 
     // With the filter and the weights of the defaults: the same to a tenth of a percent of the largest.
-    let run = rist(&here, &[&arguments[..], &["--friction", "none"]].concat());
-    assert_eq!(run.code, Some(0), "{}", run.err);
+    rist(&here, &[&arguments[..], &["--friction", "none"]].concat()).ended(0);
     let text = std::fs::read_to_string(here.join("estimate.yaml")).unwrap();
     let estimate: Json = serde_yaml::from_str(&text).unwrap();
     for (found, expected) in estimate["parameters"].as_array().unwrap().iter().zip(&expected) {
@@ -199,7 +186,7 @@ fn identify_gives_back_the_parameters_that_made_the_log() {
     }
     // What the parameters mean: they predict the torque of any other motion.
     let state = State { q: vec![0.4, -1.0], dq: vec![1.0, 2.0], ddq: vec![-3.0, 1.0] };
-    let y = evaluated(&d.base, &state.inputs());
+    let y = evaluated(&d.base, &[&state.inputs()]);
     let values: Vec<f64> =
         estimate["parameters"].as_array().unwrap().iter().map(|p| p["value"].as_f64().unwrap()).collect();
     for (row, tau) in y.chunks(values.len()).zip(recursion::torque(&d.robot, &state, &x)) {
@@ -212,8 +199,7 @@ fn identify_gives_back_the_parameters_that_made_the_log() {
 fn generate_writes_the_file_of_the_library() {
     let here = folder("generate");
     let model = path("race.yaml");
-    let to_file = rist(&here, &["generate", &model, "--out", "race.rs"]);
-    assert_eq!(to_file.code, Some(0), "{}", to_file.err);
+    rist(&here, &["generate", &model, "--out", "race.rs"]).ended(0);
     let written = std::fs::read_to_string(here.join("race.rs")).unwrap();
     let module = modeling::module(&tests::model("race.yaml"), &[]).unwrap_or_else(|e| panic!("{e}"));
     assert_eq!(written, codegen::rust_file(&module, &format!("rist generate {model}")));
@@ -233,9 +219,7 @@ fn refused(folder: &Path, arguments: &[&str], said: &[&str]) {
     let before = files(folder);
     let run = rist(folder, arguments);
     assert_eq!((run.code, run.out.as_str()), (Some(2), ""), "{arguments:?}: {}", run.err);
-    for part in said {
-        assert!(run.err.contains(part), "{arguments:?}: no `{part}` in: {}", run.err);
-    }
+    has(&run.err, said);
     assert_eq!(files(folder), before, "{arguments:?}");
 }
 
@@ -299,9 +283,7 @@ fn a_nan_in_a_log_is_left_out_and_told_and_a_log_of_them_refused() {
     let arguments = ["identify", &bare("planar2r_vertical.yaml"), "log.csv", "--out", "estimate.yaml"];
     rows[998] = without_q2(&rows[998]);
     write_log(&here, &rows);
-    let run = rist(&here, &arguments);
-    assert_eq!(run.code, Some(0), "{}", run.err);
-    assert!(run.out.contains("1 row left out") && run.out.contains("line 1000"), "{}", run.out);
+    rist(&here, &arguments).told(0, &["1 row left out", "line 1000"]);
     let estimate = std::fs::read_to_string(here.join("estimate.yaml")).unwrap();
     assert!(!estimate.contains("NaN") && !estimate.contains(".nan"), "{estimate}");
 
@@ -313,9 +295,7 @@ fn a_nan_in_a_log_is_left_out_and_told_and_a_log_of_them_refused() {
 #[test]
 fn shells_and_manuals_know_every_command() {
     let here = folder("shells");
-    let run = rist(&here, &["completions", "bash"]);
-    assert_eq!(run.code, Some(0), "{}", run.err);
-    assert!(run.out.contains("_rist()") && run.out.contains("--rotor-inertia"));
+    rist(&here, &["completions", "bash"]).told(0, &["_rist()", "--rotor-inertia"]);
     assert_eq!(rist(&here, &["man", "--out", "man"]).code, Some(0));
     let pages = files(&here.join("man"));
     for command in ["rist.1", "rist-identify.1", "rist-inspect.1"] {
@@ -377,18 +357,4 @@ fn lint_looks_into_meshes() {
         let run = of(centre, shape, mesh);
         assert!(run.code == Some(0) && !run.out.contains("outside"), "{centre}: {}", run.out);
     }
-}
-
-/// The line of an error is looked up again in a file, and not in a pipe, which would be waited for without end.
-#[cfg(unix)]
-#[test]
-fn an_error_in_a_named_pipe_is_told() {
-    let here = folder("named_pipe");
-    let made = std::process::Command::new("mkfifo").arg("arm.yaml").current_dir(&here).status().unwrap();
-    assert!(made.success());
-    let pipe = here.join("arm.yaml");
-    let writer = std::thread::spawn(move || std::fs::write(pipe, "convention: khalil-kleinfinger\nnam: x\n").unwrap());
-    let run = rist(&here, &["inspect", "arm.yaml"]);
-    writer.join().unwrap();
-    assert!(run.code == Some(2) && run.err.contains("arm.yaml:2"), "{}", run.err);
 }

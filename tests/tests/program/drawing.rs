@@ -1,13 +1,11 @@
 //! The script of a page draws the robot where its kinematics have it.
 
-use std::io::Write;
-use std::process::{Command, Stdio};
-
 use rist::request::{InspectRequest, ModelOptions};
 use robot::{JointKind, LoopFrame, Pose, Robot};
 use serde_json::{Value, json};
 use tests::loops::{LOOPS, loop_path};
 use tests::model_path;
+use tests::program::node;
 use tests::random::Random;
 
 const SCRIPT: &str = concat!(
@@ -35,16 +33,7 @@ fn run_by_node(cases: &Value) -> Option<Value> {
             poses: values.map(x => poses(robot, x)),
             followed: to.map(x => Loops.follow(robot, at, x)),
         }))));";
-    let mut node = Command::new("node")
-        .args(["-e", &format!("{SCRIPT}{main}")])
-        .stdin(Stdio::piped())
-        .stdout(Stdio::piped())
-        .spawn()
-        .ok()?;
-    node.stdin.take().unwrap().write_all(cases.to_string().as_bytes()).unwrap();
-    let out = node.wait_with_output().unwrap();
-    assert!(out.status.success());
-    Some(serde_json::from_slice(&out.stdout).unwrap())
+    node(&format!("{SCRIPT}{main}"), cases)
 }
 
 fn numbers(value: &Value) -> Vec<f64> {
@@ -93,10 +82,7 @@ fn a_page_draws_the_robot_where_it_is() {
         cases.push(json!({"robot": drawn, "at": at, "values": values, "to": to}));
         robots.push(robot);
     }
-    let Some(said) = run_by_node(&Value::from(cases.clone())) else {
-        println!("skipped: no node");
-        return;
-    };
+    let Some(said) = run_by_node(&Value::from(cases.clone())) else { return };
     for ((robot, case), said) in robots.iter().zip(&cases).zip(said.as_array().unwrap()) {
         for (x, poses) in case["values"].as_array().unwrap().iter().zip(said["poses"].as_array().unwrap()) {
             let expected: Vec<f64> = robot.link_poses(&numbers(x)).iter().flat_map(flat).collect();

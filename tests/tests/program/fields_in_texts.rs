@@ -1,28 +1,16 @@
 //! The texts of the libraries as data: none has a flag in it, and the fields that they name are spelled as the program
 //! and as Python write them.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use proc_macro2::{Delimiter, TokenStream, TokenTree};
 use rist::request::all_fields;
 use rist::request::spelling::{Reader, spelled};
 use tests::snapshot::assert_snapshot;
-use tests::{register_wings, workspace};
+use tests::{register_wings, sources_below, workspace};
 
 /// The packages that print for one kind of user, and so may name flags.
 const SURFACES: [&str; 2] = ["cli", "python"];
-
-fn sources(folder: &Path, found: &mut Vec<PathBuf>) {
-    let mut entries: Vec<PathBuf> = std::fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path()).collect();
-    entries.sort();
-    for path in entries {
-        if path.is_dir() {
-            sources(&path, found);
-        } else if path.extension().is_some_and(|end| end == "rs") {
-            found.push(path);
-        }
-    }
-}
 
 /// The texts between quotes, but for those of attributes (doc comments) and of tests.
 fn texts(tokens: TokenStream, found: &mut Vec<String>) {
@@ -59,11 +47,10 @@ fn library_texts() -> Vec<(PathBuf, String)> {
     let folders = ["crates", "crates/wings"].map(|folder| std::fs::read_dir(workspace().join(folder)).unwrap());
     for package in folders.into_iter().flatten().map(|entry| entry.unwrap().path()).filter(|p| p.join("src").is_dir()) {
         let name = package.file_name().unwrap().to_string_lossy().into_owned();
-        let mut files = Vec::new();
-        if !SURFACES.contains(&name.as_str()) {
-            sources(&package.join("src"), &mut files);
+        if SURFACES.contains(&name.as_str()) {
+            continue;
         }
-        for file in files {
+        for file in sources_below(&package.join("src")) {
             let mut found = Vec::new();
             texts(std::fs::read_to_string(&file).unwrap().parse().unwrap(), &mut found);
             let place = file.strip_prefix(workspace()).unwrap().to_path_buf();

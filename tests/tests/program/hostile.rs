@@ -3,7 +3,7 @@ use std::path::Path;
 use std::process::Command;
 
 use tests::model_path;
-use tests::program::{Run, folder, program};
+use tests::program::{LIMITED_ARM, Run, folder, program, rist, run};
 
 /// Address space of a run, KiB: the program and its threads map some 300 MiB, whatever they read.
 const SPACE: usize = 1 << 20;
@@ -12,7 +12,7 @@ const SPACE: usize = 1 << 20;
 fn bounded(folder: &Path, arguments: &[&str]) -> Run {
     let mut shell = Command::new("sh");
     shell.arg("-c").arg(format!("ulimit -v {SPACE}; exec \"$@\"")).arg("sh").arg(program()).args(arguments);
-    tests::program::run(shell.current_dir(folder))
+    run(shell.current_dir(folder))
 }
 
 #[test]
@@ -33,8 +33,7 @@ fn files_without_end_are_refused() {
         &["check", planar, "endless.yaml"],
     ];
     for command in commands {
-        let run = bounded(&here, command);
-        assert_eq!(run.code, Some(2), "{command:?}: {}", run.err);
+        let run = bounded(&here, command).ended(2);
         let says_why =
             ["larger than 16 MiB", "binary file", "no sums of rist accumulate"].iter().any(|why| run.err.contains(why));
         assert!(says_why, "{command:?}: {}", run.err);
@@ -53,9 +52,8 @@ fn strings_of_a_recording_are_not_believed() {
     ];
     for record in claims {
         std::fs::write(here.join("claim.mcap"), [b"\x89MCAP0\r\n", record].concat()).unwrap();
-        let run = bounded(&here, &["doctor", planar.to_str().unwrap(), "claim.mcap"]);
-        assert_eq!(run.code, Some(2), "{}", run.err);
-        assert!(run.err.contains("4294967295 bytes are claimed"), "{}", run.err);
+        bounded(&here, &["doctor", planar.to_str().unwrap(), "claim.mcap"])
+            .failed(2, &["4294967295 bytes are claimed"]);
     }
 }
 
@@ -68,34 +66,15 @@ fn a_fault_in_a_pipe_is_told() {
     assert!(made.success());
     let mut shell = Command::new("sh");
     shell.arg("-c").arg(text).arg(program());
-    let run = tests::program::run(shell.current_dir(&here));
-    assert!(run.code == Some(2) && run.err.contains("f.yaml:2"), "{:?}: {}", run.code, run.err);
-}
-
-/// A step of a motion is filled with those of the controller, so a slow rate is a claim for memory.
-#[test]
-fn a_slow_rate_is_refused() {
-    let here = folder("hostile-rate");
-    let planar = model_path("planar2r_vertical.yaml");
-    let planar = planar.to_str().unwrap();
-    let run = tests::program::rist(&here, &["excite", planar, "--out", "motion.yaml"]);
-    assert_eq!(run.code, Some(0), "{}", run.err);
-    let text = std::fs::read_to_string(here.join("motion.yaml")).unwrap();
-    let slow = |line: &str| if line.starts_with("rate_hz:") { "rate_hz: 1e-6".into() } else { line.to_string() };
-    let slow: Vec<String> = text.lines().map(slow).collect();
-    std::fs::write(here.join("slow.yaml"), slow.join("\n")).unwrap();
-    let run = bounded(&here, &["simulate", planar, "slow.yaml", "--out", "logs"]);
-    assert_eq!(run.code, Some(2), "{}", run.err);
-    assert!(run.err.contains("a controller has 1 to 20000 Hz"), "{}", run.err);
+    run(shell.current_dir(&here)).failed(2, &["f.yaml:2"]);
 }
 
 /// What a terminal would take for a command is shown as what it is, in messages too.
 #[test]
 fn names_are_shown_as_what_they_are() {
     let here = folder("hostile-names");
-    let run = bounded(&here, &["inspect", "a\u{1b}]0;x\u{202e}.yaml", "--color", "always"]);
-    assert_eq!(run.code, Some(2));
-    assert!(run.err.contains("a\\u{1b}]0;x\\u{202e}.yaml"), "{:?}", run.err);
+    bounded(&here, &["inspect", "a\u{1b}]0;x\u{202e}.yaml", "--color", "always"])
+        .failed(2, &["a\\u{1b}]0;x\\u{202e}.yaml"]);
 }
 
 #[test]
@@ -103,8 +82,7 @@ fn an_element_of_countless_attributes_is_refused_where_it_stands() {
     let here = folder("hostile-attributes");
     let attributes: String = (0..100_000).map(|k| format!(" a{k}=\"1\"")).collect();
     std::fs::write(here.join("crowded.urdf"), format!("<robot name=\"r\">\n<link{attributes}/></robot>")).unwrap();
-    let run = bounded(&here, &["inspect", "crowded.urdf"]);
-    assert_eq!(run.code, Some(2));
+    let run = bounded(&here, &["inspect", "crowded.urdf"]).ended(2);
     let lines: Vec<&str> = run.err.lines().collect();
     let [message, excerpt] = lines[..] else { panic!("{}", run.err) };
     assert_eq!(message, "rist: crowded.urdf:2: <link> has more than 256 attributes: no element of a URDF has");
@@ -112,27 +90,19 @@ fn an_element_of_countless_attributes_is_refused_where_it_stands() {
 }
 
 /// A robot whose names hold what terminals, tables, languages and folders take for their own.
-const ODD_NAMES: &str = "\
-convention: khalil-kleinfinger
-name: \"r\\e[31m\"
-source: \"<script>alert(1)</script> \\u202E\"
-gravity: [0, -9.81, 0]
-links:
-  - {link: 1, name: \"<img src=x>|[a](javascript:b)\\u202E\", antecedent: base, theta: q1, limits: {position: [-2, 2], velocity: 5, effort: 100}}
-  - {link: 2, name: \"b\\nc\", antecedent: 1, d: 0.5, theta: q2, limits: {position: [-2, 2], velocity: 5, effort: 50}}
-standard_parameters:
-  1: {XX: 0.02, XY: 0, XZ: 0, YY: 0.35, YZ: 0, ZZ: 0.35, MX: 1, MY: 0, MZ: 0, M: 4, IA: 0.1}
-  2: {XX: 0.01, XY: 0, XZ: 0, YY: 0.09, YZ: 0, ZZ: 0.09, MX: 0.4, MY: 0, MZ: 0, M: 2, IA: 0.05}
-";
+fn odd_names() -> String {
+    let head = "name: \"r\\e[31m\"\nsource: \"<script>alert(1)</script> \\u202E\"";
+    let arm = LIMITED_ARM.replace("name: arm\n", &format!("{head}\n"));
+    arm.replace("upper arm", "\"<img src=x>|[a](javascript:b)\\u202E\"").replace("name: forearm", "name: \"b\\nc\"")
+}
 
 #[test]
 fn no_name_is_a_command_or_markup() {
     let here = folder("hostile-markup");
-    std::fs::write(here.join("odd.yaml"), ODD_NAMES).unwrap();
+    std::fs::write(here.join("odd.yaml"), odd_names()).unwrap();
     let hidden = |text: &str| text.chars().any(|c| c != '\n' && rist::gate::shown::is_hidden(c));
     for format in ["text", "markdown", "latex", "html", "json"] {
-        let run = bounded(&here, &["inspect", "odd.yaml", "--format", format]);
-        assert_eq!(run.code, Some(0), "{format}: {}", run.err);
+        let run = bounded(&here, &["inspect", "odd.yaml", "--format", format]).ended(0);
         assert!(!hidden(&run.out) && !hidden(&run.err), "{format}: {:?}", run.out);
     }
     let run = bounded(&here, &["inspect", "odd.yaml", "--format", "markdown"]);
@@ -142,8 +112,7 @@ fn no_name_is_a_command_or_markup() {
     let table: Vec<&str> = run.out.lines().skip_while(|line| !line.starts_with("| link |")).take(4).collect();
     assert!(table.iter().all(|line| cells(line) == 8), "{table:?}");
     for (language, file) in [("rust", "odd.rs"), ("c", "odd.c")] {
-        let run = bounded(&here, &["generate", "odd.yaml", "--language", language, "--out", file]);
-        assert_eq!(run.code, Some(0), "{}", run.err);
+        bounded(&here, &["generate", "odd.yaml", "--language", language, "--out", file]).ended(0);
         assert!(!hidden(&std::fs::read_to_string(here.join(file)).unwrap()), "{file}");
     }
 }
@@ -187,7 +156,7 @@ fn a_comma_in_a_name_stays_in_its_cell() {
         &["identify", "comma.urdf", "logs/motion.csv", "--anyway", "--out", "estimate.yaml", "--series", "series.csv"],
         &["report", "--model", "comma.urdf", "--motion", "motion.yaml", "--out", "page.html", "--svg", "pictures"],
     ] {
-        let run = tests::program::rist(&here, command);
+        let run = rist(&here, command);
         assert!(matches!(run.code, Some(0 | 1)) && !run.err.contains("no columns"), "{command:?}: {}", run.err);
     }
     for file in ["play.csv", "series.csv"] {
@@ -230,13 +199,13 @@ fn a_log_that_is_written_over_is_refused() {
 #[test]
 fn an_estimate_that_was_changed_is_refused_or_says_so() {
     let here = folder("hostile-estimate");
-    std::fs::write(here.join("arm.yaml"), tests::program::LIMITED_ARM).unwrap();
+    std::fs::write(here.join("arm.yaml"), LIMITED_ARM).unwrap();
     for step in [
         &["excite", "arm.yaml", "--starts", "1", "--rate", "100", "--out", "motion.yaml"][..],
         &["simulate", "arm.yaml", "motion.yaml", "--out", "logs"],
         &["identify", "arm.yaml", "logs/motion.csv", "--out", "estimate.yaml"],
     ] {
-        let run = tests::program::rist(&here, step);
+        let run = rist(&here, step);
         assert!(matches!(run.code, Some(0 | 1)), "{step:?}: {}", run.err);
     }
     let text = std::fs::read_to_string(here.join("estimate.yaml")).unwrap();
@@ -266,12 +235,12 @@ fn an_estimate_that_was_changed_is_refused_or_says_so() {
 #[test]
 fn a_period_without_a_sample_is_refused() {
     let here = folder("hostile-period");
-    std::fs::write(here.join("arm.yaml"), tests::program::LIMITED_ARM).unwrap();
+    std::fs::write(here.join("arm.yaml"), LIMITED_ARM).unwrap();
     let made = ["excite", "arm.yaml", "--starts", "1", "--rate", "100", "--out", "motion.yaml"];
-    assert_eq!(tests::program::rist(&here, &made).code, Some(0));
+    assert_eq!(rist(&here, &made).code, Some(0));
     let text = std::fs::read_to_string(here.join("motion.yaml")).unwrap();
     let short = |line: &str| if line.starts_with("period_s:") { "period_s: 1e-300".into() } else { line.to_string() };
     std::fs::write(here.join("short.yaml"), text.lines().map(short).collect::<Vec<_>>().join("\n")).unwrap();
-    let run = bounded(&here, &["check", "arm.yaml", "short.yaml"]);
-    assert!(run.code == Some(2) && run.err.contains("less than a sample at 100 Hz"), "{}", run.err);
+
+    bounded(&here, &["check", "arm.yaml", "short.yaml"]).failed(2, &["less than a sample at 100 Hz"]);
 }

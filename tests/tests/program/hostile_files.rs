@@ -1,6 +1,7 @@
 //! The files by which rist was attacked, each with its outcome: read, refused or said. None ends in a panic, a signal or a
 //! hang, and each stays in the memory that its size allows.
-use tests::hostile::{command, files, hardening};
+use tests::files_below;
+use tests::hostile::{command, hardening};
 use tests::mutation::{bounded, broken};
 use tests::program::{folder, program};
 use tests::snapshot::assert_snapshot;
@@ -12,7 +13,7 @@ fn each_file_is_read_refused_or_said() {
     let (robot, motion) = (all.join("tamper/p2.yaml"), all.join("tamper/m.yaml"));
     let (robot, motion) = (robot.display().to_string(), motion.display().to_string());
     let (mut told, mut beyond) = (String::new(), Vec::new());
-    for path in files(&all) {
+    for path in files_below(&all) {
         let name = path.strip_prefix(&all).unwrap().display().to_string();
         let bytes = std::fs::read(&path).unwrap();
         let shown = path.display().to_string();

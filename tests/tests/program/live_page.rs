@@ -1,13 +1,8 @@
 //! The script of a page tells and draws what the log holds: values, the smallest and the largest of a span, gaps.
 
-use std::io::Write;
-use std::process::{Command, Stdio};
-
 use serde_json::{Value, json};
-use tests::planar_log::{HEADER, log_of};
-use tests::program::{folder, rist};
-use tests::random::Random;
-use tests::{model, test_robot_path};
+use tests::planar_log::write_rubbed;
+use tests::program::{folder, node, rist};
 
 /// A page whose script runs without a browser: the document is empty.
 const WITHOUT_BROWSER: &str = "
@@ -28,13 +23,8 @@ const WITHOUT_BROWSER: &str = "
 
 /// What the script of a page answers; none without an engine to run it.
 fn answers(html: &str, questions: &Value) -> Option<Vec<Value>> {
-    let mut node =
-        Command::new("node").args(["-e", WITHOUT_BROWSER]).stdin(Stdio::piped()).stdout(Stdio::piped()).spawn().ok()?;
-    let input = json!({"html": html, "questions": questions}).to_string();
-    node.stdin.take().unwrap().write_all(input.as_bytes()).unwrap();
-    let out = node.wait_with_output().unwrap();
-    assert!(out.status.success());
-    Some(serde_json::from_slice(&out.stdout).unwrap())
+    let said = node(WITHOUT_BROWSER, &json!({"html": html, "questions": questions}))?;
+    Some(said.as_array().unwrap().clone())
 }
 
 /// A row of the series: time, and measured and predicted torque of two joints.
@@ -51,13 +41,8 @@ fn rows(series: &str) -> Vec<Row> {
 /// The page of a log and the rows of its series, in a folder of this name.
 fn page_of_a_log(name: &str) -> (String, Vec<Row>) {
     let here = folder(name);
-    let robot = model("planar2r_vertical.yaml");
-    let arm = test_robot_path("planar2r_vertical.yaml").display().to_string();
-    let rubbed = |_: usize, dq: f64, tau: f64| tau + 0.4 * dq + 0.3 * dq.signum();
-    let log = log_of(&robot, &Random(41).physical_parameters(&robot), &rubbed);
-    std::fs::write(here.join("a.csv"), format!("{HEADER}\n{}\n", log.join("\n"))).unwrap();
-    let run = rist(&here, &["identify", &arm, "a.csv", "--report", "p.html", "--series", "s.csv", "--out", "e.yaml"]);
-    assert_eq!(run.code, Some(0), "{}", run.err);
+    let arm = write_rubbed(&here.join("a.csv"), 0.4);
+    rist(&here, &["identify", &arm, "a.csv", "--report", "p.html", "--series", "s.csv", "--out", "e.yaml"]).ended(0);
     let text = |file: &str| std::fs::read_to_string(here.join(file)).unwrap();
     (text("p.html"), rows(&text("s.csv")))
 }
@@ -84,10 +69,7 @@ fn a_page_tells_what_the_log_holds() {
         {"ask": "steps", "keys": ["m0", "p0", "r0"]},
         {"ask": "drawn", "key": "m0", "window": [times[some.start], times[some.end]]},
     ]);
-    let Some(said) = answers(&html, &questions) else {
-        println!("skipped: no node");
-        return;
-    };
+    let Some(said) = answers(&html, &questions) else { return };
     let steps: Vec<f64> = said[1].as_array().unwrap().iter().map(|x| x.as_f64().unwrap()).collect();
     let (mut told, mut missing) = (0, 0);
     for ((_, [measured, predicted, ..]), said) in series.iter().zip(said[0].as_array().unwrap()) {
@@ -128,10 +110,7 @@ fn spans_keep_their_ends_and_gaps() {
                       "low": [0, -1, -2, -3, "NaN", -5], "high": [1, 2, 3, 4, "NaN", 6]});
     let windows = [[0.0, 9.0], [1.2, 1.4], [3.0, 5.0]];
     let questions = windows.map(|window| json!({"ask": "thinned", "line": line, "window": window}));
-    let Some(said) = answers(&html, &questions.to_vec().into()) else {
-        println!("skipped: no node");
-        return;
-    };
+    let Some(said) = answers(&html, &questions.to_vec().into()) else { return };
     let whole = pieces(&said[0]);
     assert_eq!(whole[0], [[0., 0.], [1., -1.], [2., -2.], [2.5, -2.], [2.5, 3.], [2., 3.], [1., 2.], [0., 1.]]);
     assert_eq!(whole[1], [[6., -3.], [7., -3.], [7., 4.], [6., 4.]]);

@@ -1,25 +1,9 @@
 //! Where there are no base parameters, there are none for anybody: what uses them refuses with the same reason, and what does
 //! not use them does not ask.
 
+use tests::has;
+use tests::loops::BY_CHANCE;
 use tests::program::{folder, rist};
-
-/// A parallelogram whose opposite sides are equal by the values of four symbols, two coordinates in series behind it. By its
-/// structure it is a four-bar with eight base parameters of its own.
-const BY_CHANCE: &str = "\
-convention: khalil-kleinfinger
-name: by_chance
-rotor_inertia: none
-gravity: [0, -9.81, 0]
-symbols: {L0: 0.5, L1: 0.2, L2: 0.5, L3: 0.2}
-coordinates: [q1]
-links:
-  - {link: 1, antecedent: base, theta: q1 + 1.0, limits: {position: [-0.5, 0.5], velocity: 2, effort: 50}}
-  - {link: 2, antecedent: 1, joint: revolute, drive: passive, d: L1, start: -1.0}
-  - {link: 3, antecedent: base, joint: revolute, drive: passive, d: L0, start: 1.0}
-loops:
-  - cut: {antecedent: 2, joint: revolute, d: L2, start: -1.0}
-    twin: {antecedent: 3, d: L3}
-";
 
 #[test]
 fn what_uses_base_parameters_refuses_a_rank_that_only_chance_makes() {
@@ -39,11 +23,8 @@ fn what_uses_base_parameters_refuses_a_rank_that_only_chance_makes() {
         &["identify", "arm.yaml", "log.csv", "--out", "estimate.yaml"],
         &["accumulate", "arm.yaml", "log.csv", "--out", "sums.tri"],
     ] {
-        let run = rist(&here, arguments);
-        assert_eq!(run.code, Some(2), "{arguments:?}: {}{}", run.out, run.err);
-        for part in ["the numeric rank is 3, the exact one 8", "ZZ2", "one symbol"] {
-            assert!(run.err.contains(part), "{arguments:?}: {}", run.err);
-        }
+        let run = rist(&here, arguments).ended(2);
+        has(&run.err, &["the numeric rank is 3, the exact one 8", "ZZ2", "one symbol"]);
     }
     for file in ["arm.rs", "arm.c", "plan.yaml", "motion.yaml", "estimate.yaml", "sums.tri"] {
         assert!(!here.join(file).exists(), "{file} was written");
@@ -70,10 +51,8 @@ fn what_uses_base_parameters_refuses_a_rank_that_only_chance_makes() {
     // With one symbol for equal lengths it is meant, and with another value it is a four-bar.
     let meant = BY_CHANCE.replace("L2: 0.5, L3: 0.2", "L9: 1").replace("d: L2", "d: L0").replace("d: L3", "d: L1");
     std::fs::write(here.join("meant.yaml"), meant).unwrap();
-    let run = rist(&here, &["inspect", "meant.yaml"]);
-    assert!(run.code == Some(0) && run.out.contains("3 base parameters"), "{}{}", run.out, run.err);
-    let run = rist(&here, &["inspect", "arm.yaml", "--value", "L3=0.3"]);
-    assert!(run.code == Some(0) && run.out.contains("8 base parameters"), "{}{}", run.out, run.err);
+    rist(&here, &["inspect", "meant.yaml"]).told(0, &["3 base parameters"]);
+    rist(&here, &["inspect", "arm.yaml", "--value", "L3=0.3"]).told(0, &["8 base parameters"]);
 }
 
 #[test]
@@ -92,16 +71,14 @@ fn what_takes_long_is_refused_with_the_figures() {
     for n in [220, 300] {
         chain(n);
         for command in ["inspect", "generate", "excite"] {
-            let run = rist(&here, &[command, "long.yaml"]);
-            assert_eq!(run.code, Some(2), "{command}: {}", run.err);
+            let run = rist(&here, &[command, "long.yaml"]).ended(2);
             let size = format!("{n} links with {} standard parameters", 10 * n);
             let parts = [&size, " s and ", " GiB", "--any-size"];
             assert!(parts.iter().all(|part| run.err.contains(part)), "{command}: {}", run.err);
         }
     }
     chain(60);
-    let run = rist(&here, &["inspect", "long.yaml"]);
-    assert!(run.code == Some(0) && run.out.contains("base parameters"), "{}{}", run.out, run.err);
+    rist(&here, &["inspect", "long.yaml"]).told(0, &["base parameters"]);
 }
 
 /// Lengths far apart, in loops whose search for the passive joints would divide by what overflows.
@@ -111,8 +88,6 @@ fn a_long_link_in_a_loop_ends_in_a_sentence() {
     for length in ["1e3", "2e5", "1e6", "1e9", "1e12", "1e15"] {
         let text = BY_CHANCE.replace("L0: 0.5", &format!("L0: {length}"));
         std::fs::write(here.join("long.yaml"), text).unwrap();
-        let run = rist(&here, &["inspect", "long.yaml"]);
-        assert_eq!(run.code, Some(2), "{length}: {}{}", run.out, run.err);
-        assert!(run.err.contains("in which the loops close"), "{length}: {}", run.err);
+        rist(&here, &["inspect", "long.yaml"]).failed(2, &["in which the loops close"]);
     }
 }

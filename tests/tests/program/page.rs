@@ -1,14 +1,9 @@
 //! The page of an identification, and the sheet of a robot: made by the program, they say what the estimate says, load
 //! nothing, and stay small however long the log is.
 
-use tests::planar_log::{HEADER, log_of};
+use tests::planar_log::write_rubbed;
 use tests::program::{LIMITED_ARM, folder, rist};
-use tests::random::Random;
-use tests::{model, model_path, test_robot_path};
-
-fn rubbed(_: usize, dq: f64, tau: f64) -> f64 {
-    tau + 0.4 * dq + 0.3 * dq.signum()
-}
+use tests::{has, model_path};
 
 /// What of a page is read: its data, whose letters may spell anything, is taken out.
 fn shown(page: &str) -> String {
@@ -21,27 +16,20 @@ fn shown(page: &str) -> String {
 #[test]
 fn a_log_becomes_a_page_and_a_series() {
     let here = folder("page");
-    let robot = model("planar2r_vertical.yaml");
-    let arm = test_robot_path("planar2r_vertical.yaml").display().to_string();
-    let rows = log_of(&robot, &Random(41).physical_parameters(&robot), &rubbed);
-    std::fs::write(here.join("a <b>.csv"), format!("{HEADER}\n{}\n", rows.join("\n"))).unwrap();
+    let arm = write_rubbed(&here.join("a <b>.csv"), 0.4);
     let made = ["--report", "page.html", "--series", "torques.csv", "--out", "e.yaml", "--date", "1 April 2026"];
-    let run = rist(&here, &[&["identify", &arm, "a <b>.csv"], &made[..]].concat());
-    assert_eq!(run.code, Some(0), "{}", run.err);
+    rist(&here, &[&["identify", &arm, "a <b>.csv"], &made[..]].concat()).ended(0);
     let page = std::fs::read_to_string(here.join("page.html")).unwrap();
     // One chart each of torque, residual, parts, friction, spectrum and autocorrelation, of two joints; the robot, the map
     // of correlations, and the frames that lines are cut at.
     assert_eq!(page.matches("<svg").count(), 12 + 3);
     let parts = ["Trust it", "1 April 2026", "a &lt;b&gt;.csv", "upper arm (joint 1)", "ZZR1 = ZZ1 + IA1 + L1^2*M2"];
-    for part in parts {
-        assert!(page.contains(part), "{part}");
-    }
+    has(&page, &parts);
     assert!(!page.contains("could not be made") && !shown(&page).contains("NaN") && !page.contains("a <b>"));
     assert_eq!(page.matches("http").count(), page.matches("http://www.w3.org/2000/svg").count(), "it loads something");
     // Made again from the estimate: the same but for the command.
-    let run =
-        rist(&here, &["report", "--model", &arm, "--estimate", "e.yaml", "--out", "b.html", "--date", "1 April 2026"]);
-    assert_eq!(run.code, Some(0), "{}", run.err);
+    rist(&here, &["report", "--model", &arm, "--estimate", "e.yaml", "--out", "b.html", "--date", "1 April 2026"])
+        .ended(0);
     let again = std::fs::read_to_string(here.join("b.html")).unwrap();
     let charts = |page: &str| {
         page.split("<svg").skip(1).map(|s| s.split("</svg>").next().unwrap_or("").to_string()).collect::<Vec<_>>()
@@ -73,8 +61,7 @@ fn a_sheet_in_every_language() {
     let here = folder("sheet");
     let arm = model_path("race.yaml").display().to_string();
     let of = |format: &str| {
-        let run = rist(&here, &["inspect", &arm, "--format", format]);
-        assert_eq!(run.code, Some(0), "{}", run.err);
+        let run = rist(&here, &["inspect", &arm, "--format", format]).ended(0);
         assert!(!run.out.contains("could not be made"), "{}", run.out);
         run.out
     };
@@ -95,7 +82,6 @@ fn a_sheet_in_every_language() {
     assert!((json["links"][2]["geometry"]["d"]["number"].as_f64().unwrap() - 0.3).abs() < 1e-12);
 }
 
-/// Every experiment of a plan is a row and a picture of what moves.
 #[test]
 fn a_plan_has_a_picture_a_motion() {
     let here = folder("plan_page");
@@ -130,8 +116,7 @@ fn a_page_proves_a_plan_or_says_who_claims() {
         ["plan", &arm, "-n", "6", "--starts", "2", "--nodes", "60", "--configurations", "8", "--out", "plan.yaml"];
     assert_eq!(rist(&here, &plan).code, Some(0));
     let page = |plan: &str, model: &[&str]| {
-        let run = rist(&here, &[&["report", "--plan", plan, "--out", "page.html"], model].concat());
-        assert_eq!(run.code, Some(0), "{}", run.err);
+        rist(&here, &[&["report", "--plan", plan, "--out", "page.html"], model].concat()).ended(0);
         std::fs::read_to_string(here.join("page.html")).unwrap()
     };
     let (quoted, proved) = (page("plan.yaml", &[]), page("plan.yaml", &["--model", &arm]));
@@ -158,8 +143,7 @@ fn a_motion_is_drawn_within_its_limits() {
     let quick =
         ["--limits", "limits.yaml", "--starts", "1", "--iterations", "4", "--period", "5", "--repetitions", "1"];
     let files = ["--out", "motion.yaml", "--report", "page.html", "--date", "1 April"];
-    let run = rist(&here, &[&["excite", &arm], &quick[..], &files].concat());
-    assert_eq!(run.code, Some(0), "{}{}", run.out, run.err);
+    rist(&here, &[&["excite", &arm], &quick[..], &files].concat()).ended(0);
     let text = |file: &str| std::fs::read_to_string(here.join(file)).unwrap();
     let page = text("page.html");
     // Position, velocity, acceleration, jerk, torque and power of six joints, and three planes; the robot and the frames.
@@ -186,8 +170,7 @@ fn a_motion_is_drawn_within_its_limits() {
         page.split("<svg").skip(1).map(|s| s.split("</svg>").next().unwrap().to_string()).collect()
     };
     let report = ["report", "--motion", "motion.yaml", "--out", "again.html"];
-    let run = rist(&here, &[&report[..], &["--model", &arm, "--svg", "pictures"]].concat());
-    assert_eq!(run.code, Some(0), "{}", run.err);
+    rist(&here, &[&report[..], &["--model", &arm, "--svg", "pictures"]].concat()).ended(0);
     assert!(drawn(&page) == drawn(&text("again.html")), "the charts differ");
     assert_eq!(std::fs::read_dir(here.join("pictures")).unwrap().count(), 6 * 6 + 3);
 
@@ -202,8 +185,7 @@ fn a_motion_is_drawn_within_its_limits() {
 
     let broken = text("motion.yaml").replacen("centre: ", "centre: 9 # ", 1);
     std::fs::write(here.join("broken.yaml"), broken).unwrap();
-    let run = rist(&here, &["report", "--motion", "broken.yaml", "--model", &arm, "--out", "broken.html"]);
-    assert_eq!(run.code, Some(0), "{}", run.err);
+    rist(&here, &["report", "--motion", "broken.yaml", "--model", &arm, "--out", "broken.html"]).ended(0);
     let said = ["BROKEN: position of shoulder_pan", "BEYOND its limit", "position of shoulder_pan: "];
     said.iter().for_each(|said| assert!(text("broken.html").contains(said), "{said}"));
     let run =
@@ -219,8 +201,7 @@ fn the_page_of_the_ur5_is_small() {
     let here = folder("page_of_ur5");
     let (arm, log) = (model_path("ur5.urdf"), tests::workspace().join("docs/ur5/log.csv"));
     let (arm, log) = (arm.display().to_string(), log.display().to_string());
-    let run = rist(&here, &["identify", &arm, &log, "--out", "e.yaml", "--report", "ur5.html"]);
-    assert_eq!(run.code, Some(0), "{}", run.err);
+    rist(&here, &["identify", &arm, &log, "--out", "e.yaml", "--report", "ur5.html"]).ended(0);
     let page = std::fs::read_to_string(here.join("ur5.html")).unwrap();
     assert!(page.len() <= PICTURES + 400_000, "{}", page.len());
     let scripts: Vec<&str> = page.split("<script>").skip(1).map(|s| s.split("</script>").next().unwrap()).collect();
@@ -230,21 +211,15 @@ fn the_page_of_the_ur5_is_small() {
     }
 }
 
-/// Two estimates stand beside each other; one of another model is refused, and so is one alone.
 #[test]
 fn two_estimates_are_compared() {
     let here = folder("compared");
-    let robot = model("planar2r_vertical.yaml");
-    let arm = test_robot_path("planar2r_vertical.yaml").display().to_string();
-    for (file, friction) in [("a", 0.4), ("b", 0.5)] {
-        let rubbed = |j: usize, dq: f64, tau: f64| rubbed(j, dq, tau) + (friction - 0.4) * dq;
-        let rows = log_of(&robot, &Random(41).physical_parameters(&robot), &rubbed);
-        std::fs::write(here.join(format!("{file}.csv")), format!("{HEADER}\n{}\n", rows.join("\n"))).unwrap();
+    for (file, viscous) in [("a", 0.4), ("b", 0.5)] {
+        let arm = write_rubbed(&here.join(format!("{file}.csv")), viscous);
         let (log, out) = (format!("{file}.csv"), format!("{file}.yaml"));
         assert_eq!(rist(&here, &["identify", &arm, &log, "--out", &out]).code, Some(0));
     }
-    let run = rist(&here, &["report", "--estimate", "a.yaml", "--against", "b.yaml", "--out", "page.html"]);
-    assert_eq!(run.code, Some(0), "{}", run.err);
+    rist(&here, &["report", "--estimate", "a.yaml", "--against", "b.yaml", "--out", "page.html"]).ended(0);
     let page = std::fs::read_to_string(here.join("page.html")).unwrap();
     let (_, table) = page.split_once("<table class=\"compared\">").unwrap();
     // The viscous friction of both joints moved, by a tenth; it stands first.
@@ -253,8 +228,7 @@ fn two_estimates_are_compared() {
     assert!(page.contains("Two estimates compared") && page.contains("Beside b.yaml"));
     let edited = std::fs::read_to_string(here.join("b.yaml")).unwrap().replacen("fingerprint: ", "fingerprint: 0", 1);
     std::fs::write(here.join("c.yaml"), edited).unwrap();
-    let run = rist(&here, &["report", "--estimate", "a.yaml", "--against", "c.yaml"]);
-    assert!(run.code == Some(2) && run.err.contains("do not mean the same"), "{}", run.err);
-    let run = rist(&here, &["report", "--validation", "v.yaml", "--against", "b.yaml"]);
-    assert!(run.code == Some(2) && run.err.contains("--estimate"), "{}", run.err);
+    rist(&here, &["report", "--estimate", "a.yaml", "--against", "c.yaml"]).failed(2, &["do not mean the same"]);
+
+    rist(&here, &["report", "--validation", "v.yaml", "--against", "b.yaml"]).failed(2, &["--estimate"]);
 }

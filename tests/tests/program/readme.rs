@@ -10,8 +10,8 @@
 use std::path::Path;
 
 use tests::joint_log::{swinging, unlike};
-use tests::program::{folder, rist, rist_in_pipe};
-use tests::{model_path, workspace};
+use tests::program::{done, folder, rist, rist_in_pipe, run};
+use tests::{model_path, text_of, workspace};
 
 /// Command and output, of each command of the text.
 fn transcripts(text: &str) -> Vec<(String, Vec<String>)> {
@@ -55,7 +55,7 @@ fn shell_commands(text: &str) -> Vec<(Vec<String>, bool)> {
 fn shell_commands_run(page: &str, stand_ins: &[(&str, &str)]) {
     let here = folder(&format!("{}_shell", page.replace('/', "_")));
     stand_ins.iter().for_each(|(name, text)| std::fs::write(here.join(name), text).unwrap());
-    let commands = shell_commands(&std::fs::read_to_string(workspace().join(page)).unwrap());
+    let commands = shell_commands(&text_of(page));
     assert!(!commands.is_empty(), "{page} shows no `rist` in a block of the kind sh");
     for (arguments, may_be_no) in commands {
         // The log of the motion before.
@@ -81,7 +81,7 @@ fn files(text: &str) -> Vec<(String, String)> {
 
 /// Runs the commands that a page shows, in this folder.
 fn holds(page: &str, folder: &Path) {
-    let text = std::fs::read_to_string(workspace().join(page)).unwrap_or_else(|e| panic!("{page}: {e}"));
+    let text = text_of(page);
     let transcripts = transcripts(&text);
     assert!(!transcripts.is_empty(), "{page} shows no `$ rist` in a console block");
     // Pages write below `target`, which cargo makes elsewhere where CARGO_TARGET_DIR says so.
@@ -141,7 +141,7 @@ fn a_sentence_ends_where_it_ends() {
 /// A stranger reads it in a minute: short sentences, a screen and a half, three questions answered before the walk.
 #[test]
 fn the_readme_is_short() {
-    let text = std::fs::read_to_string(workspace().join("README.md")).unwrap();
+    let text = text_of("README.md");
     let sentences = sentences(&text);
     assert!(sentences.len() > 30, "{sentences:#?}");
     for sentence in &sentences {
@@ -154,16 +154,14 @@ fn the_readme_is_short() {
     assert!(headings.map(place).is_sorted());
 }
 
-/// The figures of the README are those of the pages that it names.
 #[test]
 fn the_figures_of_the_readme_are_those_of_the_pages() {
-    let text = |file: &str| std::fs::read_to_string(workspace().join(file)).unwrap_or_else(|e| panic!("{file}: {e}"));
     let cells = |page: &str, start: &str| -> Vec<String> {
-        let text = text(page);
+        let text = text_of(page);
         let row = text.lines().find(|line| line.starts_with(start)).unwrap_or_else(|| panic!("{page}: no row {start}"));
         row.trim_matches('|').split('|').map(|cell| cell.trim().to_string()).collect()
     };
-    let readme = text("README.md").split_whitespace().collect::<Vec<_>>().join(" ");
+    let readme = text_of("README.md").split_whitespace().collect::<Vec<_>>().join(" ");
     let holds = |sentence: String| assert!(readme.contains(&sentence), "README.md has no `{sentence}`");
     let all = cells("docs/what-trust-means.md", "| all |");
     let first = |cell: &str| cell.split([',', ' ']).next().unwrap_or_default().to_string();
@@ -194,7 +192,7 @@ fn lines_of_the_readme() -> Result<(), rist::Error> {
 
 #[test]
 fn the_lines_of_rust_compile() {
-    let text = std::fs::read_to_string(workspace().join("README.md")).unwrap();
+    let text = text_of("README.md");
     let block = text.split("```rust\n").nth(1).and_then(|rest| rest.split("```").next()).expect("lines of Rust");
     let own = include_str!("readme.rs");
     assert_eq!(block.lines().count(), 2);
@@ -215,9 +213,8 @@ fn a_log_at_a_hundred_hertz_is_enough() {
         std::fs::write(here.join(name), rows.join("\n") + "\n").unwrap();
     }
     let ur5 = model_path("ur5.urdf").display().to_string();
-    let run = rist(&here, &["identify", &ur5, "log.csv", "--validate", "other.csv"]);
-    assert_eq!(run.code, Some(0), "{}", run.err);
-    assert!(run.out.contains("\ntrust: yes\n") && run.out.contains("median step 0.01 s"), "{}", run.out);
+    rist(&here, &["identify", &ur5, "log.csv", "--validate", "other.csv"])
+        .told(0, &["\ntrust: yes\n", "median step 0.01 s"]);
 }
 
 #[test]
@@ -231,12 +228,10 @@ fn the_logs_that_ship_are_what_the_simulator_writes() {
     }
 }
 
-/// The files that a page holds.
 fn files_of(page: &str) -> Vec<(String, String)> {
-    files(&std::fs::read_to_string(workspace().join(page)).unwrap_or_else(|e| panic!("{page}: {e}")))
+    files(&text_of(page))
 }
 
-/// Writes the files of a page into a folder.
 fn write_files(page: &str, here: &Path) {
     let files = files_of(page);
     assert!(!files.is_empty(), "{page} holds no file");
@@ -265,8 +260,7 @@ fn the_pages_that_run_in_a_folder_hold() {
 
 #[test]
 fn the_commands_of_shell_blocks_run() {
-    let text = |file: &str| std::fs::read_to_string(workspace().join(file)).unwrap_or_else(|e| panic!("{file}: {e}"));
-    let urdf = text("models/ur5.urdf");
+    let urdf = text_of("models/ur5.urdf");
     // A log of a robot without a load: bodies that are far from the description are not written.
     let here = folder("shell_stand_in");
     let robot = rist::Model::read(model_path("ur5.urdf")).unwrap().robot;
@@ -315,29 +309,21 @@ fn the_page_on_code_for_a_loop_runs() {
         let written = format!("{:?}", parameter.value.expect("everything is seen"));
         assert!(rust.contains(&written) && c.contains(&written), "{}: {written}", parameter.id);
     }
-    let compiled = std::process::Command::new("cc")
-        .args(["-std=c99", "-Wall", "-Wextra", "-Werror", "-pedantic", "-c", "arm.c", "-o", "arm.o"])
-        .current_dir(&here)
-        .output()
-        .expect("a C compiler is there");
-    assert!(compiled.status.success(), "{}", String::from_utf8_lossy(&compiled.stderr));
+    done(&here, "cc", "-std=c99 -Wall -Wextra -Werror -pedantic -c arm.c -o arm.o");
 
     // The lines of Rust that it shows, at a state of rest: the torques of the page are those of `rist evaluate`, whose
     // numbers are the description's; the estimate is that of its simulation, to a few per cent.
-    let page = std::fs::read_to_string(workspace().join("docs/how-to/code-for-a-control-loop.md")).unwrap();
+    let page = text_of("docs/how-to/code-for-a-control-loop.md");
     let lines = page.split("```rust\n").nth(1).and_then(|rest| rest.split("```").next()).expect("lines of Rust");
     let states = "let (q, dq, ddq_wanted) = ([0.4, -0.3], [0.5, 0.2], [1.0, 2.0]);";
     let program = format!("mod arm;\nfn main() {{\n{states}\n{lines}println!(\"{{}} {{}}\", tau[0], tau[1]);\n}}\n");
     std::fs::write(here.join("main.rs"), program).unwrap();
-    let rustc = std::env::var_os("RUSTC").unwrap_or("rustc".into());
-    let built = std::process::Command::new(rustc).args(["--edition", "2024", "main.rs"]).current_dir(&here).output();
-    let built = built.expect("a Rust compiler is there");
-    assert!(built.status.success(), "{}", String::from_utf8_lossy(&built.stderr));
-    let ran = std::process::Command::new(here.join("main")).output().expect("it runs");
+    done(&here, "rustc", "--edition 2024 main.rs");
+    let ran = run(&mut std::process::Command::new(here.join("main")));
     std::fs::write(here.join("states.csv"), "q_q1,q_q2,dq_q1,dq_q2,ddq_q1,ddq_q2\n0.4,-0.3,0.5,0.2,1,2\n").unwrap();
     let expected = rist(&here, &["evaluate", "arm.yaml", "states.csv", "--quantity", "torque"]).out;
     let numbers = |text: &str| text.split([' ', ',', '\n']).filter_map(|x| x.parse().ok()).collect::<Vec<f64>>();
-    let (found, expected) = (numbers(&String::from_utf8_lossy(&ran.stdout)), numbers(&expected));
+    let (found, expected) = (numbers(&ran.out), numbers(&expected));
     assert_eq!((found.len(), expected.len()), (2, 2));
     for (found, expected) in found.iter().zip(&expected) {
         assert!((found - expected).abs() < 0.05 * expected.abs(), "{found} {expected}");
@@ -360,15 +346,8 @@ fn the_page_on_formulas_runs() {
     write_files("docs/tutorial.md", &here);
     std::fs::copy(model_path("rx90.yaml"), here.join("rx90.yaml")).expect("models/rx90.yaml is there");
     holds("docs/how-to/from-a-robot-to-a-formula.md", &here);
-    let rustc = std::env::var_os("RUSTC").unwrap_or("rustc".into());
-    for (program, options) in [
-        (rustc, "--edition 2024 --crate-type lib arm_open.rs"),
-        ("cc".into(), "-std=c99 -Wall -Wextra -Werror -pedantic -c arm_open.c -o arm_open.o"),
-    ] {
-        let built = std::process::Command::new(program).args(options.split(' ')).current_dir(&here).output();
-        let built = built.expect("the compiler is there");
-        assert!(built.status.success(), "{}", String::from_utf8_lossy(&built.stderr));
-    }
+    done(&here, "rustc", "--edition 2024 --crate-type lib arm_open.rs");
+    done(&here, "cc", "-std=c99 -Wall -Wextra -Werror -pedantic -c arm_open.c -o arm_open.o");
 }
 
 #[test]

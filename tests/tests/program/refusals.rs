@@ -76,7 +76,6 @@ inspect arm.yaml --value L1=long
 check arm.yaml motion.yaml --limits limits.yaml
 ";
 
-/// Commands that leave files for those that are refused.
 const MADE: &str = "\
 plan arm.yaml --experiments 4 --steps 3 --starts 1 --out plan.yaml
 simulate arm.yaml plan.yaml --validation 2 --out logs

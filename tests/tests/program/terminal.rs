@@ -140,7 +140,6 @@ fn quiet_and_colours() {
     assert_eq!(colours.err, format!("\u{1b}[1m\u{1b}[31mrist:\u{1b}[0m{}", &none.err["rist:".len()..]));
 }
 
-/// Runs `rist` with this text on its standard input.
 fn fed(here: &Path, arguments: &[&str], text: &str) -> Run {
     let file = here.join("fed");
     std::fs::File::create(&file).unwrap().write_all(text.as_bytes()).unwrap();

@@ -7,7 +7,7 @@ use std::path::Path;
 use identification::estimate::options::Options;
 use logs::{Columns, Table, propose};
 use robot::format::{ReadOptions, parse_with};
-use tests::{register_wings, workspace};
+use tests::{register_wings, text_of as text, workspace};
 
 /// A description: its kind, the name of a file, its text, and whether the base must be asked to float.
 const DESCRIPTIONS: [(&str, &str, &str, bool); 10] = [
@@ -111,8 +111,7 @@ fn readers() -> String {
         table += &format!("| {name} | {reader} |\n");
         let word = name.split(' ').next().unwrap();
         for page in ["README.md", "docs/identification.md"] {
-            let text = std::fs::read_to_string(workspace().join(page)).unwrap();
-            assert!(text.contains(word), "{page} lacks {word}");
+            assert!(text(page).contains(word), "{page} lacks {word}");
         }
     }
     table + "\nWhat the features take of a cold build stands with the readers in ARCHITECTURE.md.\n"
@@ -122,7 +121,6 @@ fn joints() -> [String; 2] {
     ["j1".to_string(), "j2".to_string()]
 }
 
-/// A table with this head: two joints that swing.
 fn table(head: &str) -> Table {
     let mut text = if head.is_empty() { String::new() } else { format!("{head}\n") };
     for k in 0..200 {

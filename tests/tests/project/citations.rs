@@ -9,7 +9,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 
-use tests::workspace;
+use tests::{files_below, workspace};
 
 /// A citation at one place of a text.
 #[derive(Debug, PartialEq)]
@@ -104,22 +104,9 @@ fn prose(path: &Path) -> Vec<String> {
 
 /// Files that may cite, below the root.
 fn cited_in() -> Vec<std::path::PathBuf> {
-    fn walk(folder: &Path, found: &mut Vec<std::path::PathBuf>) {
-        let mut entries: Vec<_> = std::fs::read_dir(folder).unwrap().map(|e| e.unwrap().path()).collect();
-        entries.sort();
-        for path in entries {
-            let name = path.file_name().unwrap().to_string_lossy().into_owned();
-            let skipped = name.starts_with('.') || name == "target" || path.ends_with("generated/src/robots");
-            if path.is_dir() && !skipped {
-                walk(&path, found);
-            } else if path.is_file() && [".rs", ".md"].iter().any(|e| name.ends_with(e)) {
-                found.push(path);
-            }
-        }
-    }
-    let mut found = Vec::new();
-    walk(&workspace(), &mut found);
-    found
+    let robots = workspace().join("generated/src/robots");
+    let may_cite = |path: &Path| path.extension().is_some_and(|e| e == "rs" || e == "md") && !path.starts_with(&robots);
+    files_below(&workspace()).into_iter().filter(|path| may_cite(path)).collect()
 }
 
 /// Entries of a .bib file: key -> the kind and the fields.

@@ -1,7 +1,7 @@
 //! Every type in a public signature of `rist` can be named through `rist`.
 
 use std::collections::{BTreeMap, BTreeSet};
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use proc_macro2::{TokenStream, TokenTree};
 use quote::ToTokens;
@@ -23,16 +23,6 @@ const OURS: [&str; 12] = [
     "report",
     "robot",
 ];
-
-fn files(folder: &Path, found: &mut Vec<PathBuf>) {
-    for entry in std::fs::read_dir(folder).unwrap() {
-        let path = entry.unwrap().path();
-        match path.is_dir() {
-            true => files(&path, found),
-            false => found.push(path),
-        }
-    }
-}
 
 /// Name in the file -> path that it was imported by.
 fn imports(tree: &UseTree, before: &[String], found: &mut BTreeMap<String, Vec<String>>) {
@@ -108,9 +98,7 @@ fn named(tokens: TokenStream, found: &mut BTreeSet<Vec<String>>) {
 #[test]
 fn every_type_of_a_signature_can_be_named_through_rist() {
     let root = workspace().join("crates/rist/src");
-    let mut paths = Vec::new();
-    files(&root, &mut paths);
-    paths.sort();
+    let mut paths = tests::files_below(&root);
     // What stands in a private module is seen where it is passed on, by the name of a public one.
     let declared = |path: &PathBuf| {
         let text = std::fs::read_to_string(path).unwrap();

@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use tests::workspace;
+use tests::{text_of as text, workspace};
 
 /// Pages at the root and in docs/, by path below the root.
 fn pages() -> Vec<String> {
@@ -15,10 +15,6 @@ fn pages() -> Vec<String> {
     found.sort();
     assert!(found.len() > 10, "{found:?}");
     found
-}
-
-fn text(page: &str) -> String {
-    std::fs::read_to_string(workspace().join(page)).unwrap_or_else(|e| panic!("{page}: {e}"))
 }
 
 /// The targets of `[text](target)`, without anchors and addresses of the web.
@@ -109,7 +105,6 @@ fn keys(file: &str, head: &str) -> Vec<String> {
     (0..lines.len()).filter(is_in_file).filter_map(|k| key(lines[k])).collect()
 }
 
-/// What the reference of files says of each kind is complete.
 #[test]
 fn every_key_of_a_file_stands_in_the_reference() {
     let page = text("docs/files.md");

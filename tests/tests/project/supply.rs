@@ -2,28 +2,11 @@
 //! exception of deny.toml has its reason.
 
 use std::collections::{BTreeMap, BTreeSet};
-use std::path::{Path, PathBuf};
 
-use tests::workspace;
+use tests::{has, sources_below, text_of as text, workspace};
 
 /// Crates with an exception, and who alone may need them. Why: deny.toml.
 const ALONE: [(&str, &str); 2] = [("quick-xml", "urdf-rs"), ("RustyXML", "urdf-rs")];
-
-fn text(file: &str) -> String {
-    std::fs::read_to_string(workspace().join(file)).unwrap_or_else(|e| panic!("{file}: {e}"))
-}
-
-/// Files of Rust below a folder, without what is built.
-fn sources(folder: &Path, found: &mut Vec<PathBuf>) {
-    for entry in std::fs::read_dir(folder).unwrap() {
-        let path = entry.unwrap().path();
-        if path.is_dir() && !path.ends_with("target") {
-            sources(&path, found);
-        } else if path.extension().is_some_and(|e| e == "rs") {
-            found.push(path);
-        }
-    }
-}
 
 /// Crate -> crates that it depends on, in whatever way.
 fn locked(file: &str) -> BTreeMap<String, BTreeSet<String>> {
@@ -56,10 +39,8 @@ fn weak_crates_are_reached_by_one_crate_alone() {
 /// No file of ours names them, and none calls what of urdf-rs writes.
 #[test]
 fn nothing_of_ours_names_weak_crates_or_writes_with_urdf_rs() {
-    let mut files = Vec::new();
-    for folder in ["crates", "xtask", "tests", "fuzz"] {
-        sources(&workspace().join(folder), &mut files);
-    }
+    let folders = ["crates", "xtask", "tests", "fuzz"].into_iter();
+    let files: Vec<_> = folders.flat_map(|folder| sources_below(&workspace().join(folder))).collect();
     assert!(files.len() > 400, "{}", files.len());
     for place in files.iter().filter(|place| !place.ends_with("tests/tests/project/supply.rs")) {
         let text = std::fs::read_to_string(place).unwrap();
@@ -96,9 +77,7 @@ fn notices_hold_what_asks_for_its_notice() {
         assert!(notices.contains(&format!("\n{name} ")), "{name}");
         assert!(notices.contains(holder), "{holder}");
     }
-    for text in ["Redistributions in binary form must reproduce the above copyright", "UNICODE LICENSE V3"] {
-        assert!(notices.contains(text), "{text}");
-    }
+    has(&notices, &["Redistributions in binary form must reproduce the above copyright", "UNICODE LICENSE V3"]);
     let lock = locked("Cargo.lock");
     let listed = notices.split("\n\n").find(|part| part.contains("\nsnap ")).unwrap_or_default();
     for line in listed.lines() {

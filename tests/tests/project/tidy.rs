@@ -2,20 +2,18 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
-use std::process::Command;
 
 use crate::source::orders::{ORDERS, WITHOUT_ORDER};
 use crate::source::{imports, tokens};
 use serde_json::Value as Json;
-use tests::workspace;
+use tests::program::done;
+use tests::{files_below, sources_below, text_of, workspace};
 
 /// Package -> packages of this workspace it depends on, in whatever way.
 fn dependencies() -> BTreeMap<String, BTreeSet<String>> {
-    let cargo = std::env::var_os("CARGO").unwrap_or("cargo".into());
-    let arguments = ["metadata", "--no-deps", "--offline", "--format-version", "1"];
-    let out = Command::new(cargo).args(arguments).current_dir(workspace()).output().unwrap();
-    assert!(out.status.success(), "{}", String::from_utf8_lossy(&out.stderr));
-    let metadata: Json = serde_json::from_slice(&out.stdout).unwrap();
+    let cargo = std::env::var("CARGO").unwrap_or("cargo".into());
+    let out = done(&workspace(), &cargo, "metadata --no-deps --offline --format-version 1").out;
+    let metadata: Json = serde_json::from_str(&out).unwrap();
     let packages = metadata["packages"].as_array().unwrap();
     let name = |v: &Json| v["name"].as_str().unwrap().to_string();
     let ours: BTreeSet<String> = packages.iter().map(name).collect();
@@ -25,7 +23,7 @@ fn dependencies() -> BTreeMap<String, BTreeSet<String>> {
 
 #[test]
 fn packages_know_whom_architecture_lets_them_know() {
-    let text = std::fs::read_to_string(workspace().join("ARCHITECTURE.md")).unwrap();
+    let text = text_of("ARCHITECTURE.md");
     let table: BTreeMap<String, String> = text
         .lines()
         .skip_while(|line| !line.starts_with("| package | knows |"))
@@ -72,7 +70,7 @@ fn what_repairs_generated_builds_without_it() {
 #[test]
 fn locks_outside_the_workspace_are_in_step() {
     let locked = |file: &str| -> BTreeMap<String, BTreeSet<String>> {
-        let text = std::fs::read_to_string(workspace().join(file)).unwrap();
+        let text = text_of(file);
         let mut found: BTreeMap<String, BTreeSet<String>> = BTreeMap::new();
         for package in text.split("[[package]]").skip(1) {
             let value = |key: &str| package.lines().find_map(|l| l.strip_prefix(key)?.strip_prefix(" = ")).unwrap();
@@ -92,23 +90,9 @@ fn locks_outside_the_workspace_are_in_step() {
 
 /// Text files of the repository, without what is built.
 fn files() -> Vec<PathBuf> {
-    fn walk(folder: &Path, found: &mut Vec<PathBuf>) {
-        for entry in std::fs::read_dir(folder).unwrap() {
-            let path = entry.unwrap().path();
-            let name = path.file_name().unwrap().to_string_lossy().into_owned();
-            if path.is_dir() && !(name.starts_with('.') && name != ".cargo" && name != ".ci") && name != "target" {
-                walk(&path, found);
-            } else if path.is_file() {
-                found.push(path);
-            }
-        }
-    }
-    let mut found = Vec::new();
-    walk(&workspace(), &mut found);
     let kinds = ["rs", "md", "toml", "yaml", "yml", "urdf", "par", "bib"];
-    found.retain(|path| path.extension().is_some_and(|e| kinds.iter().any(|kind| e == *kind)));
-    found.sort();
-    found
+    let is_text = |path: &PathBuf| path.extension().is_some_and(|e| kinds.iter().any(|kind| e == *kind));
+    files_below(&workspace()).into_iter().filter(is_text).collect()
 }
 
 fn relative(path: &Path) -> String {
@@ -155,8 +139,8 @@ fn lines_end_where_they_end() {
 
 #[test]
 fn dead_code_is_allowed_nowhere() {
-    for path in files().iter().filter(|p| p.extension().is_some_and(|e| e == "rs")) {
-        let name = relative(path);
+    for path in sources_below(&workspace()) {
+        let name = relative(&path);
         let text = std::fs::read_to_string(path).unwrap();
         let allows = tokens::allows(tokens::tokens(&text, &name), "dead_code");
         assert!(!allows, "{name}: allow(dead_code)");
@@ -166,14 +150,14 @@ fn dead_code_is_allowed_nowhere() {
 /// The list is one paragraph of a page, or one point of a list of points.
 #[test]
 fn pages_name_the_files_with_unsafe() {
-    let sources = files().into_iter().filter(|path| path.extension().is_some_and(|e| e == "rs"));
-    let with_unsafe = |path: &PathBuf| {
+    let with_unsafe = |path: &&PathBuf| {
         let text = std::fs::read_to_string(path).unwrap();
         tokens::says(tokens::tokens(&text, &relative(path)), "unsafe")
     };
-    let found: BTreeSet<String> = sources.filter(with_unsafe).map(|path| relative(&path)).collect();
+    let found: BTreeSet<String> =
+        sources_below(&workspace()).iter().filter(with_unsafe).map(|path| relative(path)).collect();
     for page in ["SECURITY.md", "ARCHITECTURE.md"] {
-        let text = std::fs::read_to_string(workspace().join(page)).unwrap();
+        let text = text_of(page);
         let (_, list) = text.split_once("`unsafe` stands in").unwrap_or_else(|| panic!("{page} says where it stands"));
         let list = list.split("\n\n").next().and_then(|list| list.split("\n- ").next()).unwrap_or_default();
         let named = list.split('`').filter(|word| word.ends_with(".rs")).map(String::from).collect();
@@ -186,8 +170,8 @@ fn pages_name_the_files_with_unsafe() {
 fn no_crate_opens_a_file_to_read_beside_the_gate() {
     let ways = ["fs::read(", "read_to_string(", "File::open(", "stdin()", ".read(true)", "from_path("];
     let mut beside = Vec::new();
-    for path in files().iter().filter(|path| path.extension().is_some_and(|e| e == "rs")) {
-        let name = relative(path);
+    for path in sources_below(&workspace()) {
+        let name = relative(&path);
         if !name.starts_with("crates/") || !name.contains("/src/") || name.starts_with("crates/gate/") {
             continue;
         }

@@ -1,9 +1,10 @@
 //! How many product lines core and wings have: the numbers of tests/data/product_lines.yaml may fall.
 
 use std::collections::BTreeMap;
-use std::path::Path;
+use std::ffi::OsStr;
+use std::path::{Path, PathBuf};
 
-use tests::workspace;
+use tests::{sources_below, workspace};
 
 /// Lines of a file that are neither blank nor comments, before its tests.
 fn product_lines(text: &str) -> usize {
@@ -13,17 +14,14 @@ fn product_lines(text: &str) -> usize {
 
 /// Product lines below a folder. Tests stand in folders and files of their own name.
 fn lines_below(folder: &Path) -> usize {
-    let mut sum = 0;
-    for entry in std::fs::read_dir(folder).unwrap() {
-        let path = entry.unwrap().path();
-        let name = path.file_name().unwrap().to_string_lossy().into_owned();
-        if path.is_dir() && !["tests", "benches", "examples", "target"].contains(&name.as_str()) {
-            sum += lines_below(&path);
-        } else if name.ends_with(".rs") && !name.ends_with("tests.rs") && !name.starts_with("test_") {
-            sum += product_lines(&std::fs::read_to_string(&path).unwrap());
-        }
-    }
-    sum
+    let is_product = |path: &PathBuf| {
+        let inside = path.strip_prefix(folder).unwrap();
+        let is_other = |part: &OsStr| ["tests", "benches", "examples"].iter().any(|other| part == *other);
+        let name = path.file_name().unwrap().to_string_lossy();
+        !inside.iter().any(is_other) && !name.ends_with("tests.rs") && !name.starts_with("test_")
+    };
+    let files = sources_below(folder).into_iter().filter(is_product);
+    files.map(|path| product_lines(&std::fs::read_to_string(path).unwrap())).sum()
 }
 
 #[test]

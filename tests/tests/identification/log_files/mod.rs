@@ -4,7 +4,6 @@ pub(crate) mod parquet;
 
 use std::io::Write;
 
-/// One sensor_msgs/JointState.
 #[derive(Clone, Default)]
 pub(crate) struct State {
     pub stamp: (u32, u32),
@@ -62,7 +61,6 @@ pub(crate) struct Mcap {
     chunk: Vec<u8>,
     /// "", zstd or lz4.
     chunked: Option<&'static str>,
-    /// Whether chunks have a checksum.
     pub checked: bool,
 }
 

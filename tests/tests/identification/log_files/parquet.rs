@@ -13,7 +13,6 @@ pub(crate) enum Values {
     Text(usize),
 }
 
-/// How pages are written.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Pages {
     /// Parquet's number: 0 none, 1 snappy, 2 gzip, 6 zstd, 7 lz4_raw.
@@ -31,7 +30,6 @@ pub(crate) fn doubles(columns: &[(String, Vec<f64>)]) -> Vec<(String, Values)> {
     columns.iter().map(|(name, values)| (name.clone(), some(values))).collect()
 }
 
-/// The file.
 pub(crate) fn file(columns: &[(String, Values)], pages: Pages) -> Vec<u8> {
     let rows = columns[0].1.len();
     let mut out = b"PAR1".to_vec();
@@ -80,7 +78,6 @@ impl Values {
         matches!(self, Values::Double(_))
     }
 
-    /// Every value as its bytes.
     fn bytes(&self, range: &std::ops::Range<usize>) -> Vec<Option<Vec<u8>>> {
         let range = range.clone();
         match self {

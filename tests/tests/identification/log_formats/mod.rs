@@ -6,6 +6,7 @@ use identification::estimate::identify::identify;
 use identification::estimate::options::Options;
 use linear_model::regressor::Regressor;
 use logs::{Log, LogSource, Table};
+use tests::program::folder;
 use tests::register_wings;
 
 use crate::broken_logs::wheels;
@@ -59,7 +60,6 @@ fn recording(
     file.finish()
 }
 
-/// Every way of writing the signals.
 fn files(signals: &[(String, Vec<f64>)]) -> Vec<(String, Vec<u8>)> {
     let mut files = vec![("csv".to_string(), csv(signals)), ("npz".into(), npz(signals))];
     for chunked in [None, Some(""), Some("zstd"), Some("lz4")] {
@@ -83,16 +83,14 @@ fn files(signals: &[(String, Vec<f64>)]) -> Vec<(String, Vec<u8>)> {
 }
 
 fn assert_same(name: &str, found: &Table, expected: &Table) {
-    assert_eq!(found.header, expected.header, "{name}");
+    assert_eq!((&found.header, &found.texts), (&expected.header, &expected.texts), "{name}");
     let bits = |t: &Table| t.columns.iter().map(|c| c.iter().map(|x| x.to_bits()).collect()).collect::<Vec<Vec<u64>>>();
     assert!(bits(found) == bits(expected), "{name}: other numbers");
-    assert!(found.texts.iter().all(Option::is_none), "{name}");
 }
 
-fn folder(name: &str) -> PathBuf {
-    let folder = std::env::temp_dir().join(format!("rist-{name}-{}", std::process::id()));
-    std::fs::create_dir_all(&folder).unwrap();
-    folder
+/// foreign_logs/README.md says which programs wrote them.
+pub(crate) fn foreign() -> PathBuf {
+    tests::workspace().join("tests/tests/identification/foreign_logs")
 }
 
 #[test]
@@ -101,6 +99,7 @@ fn every_format_gives_the_same_table_and_estimate() {
     let signals = signals();
     let expected = Table::from_bytes("log", &csv(&signals)).unwrap();
     assert_eq!((expected.header.as_slice(), expected.rows()), (&COLUMNS.map(String::from)[..], ROWS));
+    assert!(expected.texts.iter().all(Option::is_none));
     let folder = folder("formats");
     // The name says nothing: content decides.
     let path = folder.join("log");
@@ -115,17 +114,15 @@ fn every_format_gives_the_same_table_and_estimate() {
         let estimate = identify(&wheels, &log, &Options { friction: vec![], ..Options::default() }).unwrap();
         estimates.push(estimate.to_yaml().unwrap());
     }
-    std::fs::remove_dir_all(&folder).unwrap();
     assert_eq!(files.len(), 2 + 12 + 20 + 2);
     assert!(estimates.iter().all(|e| *e == estimates[0]), "{}", estimates[0]);
     assert!(estimates[0].contains("ZZ1") && estimates[0].contains("ZZ2"), "{}", estimates[0]);
 }
 
-/// Written by the programs that write them in the field; foreign_logs/README.md says which and how.
 #[test]
 fn files_of_other_programs() {
     register_wings();
-    let folder = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("tests/identification/foreign_logs");
+    let folder = foreign();
     let read = |name: &str| Table::read(&folder.join(name)).unwrap();
     // Powers of two, so that every number is exact.
     let rows: Vec<f64> = (0..64).map(f64::from).collect();
@@ -172,32 +169,22 @@ fn files_of_other_programs() {
         assert_eq!(notes.contains("`time_ns` holds times"), nulls, "{name}: {notes}");
         // The same from memory, some rows at a time, and through a pipe of zstd.
         let bytes = std::fs::read(folder.join(name)).unwrap();
-        assert_same_numbers(&Table::from_bytes(name, &bytes).unwrap(), &table);
-        assert_same_numbers(&Table::glance(&folder.join(name), 7).unwrap(), &part(&table, 7));
+        assert_same(name, &Table::from_bytes(name, &bytes).unwrap(), &table);
+        assert_same(name, &Table::glance(&folder.join(name), 7).unwrap(), &part(&table, 7));
         let packed = ruzstd::encoding::compress_to_vec(&bytes[..], ruzstd::encoding::CompressionLevel::Fastest);
-        assert_same_numbers(&Table::from_bytes(name, &packed).unwrap(), &table);
+        assert_same(name, &Table::from_bytes(name, &packed).unwrap(), &table);
     }
 }
 
-/// The first rows of a table.
 fn part(table: &Table, rows: usize) -> Table {
     let columns = table.columns.iter().map(|column| column.iter().take(rows).copied().collect()).collect();
     Table { columns, ..table.clone() }
 }
 
-fn assert_same_numbers(found: &Table, expected: &Table) {
-    assert_eq!((&found.header, &found.texts), (&expected.header, &expected.texts));
-    let bits = |table: &Table| -> Vec<Vec<u64>> {
-        table.columns.iter().map(|column| column.iter().map(|x| x.to_bits()).collect()).collect()
-    };
-    assert_eq!(bits(found), bits(expected), "{}", found.file);
-}
-
-/// Types of Arrow that are numbers, and those that are none: each other column stands where it stood.
 #[test]
 fn kinds_of_arrow_columns() {
     register_wings();
-    let folder = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("tests/identification/foreign_logs");
+    let folder = foreign();
     let table = Table::read(&folder.join("pyarrow_types.arrow")).unwrap();
     let steps = |x: f64| (0..64).map(|r| f64::from(r) * x).collect::<Vec<f64>>();
     let numbers = [
@@ -233,11 +220,10 @@ fn kinds_of_arrow_columns() {
     }
 }
 
-/// Cut off or changed, a file or stream of Arrow is read or refused, never a panic, and a cut one is refused.
 #[test]
 fn damaged_arrow_is_read_or_refused() {
     register_wings();
-    let folder = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("tests/identification/foreign_logs");
+    let folder = foreign();
     let mut refused = 0;
     for name in ["pyarrow_lz4.feather", "pyarrow_zstd.arrows", "pyarrow_types.arrow", "polars.arrow"] {
         let whole = std::fs::read(folder.join(name)).unwrap();
@@ -261,7 +247,7 @@ fn damaged_arrow_is_read_or_refused() {
 /// Codecs, encodings and types of numbers that our own files lack.
 #[test]
 fn kinds_of_parquet_numbers_of_another_program() {
-    let folder = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("tests/identification/foreign_logs");
+    let folder = foreign();
     let steps = |x: f64| (0..64).map(|r| f64::from(r) * x).collect::<Vec<f64>>();
     let time: Vec<f64> = (0..64).map(|r| f64::from(4 * r) / 1e3).collect();
     for codec in ["brotli", "gzip", "lz4", "zstd"] {
@@ -317,7 +303,6 @@ fn a_directory_is_one_recording() {
         std::fs::write(folder.join(format!("walk_{part}.mcap")), file.finish()).unwrap();
     }
     let table = Table::read(&folder).unwrap();
-    std::fs::remove_dir_all(&folder).unwrap();
     assert_same("directory", &table, &Table::from_bytes("log", &csv(&signals)).unwrap());
 }
 
@@ -361,7 +346,6 @@ fn one_of_several_topics_by_its_name() {
         let (log, columns) = LogSource::open(&named, &["a".into()], &Default::default()).unwrap();
         assert_eq!((log.name(), columns.notes.len()), (table.file, 2));
     }
-    std::fs::remove_dir_all(&folder).unwrap();
 }
 
 /// Kinds of columns: nulls, single precision, whole numbers, and a list of none.

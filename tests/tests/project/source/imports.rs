@@ -36,7 +36,6 @@ struct Module {
     exports: Vec<(String, Place)>,
     /// Every path in it, inline modules apart.
     paths: Vec<Place>,
-    /// The modules it declares.
     declared: Vec<String>,
 }
 
@@ -63,7 +62,6 @@ fn modules(files: &BTreeMap<String, String>) -> BTreeMap<Place, Module> {
     modules
 }
 
-/// Every import among these modules.
 fn imports(modules: &BTreeMap<Place, Module>) -> Vec<Import> {
     let mut found = BTreeSet::new();
     for (place, module) in modules.iter().filter(|(_, m)| !m.is_front) {

@@ -2,7 +2,6 @@
 
 use proc_macro2::{Delimiter, TokenStream, TokenTree};
 
-/// The tokens of a file.
 pub(crate) fn tokens(text: &str, file: &str) -> TokenStream {
     text.parse().unwrap_or_else(|e| panic!("{file}: {e}"))
 }
