@@ -83,7 +83,8 @@ fn absent() -> Wing {
     }
     if cfg!(not(feature = "research")) {
         wing.in_loop = Some(Err(without!("research")));
-        wing.proof_search = Some(Err(without!("research")));
+        wing.prove_plan = Some(Err(without!("research")));
+        wing.find_proof = Some(Err(without!("research")));
     }
     wing
 }

@@ -5,7 +5,7 @@
 
 use std::sync::Once;
 
-use experiments::plan::proof_search::{self, ProofSearch};
+use experiments::plan::{proof_check, proof_search};
 
 use crate::describe::conversion;
 use crate::fit::experiments as fit;
@@ -18,6 +18,8 @@ pub use crate::fit::experiments::{IdentifyInLoop, Reader};
 pub use crate::motion::described::{described_values, torque_noise};
 pub use crate::motion::played_file::PointReader;
 pub use crate::request::{WingRequest, terms_without_torque};
+pub use experiments::plan::proof_check::FindProof;
+pub use experiments::plan::proof_search::{ProvePlan, ProvenPlan, Work};
 pub use identification::estimate::identify::Fit;
 pub use identification::estimate::ledger::hypotheses::Open;
 pub use identification::estimate::verdict::Evidence;
@@ -45,7 +47,9 @@ pub struct Wing {
     /// Identification that simulates the experiments of a plan.
     pub in_loop: Option<Result<IdentifyInLoop, &'static str>>,
     /// The search for a plan that is proven the best.
-    pub proof_search: Option<Result<ProofSearch, &'static str>>,
+    pub prove_plan: Option<Result<ProvePlan, &'static str>>,
+    /// What finds its proof again.
+    pub find_proof: Option<Result<FindProof, &'static str>>,
 }
 
 /// Adds wings; only the first call counts.
@@ -61,7 +65,8 @@ pub fn register(wings: Vec<Wing>) {
             functions.extend(wing.functions);
             wing.points.into_iter().for_each(played_file::register);
             wing.in_loop.into_iter().for_each(fit::register);
-            wing.proof_search.into_iter().for_each(proof_search::register);
+            wing.prove_plan.into_iter().for_each(proof_search::register);
+            wing.find_proof.into_iter().for_each(proof_check::register);
         }
         request::register(requests);
         ::logs::reading::register(logs);

@@ -237,6 +237,7 @@ fn broken_containers() -> Vec<(Vec<u8>, &'static str)> {
 
 #[test]
 fn every_broken_container_has_its_message() {
+    tests::register_wings();
     let folder = folder("broken-containers");
     let path = folder.join("broken.csv");
     let wheels = wheels("a");

@@ -88,8 +88,7 @@ impl ExperimentPlan {
         let bound = determinant_bound(&information, 1e-2, 2000);
         let work = Work { nodes: search.nodes, tolerance: search.tolerance };
         let is_asked = *criterion == Criterion::Determinant && search.nodes > 0;
-        let search = registered().ok().filter(|_| is_asked);
-        let proven = search.and_then(|search| (search.prove)(&information, &chosen, &work));
+        let proven = registered().ok().filter(|_| is_asked).and_then(|prove| prove(&information, &chosen, &work));
         if let Some(proven) = &proven {
             chosen.clone_from(&proven.chosen);
         }
@@ -133,7 +132,7 @@ impl ExperimentPlan {
         self.experiments.iter().map(|e| self.trajectory(e).map_err(|m| Error::at(file, 0, m))).collect()
     }
 
-    /// The motion of an experiment; as [`ExperimentPlan::trajectories`].
+    /// One of [`ExperimentPlan::trajectories`].
     pub fn trajectory(&self, e: &PlannedExperiment) -> Result<ExcitingTrajectory, String> {
         let n = self.coordinates.len();
         let fail = |what: String| Err(format!("experiment {}: {what}", e.name));
@@ -360,8 +359,8 @@ mod tests {
     fn plan(count: usize) -> ExperimentPlan {
         let (arm, noise) = (Pendulum::new(), [0.1]);
         let model = ModelReference { name: "pendulum".into(), fingerprint: "0123".into() };
-        let search = Search { starts: 4, ..Search::default() };
-        let choice = Choice { count, criterion: Criterion::Determinant, search };
+        let choice =
+            Choice { count, criterion: Criterion::Determinant, search: Search { starts: 4, ..Search::default() } };
         let found = candidates(&grid(), &limits()[..1], &arm, &noise);
         ExperimentPlan::choose(model, &arm, &found, &noise, &choice, &|_, _, _| ())
     }

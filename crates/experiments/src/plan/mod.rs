@@ -12,6 +12,7 @@ pub mod paper_rows;
 pub mod permission;
 pub mod plan_proof;
 pub mod planned_experiment;
+pub mod proof_check;
 pub mod proof_search;
 pub mod quadratic_model;
 pub mod ranges;

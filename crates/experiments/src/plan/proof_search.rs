@@ -1,12 +1,9 @@
-//! The search that proves a plan the best one, and what finds the proof again: another package registers both.
+//! The search that proves a plan the best one: another package registers it.
 
 use std::sync::OnceLock;
 
-use linear_model::regressor::Regressor;
-use logs::Error;
 use numerics::information_matrix::Rows;
 
-use crate::plan::experiment_plan::ExperimentPlan;
 use crate::plan::plan_proof::PlanProof;
 
 /// The best plan found, with its proof.
@@ -29,25 +26,18 @@ pub struct Work {
     pub tolerance: f64,
 }
 
-/// A search with its proof.
-#[derive(Clone, Copy)]
-pub struct ProofSearch {
-    /// The best plan found of as many experiments as the plan given, of candidates by their rows over their noise, and what no such
-    /// plan exceeds; `None` where the candidates together have not full rank.
-    pub prove: fn(&[Rows], &[usize], &Work) -> Option<ProvenPlan>,
-    /// The least D-efficiency that the proof in a plan leaves, found again; `None` where it has none that can be. The text is
-    /// the plan's file, for messages.
-    pub again: fn(&ExperimentPlan, &dyn Regressor, &str) -> Result<Option<f64>, Error>,
-}
+/// The best plan found of as many experiments as the plan given, of candidates by their rows over their noise, and what no such
+/// plan exceeds; `None` where the candidates together have not full rank.
+pub type ProvePlan = fn(&[Rows], &[usize], &Work) -> Option<ProvenPlan>;
 
-static SEARCH: OnceLock<Result<ProofSearch, &'static str>> = OnceLock::new();
+static PROVE: OnceLock<Result<ProvePlan, &'static str>> = OnceLock::new();
 
 /// Sets the search, or what is said where there is none; only the first call counts.
-pub fn register(search: Result<ProofSearch, &'static str>) {
-    SEARCH.get_or_init(|| search);
+pub fn register(prove: Result<ProvePlan, &'static str>) {
+    PROVE.get_or_init(|| prove);
 }
 
 /// The search, or why there is none.
-pub fn registered() -> Result<ProofSearch, &'static str> {
-    SEARCH.get().copied().unwrap_or(Err("no search of proofs is registered"))
+pub fn registered() -> Result<ProvePlan, &'static str> {
+    PROVE.get().copied().unwrap_or(Err("no search of proofs is registered"))
 }

@@ -7,6 +7,7 @@ pub(crate) mod compression;
 pub(crate) mod content;
 pub(crate) mod delimited;
 pub(crate) mod lerobot;
+pub(crate) mod message;
 pub(crate) mod npz;
 mod number;
 #[cfg(feature = "parquet")]

@@ -8,7 +8,7 @@ use gate::budget::Budget;
 use gate::source::Pieces;
 
 use crate::Error;
-use crate::formats::rosbag::message::{Channel, Outcome, Receiver};
+use crate::formats::message::{Channel, Outcome, Receiver};
 use crate::table::{RowReader, Table};
 
 /// A format of log files.

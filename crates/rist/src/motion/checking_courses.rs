@@ -19,7 +19,7 @@ use experiments::motion::point_trajectory::{Interpolation, PointTrajectory};
 use experiments::plan::exciting_trajectory::ExcitingTrajectory;
 use experiments::plan::experiment_plan::ExperimentPlan;
 use experiments::plan::planned_experiment::PlannedExperiment;
-use experiments::plan::proof_search;
+use experiments::plan::proof_check;
 
 use crate::describe::adapters::surroundings::RobotSurroundings;
 use crate::describe::model::Model;
@@ -121,9 +121,9 @@ pub fn efficiency_again(model: &Model, file: &Path, plan: &ExperimentPlan) -> Re
     if plan.proof.is_none() {
         return Ok(None);
     }
-    let search = proof_search::registered()
+    let find = proof_check::registered()
         .map_err(|why| Error::new(format_args!("{}: its proof cannot be found again: {why}", file.display())))?;
-    Ok((search.again)(plan, model.regressor(), &file.display().to_string())?)
+    Ok(find(plan, model.regressor(), &file.display().to_string())?)
 }
 
 /// What description and request give, one per coordinate, narrowed by the margins of the joints.

@@ -19,7 +19,6 @@ mod simulated_loop;
 #[cfg(test)]
 mod test_arm;
 
-use experiments::plan::proof_search::ProofSearch;
 use rist::wings::Wing;
 
 pub use experiments_in_loop::identify_in_loop;
@@ -30,10 +29,8 @@ pub use simulated_loop::{ClosedLoop, Simulated, Simulator, simulated};
 pub fn wing() -> Wing {
     Wing {
         in_loop: Some(Ok(identify_in_loop)),
-        proof_search: Some(Ok(ProofSearch {
-            prove: branch_and_bound::branch_and_bound,
-            again: proof_again::efficiency_again,
-        })),
+        prove_plan: Some(Ok(branch_and_bound::branch_and_bound)),
+        find_proof: Some(Ok(proof_again::efficiency_again)),
         ..Wing::default()
     }
 }

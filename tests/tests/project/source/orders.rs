@@ -201,7 +201,6 @@ pub(crate) const ORDERS: [(&str, &[&str]); 25] = [
         &[
             "correlated_deviation",
             "simulated_loop",
-            "test_arm",
             "loop_estimate",
             "experiments_in_loop",
             "proof_tree",

@@ -10,8 +10,8 @@ use std::io::Read;
 use gate::budget::Budget;
 
 use crate::formats::compression::{Compression, MAX_UNPACKED_BYTES};
+use crate::formats::message::{Channel, Message, Outcome, Receiver};
 use crate::formats::rosbag::cdr::Cursor;
-use crate::formats::rosbag::message::{Channel, Message, Outcome, Receiver};
 
 /// Of what a file may take, a record of a chunk may take one part in so many.
 const RECORD_BUDGET_SHARE: usize = 4;

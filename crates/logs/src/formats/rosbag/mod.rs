@@ -5,7 +5,6 @@ pub(crate) mod fields;
 pub(crate) mod joint_state;
 pub(crate) mod joint_table;
 pub(crate) mod mcap;
-pub(crate) mod message;
 pub(crate) mod message_table;
 pub(crate) mod recording;
 pub(crate) mod schema;
