@@ -413,7 +413,7 @@ fn faults_are_named_in_measured_logs() {
     let gains = [14.87, 13.26, 11.13, 10.62, 11.03, 11.47];
     let sets: [(&Model, &str, &[f64], usize); 2] = [
         (&panda, "data/panda_gaz2019/exciting_traj_1.csv.gz", &[], 20),
-        (&ur10e, "data/ur10e_innopolis/id_40s_12harm.csv.gz", &gains, 2),
+        (&ur10e, "data/ur10e_innopolis/id_40s_12harm.csv.gz", &gains, 6),
     ];
     for (model, file, gains, rows) in sets {
         let good = measured(model, &shared.join(file), gains);

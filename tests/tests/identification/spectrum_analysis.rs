@@ -41,7 +41,7 @@ fn of(figures: &[(Method, Figures)], method: Method) -> Figures {
 /// RIST-MH within bounds: RMSE in Cramer-Rao deviations, torque error in %, and its share of the error of the paper's
 /// rows. The bounds are what an independent prototype reached on the same arm.
 fn within(scenario: &str, rmse: f64, torque: f64, share: f64) {
-    let f = figures(scenario, true, 8);
+    let f = figures(scenario, true, 4);
     let (harmonic, paper) = (of(&f, Method::Harmonic), of(&f, Method::PaperWeighted));
     assert!(harmonic.rmse <= rmse, "{scenario}: RMSE {} sigma", harmonic.rmse);
     assert!(harmonic.torque <= torque, "{scenario}: torque {} %", harmonic.torque);

@@ -83,7 +83,7 @@ class Model:
     ) -> None:
         """A robot and what follows from it: base parameters, regressors, torques, source.
 
-        `Model(path)` reads a description (.yaml, .urdf, .xml of MuJoCo, .par) and derives its dynamics; `Model.read` is the same. Functions of the state take arrays
+        `Model(path)` reads a description (.yaml, .urdf, .xacro, .xml of MuJoCo, .par) and derives its dynamics; `Model.read` is the same. Functions of the state take arrays
         of shape (N, n), one state per row and one column per coordinate, or (n,) for one state: q in rad (m of a joint that slides),
         dq in rad/s, ddq in rad/s^2; absent rates are zero. They release the interpreter lock. float64 arrays row by row are not
         copied.
@@ -126,7 +126,7 @@ class Model:
         floating_base: bool = False,
         any_size: bool = False,
     ) -> Model:
-        """Reads a description (.yaml, .urdf, .xml of MuJoCo, .par) and derives its dynamics. Angles that are taken for others are a warning.
+        """Reads a description (.yaml, .urdf, .xacro, .xml of MuJoCo, .par) and derives its dynamics. Angles that are taken for others are a warning.
         Raises rist.Error with the place of what cannot be read.
 
         Options:
