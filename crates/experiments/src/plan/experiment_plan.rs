@@ -373,8 +373,7 @@ mod tests {
         let text = plan.to_yaml().unwrap();
         let read = ExperimentPlan::from_yaml("plan.yaml", &text).unwrap();
         assert_eq!(plan, read, "{text}");
-        let trajectories = read.trajectories("plan.yaml").unwrap();
-        assert_eq!(trajectories.len(), 4);
+        assert_eq!(read.trajectories("plan.yaml").unwrap().len(), 4);
         let ranks: Vec<usize> = plan.experiments.iter().map(|e| e.rank).collect();
         assert!(ranks.is_sorted() && ranks[3] == 3, "{ranks:?}");
     }
