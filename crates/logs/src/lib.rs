@@ -54,7 +54,7 @@ pub use table::{Lines, Table};
 pub mod reading {
     pub use crate::formats::compression::Compression;
     pub use crate::formats::message::{Channel, Message, Outcome, Receiver};
-    pub use crate::formats::registered::{LogFormat, LogReader, ReadBytes, ReadMessages, Wanted, register};
+    pub use crate::formats::registered::{LogFormat, LogReader, ReadBytes, ReadMessages, Rows, Wanted, register};
     pub use crate::formats::stored_number::{Kind, Numbers, time_note, without_unit};
     pub use crate::table::{MAX_CELLS, MAX_COLUMNS, MAX_FILE_BYTES, RowReader, check_header};
 }

@@ -31,6 +31,9 @@ pub type Wanted<'a> = dyn Fn(&Channel) -> bool + 'a;
 /// Hands messages of a recording to a receiver; what is unpacked is drawn from the budget.
 pub type ReadMessages<Of> = fn(&Of, &Wanted, &mut Budget, &mut Receiver) -> Result<Outcome, String>;
 
+/// Rows that are read on demand.
+pub type Rows<'a> = Result<Box<dyn RowReader + 'a>, Error>;
+
 /// How files of a format are read.
 #[derive(Clone, Copy)]
 pub enum LogReader {
@@ -39,14 +42,14 @@ pub enum LogReader {
     /// Some rows at a time, by the index at the end of a file on disk.
     Indexed {
         /// The rows of the file named.
-        of_file: fn(&str, Pieces) -> Result<Box<dyn RowReader>, Error>,
+        of_file: fn(&str, Pieces) -> Rows<'static>,
         /// The same for a file that came through a pipe.
         of_bytes: ReadBytes,
     },
     /// Some rows at a time, in their order.
     Stream {
         /// The rows of the stream named.
-        of_source: for<'a> fn(&str, Box<dyn Read + Send + 'a>) -> Result<Box<dyn RowReader + 'a>, Error>,
+        of_source: for<'a> fn(&str, Box<dyn Read + Send + 'a>) -> Rows<'a>,
         /// The same for a stream that was unpacked.
         of_bytes: ReadBytes,
     },
