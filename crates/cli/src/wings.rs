@@ -94,7 +94,8 @@ pub(crate) fn of_absent(words: &[OsString]) -> Option<String> {
     let command = words.iter().skip(1).filter_map(|word| word.to_str()).find(|word| !word.starts_with('-'))?;
     let (wing, ..) = WINGS.iter().find(|(_, commands, is_here)| !is_here && commands.contains(&command))?;
     Some(format!(
-        "{command} is of the wing {wing}, which this program was built without; build it with --features {wing}"
+        "{command}: this program was built without the feature `{wing}`; the programs and wheels of a release have it, and \
+         docs/how-to/install.md says how to build one"
     ))
 }
 

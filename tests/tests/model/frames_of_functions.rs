@@ -1,6 +1,8 @@
 //! Functions of a link speak of the frame that the file gives it; a file of several compiles; nothing of a text is code.
 
 use modeling::{Derivation, LinkFrame, RobotFunction};
+use rist::Model;
+use rist::describe::evaluation::{Evaluation, ManyStates};
 use robot::{Pose, Robot, format};
 use tests::evaluated;
 use tests::random::Random;
@@ -160,5 +162,27 @@ fn nothing_of_a_name_becomes_code() {
             || line.contains(": &str = \"")
             || line.contains("= [\"");
         assert!(harmless, "{line}");
+    }
+}
+
+/// By the name of the function: a pose alone gives configurations, and one of them is where it came from.
+#[test]
+fn configurations_are_evaluated_from_poses() {
+    tests::register_wings();
+    let model = Model::read(tests::model_path("ur5.yaml")).unwrap();
+    let q: Vec<f64> = (0..30).map(|k| (1.3 * f64::from(k)).sin()).collect();
+    let at = |name: &str, states: ManyStates, size: usize| {
+        let mut outputs = vec![0.0; 5 * size];
+        Evaluation::of_function(&model, name).unwrap().fill(&model, &states, &mut outputs).unwrap();
+        outputs
+    };
+    let pose = at("pose=6", ManyStates { q: &q, ..ManyStates::default() }, 12);
+    let back = at("inverse-geometry=6", ManyStates { others: &[("t", &pose)], ..ManyStates::default() }, 96);
+    for (q, back) in q.chunks(6).zip(back.chunks(96)) {
+        let off = |k: usize| {
+            let angle = |j: usize| back[6 * k + j].atan2(back[48 + 6 * k + j]);
+            (0..6).map(|j| (q[j] - angle(j)).sin().abs()).fold(0.0, f64::max)
+        };
+        assert!((0..8).map(off).any(|off| off < 1e-6), "{q:?}");
     }
 }

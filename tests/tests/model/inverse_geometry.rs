@@ -5,8 +5,6 @@ use std::path::Path;
 use expr::Tape;
 use modeling::{Derivation, LinkFrame};
 use nalgebra::DMatrix;
-use rist::Model;
-use rist::describe::evaluation::{Evaluation, ManyStates};
 use robot::{JointKind, Robot};
 use tests::random::Random;
 use tests::{files_below, model};
@@ -369,28 +367,6 @@ fn a_stretched_arm_of_a_nearly_singular_wrist_is_reached() {
 #[ignore = "1e5 singular poses take a minute; after a change of the closed forms: --ignored singular --nocapture"]
 fn many_singular_poses_are_reached() {
     singular_poses(2_500);
-}
-
-/// By the name of the function: a pose alone gives configurations, and one of them is where it came from.
-#[test]
-fn configurations_are_evaluated_from_poses() {
-    tests::register_wings();
-    let model = Model::read(tests::model_path("ur5.yaml")).unwrap();
-    let q: Vec<f64> = (0..30).map(|k| (1.3 * f64::from(k)).sin()).collect();
-    let at = |name: &str, states: ManyStates, size: usize| {
-        let mut outputs = vec![0.0; 5 * size];
-        Evaluation::of_function(&model, name).unwrap().fill(&model, &states, &mut outputs).unwrap();
-        outputs
-    };
-    let pose = at("pose=6", ManyStates { q: &q, ..ManyStates::default() }, 12);
-    let back = at("inverse-geometry=6", ManyStates { others: &[("t", &pose)], ..ManyStates::default() }, 96);
-    for (q, back) in q.chunks(6).zip(back.chunks(96)) {
-        let off = |k: usize| {
-            let angle = |j: usize| back[6 * k + j].atan2(back[48 + 6 * k + j]);
-            (0..6).map(|j| (q[j] - angle(j)).sin().abs()).fold(0.0, f64::max)
-        };
-        assert!((0..8).map(off).any(|off| off < 1e-6), "{q:?}");
-    }
 }
 
 #[test]
