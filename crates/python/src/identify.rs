@@ -4,11 +4,11 @@ use std::path::PathBuf;
 
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
-use rist::identify_experiments_in_loop;
 use rist::fit::doctor::{DoctorRequest, claims_of_log};
 use rist::fit::experiments::{ExperimentLogs, identify_gains_of_rows, identify_paper_rows};
 use rist::fit::samples::{identify_essential, identify_loaded};
 use rist::fit::verdict::claim_line;
+use rist::identify_experiments_in_loop;
 use rist::request::{IdentifyRequest, Method, MethodRequest, Words};
 
 use crate::artefact::hash;

@@ -98,7 +98,10 @@ impl Model {
         }
         let path: PathBuf = given.extract().map_err(|_| {
             let found = given.get_type().qualname().map_or(String::new(), |name| format!(", not {name}"));
-            error(format_args!("a model is a rist.Model or the path of its description ({}){found}", rist::READ_EXTENSIONS))
+            error(format_args!(
+                "a model is a rist.Model or the path of its description ({}){found}",
+                rist::READ_EXTENSIONS
+            ))
         })?;
         let text = rist::text_of(&path).or_error()?;
         Bound::new(given.py(), Model::derive(given.py(), text, path, options)?)

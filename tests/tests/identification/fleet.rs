@@ -81,6 +81,21 @@ fn sums_are_one_pass() {
         done(&here, &[&["merge"][..], &parts, &["--out", "merged.tri"]].concat());
         assert!(std::fs::read(here.join("merged.tri")).unwrap() == one, "{parts:?}");
     }
+    // Samples are those of all stretches of a log with a gap.
+    let whole = std::fs::read_to_string(here.join("a.csv")).unwrap();
+    let gap = |(k, _): &(usize, &str)| !(400..600).contains(k);
+    let parts: Vec<&str> = whole.lines().enumerate().filter(gap).map(|(_, line)| line).collect();
+    std::fs::write(here.join("gap.csv"), parts.join("\n") + "\n").unwrap();
+    let samples = |out: &str| -> usize {
+        let tri = std::fs::read(here.join(out)).unwrap();
+        let text = String::from_utf8_lossy(&tri);
+        text.split("samples: ").nth(1).unwrap().lines().next().unwrap().trim().parse().unwrap()
+    };
+    sum(&["gap.csv"], "gap.tri", &[]);
+    sum(&["a.csv"], "a_alone.tri", &[]);
+    // A fifth of the rows is gone, and the ends of the gap with it.
+    let share = samples("gap.tri") as f64 / samples("a_alone.tri") as f64;
+    assert!((0.6..0.85).contains(&share), "{share}");
     let text = String::from_utf8_lossy(&one);
     has(&text, &["rist-tri 4 ", "fingerprint: ", "cutoff: 5", "name: d.csv", "rows: 1000", "unit: kg m"]);
     // The estimate goes where others go.

@@ -178,6 +178,14 @@ fn what_a_file_tells_is_foreseen() {
         let own = own.deviation.unwrap();
         assert!(*found <= own * (1.0 + 1e-9) && *found > 0.1 * own, "{found} {own}");
     }
+    // Torques are as many times as unsure as their noise is larger.
+    let purposes = |told: &serde_json::Value| -> Vec<f64> {
+        told["purposes"].as_array().unwrap().iter().map(|p| p["deviation"].as_f64().unwrap()).collect()
+    };
+    let three_times = purposes(&told("motion.yaml", &["--noise", "0.03"]));
+    for (one, three) in purposes(&of_motion).iter().zip(&three_times) {
+        assert!((three / one - 3.0).abs() < 1e-9, "{one} {three}");
+    }
     let whole = deviations(&told("ros.json", &[]));
     let positions: String = {
         let csv = std::fs::read_to_string(folder.join("motion.csv")).unwrap();

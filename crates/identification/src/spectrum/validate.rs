@@ -260,6 +260,20 @@ mod tests {
         }
     }
 
+    /// Over both motions: sqrt((3^2 + 4^2 + 12^2) / 3), and the share of it that a prediction of half the torques leaves.
+    #[test]
+    fn residuals_are_those_of_all_samples() {
+        let mut sums = JointSums::default();
+        for tau in [vec![3.0, 4.0], vec![12.0]] {
+            let n = tau.len();
+            let compared = Compared { t: vec![0.0; n], rigid: vec![0.0; n], friction: vec![], tau };
+            let half: Vec<f64> = compared.tau.iter().map(|tau| 0.5 * tau).collect();
+            sums.add(&compared, &half, 0.05);
+        }
+        let found = sums.validation("q1", Unit::TORQUE, vec![]);
+        assert_eq!((found.rms, found.relative, found.relative_rigid), (0.5 * (169.0_f64 / 3.0).sqrt(), 0.5, Some(1.0)));
+    }
+
     #[test]
     fn too_few_samples_are_neither_white_nor_not() {
         let mut random = Random::new(5);

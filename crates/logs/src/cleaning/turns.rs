@@ -72,4 +72,18 @@ mod tests {
             assert_eq!((unwrap_angle(&mut alone), alone), (0, before));
         }
     }
+
+    /// The motor behind a gear of 121 steps by a turn at some speed of its joint, and nothing jumps.
+    #[test]
+    fn a_motor_behind_its_gear_does_not_jump() {
+        let motor: Vec<f64> = (0..1000).map(|i| 121.0 * 1.1 * (0.05 * f64::from(i)).sin()).collect();
+        let near_a_turn = motor.windows(2).filter(|w| ((w[1] - w[0]).abs() - TAU).abs() < 0.5).count();
+        assert!(near_a_turn > 20, "{near_a_turn}");
+        let mut logged = motor.clone();
+        assert_eq!((unwrap_angle(&mut logged), logged), (0, motor.clone()));
+        // Behind the gear it is an angle like any other.
+        let mut joint = wrapped(&motor.iter().map(|q| 3.0 + q / 121.0).collect::<Vec<f64>>());
+        assert!(unwrap_angle(&mut joint) > 10);
+        assert!(joint.iter().zip(&motor).all(|(q, m)| (q - joint[0] - (m - motor[0]) / 121.0).abs() < 1e-9));
+    }
 }

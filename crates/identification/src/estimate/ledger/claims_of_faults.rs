@@ -212,6 +212,19 @@ mod tests {
         }
     }
 
+    /// What would have shown is said by its size, the least first.
+    #[test]
+    fn the_least_power_comes_first() {
+        let joints = Residuals::new(&Pendulum::new(), vec![Squares::default()]).joints;
+        let [large, small] = [0.4, 0.1].map(|power| tested(Hypothesis::Drift(0), 0.0, power, Vec::new()));
+        let said = agree(&[&large, &small], &joints);
+        let power = |claim: &Claim| match claim.outcome() {
+            Outcome::Agrees { smallest } => smallest.value,
+            other => panic!("{other:?}"),
+        };
+        assert!(said.len() == 2 && power(&said[0]) < power(&said[1]), "{said:?}");
+    }
+
     /// A spring that explains a hundredth of the torque and more is a contradiction, and so is one that explains a fifth of that
     /// of its joint; one that explains less is named, and lowers the answer to with care. A zero is a contradiction always.
     #[test]
