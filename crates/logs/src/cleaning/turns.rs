@@ -73,6 +73,14 @@ mod tests {
         }
     }
 
+    /// What goes farther than a turn was not logged within one, whatever its steps.
+    #[test]
+    fn three_turns_stay_as_they_are() {
+        let mut logged = vec![0.0, 2.0, 4.0, 6.0, 6.0 + TAU, 8.0 + TAU, 10.0 + TAU];
+        let before = logged.clone();
+        assert_eq!((unwrap_angle(&mut logged), logged), (0, before));
+    }
+
     /// The motor behind a gear of 121 steps by a turn at some speed of its joint, and nothing jumps.
     #[test]
     fn a_motor_behind_its_gear_does_not_jump() {
