@@ -5,12 +5,26 @@ use std::ffi::OsString;
 use rist::DescriptionFormat;
 use rist::wings::{DescriptionWriter, FunctionOfLink, LogFormat, LogReader, MeshFormat, Wing};
 
-/// Commands of each wing, and whether the program has it.
-const WINGS: [(&str, &[&str], bool); 4] = [
-    ("fleet", &["accumulate", "merge", "solve", "compare"], cfg!(feature = "fleet")),
-    ("formulas", &["derive"], cfg!(feature = "formulas")),
-    ("inspection", &["visibility"], cfg!(feature = "inspection")),
-    ("statics", &["postures", "wrench"], cfg!(feature = "statics")),
+/// What is said of an absent feature, behind what was found.
+macro_rules! without {
+    ($found:literal, $feature:literal) => {
+        concat!($found, ": ", without!($feature))
+    };
+    ($feature:literal) => {
+        concat!(
+            "this program was built without the feature `",
+            $feature,
+            "`; the programs and wheels of a release have it, and docs/how-to/install.md says how to build one"
+        )
+    };
+}
+
+/// Commands of each wing, whether the program has it, and what is said where it has not.
+const WINGS: [(&str, &[&str], bool, &str); 4] = [
+    ("fleet", &["accumulate", "merge", "solve", "compare"], cfg!(feature = "fleet"), without!("fleet")),
+    ("formulas", &["derive"], cfg!(feature = "formulas"), without!("formulas")),
+    ("inspection", &["visibility"], cfg!(feature = "inspection"), without!("inspection")),
+    ("statics", &["postures", "wrench"], cfg!(feature = "statics"), without!("statics")),
 ];
 
 /// Makes the wings known, before a text is spelled and a file is read. The program does so itself; a package does when it is loaded.
@@ -32,37 +46,23 @@ pub fn register() {
     ]);
 }
 
-/// What is said of an absent feature, behind what was found.
-macro_rules! without {
-    ($found:literal, $feature:literal) => {
-        concat!($found, ": ", without!($feature))
-    };
-    ($feature:literal) => {
-        concat!(
-            "this program was built without the feature `",
-            $feature,
-            "`; the programs and wheels of a release have it, and docs/how-to/install.md says how to build one"
-        )
-    };
-}
-
-/// What is said of formats whose readers this program lacks.
+/// What is said of everything else that this program lacks.
 fn absent() -> Wing {
     let mut wing = Wing::default();
-    let mut log = |magic: &'static [u8], what: &'static str| {
-        wing.log_formats.push(LogFormat { name: "", magic, reader: LogReader::Absent(what) });
+    let mut log = |magic: &'static [u8], what: &'static str, is_recording: bool| {
+        wing.log_formats.push(LogFormat { name: "", magic, reader: LogReader::Absent { what, is_recording } });
     };
     if cfg!(not(feature = "foreign")) {
-        log(b"ARROW1\0\0", without!("an Arrow or Feather file", "foreign"));
-        log(b"\xff\xff\xff\xff", without!("an Arrow stream", "foreign"));
-        log(b"MATLAB 5.0 MAT", without!("a .mat of version 5", "foreign"));
+        log(b"ARROW1\0\0", without!("an Arrow or Feather file", "foreign"), false);
+        log(b"\xff\xff\xff\xff", without!("an Arrow stream", "foreign"), false);
+        log(b"MATLAB 5.0 MAT", without!("a .mat of version 5", "foreign"), false);
     }
     if cfg!(not(feature = "rosbag2-sqlite")) {
         let what = concat!(
             without!("a rosbag2 in sqlite3", "rosbag2-sqlite"),
             "; or convert it: `mcap convert IN.db3 OUT.mcap`"
         );
-        log(b"SQLite format 3\0", what);
+        log(b"SQLite format 3\0", what, true);
     }
     if cfg!(not(feature = "foreign")) {
         wing.mesh_formats.push(MeshFormat { extension: "dae", vertices: Err(without!("a Collada mesh", "foreign")) });
@@ -92,11 +92,8 @@ fn absent() -> Wing {
 /// What is missing, where the first word of a command line that is no flag is a command of a wing that this program lacks.
 pub(crate) fn of_absent(words: &[OsString]) -> Option<String> {
     let command = words.iter().skip(1).filter_map(|word| word.to_str()).find(|word| !word.starts_with('-'))?;
-    let (wing, ..) = WINGS.iter().find(|(_, commands, is_here)| !is_here && commands.contains(&command))?;
-    Some(format!(
-        "{command}: this program was built without the feature `{wing}`; the programs and wheels of a release have it, and \
-         docs/how-to/install.md says how to build one"
-    ))
+    let (.., said) = WINGS.iter().find(|(_, commands, is_here, _)| !is_here && commands.contains(&command))?;
+    Some(format!("{command}: {said}"))
 }
 
 #[cfg(test)]
@@ -106,7 +103,7 @@ mod tests {
     #[test]
     fn commands_of_wings_are_those_of_the_program() {
         let program = crate::program();
-        for (wing, commands, is_here) in WINGS {
+        for (wing, commands, is_here, _) in WINGS {
             for command in commands {
                 assert_eq!(program.find_subcommand(command).is_some(), is_here, "{wing}: {command}");
                 let words = ["rist", "--json", command].map(OsString::from);

@@ -1,9 +1,10 @@
 //! Which format a file has, and its reader.
 //!
-//! The formats are delimited text (`formats::delimited`), plain or gzip; the arrays of a .npz; a Parquet
-//! file; a data set of LeRobot; the messages of a ROS recording; what other packages read (`formats::registered`). The content decides the format, not the name. `-` is standard
-//! input. Of a text, and of a Parquet file on disk, some rows are read at a time; another file is held whole, up to [`MAX_FILE_BYTES`]. A text ends at [`MAX_CELLS`](crate::table::MAX_CELLS) numbers, so
-//! that a pipe or device without end is refused there.
+//! The formats are delimited text (`formats::delimited`), plain or gzip; the arrays of a .npz; a Parquet file; a data set of
+//! LeRobot; the messages of a ROS recording; what other packages read (`formats::registered`). The content decides the
+//! format, not the name. `-` is standard input. Of a text, of a Parquet file on disk, and of what another package reads so,
+//! some rows are read at a time; another file is held whole, up to [`MAX_FILE_BYTES`]. A text ends at
+//! [`MAX_CELLS`](crate::table::MAX_CELLS) numbers, so that a pipe or device without end is refused there.
 
 use std::io::{Cursor, ErrorKind, Read};
 use std::path::Path;
@@ -155,7 +156,7 @@ impl Table {
             Some(LogReader::Recording { .. }) => {
                 return crate::formats::rosbag::recording::from_bytes(file, bytes, budget);
             }
-            Some(LogReader::Absent(_)) | None => {}
+            Some(LogReader::Absent { .. }) | None => {}
         }
         match content {
             Content::Numpy => crate::formats::npz::read(file, bytes, budget),

@@ -263,7 +263,7 @@ impl RobotFunction {
                 _ => Ok(()),
             },
             Row::OfLink(OfLink(function), about) if FUNCTIONS_OF_LINK.iter().all(|core| core.word != function.word) => {
-                // A robot whose loops do not close has other worries.
+                // Those of core every robot has. A robot whose loops do not close has other worries.
                 let derivation = Derivation::new(robot).ok();
                 let made = derivation.map(|mut d| (function.derive)(&mut d, about.0.clone(), None));
                 made.and_then(Result::err).map_or(Ok(()), |why| Err(NotThere::OfLink(why)))

@@ -68,7 +68,7 @@ const FOREIGN: [(&[u8], &str); 8] = [
 pub(crate) const NO_PARQUET: &str = "this program was built without the feature `parquet`; the programs and wheels of a \
     release have it, and docs/how-to/install.md says how to build one";
 
-/// The line that makes of a Parquet file what is read without the feature.
+/// The line that makes an Arrow file of a Parquet file.
 const FROM_PARQUET: &str = "python -c \"import polars; polars.read_parquet('IN').write_ipc('OUT.arrow')\"";
 
 /// Number of first bytes that tell the kind of a file.
@@ -98,15 +98,20 @@ impl Content {
 
     /// Whether such a file holds messages.
     pub(crate) fn is_recording(self) -> bool {
-        self == Mcap || matches!(self.reader(), Some(LogReader::Recording { .. }))
+        let holds_messages =
+            |reader| matches!(reader, LogReader::Recording { .. } | LogReader::Absent { is_recording: true, .. });
+        self == Mcap || self.reader().is_some_and(holds_messages)
     }
 
     /// Why files of this kind are not read, and what to do; `None` where they are.
     pub(crate) fn refusal(self) -> Option<String> {
         match (self, self.reader()) {
-            (Foreign(what), _) | (_, Some(LogReader::Absent(what))) => Some(format!("this is {what}")),
+            (Foreign(what), _) | (_, Some(LogReader::Absent { what, .. })) => Some(format!("this is {what}")),
             (Parquet, _) if !cfg!(feature = "parquet") => {
-                Some(format!("this is a Parquet file: {NO_PARQUET}; or convert it: `{FROM_PARQUET}`"))
+                // The file that the line makes has to be read here.
+                let line = registered::format_names().contains(&"Arrow").then_some(FROM_PARQUET);
+                let remedy = line.map_or(String::new(), |line| format!("; or convert it: `{line}`"));
+                Some(format!("this is a Parquet file: {NO_PARQUET}{remedy}"))
             }
             _ => None,
         }
@@ -116,6 +121,24 @@ impl Content {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// A part of a recording that nothing reads is none that a folder may lose; another file beside it is no part.
+    #[test]
+    fn formats_that_are_absent_say_what_they_are() {
+        let absent = |magic: &'static [u8], what: &'static str, is_recording: bool| registered::LogFormat {
+            name: "",
+            magic,
+            reader: LogReader::Absent { what, is_recording },
+        };
+        registered::register(vec![absent(b"BAG-OF-TESTS", "a bag", true), absent(b"SHEET-OF-TESTS", "a sheet", false)]);
+        for (magic, what, is_recording) in
+            [(&b"BAG-OF-TESTS"[..], "a bag", true), (b"SHEET-OF-TESTS", "a sheet", false)]
+        {
+            let content = Content::of(magic);
+            assert_eq!((content.refusal(), content.is_recording()), (Some(format!("this is {what}")), is_recording));
+        }
+        assert!(Mcap.is_recording() && !Text.is_recording());
+    }
 
     /// What is not read is refused by what it is.
     #[test]

@@ -60,8 +60,13 @@ pub enum LogReader {
         /// The same for a file that was unpacked.
         of_bytes: ReadMessages<[u8]>,
     },
-    /// Nothing: what such a file is, and what to do.
-    Absent(&'static str),
+    /// Nothing.
+    Absent {
+        /// What such a file is, and what to do.
+        what: &'static str,
+        /// Whether it holds messages of a recording, which a folder of parts may not lose.
+        is_recording: bool,
+    },
 }
 
 static FORMATS: OnceLock<Vec<LogFormat>> = OnceLock::new();
@@ -78,7 +83,7 @@ const CORE: [&str; 6] = ["CSV", ".npz", "MCAP", "rosbag2 directories", "Parquet"
 pub fn format_names() -> Vec<&'static str> {
     let is_built = |name: &&str| cfg!(feature = "parquet") || !["Parquet", "LeRobot"].contains(name);
     let mut names: Vec<&str> = CORE.into_iter().filter(is_built).collect();
-    let is_read = |format: &&LogFormat| !matches!(format.reader, LogReader::Absent(_));
+    let is_read = |format: &&LogFormat| !matches!(format.reader, LogReader::Absent { .. });
     names.extend(FORMATS.get().into_iter().flatten().filter(is_read).map(|format| format.name));
     names.dedup();
     names
@@ -89,7 +94,10 @@ pub(crate) fn of_head(head: &[u8]) -> Option<usize> {
     FORMATS.get()?.iter().position(|format| head.starts_with(format.magic))
 }
 
+/// Of a place that no format has.
+const UNKNOWN: LogReader = LogReader::Absent { what: "unknown", is_recording: false };
+
 /// What reads the format at a place that [`of_head`] gave.
 pub(crate) fn reader(place: usize) -> LogReader {
-    FORMATS.get().map_or(LogReader::Absent("unknown"), |formats| formats[place].reader)
+    FORMATS.get().map_or(UNKNOWN, |formats| formats[place].reader)
 }

@@ -101,12 +101,11 @@ fn files(directory: &Path) -> Result<Vec<PathBuf>, Error> {
             content if content.is_recording() => found.push(path),
             // rosbag2 leaves an unpacked part beside the packed one.
             Content::Zstd if !path.with_extension("").exists() => found.push(path),
-            Content::Parquet => {}
-            content => {
-                if let Some(why) = content.refusal() {
-                    return Err(Error::at(&path.display().to_string(), 0, why));
-                }
+            content @ Content::Foreign(_) => {
+                let why = content.refusal().unwrap_or_default();
+                return Err(Error::at(&path.display().to_string(), 0, why));
             }
+            _ => {}
         }
     }
     if found.is_empty() {
